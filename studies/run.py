@@ -1,0 +1,93 @@
+"""Run a study, or the tests, on a machine that has only Python 3.11 or newer.
+
+    python3 studies/run.py paper          the paper's figures, table of regimes and bifurcation diagram
+    python3 studies/run.py silent_error   what the exponents lose when events are left out of the tangents
+    python3 studies/run.py tests          the test suite with its coverage
+
+The first run makes ``.venv`` beside ``pyproject.toml`` and installs the package into it. Further arguments go to the
+study (or to pytest) as they are.
+"""
+
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+ENVIRONMENT = ROOT / ".venv"
+PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+OLDEST = (3, 11)
+
+# job -> (extra that pip installs for it, arguments of the environment's Python)
+JOBS = {
+    "paper": ("", ["studies/paper/make.py"]),
+    "silent_error": ("", ["studies/silent_error/make.py"]),
+    "tests": (
+        "[test]",
+        ["-m", "pytest", "-n", "2", "--dist", "worksteal", "--cov", "--cov-report", "term", "--cov-fail-under", "85"],
+    ),
+}
+
+
+def say(text):
+    print(f"[studies/run.py] {text}", file=sys.stderr, flush=True)
+
+
+def main(arguments):
+    """Install what the job needs, run it, and return its exit code."""
+    if sys.version_info < OLDEST:
+        say(f"Python {OLDEST[0]}.{OLDEST[1]} or newer is needed; this is {sys.version.split()[0]}.")
+        return 2
+    if not arguments or arguments[0] not in JOBS:
+        print(__doc__.strip(), file=sys.stderr)
+        return 0 if arguments in (["-h"], ["--help"]) else 2
+    extra, command = JOBS[arguments[0]]
+    code = install(extra)
+    if code:
+        return code
+    return subprocess.call([str(PYTHON), *command, *arguments[1:]], cwd=ROOT, env=job_environment())
+
+
+def install(extra):
+    """Make the environment and install the package; nothing is done while ``pyproject.toml`` stays the same."""
+    wanted = hashlib.sha256((ROOT / "pyproject.toml").read_bytes()).hexdigest()
+    stamp = ENVIRONMENT / f".installed{extra}"
+    if stamp.is_file() and stamp.read_text() == wanted:
+        return 0
+    started = time.monotonic()
+    if not PYTHON.is_file():
+        say(f"making {ENVIRONMENT}")
+        if subprocess.call([sys.executable, "-m", "venv", str(ENVIRONMENT)]):
+            say("Python's venv module could not make the environment; Debian and Ubuntu keep it in python3-venv.")
+            return 1
+    say("installing chaosdrill and its dependencies (once, about a minute)")
+    pip = [str(PYTHON), "-m", "pip", "install", "--disable-pip-version-check", "--quiet"]
+    if subprocess.call([*pip, "--editable", f"{ROOT}{extra}"]):
+        say("pip failed; its message is above.")
+        return 1
+    stamp.write_text(wanted)
+    say(f"installed in {time.monotonic() - started:.0f} s")
+    return 0
+
+
+def job_environment():
+    """Return the job's environment variables; caches move beside the environment where the home cannot be written."""
+    environment = dict(os.environ, PYTHONUNBUFFERED="1")
+    try:
+        with tempfile.TemporaryFile(dir=Path.home()):
+            pass
+    except (OSError, RuntimeError):
+        caches = ENVIRONMENT / "cache"
+        environment.setdefault("XDG_CACHE_HOME", str(caches))
+        environment.setdefault("MPLCONFIGDIR", str(caches / "matplotlib"))
+    return environment
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(130)
