@@ -1,0 +1,8 @@
+"""What every output variable is, how a run can end, and where a dataset came from."""
+
+from chaosdrill.dataset.label import describe, label
+from chaosdrill.dataset.outcomes import Outcome
+from chaosdrill.dataset.provenance import provenance
+from chaosdrill.dataset.schema import SCHEMA, Variable
+
+__all__ = ["SCHEMA", "Outcome", "Variable", "describe", "label", "provenance"]

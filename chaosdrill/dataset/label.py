@@ -1,0 +1,124 @@
+"""Attributes, checks and provenance of a dataset, all from the one table."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.dataset.outcomes import Outcome
+from chaosdrill.dataset.provenance import provenance
+from chaosdrill.dataset.schema import QUADRATURE, SCHEMA, SWEEP, Variable
+from chaosdrill.errors import ChaosdrillError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, Any]) -> "xr.Dataset":
+    """Check a raw dataset against the table and give it its attributes and its provenance.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Raw result of an analysis.
+    kind : str
+        Kind of the analysis, a key of ``SCHEMA``.
+    system : HybridSystem
+        The system that was run.
+    settings : mapping
+        Arguments of the analysis; ``settings["sweep"]`` names the swept parameters, if any.
+
+    Returns
+    -------
+    xarray.Dataset
+        A new dataset with the same values; coordinates never get a fill value (CF forbids it).
+
+    Raises
+    ------
+    ChaosdrillError
+        A variable that the table does not know, one that is missing, other dimensions, or values that do not fit.
+    """
+    ds = describe(ds, kind, system=system, sweep=tuple(str(name) for name in settings.get("sweep") or ()))
+    ds.attrs = {"kind": kind, **provenance(f"{kind} of {system.name}", action=kind, system=system, settings=settings)}
+    return ds
+
+
+def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] = ()) -> "xr.Dataset":
+    """Check the variables of ``ds`` and give each its dtype, attributes and encoding; ``ds.attrs`` stay as they are."""
+    declared = declarations(kind, system=system, sweep=tuple(sweep))
+    present = {str(name) for name in ds.variables}
+    if unknown := sorted(present - declared.keys()):
+        raise ChaosdrillError(f"{kind}: the table of variables does not declare {', '.join(unknown)}")
+    if missing := sorted(name for name, variable in declared.items() if variable.required and name not in present):
+        raise ChaosdrillError(f"{kind}: the dataset lacks {', '.join(missing)}")
+
+    ds = ds.set_coords([name for name in present if declared[name].coordinate])
+    for name in present:
+        variable = declared[name]
+        if ds[name].dims != variable.dims:
+            raise ChaosdrillError(f"{kind}: {name} has dimensions {ds[name].dims}; expected {variable.dims}")
+        values = _cast(ds[name].values, variable, kind)
+        encoding = {"_FillValue": None} if variable.coordinate else {}
+        attributes = _attributes(variable, system)
+        column = (variable.dims, values, attributes, encoding)
+        ds = ds.assign_coords({name: column}) if variable.coordinate else ds.assign({name: column})
+    return ds
+
+
+def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = ()) -> dict[str, Variable]:
+    """The table of one kind with its placeholders filled in for a system and its swept parameters."""
+    if kind not in SCHEMA:
+        raise ChaosdrillError(f"no table of variables for kind {kind!r}; there is one for {', '.join(SCHEMA)}")
+    names = {SWEEP: sweep, QUADRATURE: tuple(str(name) for name in system.quadratures)}
+    declared: dict[str, Variable] = {}
+    for variable in SCHEMA[kind].values():
+        for name in names.get(variable.name, (variable.name,)):
+            own = (name,) if variable.name == SWEEP else variable.dims
+            dims = tuple(part for dim in own for part in (sweep if dim == SWEEP else (dim,)))
+            long_name = variable.long_name
+            if variable.name in names:
+                long_name = str(system.labels.get(name, name))
+            declared[name] = replace(variable, name=name, dims=dims, long_name=long_name)
+    return declared
+
+
+def _cast(values: Any, variable: Variable, kind: str) -> Any:
+    """The values in the declared dtype, refused when that would change them."""
+    import numpy as np
+
+    values = np.asarray(values)
+    if variable.dtype == "str":
+        if values.dtype.kind not in "UOT":
+            raise ChaosdrillError(f"{kind}: {variable.name} holds {values.dtype}; expected text")
+        return values
+    if values.dtype == np.dtype(variable.dtype):
+        return values
+    if values.dtype.kind not in "iufb":
+        raise ChaosdrillError(f"{kind}: {variable.name} holds {values.dtype}; expected {np.dtype(variable.dtype)}")
+    with np.errstate(invalid="ignore"):
+        cast = values.astype(variable.dtype)
+    if not np.array_equal(cast, values, equal_nan=values.dtype.kind == "f"):
+        raise ChaosdrillError(f"{kind}: {variable.name} has values that do not fit into {np.dtype(variable.dtype)}")
+    return cast
+
+
+def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
+    import numpy as np
+
+    attributes: dict[str, Any] = {
+        "long_name": variable.long_name,
+        "units": variable.units,
+        "comment": variable.doc,
+    }
+    if variable.flags:
+        meanings = {
+            "outcome": [outcome.meaning for outcome in Outcome],
+            "mode": list(system.modes),
+            "transition": [transition.name for transition in system.transitions],
+        }[variable.flags]
+        # CF separates the meanings by blanks and allows only these characters in one. A system without transitions
+        # has no meanings at all, and NetCDF holds no empty array.
+        if meanings:
+            attributes["flag_values"] = np.arange(len(meanings), dtype=variable.dtype)
+            attributes["flag_meanings"] = " ".join(re.sub(r"[^\w.+@-]", "_", str(meaning)) for meaning in meanings)
+    return attributes

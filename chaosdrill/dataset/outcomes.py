@@ -1,0 +1,47 @@
+"""How the computation of one point can end."""
+
+from enum import IntEnum
+
+
+class Outcome(IntEnum):
+    """Outcome of one run; archives store the number, with the names as CF flag meanings.
+
+    Above ``chaotic`` the numbers of the point are missing (NaN), and ``advice`` says what to try.
+    """
+
+    OK = 0
+    PERIODIC = 1
+    QUASIPERIODIC = 2
+    CHAOTIC = 3
+    ESCAPED = 4
+    EVENT_LIMIT = 5
+    STALLED = 6
+    NONFINITE = 7
+    STEP_UNDERFLOW = 8
+    INVALID_START = 9
+    FAILED = 10
+
+    @property
+    def meaning(self) -> str:
+        """Name in lower case, as in ``flag_meanings``."""
+        return self.name.lower()
+
+    @property
+    def advice(self) -> str:
+        """One sentence: what this outcome means and what to try."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Outcome.OK: "The run reached its end; nobody asked what kind of attractor it is on.",
+    Outcome.PERIODIC: "The motion repeats after the reported period, or all its exponents are negative.",
+    Outcome.QUASIPERIODIC: "The largest free exponent is zero within its error; a longer run tells weak chaos.",
+    Outcome.CHAOTIC: "The largest exponent is positive beyond its error.",
+    Outcome.ESCAPED: "A state left its bounds and runs away; start elsewhere, add damping, or widen the bounds.",
+    Outcome.EVENT_LIMIT: "Too many events in one period, as in chatter; let the contact hold or dissipate more.",
+    Outcome.STALLED: "Events went on while no time passed; look for a reset that leads back across its own guard.",
+    Outcome.NONFINITE: "A state became infinite or not a number; look for a singular term, or choose tighter bounds.",
+    Outcome.STEP_UNDERFLOW: "The step became too small to move time; loosen the tolerance or look for a singularity.",
+    Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
+    Outcome.FAILED: "The point could not be computed; run it alone as a trajectory to see where it stops.",
+}

@@ -1,0 +1,158 @@
+"""One table of every variable that an analysis may put out.
+
+Attributes, checks, documentation and tests all follow from ``SCHEMA``: kind of analysis -> name -> ``Variable``.
+
+Three things depend on the system at hand and stand in the table as placeholders: ``SWEEP`` (each swept parameter, as a
+dimension and as its coordinate), ``QUADRATURE`` (each integral that the system carries along), and the states (as the
+dimension ``state`` with the coordinate ``state_name``, since a variable ``state`` with more dimensions exists too).
+"""
+
+from dataclasses import dataclass
+
+SWEEP = "{sweep}"
+QUADRATURE = "{quadrature}"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Declaration of one variable.
+
+    Parameters
+    ----------
+    name : str
+        Name in the dataset, or ``SWEEP`` / ``QUADRATURE`` for one that the system or the sweep names.
+    dims : tuple of str
+        Dimensions in order; ``SWEEP`` stands for all swept parameters in their order.
+    dtype : str
+        NumPy code that is stored; ``"str"`` for text.
+    units : str
+        UDUNITS text; ``"1"`` for dimensionless, which model time is too.
+    long_name, doc : str
+        Name for axes, and one sentence of explanation (stored as the attribute ``comment``).
+    flags : {"", "outcome", "mode", "transition"}
+        Whose names the codes stand for.
+    coordinate : bool
+        Whether it is stored as a coordinate.
+    required : bool
+        Whether every dataset of the kind has it.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    doc: str
+    flags: str = ""
+    coordinate: bool = False
+    required: bool = False
+
+
+def _need(name: str, dims: str, dtype: str, long_name: str, doc: str, units: str = "1", flags: str = "") -> Variable:
+    return Variable(name, tuple(dims.split()), dtype, units, long_name, doc, flags, required=True)
+
+
+def _may(name: str, dims: str, dtype: str, long_name: str, doc: str, units: str = "1", flags: str = "") -> Variable:
+    return Variable(name, tuple(dims.split()), dtype, units, long_name, doc, flags)
+
+
+def _axis(name: str, dims: str, dtype: str, long_name: str, doc: str, required: bool = False) -> Variable:
+    return Variable(name, tuple(dims.split()), dtype, "1", long_name, doc, coordinate=True, required=required)
+
+
+_STATE = _axis("state_name", "state", "str", "name of the state", "Label of each entry of the dimension state.", True)
+_EXPONENT = _axis("exponent", "exponent", "i4", "index of the exponent", "Exponents are in descending order, from 1.")
+_ITERATE = _axis("iterate", "iterate", "i4", "index of the iterate", "Number of the crossing of the section, from 0.")
+_SEED = _axis("seed", "seed", "i4", "index of the seed", "Number of the initial state that the point started from.")
+_SPECTRA = f"{SWEEP} seed exponent"
+_FORCING = _may("forcing_period", "", "f8", "forcing period", "Period of the forcing, in units of model time.")
+_OUTCOME = ("How the run ended; what each code means is in flag_meanings.", "1", "outcome")
+_GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
+
+_RATES = (
+    ("progression_rate", "mean progression rate", "Penetration per unit of model time, averaged over the run."),
+    ("progression_error", "standard error of the progression rate", "From blocks of several lengths."),
+    ("events_per_period", "events per forcing period", "All state-changing events, averaged over the run."),
+    ("impacts_per_period", "impacts per forcing period", "Events of the class impact, averaged over the run."),
+    ("slips_per_period", "slip onsets per forcing period", "Events of the class slip, averaged over the run."),
+    ("events_per_time", "events per unit of time", "For systems without a forcing period."),
+    ("impacts_per_time", "impacts per unit of time", "For systems without a forcing period."),
+    ("slips_per_time", "slip onsets per unit of time", "For systems without a forcing period."),
+)
+
+
+def _rates(dims: str) -> tuple[Variable, ...]:
+    """The mean rates, one number a run, and the progression rate in SI units for scenes given in SI."""
+    si = _may("progression_rate_si", dims, "f8", "mean progression rate", "For scenes given in SI units.", "m h-1")
+    return (*(_may(name, dims, "f8", long_name, doc) for name, long_name, doc in _RATES), si)
+
+
+_TABLE: dict[str, tuple[Variable, ...]] = {
+    "trajectory": (
+        _axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
+        _STATE,
+        _need("state", "time state", "f8", "state", "States of the hybrid system at the sample times."),
+        _need("mode", "time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
+        _may(QUADRATURE, "time", "f8", "quadrature", "Integral along the flow from the start of the record."),
+        _need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
+        _need("event_kind", "event", "i1", "transition taken", "Which transition it was.", flags="transition"),
+        _need("event_speed", "event", "f8", "normal speed", "Rate of the guard at the crossing; small means grazing."),
+        _may("event_mode_before", "event", "i1", "mode before the event", "Mode left.", flags="mode"),
+        _may("event_mode_after", "event", "i1", "mode after the event", "Mode entered.", flags="mode"),
+        _need("event_state_before", "event state", "f8", "state before the event", "Projected onto the guard."),
+        _need("event_state_after", "event state", "f8", "state after the event", "After the reset."),
+        _need("outcome", "", "i1", "outcome", *_OUTCOME),
+        _FORCING,
+    ),
+    "poincare-section": (
+        _STATE,
+        _ITERATE,
+        _need("section", "iterate state", "f8", "state on the section", "At the strobe: at forcing phase zero."),
+        _axis("time", "iterate", "f8", "model time of the crossing", "Dimensionless; counted from the start.", True),
+        _may("phase", "iterate", "f8", "forcing phase of the crossing", "In parts of a forcing period, 0 to 1."),
+        _may("mode", "iterate", "i1", "mode on the section", "Mode that holds at the crossing.", flags="mode"),
+        _may(QUADRATURE, "iterate", "f8", "quadrature", "Integral along the flow from the start of the record."),
+        _may("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
+        _axis("multiplier", "multiplier", "i4", "index of the multiplier", "In descending order of modulus, from 1."),
+        _may("multiplier_real", "multiplier", "f8", "multiplier, real part", "Eigenvalues of the cycle's tangent map."),
+        _may("multiplier_imag", "multiplier", "f8", "multiplier, imaginary part", "NaN when no period was found."),
+        *_rates(""),
+        _may("closest_grazing", "", "f8", "smallest normal speed", _GRAZING),
+        _need("outcome", "", "i1", "outcome", *_OUTCOME),
+        _FORCING,
+    ),
+    "lyapunov-spectrum": (
+        _EXPONENT,
+        _need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent", "Per unit of model time; -inf is rank loss."),
+        _need("lyapunov_error", "exponent", "f8", "standard error of the exponent", "From blocks of several lengths."),
+        _need("lyapunov_history", "block exponent", "f8", "running mean of the exponents", "Up to the block's end."),
+        _axis("block_time", "block", "f8", "model time at the block's end", "Counted from the end of the transient."),
+        _need("kaplan_yorke_dimension", "", "f8", "Kaplan-Yorke dimension", "From the exponents; holds with -inf too."),
+        *_rates(""),
+        _axis("transition_name", "transition", "str", "name of the transition", "Label of the dimension transition."),
+        _may("event_count", "transition", "i8", "number of events", "How often each transition was taken."),
+        _may("tie_count", "", "i8", "number of ties", "Events that fell on the same instant as the one before."),
+        _need("closest_grazing", "", "f8", "smallest normal speed", _GRAZING),
+        _may("rank", "", "i4", "live tangents", "Rank of the tangent map's product: the number of finite exponents."),
+        _need("outcome", "", "i1", "outcome", *_OUTCOME),
+        _FORCING,
+    ),
+    "bifurcation-diagram": (
+        _axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+        _STATE,
+        _SEED,
+        _ITERATE,
+        _EXPONENT,
+        _need("section", f"{SWEEP} seed iterate state", "f8", "state on the section", "NaN where there is no result."),
+        _need("period", f"{SWEEP} seed", "i2", "period found", "In iterates of the section; 0 when none was found."),
+        _may("lyapunov_exponent", _SPECTRA, "f8", "Lyapunov exponent", "Per unit of model time; -inf is rank loss."),
+        _may("lyapunov_error", _SPECTRA, "f8", "standard error of the exponent", "From blocks of several lengths."),
+        *_rates(f"{SWEEP} seed"),
+        _may("closest_grazing", f"{SWEEP} seed", "f8", "smallest normal speed", _GRAZING),
+        _need("outcome", f"{SWEEP} seed", "i1", "outcome", *_OUTCOME),
+        _may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
+        _may("forcing_period", SWEEP, "f8", "forcing period", "Period of the forcing at each point of the sweep."),
+    ),
+}
+
+SCHEMA: dict[str, dict[str, Variable]] = {kind: {v.name: v for v in table} for kind, table in _TABLE.items()}
