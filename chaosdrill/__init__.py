@@ -1,0 +1,42 @@
+"""chaosdrill: chaos in hybrid dynamical systems that flow, hit, stick and slip.
+
+The public names are resolved on first use, so that importing the package costs nothing.
+"""
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "HybridSystem": "chaosdrill.model",
+    "Transition": "chaosdrill.model",
+    "drill": "chaosdrill.systems.drill",
+    "build": "chaosdrill.systems",
+    "load_scene": "chaosdrill.scene",
+    "trajectory": "chaosdrill.analysis",
+    "poincare_section": "chaosdrill.analysis",
+    "lyapunov_spectrum": "chaosdrill.analysis",
+    "bifurcation_diagram": "chaosdrill.analysis",
+    "save": "chaosdrill.archive",
+    "open": "chaosdrill.archive",
+    "verify": "chaosdrill.archive",
+    "Outcome": "chaosdrill.dataset",
+    "ChaosdrillError": "chaosdrill.errors",
+    "ModelError": "chaosdrill.errors",
+    "SettingsError": "chaosdrill.errors",
+    "SceneError": "chaosdrill.errors",
+    "ArchiveError": "chaosdrill.errors",
+}
+
+__all__ = [*_HOME, "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'chaosdrill' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

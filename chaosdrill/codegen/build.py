@@ -1,0 +1,114 @@
+"""A system's kernels: generated, written to a real file, compiled and cached by content."""
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.codegen.cache import cache_folder, code_key
+from chaosdrill.codegen.source import Event, SystemSource, write_source
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Compiled functions of a system and the layout of what they fill.
+
+    Attributes
+    ----------
+    functions : tuple
+        The eight functions of ``codegen.signatures``, in order.
+    path : pathlib.Path
+        The generated source file.
+    events : tuple of tuple of Event
+        Per mode the guards it watches.
+    rows : int
+        Workspace rows before those of the tangents.
+    mode_table : ndarray of int64, shape (modes, 1 + guards)
+        Number of guards, then their directions.
+    transition_table : ndarray of int64, shape (transitions, 2)
+        Target mode; 1 if the transition only marks a section.
+    """
+
+    functions: tuple[Any, ...]
+    fill_constants: Any
+    constant_count: int
+    path: Path
+    events: tuple[tuple[Event, ...], ...]
+    rows: int
+    mode_table: np.ndarray
+    transition_table: np.ndarray
+
+    def constants(self, parameters: dict[str, float]) -> np.ndarray:
+        """Parameters and the derived constants that the kernels read."""
+        c = np.empty(max(self.constant_count, 1))
+        self.fill_constants(np.array([*parameters.values(), 0.0], dtype=float), c)
+        return c
+
+
+def compile_system(system: "HybridSystem") -> Kernels:
+    """Generate, write, compile and load the kernels of a system."""
+    from chaosdrill.codegen.signatures import SIGNATURES
+
+    source = write_source(system)
+    path = _write(source.text)
+    module = _load(path)
+    guards = max((len(e) for e in source.events), default=0)
+    mode_table = np.zeros((len(source.events), 1 + guards), dtype=np.int64)
+    for row, events in zip(mode_table, source.events, strict=True):
+        row[0] = len(events)
+        row[1 : 1 + len(events)] = [e.direction for e in events]
+    return Kernels(
+        functions=tuple(getattr(module, name) for name in SIGNATURES),
+        fill_constants=module.constants,
+        constant_count=source.constants,
+        path=path,
+        events=source.events,
+        rows=source.rows,
+        mode_table=mode_table,
+        transition_table=_transition_table(system, source),
+    )
+
+
+def _transition_table(system: "HybridSystem", source: SystemSource) -> np.ndarray:
+    modes = list(system.modes)
+    table = np.zeros((max(len(system.transitions), 1), 2), dtype=np.int64)
+    for row, transition in zip(table, system.transitions, strict=False):
+        row[:] = modes.index(transition.target), int(transition.marks_only())
+    return table
+
+
+def _write(text: str) -> Path:
+    key = hashlib.sha256((code_key() + text).encode()).hexdigest()[:20]
+    path = cache_folder() / "kernels" / f"system_{key}.py"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, draft = tempfile.mkstemp(dir=path.parent, suffix=".part")
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(draft, path)
+    return path
+
+
+def _load(path: Path) -> ModuleType:
+    name = f"chaosdrill_{path.stem}"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, path)
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    return sys.modules[name]

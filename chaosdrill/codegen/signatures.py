@@ -1,0 +1,33 @@
+"""The fixed signatures through which the engine sees a system; arrays are C-contiguous doubles."""
+
+from numba import float64, int64, types, void
+
+vector = float64[::1]
+matrix = float64[:, ::1]
+
+SIGNATURES = {
+    "jet": void(int64, int64, float64, vector, vector, matrix),
+    "jacobian_jet": void(int64, int64, vector, matrix),
+    "tangent": void(int64, int64, vector, vector, matrix, int64),
+    "field": void(int64, float64, vector, vector, vector),
+    "variation": void(int64, float64, vector, vector, vector, vector),
+    "guard": float64(int64, int64, float64, vector, vector, vector),
+    "choose": int64(int64, int64, float64, vector, vector),
+    "reset": void(int64, float64, vector, vector, vector, matrix),
+}
+"""name -> signature of the eight functions that make a system, in the order in which the engine takes them
+
+* ``jet(mode, order, t, c, x, ws)`` Taylor coefficients of states, quadratures and guards
+* ``jacobian_jet(mode, order, c, ws)`` coefficients of the Jacobian's entries
+* ``tangent(mode, order, c, d, ws, row)`` coefficients of a tangent vector
+* ``field(mode, t, c, x, out)`` time derivatives of states, then integrands of quadratures
+* ``variation(mode, t, c, x, d, out)`` Jacobian times a vector
+* ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative
+* ``choose(mode, j, t, c, x)`` the transition that this event takes; -1 for none
+* ``reset(transition, t, c, x, out, jacobian)`` state after, and derivatives by states and, last, time
+"""
+
+CONSTANTS = void(vector, vector)
+"""``constants(p, c)``: parameters, then the expressions of parameters that the code needs"""
+
+KERNEL_TYPES = types.Tuple(tuple(types.FunctionType(s) for s in SIGNATURES.values()))

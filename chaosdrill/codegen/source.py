@@ -1,0 +1,174 @@
+"""The source file of a system: small numba functions of fixed signature, written from its expressions."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.codegen.expression import ExpressionPrinter, special_imports, statements
+from chaosdrill.codegen.taylor import Constants, ModeSource
+from chaosdrill.errors import ModelError
+from chaosdrill.model.derive import guard_gradient, jacobian, reset_jacobian, reset_map
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+_HEAD = '''"""Kernels of the hybrid system {name!r}, generated from its expressions."""
+
+import math
+
+from chaosdrill.codegen.signatures import CONSTANTS, SIGNATURES
+from chaosdrill.engine.jit import helper, kernel
+{imports}
+'''
+
+
+@dataclass(frozen=True)
+class Event:
+    """A guard that one mode watches: its outcomes are transitions in the order in which they are tried."""
+
+    guard: Any
+    direction: int
+    outcomes: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class SystemSource:
+    """Source text and the layout that goes with it."""
+
+    text: str
+    events: tuple[tuple[Event, ...], ...]
+    rows: int
+    constants: int
+
+
+def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
+    """The events that a mode watches, larger priority first, then in order of declaration."""
+    groups: dict[tuple[Any, int], list[int]] = {}
+    for index, transition in enumerate(system.transitions):
+        if mode in transition.source:
+            groups.setdefault((transition.guard, transition.direction), []).append(index)
+    events = [Event(guard, direction, tuple(found)) for (guard, direction), found in groups.items()]
+    return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
+
+
+def write_source(system: "HybridSystem") -> SystemSource:
+    """Generate the source file of a system."""
+    _check_functions(system)
+    printer = ExpressionPrinter(system)
+    constants = Constants(system, printer)
+    events = tuple(mode_events(system, mode) for mode in system.modes)
+    modes = [ModeSource(system, m, [e.guard for e in ev], constants) for m, ev in zip(system.modes, events, strict=True)]
+    parts = []
+    jets = (
+        ("jet", "order, t, c, x, ws", [m.jet() for m in modes]),
+        ("jacobian_jet", "order, c, ws", [m.jacobian_jet() for m in modes]),
+        ("tangent", "order, c, d, ws, row", [m.tangent() for m in modes]),
+    )
+    for name, arguments, bodies in jets:
+        for index, body in enumerate(bodies):
+            parts.append(_function(f"_{name}_{index}", arguments, body, decorator="@helper"))
+        parts.append(_dispatch(name, arguments, len(bodies)))
+    parts += _pointwise(system, printer, events)
+    extra = [f"c[{constants.first + i}] = {printer.doprint(e)}" for i, e in enumerate(constants.expressions)]
+    parameters = [f"c[{i}] = p[{i}]" for i in range(len(system.parameters))]
+    body = [*parameters, *extra] or ["return"]
+    parts.append(_function("constants", "p, c", body, decorator="@kernel(CONSTANTS)"))
+    imports = "\n".join(special_imports(_all_expressions(system)))
+    text = "\n\n".join([_HEAD.format(name=system.name, imports=imports), *parts]) + "\n"
+    return SystemSource(
+        text=text,
+        events=events,
+        rows=max(m.row_count for m in modes),
+        constants=constants.first + len(constants.expressions),
+    )
+
+
+def _pointwise(system: "HybridSystem", printer: ExpressionPrinter, events: tuple[tuple[Event, ...], ...]) -> list[str]:
+    n = len(system.states)
+    unpack = [f"x{i} = x[{i}]" for i in range(n)]
+    outputs = [f"out[{i}]" for i in range(n)]
+    direction = [sympy.Symbol(f"d_{i}", real=True) for i in range(n)]
+    fields, variations, guards, chooses, resets = [], [], [], [], []
+    for mode, watched in zip(system.modes, events, strict=True):
+        rates = [system.modes[mode][s] for s in system.states] + list(system.quadratures.values())
+        fields.append(unpack + statements(printer, [f"out[{i}]" for i in range(len(rates))], rates))
+        image = list(jacobian(system, mode) * sympy.Matrix(direction))
+        variations.append([*unpack, *(f"d_{i} = d[{i}]" for i in range(n)), *statements(printer, outputs, image)])
+        guards.append([_guard_body(system, printer, e) for e in watched])
+        chooses.append([_choose_body(system, printer, e) for e in watched])
+    for transition in system.transitions:
+        names = outputs + [f"jacobian[{i}, {j}]" for i in range(n) for j in range(n + 1)]
+        values = reset_map(system, transition) + [v for row in reset_jacobian(system, transition) for v in row]
+        resets.append(unpack + statements(printer, names, values))
+    return [
+        _branches("field", "mode, t, c, x, out", "mode", fields),
+        _branches("variation", "mode, t, c, x, d, out", "mode", variations),
+        _nested("guard", "mode, j, t, c, x, gradient", unpack, guards, "return 0.0"),
+        _nested("choose", "mode, j, t, c, x", unpack, chooses, "return -1"),
+        _branches("reset", "transition, t, c, x, out, jacobian", "transition", resets),
+    ]
+
+
+def _guard_body(system: "HybridSystem", printer: ExpressionPrinter, event: Event) -> list[str]:
+    gradient = guard_gradient(system, event.guard)
+    names = ["value", *(f"gradient[{i}]" for i in range(len(gradient)))]
+    return [*statements(printer, names, [event.guard, *gradient]), "return value"]
+
+
+def _choose_body(system: "HybridSystem", printer: ExpressionPrinter, event: Event) -> list[str]:
+    lines = []
+    for index in event.outcomes:
+        condition = system.transitions[index].condition
+        if condition is None or condition == sympy.true:
+            return [*lines, f"return {index}"]
+        lines += [f"if {printer.doprint(condition)}:", f"    return {index}"]
+    return [*lines, "return -1"]
+
+
+def _function(name: str, arguments: str, body: list[str], decorator: str | None = None) -> str:
+    decorator = decorator or f'@kernel(SIGNATURES["{name}"])'
+    return "\n".join([decorator, f"def {name}({arguments}):", *(f"    {line}" for line in body)])
+
+
+def _dispatch(name: str, arguments: str, count: int) -> str:
+    lines = []
+    for index in range(count):
+        word = "if" if index == 0 else "elif"
+        lines += [f"{word} mode == {index}:", f"    _{name}_{index}({arguments})"]
+    return _function(name, f"mode, {arguments}", lines)
+
+
+def _branches(name: str, arguments: str, selector: str, bodies: list[list[str]]) -> str:
+    lines = []
+    for index, body in enumerate(bodies):
+        lines += [f"{'if' if index == 0 else 'elif'} {selector} == {index}:", *(f"    {line}" for line in body)]
+    return _function(name, arguments, lines or ["return"])
+
+
+def _nested(name: str, arguments: str, head: list[str], bodies: list[list[list[str]]], last: str) -> str:
+    lines = list(head)
+    for mode, guards in enumerate(bodies):
+        for j, body in enumerate(guards):
+            lines += [f"if mode == {mode} and j == {j}:", *(f"    {line}" for line in body)]
+    return _function(name, arguments, [*lines, last])
+
+
+def _all_expressions(system: "HybridSystem") -> list[Any]:
+    found = [f for field in system.modes.values() for f in field.values()]
+    for transition in system.transitions:
+        found += [transition.guard, *reset_map(system, transition)]
+        found += [v for row in reset_jacobian(system, transition) for v in row]
+        found += [] if transition.condition is None else [sympy.sympify(transition.condition)]
+    return found
+
+
+def _check_functions(system: "HybridSystem") -> None:
+    """Kinks inside of a flow would be stepped over in silence; they belong into modes."""
+    for mode, field in system.modes.items():
+        for state, rate in field.items():
+            if rate.has(sympy.Abs, sympy.Piecewise, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Mod):
+                raise ModelError(
+                    f"{system.name}: mode {mode!r}, d{state}/dt = {rate} has a kink or a jump; "
+                    "write its branches as modes with a guard between them"
+                )

@@ -1,0 +1,287 @@
+"""Taylor recurrences of one mode, written out as Python source (Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904).
+
+Row i of the workspace holds the coefficients of state i, then come those of the quadratures and of the guards, then the
+history that products and functions need. At order k every recurrence reads orders up to k only, so one loop over k
+serves all nodes.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.codegen.expression import ExpressionPrinter
+from chaosdrill.codegen.tape import Tape
+from chaosdrill.model.derive import jacobian
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+_HISTORY = {"mul", "square", "div", "power", "log", "integral"}
+_START = {"asinh": "math.asinh", "acos": "math.acos", "asin": "math.asin", "atan": "math.atan", "atanh": "math.atanh"}
+
+
+class Constants:
+    """Parameter-only expressions, computed once a run into the array that every kernel receives."""
+
+    def __init__(self, system: "HybridSystem", printer: ExpressionPrinter) -> None:
+        self.printer = printer
+        self.first = len(system.parameters)
+        self.expressions: list[Any] = []
+
+    def text(self, expression: Any) -> str:
+        """Source text that stands for the value of the expression."""
+        expression = sympy.sympify(expression)
+        if not expression.free_symbols or expression.is_Symbol:
+            return self.printer.doprint(expression)
+        if expression not in self.expressions:
+            self.expressions.append(expression)
+        return f"c[{self.first + self.expressions.index(expression)}]"
+
+
+class ModeSource:
+    """The source of jet, Jacobian jet and tangent for one mode."""
+
+    def __init__(self, system: "HybridSystem", mode: str, guards: list[Any], constants: Constants) -> None:
+        self.constants = constants
+        self.n = len(system.states)
+        self.tape = Tape(system.states, system.time)
+        field = system.modes[mode]
+        self.rates = [self.tape.lower(field[s]) for s in system.states]
+        self.rates += [self.tape.lower(q) for q in system.quadratures.values()]
+        self.guards = [self.tape.lower(g) for g in guards]
+        self.in_jet = self._reach([*self.rates, *self.guards])
+        self._lower_jacobian(system, mode)
+        wanted = {index for terms in self.products.values() for index, _ in terms}
+        self.in_jacobian = self._reach(sorted(wanted)) - self.in_jet
+        self._assign_rows(wanted)
+
+    def _lower_jacobian(self, system: "HybridSystem", mode: str) -> None:
+        """Split J into constants and weighted nodes: J_ij = constant_ij + sum of weight * node."""
+        self.linear: dict[tuple[int, int], Any] = {}
+        self.products: dict[tuple[int, int], list[tuple[int, Any]]] = {}
+        matrix = jacobian(system, mode)
+        for i in range(self.n):
+            for j in range(self.n):
+                entry = matrix[i, j]
+                if entry == 0:
+                    continue
+                if self.tape.is_constant(entry):
+                    self.linear[i, j] = entry
+                    continue
+                index = self.tape.lower(entry)
+                node = self.tape.nodes[index]
+                if node.op == "linear" and len(node.args) == 1:
+                    if node.value != 0:
+                        self.linear[i, j] = node.value
+                    self.products[i, j] = [(node.args[0], node.weights[0])]
+                else:
+                    self.products[i, j] = [(index, sympy.Integer(1))]
+
+    def _affine(self, index: int) -> Any:
+        node = self.tape.nodes[index]
+        return self.tape.affine_rate(node.args[0]) if node.op == "integral" and node.name in ("sin", "cos") else None
+
+    def _reach(self, roots: list[int]) -> set[int]:
+        seen: set[int] = set()
+        stack = list(roots)
+        while stack:
+            index = stack.pop()
+            if index in seen:
+                continue
+            seen.add(index)
+            stack.extend(self.tape.nodes[index].args)
+            if index in self.tape.slopes:
+                stack.append(self.tape.slopes[index][0])
+        return seen
+
+    def _assign_rows(self, wanted: set[int]) -> None:
+        need = set(wanted)
+        for index in self.in_jet | self.in_jacobian:
+            node = self.tape.nodes[index]
+            if node.op in _HISTORY:
+                need.add(index)
+                if self._affine(index) is None:
+                    need.update(node.args)
+                if index in self.tape.slopes:
+                    need.add(self.tape.slopes[index][0])
+        if self.in_jacobian:
+            need.update(i for k in self.in_jacobian for i in self.tape.nodes[k].args if i in self.in_jet)
+        self.rows: dict[int, int] = {}
+        free = len(self.rates) + len(self.guards)
+        for index in sorted(need):
+            node = self.tape.nodes[index]
+            if node.op == "state":
+                self.rows[index] = node.value
+            elif node.op == "linear" and not node.args:
+                continue
+            else:
+                self.rows[index] = free
+                free += 1
+        self.row_count = free
+
+    def _value(self, index: int) -> str:
+        node = self.tape.nodes[index]
+        return self.constants.text(node.value) if node.op == "linear" and not node.args else f"v{index}"
+
+    def _is_number(self, index: int) -> bool:
+        node = self.tape.nodes[index]
+        return node.op == "linear" and not node.args
+
+    def _start(self, index: int) -> str:
+        """Source of coefficient 0."""
+        node = self.tape.nodes[index]
+        a = [self._value(i) for i in node.args]
+        if node.op == "state":
+            return f"x[{node.value}]"
+        if node.op == "time":
+            return "t"
+        if node.op == "linear":
+            terms = [f"{self.constants.text(w)} * {v}" for w, v in zip(node.weights, a, strict=True)]
+            return " + ".join([self.constants.text(node.value), *terms] if node.value != 0 else terms)
+        if node.op == "mul":
+            return f"{a[0]} * {a[1]}"
+        if node.op == "square":
+            return f"{a[0]} * {a[0]}"
+        if node.op == "div":
+            return f"{a[0]} / {a[1]}"
+        if node.op == "power":
+            return f"{a[0]} ** {self.constants.text(node.value)}"
+        if node.op == "log":
+            return f"math.log({a[0]})"
+        return f"{_START.get(node.name, 'math.' + node.name)}({a[0]})"
+
+    def _order(self, index: int) -> list[str]:
+        """Source lines of coefficient k >= 1."""
+        node = self.tape.nodes[index]
+        out = f"v{index}"
+        row = self.rows.get(index)
+        a = [f"h{self.rows[i]}" if i in self.rows else "" for i in node.args]
+        if node.op == "state":
+            return [f"{out} = h{node.value}[k]"]
+        if node.op == "time":
+            return [f"{out} = 1.0 if k == 1 else 0.0"]
+        if node.op == "linear":
+            terms = [
+                f"{self.constants.text(w)} * v{i}" if w != 1 else f"v{i}"
+                for w, i in zip(node.weights, node.args, strict=True)
+            ]
+            return [f"{out} = {' + '.join(terms)}"]
+        if node.op == "mul":
+            return ["s = 0.0", "for j in range(k + 1):", f"    s += {a[0]}[j] * {a[1]}[k - j]", f"{out} = s"]
+        if node.op == "square":
+            return [
+                "s = 0.0",
+                "for j in range((k + 1) // 2):",
+                f"    s += {a[0]}[j] * {a[0]}[k - j]",
+                "s += s",
+                "if k % 2 == 0:",
+                f"    s += {a[0]}[k // 2] * {a[0]}[k // 2]",
+                f"{out} = s",
+            ]
+        if node.op == "div":
+            above = "0.0" if self._is_number(node.args[0]) else f"v{node.args[0]}"
+            return [
+                "s = 0.0",
+                "for j in range(1, k + 1):",
+                f"    s += {a[1]}[j] * h{row}[k - j]",
+                f"{out} = ({above} - s) / {a[1]}[0]",
+            ]
+        if node.op == "power":
+            exponent = self.constants.text(node.value)
+            return [
+                "s = 0.0",
+                "for j in range(k):",
+                f"    s += ({exponent} * (k - j) - j) * {a[0]}[k - j] * h{row}[j]",
+                f"{out} = ik * s / {a[0]}[0]",
+            ]
+        if node.op == "log":
+            return [
+                "s = 0.0",
+                "for j in range(1, k):",
+                f"    s += j * h{row}[j] * {a[0]}[k - j]",
+                f"{out} = (v{node.args[0]} - ik * s) / {a[0]}[0]",
+            ]
+        slope, sign = self.tape.slopes[index]
+        minus = "-" if sign < 0 else ""
+        rate = self._affine(index)
+        if rate is not None:
+            return [f"{out} = {minus}ik * {self.constants.text(rate)} * h{self.rows[slope]}[k - 1]"]
+        return [
+            "s = 0.0",
+            "for j in range(1, k + 1):",
+            f"    s += j * {a[0]}[j] * h{self.rows[slope]}[k - j]",
+            f"{out} = {minus}ik * s",
+        ]
+
+    def _ordered(self, nodes: set[int], order: bool) -> list[int]:
+        """Nodes to evaluate, without plain numbers, and above order 0 without what only starts a sine in time."""
+        kept = [i for i in sorted(nodes) if not self._is_number(i)]
+        if not order:
+            return kept
+        users: dict[int, bool] = {i: i in self.rates or i in self.guards or i in self.rows for i in kept}
+        for i in reversed(kept):
+            if users[i] and self._affine(i) is None:
+                for a in self.tape.nodes[i].args:
+                    users[a] = True
+        return [i for i in kept if users[i]]
+
+    def _store(self, index: int, k: str) -> list[str]:
+        if index in self.rows and self.tape.nodes[index].op != "state":
+            return [f"h{self.rows[index]}[{k}] = v{index}"]
+        return []
+
+    def jet(self) -> list[str]:
+        """Body of ``jet``: Taylor coefficients of states, quadratures and guards up to ``order``."""
+        used = sorted({*range(len(self.rates) + len(self.guards)), *(self.rows[i] for i in self.in_jet & set(self.rows))})
+        lines = [f"h{r} = ws[{r}]" for r in used]
+        lines += [f"h{i}[0] = x[{i}]" for i in range(self.n)]
+        lines += [f"h{i}[0] = 0.0" for i in range(self.n, len(self.rates))]
+        for index in self._ordered(self.in_jet, order=False):
+            lines += [f"v{index} = {self._start(index)}", *self._store(index, "0")]
+        first_guard = len(self.rates)
+        lines += [f"h{first_guard + j}[0] = {self._value(g)}" for j, g in enumerate(self.guards)]
+        moving = [i for i, r in enumerate(self.rates) if not self._is_number(r)]
+        still = [i for i, r in enumerate(self.rates) if self._is_number(r)]
+        lines += [f"r{i} = {self._value(self.rates[i])}" for i in range(len(self.rates))]
+        loop = ["ik = 1.0 / k"]
+        loop += [f"h{i}[k] = r{i} * ik" for i in range(len(self.rates))]
+        for index in self._ordered(self.in_jet, order=True):
+            loop += [*self._order(index), *self._store(index, "k")]
+        loop += [f"h{first_guard + j}[k] = {'0.0' if self._is_number(g) else f'v{g}'}" for j, g in enumerate(self.guards)]
+        loop += [f"r{i} = v{self.rates[i]}" for i in moving] + [f"r{i} = 0.0" for i in still]
+        return [*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)]
+
+    def jacobian_jet(self) -> list[str]:
+        """Body of ``jacobian_jet``: coefficients of the Jacobian's entries that the jet does not already hold."""
+        if not self.in_jacobian:
+            return ["return"]
+        inputs = {a for i in self.in_jacobian for a in self.tape.nodes[i].args if a in self.in_jet}
+        slopes = {self.tape.slopes[i][0] for i in self.in_jacobian if i in self.tape.slopes}
+        touched = (self.in_jacobian | inputs | slopes) & set(self.rows)
+        lines = [f"h{r} = ws[{r}]" for r in sorted({self.rows[i] for i in touched})]
+        lines += [f"v{i} = h{self.rows[i]}[0]" for i in sorted(inputs) if i in self.rows]
+        for index in self._ordered(self.in_jacobian, order=False):
+            lines += [f"v{index} = {self._start(index)}", *self._store(index, "0")]
+        loop = ["ik = 1.0 / k"]
+        loop += [f"v{i} = h{self.rows[i]}[k]" for i in sorted(inputs) if i in self.rows]
+        for index in self._ordered(self.in_jacobian, order=True):
+            loop += [*self._order(index), *self._store(index, "k")]
+        return [*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)]
+
+    def tangent(self) -> list[str]:
+        """Body of ``tangent``: coefficients of one solution of the variational equation, in n rows from ``row``."""
+        pairs = sorted({(index, j) for (_, j), terms in self.products.items() for index, _ in terms})
+        lines = [f"h{r} = ws[{r}]" for r in sorted({self.rows[i] for i, _ in pairs})]
+        lines += [f"d{i} = ws[row + {i}]" for i in range(self.n)]
+        lines += [f"d{i}[0] = d[{i}]" for i in range(self.n)]
+        loop = ["ik = 1.0 / (k + 1)"]
+        for index, j in pairs:
+            row = self.rows[index]
+            loop += ["s = 0.0", "for j in range(k + 1):", f"    s += h{row}[k - j] * d{j}[j]", f"p{index}_{j} = s"]
+        for i in range(self.n):
+            terms = [f"{self.constants.text(w)} * d{j}[k]" for (a, j), w in self.linear.items() if a == i]
+            for (a, j), products in self.products.items():
+                if a == i:
+                    terms += [f"{self.constants.text(w)} * p{index}_{j}" for index, w in products]
+            loop.append(f"d{i}[k + 1] = " + (f"ik * ({' + '.join(terms)})" if terms else "0.0"))
+        return [*lines, "for k in range(order):", *(f"    {line}" for line in loop)]

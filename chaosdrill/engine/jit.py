@@ -1,0 +1,54 @@
+"""Decorators for compiled code.
+
+numba keys its disk cache by the file of the decorated function alone, so that an edited helper would leave stale code in
+its callers; here the key holds the content of all numerical code. Where no folder can be written, nothing is cached.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from numba.core.caching import FunctionCache
+
+from chaosdrill.codegen.cache import code_key
+
+FAST = {"contract", "reassoc", "nsz", "arcp"}
+"""Rounding freedom in Taylor recurrences; never in events, resets or saltation, where exact zeros carry the rank."""
+
+
+class ContentCache(FunctionCache):
+    """numba's disk cache with the content of the package's numerical code in its key."""
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return (*super()._index_key(sig, codegen), code_key())
+
+
+def compiled(signature: Any, **options: Any) -> Callable[[Any], Any]:
+    """Compile for one signature, from the disk cache if it is there; releases the interpreter lock."""
+
+    def decorate(function: Any) -> Any:
+        dispatcher = numba.njit(nogil=True, error_model="numpy", **options)(function)
+        try:
+            dispatcher._cache = ContentCache(function)
+        except RuntimeError:
+            pass
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()
+        return dispatcher
+
+    return decorate
+
+
+def kernel(signature: Any) -> Callable[[Any], Any]:
+    """Compile one function of a system."""
+    return compiled(signature)
+
+
+def helper(function: Any) -> Any:
+    """A Taylor recurrence, compiled into the kernel that calls it."""
+    return numba.njit(fastmath=FAST, error_model="numpy")(function)
+
+
+def inner(function: Any) -> Any:
+    """A function of the engine, compiled into its caller with strict rounding."""
+    return numba.njit(error_model="numpy")(function)

@@ -1,0 +1,21 @@
+"""The exceptions that users of chaosdrill meet."""
+
+
+class ChaosdrillError(Exception):
+    """Base of every error that chaosdrill raises on purpose; its text names the field, the value and the remedy."""
+
+
+class ModelError(ChaosdrillError):
+    """A hybrid system that cannot be compiled, with the reason."""
+
+
+class SettingsError(ChaosdrillError):
+    """An argument of an analysis or a number of a model that cannot be used."""
+
+
+class SceneError(ChaosdrillError):
+    """A scene file that cannot be run."""
+
+
+class ArchiveError(ChaosdrillError):
+    """An archive that cannot be read, written or compared."""

@@ -1,0 +1,94 @@
+"""What makes a system impossible to compile, said before anything is compiled."""
+
+import random
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.errors import ModelError
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+
+def check_system(system: "HybridSystem") -> None:
+    """Raise ModelError with the reason if the system cannot be compiled."""
+    names = [*system.state_names, *system.parameters, *system.quadratures]
+    if system.time is not None:
+        names.append(system.time.name)
+    for name in names:
+        if names.count(name) > 1:
+            raise ModelError(f"{system.name}: {name!r} is named twice among states, parameters, quadratures and time")
+    if not system.states:
+        raise ModelError(f"{system.name}: there is no state")
+    if not system.modes:
+        raise ModelError(f"{system.name}: there is no mode")
+    known = {sympy.Symbol(p, real=True) for p in system.parameters}
+    if system.period is not None:
+        _symbols(system, "period", system.period, known, "parameters")
+    known = known | set(system.states) | ({system.time} if system.time is not None else set())
+    for mode, field in system.modes.items():
+        for state in system.states:
+            if state not in field:
+                raise ModelError(f"{system.name}: mode {mode!r} gives no derivative for state {state.name!r}")
+        for state, rate in field.items():
+            if state not in system.states:
+                raise ModelError(f"{system.name}: mode {mode!r} gives a derivative for {state}, which is no state")
+            _symbols(system, f"mode {mode!r}, d{state}/dt", rate, known)
+    for name, integrand in system.quadratures.items():
+        _symbols(system, f"quadrature {name!r}", integrand, known)
+    for transition in system.transitions:
+        _check_transition(system, transition, known)
+    if system.period is not None and system.time is not None:
+        _check_periodic(system)
+
+
+def _check_transition(system: "HybridSystem", transition: Any, known: set[Any]) -> None:
+    where = f"transition {transition.name!r}"
+    for mode in (*transition.source, transition.target):
+        if mode not in system.modes:
+            raise ModelError(f"{system.name}: {where} names mode {mode!r}; modes are {list(system.modes)}")
+    _symbols(system, f"{where}, guard", transition.guard, known)
+    moving = set(system.states) | {system.time}
+    if not transition.guard.free_symbols & moving:
+        raise ModelError(f"{system.name}: {where}: the guard {transition.guard} depends on no state and not on time")
+    for state, value in transition.reset.items():
+        if state not in system.states:
+            raise ModelError(f"{system.name}: {where} resets {state}, which is no state; states are {system.state_names}")
+        _symbols(system, f"{where}, reset of {state}", value, known)
+    if transition.condition is not None:
+        if not isinstance(transition.condition, (sympy.logic.boolalg.Boolean, bool)):
+            raise ModelError(f"{system.name}: {where}: condition {transition.condition} is no relation such as v > 1")
+        _symbols(system, f"{where}, condition", transition.condition, known)
+
+
+def _symbols(system: "HybridSystem", where: str, expression: Any, known: set[Any], what: str = "") -> None:
+    unknown = sorted(s.name for s in expression.free_symbols - known)
+    if unknown:
+        allowed = what or "states, parameters and time"
+        raise ModelError(
+            f"{system.name}: {where}: unknown symbol {unknown[0]!r}; allowed are {allowed}: {sorted(s.name for s in known)}"
+        )
+    if expression.has(sympy.zoo, sympy.nan, sympy.oo):
+        raise ModelError(f"{system.name}: {where}: {expression} is not finite")
+
+
+def _check_periodic(system: "HybridSystem") -> None:
+    """The declared period must be a period of every expression that names time."""
+    rng = random.Random(1)
+    expressions = [f for field in system.modes.values() for f in field.values()]
+    for transition in system.transitions:
+        expressions += [transition.guard, *transition.reset.values()]
+    values = {sympy.Symbol(p, real=True): v for p, v in system.parameters.items()}
+    period = float(system.period.subs(values))
+    for expression in expressions:
+        if system.time not in expression.free_symbols:
+            continue
+        here = {**values, **{s: rng.uniform(0.1, 0.9) for s in system.states}}
+        instant = rng.uniform(0, period)
+        before, after = (complex(expression.subs({**here, system.time: u}).evalf()) for u in (instant, instant + period))
+        if abs(after - before) > 1e-9 * (1 + abs(before)):
+            raise ModelError(
+                f"{system.name}: {expression} does not repeat after the declared period {system.period} = {period:.6g}; "
+                "mend the period or leave it out"
+            )

@@ -1,0 +1,77 @@
+"""Derivatives of a system's expressions: nobody writes one by hand."""
+
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+    from chaosdrill.model.transition import Transition
+
+
+class _Floor(sympy.Function):
+    """floor, with the derivative it has between its jumps."""
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        return sympy.Integer(0)
+
+    def _latex(self, printer: Any) -> str:
+        return printer.doprint(sympy.floor(self.args[0]))
+
+
+def differentiate(expression: Any, symbol: Any) -> Any:
+    """Derivative between the jumps: that of ``Mod(u, m)`` is u' - floor(u/m) m', that of ``floor`` is 0."""
+    if not expression.has(sympy.Mod, sympy.floor):
+        return sympy.diff(expression, symbol)
+    opened = expression.replace(sympy.Mod, lambda u, m: u - m * _Floor(u / m)).replace(sympy.floor, _Floor)
+    return sympy.diff(opened, symbol).replace(_Floor, sympy.floor)
+
+
+def jacobian(system: "HybridSystem", mode: str) -> sympy.Matrix:
+    """Derivative of the field of one mode, shape (n, n)."""
+    field = system.modes[mode]
+    return sympy.Matrix([[differentiate(field[s], x) for x in system.states] for s in system.states])
+
+
+def time_derivative(system: "HybridSystem", expression: Any) -> Any:
+    """Explicit derivative with respect to time."""
+    return sympy.Integer(0) if system.time is None else differentiate(expression, system.time)
+
+
+def guard_gradient(system: "HybridSystem", guard: Any) -> list[Any]:
+    """Derivatives of a guard with respect to the states and, last, to time: n + 1 expressions."""
+    return [*(differentiate(guard, x) for x in system.states), time_derivative(system, guard)]
+
+
+def reset_map(system: "HybridSystem", transition: "Transition") -> list[Any]:
+    """The n states after the event as expressions of those before it."""
+    return [transition.reset.get(x, x) for x in system.states]
+
+
+def reset_jacobian(system: "HybridSystem", transition: "Transition") -> list[list[Any]]:
+    """Derivatives of the reset map, n rows of n + 1 expressions (the last by time)."""
+    return [
+        [*(differentiate(r, x) for x in system.states), time_derivative(system, r)]
+        for r in reset_map(system, transition)
+    ]
+
+
+def saltation(system: "HybridSystem", transition: "Transition", source: str | None = None) -> sympy.Matrix:
+    """Saltation matrix of a transition as an expression of the state before it, shape (n, n).
+
+    S = DR + (F+ - DR F- - dR/dt) n^T / (n.F- + dh/dt), with R the reset, h the guard and n its gradient (Aizerman and
+    Gantmakher 1958; Leine and Nijmeijer 2004, doi:10.1007/978-3-540-44398-8). In a system that is augmented with time
+    S F- = F+ holds exactly.
+    """
+    mode = source or transition.source[0]
+    before = sympy.Matrix([system.modes[mode][x] for x in system.states])
+    image = dict(zip(system.states, reset_map(system, transition), strict=True))
+    after = sympy.Matrix([system.modes[transition.target][x] for x in system.states]).xreplace(image)
+    rows = reset_jacobian(system, transition)
+    n = len(system.states)
+    slope = sympy.Matrix([row[:n] for row in rows])
+    explicit = sympy.Matrix([row[n] for row in rows])
+    gradient = guard_gradient(system, transition.guard)
+    normal = sympy.Matrix([gradient[:n]])
+    speed = (normal * before)[0, 0] + gradient[n]
+    return slope + (after - slope * before - explicit) * normal / speed

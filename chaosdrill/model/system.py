@@ -1,0 +1,213 @@
+"""A hybrid dynamical system as its user writes it: modes that flow, guards, resets."""
+
+from collections.abc import Iterable, Mapping
+from copy import copy
+from typing import Any
+
+import sympy
+
+from chaosdrill.errors import ModelError, SettingsError
+from chaosdrill.model.check import check_system
+from chaosdrill.model.transition import Transition
+
+DEFAULT_BOUND = 1e9
+
+
+class HybridSystem:
+    """States that flow in modes and jump at guards, written in sympy.
+
+    Symbols are matched by name, whatever their assumptions. Jacobians, guard gradients, reset Jacobians and saltation
+    matrices are derived from the expressions.
+
+    Parameters
+    ----------
+    name : str
+        Name of the system.
+    states : sequence of sympy.Symbol
+        The n states.
+    time : sympy.Symbol, optional
+        The symbol that stands for time, if any expression names it.
+    parameters : mapping of str to float
+        Parameters and their values.
+    modes : mapping of str to mapping of state to expression
+        Time derivative of every state in every mode.
+    transitions : sequence of Transition
+        What happens at the guards.
+    period : sympy expression, optional
+        Period of the explicit time dependence (of parameters only); strobes are taken once a period.
+    initial : mapping, optional
+        ``"mode"`` and values of states; default: the first mode, and 0.
+    quadratures : mapping of str to expression, optional
+        Integrals along the flow which feed back into nothing.
+    bounds : mapping of state to (low, high) or None, optional
+        A state outside of its bounds has escaped. Default +-1e9; None stands for no bound.
+    description : str
+        One line.
+    labels : mapping of str to str
+        Long names of states, parameters and quadratures.
+
+    Raises
+    ------
+    ModelError
+        If the system cannot be compiled, with the reason.
+    """
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        states: Iterable[Any],
+        time: Any = None,
+        parameters: Mapping[str, float],
+        modes: Mapping[str, Mapping[Any, Any]],
+        transitions: Iterable[Transition] = (),
+        period: Any = None,
+        initial: Mapping[Any, Any] | None = None,
+        quadratures: Mapping[str, Any] | None = None,
+        bounds: Mapping[Any, Any] | None = None,
+        description: str = "",
+        labels: Mapping[str, str] | None = None,
+    ) -> None:
+        self.name = name
+        self.description = description
+        self.labels = dict(labels or {})
+        self.states = tuple(canonical(s) for s in states)
+        self.time = None if time is None else canonical(time)
+        self.parameters = {str(key): _number(name, "parameter", key, value) for key, value in parameters.items()}
+        self.modes = {
+            str(mode): {canonical(s): canonical(f) for s, f in field.items()} for mode, field in modes.items()
+        }
+        self.transitions = tuple(t.rewritten(canonical) for t in transitions)
+        self.period = None if period is None else canonical(period)
+        self.quadratures = {str(key): canonical(value) for key, value in (quadratures or {}).items()}
+        self.bounds = {s.name: (-DEFAULT_BOUND, DEFAULT_BOUND) for s in self.states}
+        for key, bound in (bounds or {}).items():
+            if str(key) not in self.bounds:
+                raise ModelError(f"{name}: bounds name {str(key)!r}, which is no state; states are {self.state_names}")
+            self.bounds[str(key)] = (-float("inf"), float("inf")) if bound is None else (float(bound[0]), float(bound[1]))
+        self.initial = {"mode": next(iter(self.modes), None), **{s.name: 0.0 for s in self.states}}
+        check_system(self)
+        self._set_initial({str(key): value for key, value in (initial or {}).items()})
+        self._shared: dict[str, Any] = {}
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in order."""
+        return tuple(s.name for s in self.states)
+
+    @property
+    def mode_names(self) -> tuple[str, ...]:
+        """Names of the modes, in order."""
+        return tuple(self.modes)
+
+    @property
+    def kernels(self) -> Any:
+        """The compiled functions of this system; copies with other numbers share them."""
+        if "kernels" not in self._shared:
+            from chaosdrill.codegen import compile_system
+
+            self._shared["kernels"] = compile_system(self)
+        return self._shared["kernels"]
+
+    def forcing_period(self) -> float | None:
+        """The period as a number, at the present parameters; None if the system has none."""
+        if self.period is None:
+            return None
+        value = sympy.sympify(self.period).subs({p: self.parameters[p.name] for p in self.period.free_symbols})
+        try:
+            number = float(value)
+        except TypeError:
+            number = float("nan")
+        if not 0 < number < float("inf"):
+            raise SettingsError(f"{self.name}: the period {self.period} is {value} at {self.parameters}; it must be > 0")
+        return number
+
+    def with_parameters(self, **values: float) -> "HybridSystem":
+        """A copy with other parameter values; the compiled kernels are shared."""
+        for key in values:
+            if key not in self.parameters:
+                raise SettingsError(f"{self.name}: unknown parameter {key!r}; it has {sorted(self.parameters)}")
+        other = copy(self)
+        other.parameters = {
+            **self.parameters,
+            **{key: _number(self.name, "parameter", key, value) for key, value in values.items()},
+        }
+        return other
+
+    def with_initial(self, **values: Any) -> "HybridSystem":
+        """A copy that starts elsewhere: ``with_initial(y=0.1, mode="slip")``."""
+        other = copy(self)
+        other.initial = dict(self.initial)
+        other._set_initial(values)
+        return other
+
+    def augmented(self, *, time: bool = False, parameters: Iterable[str] = ()) -> "HybridSystem":
+        """The same system with time (rate 1) and parameters (rate 0) among its states.
+
+        Tangents of the augmented system hold the explicit dependence on time and the sensitivities to parameters, and
+        its saltation matrices obey ``S F- = F+`` exactly.
+
+        Parameters
+        ----------
+        time : bool
+            Make time a state (of the symbol's name).
+        parameters : iterable of str
+            Parameters that become states of the same name.
+        """
+        names = tuple(parameters)
+        unknown = [key for key in names if key not in self.parameters]
+        if unknown:
+            raise SettingsError(f"{self.name}: unknown parameter {unknown[0]!r}; it has {sorted(self.parameters)}")
+        extra: dict[Any, tuple[Any, float]] = {}
+        if time and self.time is not None:
+            extra[self.time] = (sympy.Integer(1), 0.0)
+        for key in names:
+            extra[sympy.Symbol(key, real=True)] = (sympy.Integer(0), self.parameters[key])
+        fixed = {sympy.Symbol(key, real=True): self.parameters[key] for key in names}
+        return HybridSystem(
+            name=f"{self.name} (augmented)",
+            states=(*self.states, *extra),
+            time=None if time else self.time,
+            parameters={key: value for key, value in self.parameters.items() if key not in names},
+            modes={m: {**field, **{s: rate for s, (rate, _) in extra.items()}} for m, field in self.modes.items()},
+            transitions=self.transitions,
+            period=None if self.period is None else self.period.subs(fixed),
+            initial={**self.initial, **{s.name: value for s, (_, value) in extra.items()}},
+            quadratures=self.quadratures,
+            bounds={**self.bounds, **{s.name: None for s in extra}},
+            description=self.description,
+            labels=self.labels,
+        )
+
+    def _set_initial(self, values: Mapping[str, Any]) -> None:
+        for key, value in values.items():
+            if key == "mode":
+                if value not in self.modes:
+                    raise SettingsError(f"{self.name}: initial mode {value!r}; modes are {list(self.modes)}")
+                self.initial["mode"] = value
+            elif key in self.state_names:
+                self.initial[key] = _number(self.name, "initial", key, value)
+            else:
+                raise SettingsError(f"{self.name}: initial names {key!r}; expected 'mode' or one of {self.state_names}")
+
+    def __repr__(self) -> str:
+        return (
+            f"HybridSystem({self.name!r}, states={self.state_names}, modes={self.mode_names}, "
+            f"transitions={tuple(t.name for t in self.transitions)})"
+        )
+
+
+def canonical(expression: Any) -> Any:
+    """The expression with every symbol replaced by the real symbol of the same name."""
+    expression = sympy.sympify(expression)
+    return expression.xreplace({s: sympy.Symbol(s.name, real=True) for s in expression.free_symbols})
+
+
+def _number(system: str, what: str, key: Any, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if number != number or number in (float("inf"), -float("inf")):
+        raise SettingsError(f"{system}: {what} {str(key)!r} is {value!r}; it must be a finite number")
+    return number
