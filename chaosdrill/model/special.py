@@ -1,0 +1,52 @@
+"""Special functions of the contact laws, as sympy functions that know their derivatives.
+
+With G(v) = v/lam - ln(1 + lam v)/lam^2 a Hunt-Crossley contact d'' = -k d^n (1 + lam d') keeps G(d') + k d^(n+1)/(n+1),
+so G(exit) = G(entry) whatever k, n and the masses are. Source: Hunt and Crossley 1975, doi:10.1115/1.3423596.
+"""
+
+from typing import Any
+
+import sympy
+from sympy.core.function import ArgumentIndexError
+
+
+class hunt_crossley_exit(sympy.Function):  # noqa: N801
+    """Exit speed s(v, lam) > 0 of a contact entered at speed v, with damping constant lam (1/speed).
+
+    s = [1 + W0(-(1 + lam v) exp(-(1 + lam v)))] / lam, with W0 the principal Lambert branch.
+    """
+
+    nargs = 2
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by v (closed form in s itself) or by lam (the similarity s(v, lam) = S(lam v)/lam)."""
+        v, lam = self.args
+        if argindex == 1:
+            return v / (1 + lam * v) * (1 - lam * self) / self
+        if argindex == 2:
+            return hunt_crossley_exit_lam(v, lam)
+        raise ArgumentIndexError(self, argindex)
+
+
+class hunt_crossley_exit_lam(sympy.Function):  # noqa: N801
+    """Derivative of the exit speed by lam: (v ds/dv - s)/lam, about -(2/3) v^2 where lam v is small."""
+
+    nargs = 2
+
+
+class hunt_crossley_peak(sympy.Function):  # noqa: N801
+    """Peak of k d^n (1 + lam d') over a contact entered at speed v; for conditions only, it has no derivative.
+
+    A force per unit of relative mass where k is a stiffness per unit of relative mass. It is reached where
+    n d' = lam (n + 1) (G(v) - G(d')), before the greatest depth.
+    """
+
+    nargs = 4
+
+
+SPECIAL = {
+    "hunt_crossley_exit": "chaosdrill.engine.special:hunt_crossley_exit",
+    "hunt_crossley_exit_lam": "chaosdrill.engine.special:hunt_crossley_exit_lam",
+    "hunt_crossley_peak": "chaosdrill.engine.special:hunt_crossley_peak",
+}
+"""Name of the sympy function -> ``module:function`` that evaluates it in compiled code."""

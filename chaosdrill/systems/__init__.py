@@ -1,0 +1,139 @@
+"""Ready-made systems: one file and one line of this registry each.
+
+A module of the shelf offers ``STATES``, ``PARAMETERS`` (name -> default) and ``system()``; one that is assembled from
+effects offers ``states(effects)``, ``parameters(effects)`` and ``system(effects)``. Nothing here imports sympy before a
+system is built.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.errors import ModelError
+from chaosdrill.systems.drill.effects import OPTIONS, remedy
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of the registry.
+
+    Parameters
+    ----------
+    name : str
+        Name by which scenes and `build` know the system.
+    summary : str
+        One line.
+    module : str
+        Module that writes the system down.
+    effects : bool
+        Whether it is assembled from effects.
+    """
+
+    name: str
+    summary: str
+    module: str
+    effects: bool = False
+
+
+REGISTRY: dict[str, Entry] = {
+    entry.name: entry
+    for entry in (
+        Entry("percussive-drill", "bit and rock, assembled from effects", "chaosdrill.systems.drill", effects=True),
+        Entry(
+            "percussive-drill-5d",
+            "the drill in the paper's autonomous form, phase and penetration among the states",
+            "chaosdrill.systems.percussive_drill_5d",
+        ),
+        Entry("impact-oscillator", "forced oscillator that hits a wall", "chaosdrill.systems.impact_oscillator"),
+        Entry("bouncing-ball", "ball on a floor that is still or moves sinusoidally", "chaosdrill.systems.bouncing_ball"),
+        Entry("belt-stick-slip", "spring-held mass on a moving belt, Coulomb friction", "chaosdrill.systems.belt_stick_slip"),
+        Entry("den-hartog", "forced oscillator with Coulomb friction", "chaosdrill.systems.den_hartog"),
+        Entry("rimless-wheel", "spoked wheel that rolls down a slope", "chaosdrill.systems.rimless_wheel"),
+        Entry("chua", "Chua's circuit, piecewise linear", "chaosdrill.systems.chua"),
+        Entry("tilted-switch", "tripling map made by a tilted switching line", "chaosdrill.systems.tilted_switch"),
+        Entry("saddle-reset", "saddle flow with a tripling reset", "chaosdrill.systems.saddle_reset"),
+        Entry("lorenz", "Lorenz's convection model", "chaosdrill.systems.lorenz"),
+        Entry("roessler", "Rössler's single-scroll flow", "chaosdrill.systems.roessler"),
+    )
+}
+
+EFFECTS: dict[str, dict[str, str]] = OPTIONS
+
+
+def parameters(name: str, effects: Mapping[str, str] | None = None) -> dict[str, float]:
+    """Names and defaults of the parameters that a system has with these effects.
+
+    Parameters
+    ----------
+    name : str
+        A name of `REGISTRY`.
+    effects : mapping of str to str, optional
+        Effect -> option, of `EFFECTS`; an effect that is absent is not simulated. None: the system's own choice.
+
+    Returns
+    -------
+    dict of str to float
+
+    Raises
+    ------
+    ModelError
+        If the system, an effect or an option does not exist, or if effects exclude each other.
+    """
+    entry, module = _module(name, effects)
+    return module.parameters(effects) if entry.effects else dict(module.PARAMETERS)
+
+
+def states(name: str, effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """Names of the states that a system has with these effects; arguments and errors as for `parameters`."""
+    entry, module = _module(name, effects)
+    return module.states(effects) if entry.effects else module.STATES
+
+
+def build(
+    name: str,
+    parameters: Mapping[str, float] | None = None,
+    effects: Mapping[str, str] | None = None,
+    initial: Mapping[str, Any] | None = None,
+) -> "HybridSystem":
+    """Build a system of the shelf.
+
+    Parameters
+    ----------
+    name : str
+        A name of `REGISTRY`.
+    parameters : mapping of str to float, optional
+        Values that replace defaults.
+    effects : mapping of str to str, optional
+        Effect -> option, of `EFFECTS`; an effect that is absent is not simulated. None: the system's own choice.
+    initial : mapping of str to float or str, optional
+        ``mode`` and values of states that replace the system's own.
+
+    Returns
+    -------
+    HybridSystem
+
+    Raises
+    ------
+    ModelError
+        If the system, an effect, an option or a parameter does not exist, with the remedy.
+    """
+    entry, module = _module(name, effects)
+    known = module.parameters(effects) if entry.effects else module.PARAMETERS
+    for key in parameters or {}:
+        if key not in known:
+            raise ModelError(f"{name}: unknown parameter {key!r}; {remedy(key, known)}")
+    system = module.system(effects) if entry.effects else module.system()
+    return system.with_parameters(**(parameters or {})).with_initial(**(initial or {}))
+
+
+def _module(name: str, effects: Mapping[str, str] | None) -> tuple[Entry, Any]:
+    if name not in REGISTRY:
+        raise ModelError(f"unknown system {name!r}; {remedy(name, REGISTRY)}")
+    entry = REGISTRY[name]
+    if effects and not entry.effects:
+        raise ModelError(f"{name} is not assembled from effects; leave {sorted(effects)} out")
+    return entry, import_module(entry.module)

@@ -1,0 +1,175 @@
+"""The drill in reduced coordinates, put together from its effects.
+
+    y' = u - w
+    u' = b + load(t) - l                 l = y + 2 xi (u - w): force of spring and damper
+    w' = eps (l - f(w))                  stick: w = 0 while l <= 1
+    stop: y <= r
+
+y is the stretch of the spring, u and w are the speeds of bit and rock; the penetration (integral of w) enters no force
+and is a quadrature. Displacements are in units of mu_e F_N / K, time in units of sqrt(m1 / K). Source: equations (1) to
+(11) of the paper "System for percussive drilling with rock model", misprints mended as the theory page tells.
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.errors import ModelError
+from chaosdrill.systems.drill import contact, drive, effects, friction, rock
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem, Transition
+
+NAME = "percussive-drill"
+
+# Beyond w = 25 friction is at its kinetic value to 1e-32 and a static load above it accelerates for ever; the other
+# bounds only catch an overflow on its way.
+BOUNDS = {"y": (-1e3, 1e3), "u": (-1e3, 1e3), "w": (-25.0, 25.0)}
+
+LABELS = {
+    "y": "stretch of the spring",
+    "u": "speed of the bit",
+    "w": "speed of the rock-side mass",
+    "penetration": "penetration of the rock-side mass",
+    "b": "static load over the static friction force",
+    "xi": "damping ratio",
+    **drive.LABELS,
+    **friction.LABELS,
+    **rock.LABELS,
+    **contact.LABELS,
+}
+
+
+def drill(
+    *,
+    drive: str = "harmonic",
+    friction: str = "stribeck",
+    rock: str = "moving",
+    contact: str = "hunt-crossley",
+    initial: Mapping[str, Any] | None = None,
+    name: str | None = None,
+    **parameters: float,
+) -> "HybridSystem":
+    """Build the percussive drill.
+
+    Parameters
+    ----------
+    drive : {"harmonic", "lobes", "none"}
+        Dynamic load on the bit.
+    friction : {"stribeck", "coulomb", "none"}
+        Friction between rock-side mass and rock, one-sided.
+    rock : {"moving", "fixed"}
+        Whether the rock-side mass moves; where it does, its penetration is a quadrature.
+    contact : {"hunt-crossley", "newton", "none"}
+        Hit at the stop.
+    initial : mapping, optional
+        ``mode``, ``y``, ``u``, ``w`` that differ from rest.
+    name : str, optional
+        Name of the system; default ``"percussive-drill"``.
+    **parameters : float
+        Values of ``a b xi eps eta mu g r lam phi n k`` (``lobes spin`` for lobes, ``e`` for newton) that differ from
+        the defaults: 0.25, 0.7, 0.06, 1, 0.8, 0.6, 3, 1, 0.6, pi/2, 1, 12e5. All dimensionless.
+
+    Returns
+    -------
+    HybridSystem
+        Modes ``stick`` and ``slip``, as far as the effects make them reachable.
+
+    Raises
+    ------
+    ModelError
+        If an option does not exist, effects exclude each other, or a parameter is used by none of them.
+    """
+    chosen = {"drive": drive, "friction": friction, "rock": rock, "contact": contact}
+    used = effects.parameters(chosen)
+    for key in parameters:
+        if key not in used:
+            raise ModelError(_unused(key, chosen, used))
+    system = _assemble(effects.complete(chosen), name or NAME)
+    return system.with_parameters(**parameters).with_initial(**(initial or {}))
+
+
+def system(chosen: Mapping[str, str] | None = None) -> "HybridSystem":
+    """The drill with these effects and default parameters; an effect that is absent is not simulated."""
+    return _assemble(effects.complete(chosen), NAME)
+
+
+def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
+    import sympy
+
+    from chaosdrill.model import HybridSystem
+
+    y, u, w, t, b, xi, r = sympy.symbols("y u w t b xi r", real=True)
+    moves, held = chosen["rock"] == "moving", chosen["friction"] != "none"
+    load, period = drive.load(chosen["drive"], t)
+    states = (y, u, w) if moves else (y, u)
+    modes: dict[str, dict[Any, Any]] = {}
+    if held or not moves:
+        force = y + 2 * xi * u
+        modes["stick"] = {y: u, u: b + load - force} | ({w: sympy.Integer(0)} if moves else {})
+    if moves:
+        force = y + 2 * xi * (u - w)
+        resistance = friction.resistance(chosen["friction"], w)
+        modes["slip"] = {y: u - w, u: b + load - force, w: rock.acceleration(force, resistance)}
+    transitions = _slips(y + 2 * xi * u - friction.STATIC, w) if held else []
+    if chosen["contact"] != "none":
+        transitions += _hits(chosen["contact"], y - r, u, w, held, moves)
+    parameters = effects.parameters(chosen)
+    quadratures = {"penetration": w} if moves else {}
+    kept = {*(s.name for s in states), *parameters, *quadratures}
+    return HybridSystem(
+        name=name,
+        states=states,
+        time=None if period is None else t,
+        parameters=parameters,
+        modes=modes,
+        transitions=transitions,
+        period=period,
+        quadratures=quadratures,
+        bounds={s.name: BOUNDS[s.name] for s in states},
+        description="percussive drill: " + ", ".join(f"{effect} {option}" for effect, option in chosen.items()),
+        labels={key: label for key, label in LABELS.items() if key in kept},
+    )
+
+
+def _slips(excess: Any, w: Any) -> list["Transition"]:
+    from chaosdrill.model import Transition
+
+    return [
+        Transition("release", source="stick", target="slip", guard=excess, direction=+1, kind="slip"),
+        Transition("stick", source="slip", target="stick", guard=w, direction=-1, reset={w: 0}),
+    ]
+
+
+def _hits(option: str, gap: Any, u: Any, w: Any, held: bool, moves: bool) -> list["Transition"]:
+    """Transitions of the stop; they act before a release at the same instant, which then follows from the hit."""
+    from chaosdrill.model import Transition
+
+    event = {"guard": gap, "direction": +1, "priority": 1, "kind": "impact"}
+    if not moves:
+        return [Transition("hit", source="stick", target="stick", reset={u: -contact.exit_speed(option, u)}, **event)]
+    hits = []
+    if held:
+        weak = contact.holds(option, u)
+        if weak is not None:
+            reset = {u: -contact.exit_speed(option, u)}
+            hits.append(Transition("weak-hit", source="stick", target="stick", reset=reset, condition=weak, **event))
+        after = contact.exchange(option, u, 0)
+        reset = dict(zip((u, w), after, strict=True))
+        hits.append(Transition("strong-hit", source="stick", target="slip", reset=reset, **event))
+    after = contact.exchange(option, u, w)
+    hits.append(Transition("hit", source="slip", target="slip", reset=dict(zip((u, w), after, strict=True)), **event))
+    return hits
+
+
+def _unused(key: str, chosen: Mapping[str, str], used: Mapping[str, float]) -> str:
+    for effect, options in effects.OPTIONS.items():
+        for option in options:
+            if option == chosen[effect]:
+                continue
+            try:
+                others = effects.parameters({**chosen, effect: option})
+            except ModelError:
+                continue
+            if key in others:
+                return f"parameter {key!r} is not used with {effect}={chosen[effect]!r}; leave it out, or choose {effect}={option!r}"
+    return f"unknown parameter {key!r}; {effects.remedy(key, used)}"

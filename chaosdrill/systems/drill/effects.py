@@ -1,0 +1,67 @@
+"""Which effects a drill has, and which go together."""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+
+from chaosdrill.errors import ModelError
+from chaosdrill.systems.drill import contact, drive, friction, rock
+
+OPTIONS = {
+    "drive": drive.OPTIONS,
+    "friction": friction.OPTIONS,
+    "rock": rock.OPTIONS,
+    "contact": contact.OPTIONS,
+}
+ABSENT = {"drive": "none", "friction": "none", "rock": "fixed", "contact": "none"}
+PAPER = {"drive": "harmonic", "friction": "stribeck", "rock": "moving", "contact": "hunt-crossley"}
+
+
+def complete(effects: Mapping[str, str] | None) -> dict[str, str]:
+    """Every effect with its option.
+
+    Parameters
+    ----------
+    effects : mapping of str to str or None
+        What is simulated; an effect that is absent is not. None: the paper's effects.
+
+    Raises
+    ------
+    ModelError
+        If an effect or option does not exist, or if friction is to act on a rock that never moves.
+    """
+    if effects is None:
+        return dict(PAPER)
+    for effect, option in effects.items():
+        if effect not in OPTIONS:
+            raise ModelError(f"unknown effect {effect!r}; {remedy(effect, OPTIONS)}")
+        if option not in OPTIONS[effect]:
+            raise ModelError(f"{effect}: there is no {option!r}; {remedy(str(option), OPTIONS[effect])}")
+    chosen = {**ABSENT, **effects}
+    if chosen["rock"] == "fixed" and chosen["friction"] != "none":
+        raise ModelError(
+            f"friction {chosen['friction']!r} acts on a rock that moves, and rock is 'fixed'; "
+            "choose rock 'moving', or friction 'none'"
+        )
+    return chosen
+
+
+def parameters(effects: Mapping[str, str] | None = None) -> dict[str, float]:
+    """Names and defaults of the parameters that the chosen effects use."""
+    chosen = complete(effects)
+    values = {"b": 0.7, "xi": 0.06}
+    for effect, part in (("drive", drive), ("rock", rock), ("friction", friction), ("contact", contact)):
+        values |= part.PARAMETERS[chosen[effect]]
+    if chosen["friction"] != "none":
+        values |= contact.FORCE_PARAMETERS[chosen["contact"]]
+    return values
+
+
+def states(effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """Names of the states: the rock's speed w is one only where the rock moves."""
+    return ("y", "u", "w") if complete(effects)["rock"] == "moving" else ("y", "u")
+
+
+def remedy(word: str, known: Mapping[str, object]) -> str:
+    """The likely fix of a wrong word."""
+    close = get_close_matches(word, known, n=1)
+    return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
