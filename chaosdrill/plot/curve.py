@@ -1,0 +1,115 @@
+"""A trajectory as a curve that jumps where the system jumps."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.plot.style import flag_names
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+# a jump smaller than this part of the state's range is no jump to the eye
+_VISIBLE = 1e-6
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Samples and both sides of every event, in order of time.
+
+    Parameters
+    ----------
+    time : ndarray, shape (m,)
+        Times, in units of the archive's own time.
+    state : ndarray, shape (m, n)
+        States; the sides of an event stand next to each other at the same time.
+    mode : ndarray, shape (m,)
+        Mode codes.
+    """
+
+    time: "NDArray[np.float64]"
+    state: "NDArray[np.float64]"
+    mode: "NDArray[np.int64]"
+
+    def bands(self) -> list[tuple[float, float, int]]:
+        """Return ``(start, end, mode)`` of every stretch of time spent in one mode."""
+        if self.time.size == 0:
+            return []
+        changes = np.flatnonzero(np.diff(self.mode)) + 1
+        edges = np.concatenate([[0], changes, [self.time.size - 1]])
+        return [
+            (float(self.time[i]), float(self.time[j]), int(self.mode[i]))
+            for i, j in pairwise(edges)
+            if self.time[j] > self.time[i]
+        ]
+
+
+def join(dataset: "xr.Dataset") -> Curve:
+    """Merge the samples of a ``trajectory`` dataset with the states before and after its events."""
+    time = dataset["time"].values
+    events = dataset["event_time"].values
+    mode = dataset["mode"].values.astype(np.int64)
+    # the mode on each side of an event, where the archive does not say, is that of the nearest sample on that side
+    last = max(time.size - 1, 0)
+    before = _event_mode(dataset, "event_mode_before", mode[np.clip(np.searchsorted(time, events) - 1, 0, last)])
+    after = _event_mode(dataset, "event_mode_after", mode[np.clip(np.searchsorted(time, events, "right"), 0, last)])
+    states = [dataset[name].values for name in ("state", "event_state_before", "event_state_after")]
+    times = np.concatenate([time, events, events])
+    # at equal times the events come first, in their own order, each with its two sides: a sample there is after them
+    order = np.concatenate(
+        [np.full(time.size, 2 * events.size), 2 * np.arange(events.size), 2 * np.arange(events.size) + 1]
+    )
+    index = np.lexsort((order, times))
+    return Curve(times[index], np.concatenate(states)[index], np.concatenate([mode, before, after])[index])
+
+
+def _event_mode(dataset: "xr.Dataset", name: str, otherwise: "NDArray[np.int64]") -> "NDArray[np.int64]":
+    return dataset[name].values.astype(np.int64) if name in dataset.variables else otherwise
+
+
+def last_part(dataset: "xr.Dataset", events: int) -> "xr.Dataset":
+    """Return the end of a trajectory with at most ``events`` events, cut at a forcing period where there is one."""
+    times = dataset["event_time"].values
+    end = float(dataset["time"].values[-1])
+    if times.size <= events:
+        return dataset
+    start = float(times[-events])
+    if "forcing_period" in dataset.variables:
+        period = float(dataset["forcing_period"])
+        start = end - max(1, np.floor((end - start) / period)) * period
+    tiny = 1e-9 * max(abs(end), 1.0)
+    return dataset.isel(time=dataset["time"].values >= start - tiny, event=times >= start - tiny)
+
+
+def strobe(dataset: "xr.Dataset") -> "NDArray[np.float64]":
+    """Return the sampled states at whole forcing periods, shape (k, n); empty for a system that is not forced."""
+    state = dataset["state"].values
+    if "forcing_period" not in dataset.variables:
+        return state[:0]
+    turns = dataset["time"].values / float(dataset["forcing_period"])
+    return state[np.abs(turns - np.round(turns)) < 1e-9 * np.maximum(1.0, np.abs(turns))]
+
+
+def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
+    """Return ``(event name, value)`` of the walls at which the state jumps while its entry ``index`` keeps one value.
+
+    A wall is read from the events themselves: two or more of a kind, all at one value of the entry, at least one of
+    which changes another entry visibly.
+    """
+    found = []
+    extent = np.ptp(dataset["state"].values, axis=0)
+    before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
+    kinds = dataset["event_kind"].values
+    for code, name in (flag_names(dataset["event_kind"]) if kinds.size else {}).items():
+        hit = kinds == code
+        if hit.sum() < 2:
+            continue
+        level = before[hit, index]
+        jumps = np.any(np.abs(after[hit] - before[hit]) > _VISIBLE * np.maximum(extent, 1e-300), axis=0)
+        jumps[index] = False
+        if np.ptp(level) <= _VISIBLE * extent[index] and jumps.any():
+            found.append((name, float(np.mean(level))))
+    return found

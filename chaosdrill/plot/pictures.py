@@ -1,0 +1,111 @@
+"""Which pictures suit which kind of analysis, and the one function that makes them from an archive."""
+
+from dataclasses import dataclass
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from chaosdrill.errors import ArchiveError, SettingsError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+FORMATS = ("png", "pdf", "svg")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that can be drawn of one kind of dataset.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of analysis that it shows.
+    name : str
+        Its name, part of the file's name.
+    home : str
+        ``module:function``; the function takes the dataset and returns a matplotlib figure.
+    states : int, default 1
+        How many states a system needs for it.
+    """
+
+    kind: str
+    name: str
+    home: str
+    states: int = 1
+
+    def draw(self, dataset: "xr.Dataset") -> "Figure":
+        """Return the figure of a dataset."""
+        module, function = self.home.split(":")
+        figure: Figure = getattr(import_module(module), function)(dataset)
+        return figure
+
+    def suits(self, dataset: "xr.Dataset") -> bool:
+        """Return whether the picture can be drawn of this dataset."""
+        return dataset.attrs.get("kind") == self.kind and dataset.sizes.get("state", self.states) >= self.states
+
+
+PICTURES = (
+    Picture("trajectory", "time-history", "chaosdrill.plot.time_history:time_history"),
+    Picture("trajectory", "phase-portrait", "chaosdrill.plot.phase_portrait:phase_portrait", states=2),
+    Picture("poincare-section", "poincare-section", "chaosdrill.plot.poincare:poincare"),
+    Picture("lyapunov-spectrum", "convergence", "chaosdrill.plot.convergence:convergence"),
+    Picture("bifurcation-diagram", "bifurcation-diagram", "chaosdrill.plot.bifurcation:bifurcation"),
+)
+
+
+def plot_archive(
+    path: str | PathLike[str], output: str | PathLike[str] | None = None, group: str | None = None
+) -> list[Path]:
+    """Draw every picture that suits what is in an archive.
+
+    Parameters
+    ----------
+    path : path
+        The archive.
+    output : path, optional
+        The picture's file; its suffix (png, pdf or svg) is the format. Where there are several pictures, the group's
+        and the picture's names are put in front of the suffix. Default: beside the archive, under its name, as png.
+    group : str, optional
+        Only this group of the archive.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    ArchiveError
+        The archive cannot be read, has no such group, or holds nothing that a picture suits.
+    SettingsError
+        The suffix of ``output`` names no known format.
+    """
+    from chaosdrill.archive import open as open_archive
+    from chaosdrill.plot.style import style
+
+    target = Path(output) if output is not None else Path(path).with_suffix(".png")
+    if target.suffix.lstrip(".").lower() not in FORMATS:
+        raise SettingsError(f"output: no picture format {target.suffix!r}; use one of {', '.join(FORMATS)}")
+    groups = {node.path.strip("/"): node.to_dataset() for node in open_archive(path).subtree if "kind" in node.attrs}
+    if group is not None and group.strip("/") not in groups:
+        raise ArchiveError(f"{path}: no group {group!r}; groups are {', '.join(groups) or 'none'}")
+    wanted = groups if group is None else {group.strip("/"): groups[group.strip("/")]}
+    planned = [(name, ds, picture) for name, ds in wanted.items() for picture in PICTURES if picture.suits(ds)]
+    if not planned:
+        kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
+        raise ArchiveError(f"{path}: there is no picture for {kinds or 'an archive without analyses'}")
+
+    files = []
+    for name, dataset, picture in planned:
+        file = target
+        if output is None or len(planned) > 1:
+            # a group that is named as its picture need not say so twice
+            parts = dict.fromkeys([target.stem, name.replace("/", "-"), picture.name])
+            file = target.with_name("-".join(part for part in parts if part) + target.suffix)
+        with style():
+            picture.draw(dataset).savefig(file)
+        files.append(file)
+    return files

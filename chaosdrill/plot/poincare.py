@@ -1,0 +1,69 @@
+"""Poincare section: the states of all iterates in the plane of the first two."""
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.plot.style import PALETTE, new_figure, shorten, state_label
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def poincare(dataset: "xr.Dataset") -> "Figure":
+    """Draw a section.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``poincare-section``; a system with one state is drawn against the number of the iterate.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The points; the title names the place of the section, the period found and the multipliers.
+    """
+    section = dataset["section"].values
+    period = int(dataset["period"]) if "period" in dataset.variables else 0
+    figure = new_figure(4.4)
+    axes = figure.subplots()
+    plane = section.shape[1] > 1
+    x = section[:, 0] if plane else np.arange(len(section))
+    y = section[:, 1] if plane else section[:, 0]
+    if period:
+        axes.scatter(x[-period:], y[-period:], s=34, color=PALETTE[1], edgecolor="white", linewidth=0.5)
+        axes.margins(0.25)
+    else:
+        size = float(np.clip(6e3 / max(len(section), 1), 0.6, 9.0))
+        axes.scatter(x, y, s=size, color=PALETTE[0], linewidth=0, rasterized=len(section) > 5000)
+    axes.set_xlabel(state_label(dataset, 0) if plane else "iterate")
+    axes.set_ylabel(state_label(dataset, 1 if plane else 0))
+    axes.set_title(_title(dataset, period, len(section)))
+    return figure
+
+
+def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
+    place = json.loads(dataset.attrs.get("settings", "{}")).get("at", "strobe")
+    where = "once a forcing period" if place == "strobe" else f"at {place}"
+    if not period:
+        return f"{iterates} points {where}"
+    multipliers = (
+        [
+            _complex(real, imaginary)
+            for real, imaginary in zip(
+                np.atleast_1d(dataset["multiplier_real"].values),
+                np.atleast_1d(dataset["multiplier_imag"].values),
+                strict=True,
+            )
+            if np.isfinite(real) and imaginary >= 0
+        ]
+        if "multiplier_real" in dataset.variables
+        else []
+    )
+    return f"period {period}, {where}" + (f"; multipliers {', '.join(multipliers)}" if multipliers else "")
+
+
+def _complex(real: float, imaginary: float) -> str:
+    return shorten(real) if imaginary == 0 else f"{shorten(real)} ± {shorten(imaginary)}i"

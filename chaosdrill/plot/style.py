@@ -1,0 +1,127 @@
+"""How every picture looks: palette, line weights, and labels taken from the dataset's own attributes."""
+
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's colours without yellow, which vanishes on white paper; told apart by all common kinds of colour vision
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+# the outcomes of a run always have the same colour, in every picture
+OUTCOME_COLOURS = {
+    "ok": "#BBBBBB",
+    "periodic": "#56B4E9",
+    "quasiperiodic": "#009E73",
+    "chaotic": "#D55E00",
+    "escaped": "#000000",
+}
+OTHER_OUTCOME = "#CC79A7"
+MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
+EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
+WIDTH = 7.2
+
+_SETTINGS: Any = {
+    "axes.axisbelow": True,
+    "axes.labelsize": 9,
+    "axes.linewidth": 0.7,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 9,
+    "figure.dpi": 150,
+    "figure.titlesize": 10,
+    "font.size": 9,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "savefig.dpi": 150,
+    "svg.fonttype": "none",
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+}
+
+
+def style() -> AbstractContextManager[None]:
+    """Return a context in which matplotlib draws in the project's style; what was set before comes back after it."""
+    import matplotlib as mpl
+
+    return mpl.rc_context(_SETTINGS)
+
+
+def new_figure(height: float) -> "Figure":
+    """Return an empty figure of the common width and ``height`` inches, outside of pyplot's global list."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
+def label(variable: "xr.DataArray", name: str | None = None) -> str:
+    """Return ``long name (unit)`` of a variable or coordinate; a dimensionless one has no bracket."""
+    text = name if name is not None else str(variable.attrs.get("long_name", variable.name))
+    unit = str(variable.attrs.get("units", "1"))
+    return text if unit in ("1", "") else f"{text} ({unit})"
+
+
+def state_label(dataset: "xr.Dataset", index: int) -> str:
+    """Return the axis label of state number ``index``: its long name where the archive has one, and its symbol."""
+    symbol = str(dataset["state_name"].values[index])
+    if "state_long_name" not in dataset.variables:
+        return symbol
+    text = str(dataset["state_long_name"].values[index])
+    return symbol if text in ("", symbol) else f"{text} {symbol}"
+
+
+def flag_names(variable: "xr.DataArray") -> dict[int, str]:
+    """Return the names of a code variable's values from its CF attributes ``flag_values`` and ``flag_meanings``."""
+    values = np.atleast_1d(variable.attrs["flag_values"])
+    return dict(zip((int(value) for value in values), str(variable.attrs["flag_meanings"]).split(), strict=True))
+
+
+def readable(name: str) -> str:
+    """Return a code's name as words."""
+    return name.replace("_", " ").replace("-", " ")
+
+
+def subscript(symbol: str, number: int) -> str:
+    """Return ``symbol`` with an index under it, as plain text that every backend can draw."""
+    return symbol + str(number).translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
+
+
+def outcome_colour(name: str) -> str:
+    """Return the colour of an outcome by its name."""
+    return OUTCOME_COLOURS.get(name, OTHER_OUTCOME)
+
+
+def shorten(value: float) -> str:
+    """Return a number for a legend: four significant digits, a true minus sign, and infinity by its symbol."""
+    if np.isneginf(value):
+        return "−∞"
+    return f"{value:.4g}".replace("-", "−")
+
+
+def uncertain(value: float, error: float) -> str:
+    """Return ``value(error)`` with one digit of the error, in units of the value's last digit.
+
+    An error that is zero or not a number leaves the value alone with six significant digits.
+    """
+    if not np.isfinite(value):
+        return shorten(value)
+    if not np.isfinite(error) or error <= 0 or error < 1e-10 * abs(value):
+        return f"{value:.6g}".replace("-", "−")
+    digits = max(0, int(np.ceil(-np.log10(error))))
+    last = round(error * 10**digits)
+    if last == 10:
+        digits, last = max(0, digits - 1), 1
+    return f"{value:.{digits}f}({last})".replace("-", "−")
+
+
+def legend_above(axes: "Axes", columns: int = 6, **options: object) -> None:
+    """Put the legend above the axes, where it covers no data."""
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, handlelength=1.4, **options
+    )

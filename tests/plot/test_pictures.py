@@ -1,0 +1,74 @@
+"""What the pictures say: labels, legends and titles come from the dataset, and nothing is drawn that is not there."""
+
+import numpy as np
+import pytest
+
+from chaosdrill.plot.bifurcation import bifurcation
+from chaosdrill.plot.convergence import convergence
+from chaosdrill.plot.phase_portrait import phase_portrait
+from chaosdrill.plot.poincare import poincare
+from chaosdrill.plot.time_history import time_history
+
+
+def _labels(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_time_history_names_quantities_units_events_and_modes(ball):
+    figure = time_history(ball)
+    assert [panel.get_ylabel() for panel in figure.axes] == ["penetration (mm)", "x", "v"]
+    assert figure.axes[-1].get_xlabel() == "model time"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["bounce off", "dry", "wet"]
+
+
+def test_phase_portrait_shows_the_stop_and_the_section(ball):
+    axes = phase_portrait(ball).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "v")
+    assert _labels(axes) == ["flow", "jump", "once a forcing period", "bounce off at x = 0"]
+
+
+def test_flow_is_not_drawn_across_a_jump(ball):
+    x, v = phase_portrait(ball).axes[0].lines[0].get_data()
+    assert np.isnan(x).sum() == 10
+    assert np.nanmax(np.abs(np.diff(v))) < 0.11
+
+
+def test_section_names_its_period_and_multipliers(section):
+    axes = poincare(section).axes[0]
+    assert axes.get_title() == "period 2, once a forcing period; multipliers 0.5 ± 0.25i"
+    assert len(axes.collections[0].get_offsets()) == 2
+
+
+def test_section_without_a_period_shows_every_point(section):
+    axes = poincare(section.assign(period=0)).axes[0]
+    assert axes.get_title() == "40 points once a forcing period"
+    assert len(axes.collections[0].get_offsets()) == 40
+
+
+def test_convergence_names_the_lost_exponent_and_draws_the_others(spectrum):
+    figure = convergence(spectrum)
+    assert [panel.get_title() for panel in figure.axes] == ["λ₁ = 0.015(1)", "λ₂ = −0.0879(2)"]
+    assert figure.get_suptitle().startswith("λ₃ = −∞")
+    low, high = figure.axes[0].get_ylim()
+    assert low < 0.015 - 0.001
+    assert high > 0.015 + 0.001
+
+
+def test_diagram_names_sweep_unit_lost_exponent_and_outcomes(diagram):
+    figure = bifurcation(diagram)
+    section, spectrum, rate, outcome = figure.axes
+    assert outcome.get_xlabel() == "load (kN)"
+    assert _labels(spectrum) == ["λ₁", "λ₂ = −∞"]
+    assert _labels(outcome) == ["periodic", "escaped"]
+    assert rate.get_ylabel() == "mean\nprogression rate"
+    assert section.get_xlim() == (0.0, 1.0)
+
+
+def test_diagram_leaves_out_what_the_archive_has_not(diagram):
+    assert len(bifurcation(diagram.drop_vars(["lyapunov_exponent", "progression_rate"])).axes) == 2
+
+
+@pytest.mark.parametrize("known", [0, 1])
+def test_one_state_is_drawn_against_the_iterate(section, known):
+    axes = poincare(section.isel(state=[0]).assign(period=2 * known)).axes[0]
+    assert axes.get_xlabel() == "iterate"
