@@ -1,0 +1,125 @@
+"""Figures 3 to 6 of the paper, drawn from the archives alone."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from chaosdrill.plot.curve import join, strobe
+from chaosdrill.plot.style import PALETTE, WIDTH, legend_above, style
+
+_GAP, _SPEED = "relative displacement x₁ − x₃", "bit speed x₂"
+
+
+def _open(out: Path, case: str, group: str) -> xr.Dataset:
+    with xr.open_datatree(out / f"{case}.nc") as tree:
+        return tree[group].to_dataset().load()
+
+
+def _figure3(out: Path) -> Figure:
+    """Period 1: displacements and speeds over three forcing periods, with the impacts."""
+    orbit = _open(out, "period1", "orbit")
+    forcing = float(orbit["forcing_period"])
+    orbit = orbit.sel(time=slice(None, orbit["time"].values[0] + 3 * forcing))
+    start, end = orbit["time"].values[[0, -1]]
+    orbit = orbit.isel(event=(orbit["event_time"].values >= start) & (orbit["event_time"].values <= end))
+    periods = (orbit["time"].values - start) / forcing
+    drift = orbit["penetration"].values - orbit["penetration"].values[0]
+    curve = join(orbit)
+    kinds = str(orbit["event_kind"].attrs["flag_meanings"]).split()
+    impact = np.isin(orbit["event_kind"].values, [code for code, kind in enumerate(kinds) if "impact" in kind])
+    hits = (orbit["event_time"].values[impact] - start) / forcing
+
+    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    above.plot(periods, orbit["state"].values[:, 0] + drift, color=PALETTE[0], label="bit x₁")
+    above.plot(periods, drift, color=PALETTE[1], label="rock x₃")
+    above.set_ylabel("displacement")
+    below.plot((curve.time - start) / forcing, curve.state[:, 1], color=PALETTE[0], label="bit x₂")
+    below.plot((curve.time - start) / forcing, curve.state[:, 2], color=PALETTE[1], label="rock x₄")
+    below.set_ylabel("speed")
+    below.set_xlabel("time (forcing periods)")
+    for axes in (above, below):
+        for hit in hits:
+            axes.axvline(
+                hit, color="0.4", linewidth=0.7, linestyle="--", zorder=0, label="impact" if hit == hits[0] else None
+            )
+        axes.margins(x=0)
+        legend_above(axes)
+    _letter(above, "a")
+    _letter(below, "b")
+    return figure
+
+
+def _figure4(out: Path) -> Figure:
+    """Period 1 in the phase plane."""
+    figure = Figure(figsize=(WIDTH * 0.6, 3.6), layout="constrained")
+    axes = figure.subplots()
+    _portrait(axes, _open(out, "period1", "orbit"))
+    legend_above(axes, columns=3)
+    return figure
+
+
+def _figure5(out: Path) -> Figure:
+    """Periods 2 and 4 in the phase plane."""
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+    for axes, case, letter in zip(figure.subplots(1, 2), ("period2", "period4"), "ab", strict=True):
+        _portrait(axes, _open(out, case, "orbit"))
+        _letter(axes, letter)
+        if letter == "a":
+            legend_above(axes, columns=3)
+    return figure
+
+
+def _figure6(out: Path) -> Figure:
+    """Chaos: the phase plane, and the attractor in the stroboscopic section."""
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    _portrait(left, _open(out, "chaos", "orbit"), weight=0.35, points=False)
+    legend_above(left, columns=3)
+    _letter(left, "a")
+    section = _open(out, "chaos", "section")["section"].values
+    right.scatter(section[:, 0], section[:, 1], s=0.6, color="black", linewidth=0, rasterized=True)
+    right.set_xlabel(_GAP)
+    right.set_ylabel(_SPEED)
+    _letter(right, "b")
+    return figure
+
+
+def _portrait(axes: Axes, orbit: xr.Dataset, weight: float = 0.9, points: bool = True) -> None:
+    curve = join(orbit)
+    axes.plot(curve.state[:, 0], curve.state[:, 1], color=PALETTE[0], linewidth=weight, label="orbit")
+    if points:
+        section = strobe(orbit)
+        axes.scatter(
+            section[:, 0],
+            section[:, 1],
+            s=26,
+            color=PALETTE[1],
+            edgecolor="white",
+            linewidth=0.4,
+            zorder=3,
+            label="section",
+        )
+    stop = json.loads(orbit.attrs["parameters"])["r"]
+    axes.axvline(stop, color="0.25", linewidth=0.9, linestyle="--", zorder=1, label="stop")
+    axes.set_xlabel(_GAP)
+    axes.set_ylabel(_SPEED)
+
+
+def _letter(axes: Axes, letter: str) -> None:
+    axes.set_title(f"{letter})", loc="right")
+
+
+FIGURES = {"figure3": _figure3, "figure4": _figure4, "figure5": _figure5, "figure6": _figure6}
+
+
+def draw(name: str, out: Path) -> Path:
+    """Draw one of ``FIGURES`` from the archives in ``out`` and return the picture's path."""
+    path = out / f"{name}.png"
+    with style():
+        FIGURES[name](out).savefig(path)
+    return path
