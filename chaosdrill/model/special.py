@@ -10,7 +10,7 @@ import sympy
 from sympy.core.function import ArgumentIndexError
 
 
-class hunt_crossley_exit(sympy.Function):  # noqa: N801
+class hunt_crossley_exit(sympy.Function):
     """Exit speed s(v, lam) > 0 of a contact entered at speed v, with damping constant lam (1/speed).
 
     s = [1 + W0(-(1 + lam v) exp(-(1 + lam v)))] / lam, with W0 the principal Lambert branch.
@@ -28,13 +28,13 @@ class hunt_crossley_exit(sympy.Function):  # noqa: N801
         raise ArgumentIndexError(self, argindex)
 
 
-class hunt_crossley_exit_lam(sympy.Function):  # noqa: N801
+class hunt_crossley_exit_lam(sympy.Function):
     """Derivative of the exit speed by lam: (v ds/dv - s)/lam, about -(2/3) v^2 where lam v is small."""
 
     nargs = 2
 
 
-class hunt_crossley_peak(sympy.Function):  # noqa: N801
+class hunt_crossley_peak(sympy.Function):
     """Peak of k d^n (1 + lam d') over a contact entered at speed v; for conditions only, it has no derivative.
 
     A force per unit of relative mass where k is a stiffness per unit of relative mass. It is reached where

@@ -49,8 +49,14 @@ REGISTRY: dict[str, Entry] = {
             "chaosdrill.systems.percussive_drill_5d",
         ),
         Entry("impact-oscillator", "forced oscillator that hits a wall", "chaosdrill.systems.impact_oscillator"),
-        Entry("bouncing-ball", "ball on a floor that is still or moves sinusoidally", "chaosdrill.systems.bouncing_ball"),
-        Entry("belt-stick-slip", "spring-held mass on a moving belt, Coulomb friction", "chaosdrill.systems.belt_stick_slip"),
+        Entry(
+            "bouncing-ball", "ball on a floor that is still or moves sinusoidally", "chaosdrill.systems.bouncing_ball"
+        ),
+        Entry(
+            "belt-stick-slip",
+            "spring-held mass on a moving belt, Coulomb friction",
+            "chaosdrill.systems.belt_stick_slip",
+        ),
         Entry("den-hartog", "forced oscillator with Coulomb friction", "chaosdrill.systems.den_hartog"),
         Entry("rimless-wheel", "spoked wheel that rolls down a slope", "chaosdrill.systems.rimless_wheel"),
         Entry("chua", "Chua's circuit, piecewise linear", "chaosdrill.systems.chua"),

@@ -171,5 +171,6 @@ def _unused(key: str, chosen: Mapping[str, str], used: Mapping[str, float]) -> s
             except ModelError:
                 continue
             if key in others:
-                return f"parameter {key!r} is not used with {effect}={chosen[effect]!r}; leave it out, or choose {effect}={option!r}"
+                now = f"{effect}={chosen[effect]!r}"
+                return f"parameter {key!r} is not used with {now}; leave it out, or choose {effect}={option!r}"
     return f"unknown parameter {key!r}; {effects.remedy(key, used)}"

@@ -1,0 +1,58 @@
+"""Ball that falls on a floor; the floor is still (amplitude 0) or moves sinusoidally.
+
+    x'' = -gravity,  x >= amplitude sin(omega t);   at the floor, with its speed V = amplitude omega cos(omega t):
+    v := V - e (v - V)
+
+The rebound law is exact: the floor's own motion is kept, not replaced by the high-bounce approximation. A ball that
+bounces with e < 1 on a still floor makes infinitely many impacts in finite time; the run then ends with that outcome.
+Source: Luck and Mehta 1993, doi:10.1103/PhysRevE.48.3988.
+"""
+
+from math import pi
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+STATES = ("x", "v")
+PARAMETERS = {"gravity": 1.0, "amplitude": 0.9, "omega": 1.0, "e": 0.8}
+LABELS = {
+    "x": "height",
+    "v": "velocity",
+    "gravity": "acceleration of gravity",
+    "amplitude": "amplitude of the floor's motion",
+    "omega": "frequency of the floor's motion",
+    "e": "coefficient of restitution",
+}
+
+
+def system() -> "HybridSystem":
+    """The bouncing ball with default parameters: one stable bounce a period of the floor."""
+    import sympy
+
+    from chaosdrill.model import HybridSystem, Transition
+
+    x, v, t, gravity, amplitude, omega, e = sympy.symbols("x v t gravity amplitude omega e", real=True)
+    floor = amplitude * sympy.sin(omega * t)
+    speed = sympy.diff(floor, t)
+    return HybridSystem(
+        name="bouncing-ball",
+        states=(x, v),
+        time=t,
+        parameters=PARAMETERS,
+        modes={"flight": {x: v, v: -gravity}},
+        transitions=[
+            Transition(
+                "impact",
+                source="flight",
+                target="flight",
+                guard=x - floor,
+                direction=-1,
+                reset={v: speed - e * (v - speed)},
+            )
+        ],
+        period=2 * sympy.pi / omega,
+        initial={"mode": "flight", x: 1.0, v: pi},
+        description="ball on a floor that is still or moves sinusoidally",
+        labels=LABELS,
+    )

@@ -1,0 +1,73 @@
+"""The percussive drill as the paper writes it: five states, autonomous.
+
+    x1' = x2
+    x2' = b + a cos(x5 + phi) - 2 xi (x2 - x4) - (x1 - x3)
+    x3' = x4                                                       stick: 0
+    x4' = eps [(x1 - x3) + 2 xi (x2 - x4) - f(x4)]                 stick: 0
+    x5' = eta
+
+The same physics as the reduced drill, with two more exponents, both 0: nothing changes if x1 and x3 move together, and
+the phase x5 only counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form avoids. Source:
+equation (7) of the paper "System for percussive drilling with rock model", misprints mended as the theory page tells.
+"""
+
+from typing import TYPE_CHECKING
+
+from chaosdrill.systems.drill.effects import PAPER
+from chaosdrill.systems.drill.effects import parameters as paper_parameters
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+STATES = ("x1", "x2", "x3", "x4", "x5")
+PARAMETERS = paper_parameters()
+STATE_LABELS = {
+    "x1": "position of the bit",
+    "x2": "speed of the bit",
+    "x3": "position of the rock-side mass",
+    "x4": "speed of the rock-side mass",
+    "x5": "phase of the dynamic load",
+    "penetration": "penetration of the rock-side mass",
+}
+
+
+def system() -> "HybridSystem":
+    """The drill in five dimensions with the paper's parameters, started at rest."""
+    import sympy
+
+    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.systems.drill import contact, friction
+    from chaosdrill.systems.drill.assemble import BOUNDS, LABELS
+
+    x1, x2, x3, x4, x5 = states = sympy.symbols(STATES, real=True)
+    a, b, xi, eps, eta, phi, r = sympy.symbols("a b xi eps eta phi r", real=True)
+    law = PAPER["contact"]
+    load = b + a * sympy.cos(x5 + phi)
+    held = x1 - x3 + 2 * xi * x2
+    sliding = x1 - x3 + 2 * xi * (x2 - x4)
+    resistance = friction.resistance(PAPER["friction"], x4)
+    stop = {"guard": x1 - x3 - r, "direction": +1, "priority": 1, "kind": "impact"}
+    strong = dict(zip((x2, x4), contact.exchange(law, x2, 0), strict=True))
+    free = dict(zip((x2, x4), contact.exchange(law, x2, x4), strict=True))
+    weak = {x2: -contact.exit_speed(law, x2)}
+    return HybridSystem(
+        name="percussive-drill-5d",
+        states=states,
+        parameters=PARAMETERS,
+        modes={
+            "stick": {x1: x2, x2: load - held, x3: 0, x4: 0, x5: eta},
+            "slip": {x1: x2, x2: load - sliding, x3: x4, x4: eps * (sliding - resistance), x5: eta},
+        },
+        transitions=[
+            Transition("release", "stick", "slip", guard=held - friction.STATIC, direction=+1, kind="slip"),
+            Transition("stick", source="slip", target="stick", guard=x4, direction=-1, reset={x4: 0}),
+            Transition("weak-hit", "stick", "stick", reset=weak, condition=contact.holds(law, x2), **stop),
+            Transition("strong-hit", source="stick", target="slip", reset=strong, **stop),
+            Transition("hit", source="slip", target="slip", reset=free, **stop),
+        ],
+        period=2 * sympy.pi / eta,
+        quadratures={"penetration": x4},
+        bounds={x1: None, x2: BOUNDS["u"], x3: None, x4: BOUNDS["w"], x5: None},
+        description="percussive drill, the paper's autonomous form",
+        labels={**STATE_LABELS, **{key: label for key, label in LABELS.items() if key in PARAMETERS}},
+    )

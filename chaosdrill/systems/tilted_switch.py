@@ -1,0 +1,48 @@
+"""A tripling map whose stretching is all saltation.
+
+    rising:  x' = 1/2,  s' = 1  until s = 1 + x
+    falling: x' = -1/2, s' = 1  until s = 5;   then x := (x + 1/2) mod 1, s := 0
+
+The return map is x -> 3 x mod 1 in time 5, so the exponents are ln(3)/5 and 0 exactly, and a code without saltation
+prints 0, 0. Made for testing; on piecewise-smooth flows see di Bernardo et al. 2008,
+doi:10.1007/978-1-84628-708-4.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+STATES = ("x", "s")
+PARAMETERS: dict[str, float] = {}
+LABELS = {"x": "position", "s": "clock"}
+
+
+def system() -> "HybridSystem":
+    """The tilted switch; it has no parameters."""
+    import sympy
+
+    from chaosdrill.model import HybridSystem, Transition
+
+    x, s = sympy.symbols("x s", real=True)
+    half = sympy.Rational(1, 2)
+    return HybridSystem(
+        name="tilted-switch",
+        states=(x, s),
+        parameters=PARAMETERS,
+        modes={"rising": {x: half, s: 1}, "falling": {x: -half, s: 1}},
+        transitions=[
+            Transition("switch", source="rising", target="falling", guard=s - 1 - x, direction=+1),
+            Transition(
+                "return",
+                source="falling",
+                target="rising",
+                guard=s - 5,
+                direction=+1,
+                reset={x: sympy.Mod(x + half, 1), s: 0},
+            ),
+        ],
+        initial={"mode": "rising", x: 0.2718281828459045, s: 0.0},
+        description="tripling map made by a tilted switching line",
+        labels=LABELS,
+    )
