@@ -1,0 +1,88 @@
+"""Whether the analyses that a scene asks for exist and fit its system."""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from chaosdrill.scene.check_system import CheckedSystem, check_limits, check_state
+from chaosdrill.scene.kinds import KINDS, Analysis
+from chaosdrill.scene.lines import Path
+from chaosdrill.scene.numerics import FIXED_STEP, Numerics
+from chaosdrill.scene.problems import Problem, remedy
+from chaosdrill.scene.strict import validate
+
+_GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+
+
+def check_numerics(raw: Mapping[str, Any]) -> tuple[Numerics | None, list[Problem]]:
+    """Check the table ``numerics``."""
+    from chaosdrill.analysis.registry import METHODS
+
+    numerics, problems = validate(Numerics, raw, ("numerics",))
+    method = raw.get("method", "taylor")
+    if isinstance(method, str):
+        if method not in METHODS:
+            fault = f"unknown method {method!r:.60}; {remedy(method, METHODS)}"
+            problems.append(Problem(("numerics", "method"), fault))
+        elif "steps" in raw and method not in FIXED_STEP:
+            fault = f"{method} chooses its own steps; leave it out, or choose {' or '.join(FIXED_STEP)}"
+            problems.append(Problem(("numerics", "steps"), fault))
+    return numerics, problems
+
+
+def check_analyses(raw: Mapping[str, Any], system: CheckedSystem) -> tuple[dict[str, Analysis], list[Problem]]:
+    """Check every table ``analysis.NAME``."""
+    analyses: dict[str, Analysis] = {}
+    problems: list[Problem] = []
+    for name, table in raw.items():
+        at: Path = ("analysis", name)
+        if not _GROUP.fullmatch(name):
+            problems.append(Problem(at, "the name is to be letters, digits, '_', '.' and '-', at most 64"))
+        if not isinstance(table, Mapping):
+            continue
+        kind = table.get("kind")
+        if not isinstance(kind, str) or kind not in KINDS:
+            fault = "missing" if kind is None else f"unknown kind {kind!r:.60}"
+            problems.append(Problem((*at, "kind"), f"{fault}; {remedy(str(kind), KINDS)}"))
+            continue
+        analysis, faults = validate(KINDS[kind], table, at)
+        problems += faults + _check_sweep(table, system, at) + _check_states(table, system, at)
+        if analysis is not None:
+            analyses[name] = analysis
+    return analyses, problems
+
+
+def _check_sweep(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> list[Problem]:
+    """The swept parameter is to exist, and all of its values are to be possible."""
+    sweep = table.get("sweep")
+    if not isinstance(sweep, Mapping) or system.known is None:
+        return []
+    problems = []
+    for name, values in sweep.items():
+        place = (*at, "sweep", name)
+        if name not in system.known:
+            problems.append(Problem(place, f"unknown parameter; {remedy(name, system.known)}"))
+            continue
+        ends = [values.get("start"), values.get("stop")] if isinstance(values, Mapping) else values
+        for value in ends if isinstance(ends, list) else []:
+            faults = check_limits(system.model, {name: value}, (*at, "sweep"))
+            problems += faults
+            if faults:
+                break
+    return problems
+
+
+def _check_states(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> list[Problem]:
+    """Seeds are to name states, and there are no more exponents than states."""
+    if system.states is None:
+        return []
+    problems = []
+    seeds = table.get("seeds")
+    for index, seed in enumerate(seeds if isinstance(seeds, list) else []):
+        if isinstance(seed, Mapping):
+            problems += check_state(seed, system.states, (*at, "seeds", index))
+    exponents = table.get("exponents")
+    if isinstance(exponents, int) and exponents > len(system.states):
+        fault = f"the system has {len(system.states)} states and as many exponents, received {exponents}"
+        problems.append(Problem((*at, "exponents"), fault))
+    return problems

@@ -1,0 +1,148 @@
+"""What can be asked of a system: one class a kind of analysis, with the keywords of its function.
+
+A keyword that the scene leaves out is not passed on, so that its default stands in one place: the function.
+"""
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
+
+from chaosdrill.scene.numerics import Numerics
+from chaosdrill.scene.strict import Strict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+MOST_POINTS = 1_000_000
+
+Count = Annotated[int, Field(ge=1)]
+Amount = Annotated[int | float, Field(gt=0)]
+Transient = Annotated[int | float, Field(ge=0)]
+
+
+class Analysis(Strict):
+    """What all kinds share."""
+
+    parallel: ClassVar[bool] = False
+
+    kind: str
+
+    def keywords(self) -> dict[str, Any]:
+        """Arguments of the analysis function that the scene gives."""
+        return self.model_dump(exclude={"kind"}, exclude_unset=True)
+
+    def run(
+        self, system: Any, numerics: Numerics, workers: int = 1, progress: "Callable[..., None] | None" = None
+    ) -> "xr.Dataset":
+        """Run the analysis.
+
+        Parameters
+        ----------
+        system : HybridSystem
+        numerics : Numerics
+            Method and tolerance.
+        workers : int
+            Points computed at a time, where the kind has several; results do not depend on it.
+        progress : callable, optional
+            Called with points or periods done, their total, and counts by outcome.
+
+        Returns
+        -------
+        xarray.Dataset
+        """
+        import chaosdrill.analysis
+        from chaosdrill.analysis.registry import ANALYSES
+
+        function = getattr(chaosdrill.analysis, ANALYSES[self.kind].function)
+        keywords = self.keywords() | numerics.keywords() | ({"workers": workers} if self.parallel else {})
+        result: xr.Dataset = function(system, **keywords, progress=progress)
+        return result
+
+
+class Record(Analysis):
+    """A run of one length: in forcing periods, or in time units for a system without a period."""
+
+    periods: Count | None = None
+    duration: Amount | None = None
+    transient: Transient = 0
+
+    @model_validator(mode="after")
+    def _one_length(self) -> "Record":
+        if (self.periods is None) == (self.duration is None):
+            raise PydanticCustomError("length", "give either periods (forcing periods) or duration (time units)")
+        return self
+
+
+class Trajectory(Record):
+    """Keywords of `trajectory`."""
+
+    samples: Count | None = None
+
+
+class PoincareSection(Record):
+    """Keywords of `poincare_section`."""
+
+    at: str = "strobe"
+    max_period: Count | None = None
+
+
+class LyapunovSpectrum(Record):
+    """Keywords of `lyapunov_spectrum`."""
+
+    exponents: Count | None = None
+    blocks: Count | None = None
+
+
+class Range(Strict):
+    """Equally spaced values, both ends included."""
+
+    start: float
+    stop: float
+    num: Annotated[int, Field(ge=1, le=MOST_POINTS)]
+
+    def values(self) -> Any:
+        """The values as an array of shape (num,)."""
+        import numpy as np
+
+        return np.linspace(self.start, self.stop, self.num)
+
+
+Values = Annotated[
+    Annotated[Range, Tag("range")] | Annotated[list[float], Field(min_length=1, max_length=MOST_POINTS), Tag("list")],
+    Discriminator(lambda raw: "list" if isinstance(raw, list) else "range"),
+]
+
+
+class BifurcationDiagram(Analysis):
+    """Keywords of `bifurcation_diagram`."""
+
+    parallel: ClassVar[bool] = True
+
+    sweep: Annotated[dict[str, Values], Field(min_length=1, max_length=1)]
+    transient: Transient
+    periods: Count
+    seeds: Annotated[list[dict[str, float | str]], Field(min_length=1)] | None = None
+    exponents: Count | None = None
+    at: str = "strobe"
+    max_period: Count | None = None
+
+    def keywords(self) -> dict[str, Any]:
+        """Arguments of the function, the sweep as arrays."""
+        import numpy as np
+
+        sweep = {
+            name: values.values() if isinstance(values, Range) else np.array(values, dtype=float)
+            for name, values in self.sweep.items()
+        }
+        return super().keywords() | {"sweep": sweep}
+
+
+KINDS: dict[str, type[Analysis]] = {
+    "trajectory": Trajectory,
+    "poincare-section": PoincareSection,
+    "lyapunov-spectrum": LyapunovSpectrum,
+    "bifurcation-diagram": BifurcationDiagram,
+}

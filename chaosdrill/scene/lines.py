@@ -1,0 +1,131 @@
+"""On which line each key of a TOML document stands.
+
+``tomllib`` forgets positions, and an error without its line sends people searching. This scanner walks a document that
+``tomllib`` has already accepted, so it has to find keys and values but not to judge them.
+"""
+
+import re
+import tomllib
+from bisect import bisect_right
+
+Path = tuple[str | int, ...]
+
+_BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*+")
+_SPACE = re.compile(r"[ \t]*+")
+_KEY = re.compile(r"""[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'""")
+_STRING = re.compile(
+    r'''"""(?:[^"\\]|\\.|"(?!""))*+"{3,5}|\'\'\'(?:[^']|'(?!''))*+'{3,5}|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+\'''', re.DOTALL
+)
+_SCALAR = re.compile(r"[^,\]}#\n]*+")
+
+
+def key_lines(text: str) -> dict[Path, int]:
+    """Line of every key and array element of a valid TOML document.
+
+    Parameters
+    ----------
+    text : str
+        A document that ``tomllib.loads`` accepts.
+
+    Returns
+    -------
+    dict
+        Path of keys and indices -> line, from 1. A table's line is that of its header, if it has one.
+    """
+    return _Scanner(text.replace("\r\n", "\n")).scan()
+
+
+class _Scanner:
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.at = 0
+        self.starts = [0, *(found.end() for found in re.finditer("\n", text))]
+        self.lines: dict[Path, int] = {}
+        self.tables_of: dict[Path, int] = {}
+
+    def scan(self) -> dict[Path, int]:
+        table: Path = ()
+        self._skip(_BLANK)
+        while self.at < len(self.text):
+            if self.text[self.at] == "[":
+                table = self._header()
+            else:
+                self._pair(table)
+            self._skip(_BLANK)
+        return self.lines
+
+    def _header(self) -> Path:
+        many = self.text.startswith("[[", self.at)
+        line = self._line()
+        self.at += 2 if many else 1
+        names = self._dotted()
+        self.at = self.text.index("]", self.at) + (2 if many else 1)
+        path: Path = ()
+        for depth, name in enumerate(names, start=1):
+            path = (*path, name)
+            last = depth == len(names)
+            if last and not many:
+                self.lines[path] = line
+            else:
+                self.lines.setdefault(path, line)
+            if last and many:
+                self.tables_of[path] = self.tables_of.get(path, 0) + 1
+            if path in self.tables_of:
+                path = (*path, self.tables_of[path] - 1)
+                self.lines.setdefault(path, line)
+        return path
+
+    def _pair(self, table: Path) -> None:
+        line = self._line()
+        path = table
+        for name in self._dotted():
+            path = (*path, name)
+            self.lines.setdefault(path, line)
+        self.at = self.text.index("=", self.at) + 1
+        self._skip(_SPACE)
+        self._value(path)
+
+    def _dotted(self) -> list[str]:
+        names = []
+        while True:
+            self._skip(_SPACE)
+            raw = self._skip(_KEY)
+            names.append(next(iter(tomllib.loads(f"{raw} = 0"))))
+            self._skip(_SPACE)
+            if not self.text.startswith(".", self.at):
+                return names
+            self.at += 1
+
+    def _value(self, path: Path) -> None:
+        opening = self.text[self.at]
+        if opening in "\"'":
+            self._skip(_STRING)
+        elif opening in "[{":
+            self.at += 1
+            index = 0
+            while True:
+                self._skip(_BLANK)
+                if self.text[self.at] in "]}":
+                    break
+                if opening == "{":
+                    self._pair(path)
+                else:
+                    self.lines[*path, index] = self._line()
+                    self._value((*path, index))
+                index += 1
+                self._skip(_BLANK)
+                if self.text[self.at] == ",":
+                    self.at += 1
+            self.at += 1
+        else:
+            self._skip(_SCALAR)
+
+    def _skip(self, pattern: re.Pattern[str]) -> str:
+        found = pattern.match(self.text, self.at)
+        if found is None:
+            raise AssertionError(f"a valid document has no {self.text[self.at : self.at + 10]!r} at {self.at}")
+        self.at = found.end()
+        return found.group()
+
+    def _line(self) -> int:
+        return bisect_right(self.starts, self.at)

@@ -1,0 +1,21 @@
+"""The table ``numerics`` of a scene."""
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from chaosdrill.scene.strict import Strict
+
+FIXED_STEP = ("rk4",)
+
+
+class Numerics(Strict):
+    """Method, its tolerance, and the steps a period of a method with a fixed step."""
+
+    method: str = "taylor"
+    tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-12
+    steps: Annotated[int, Field(ge=1)] | None = None
+
+    def keywords(self) -> dict[str, Any]:
+        """Arguments for an analysis function."""
+        return self.model_dump()

@@ -1,0 +1,72 @@
+"""Every fault of a scene, each with its place, its line and its remedy."""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from chaosdrill.errors import SceneError
+from chaosdrill.scene.lines import Path
+
+SHOWN = 50
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One fault: the path of keys to it, and what is wrong there with the likely fix."""
+
+    path: Path
+    message: str
+
+
+class InvalidSceneError(SceneError):
+    """A scene with faults; its text has one line for each.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file, as the messages show it.
+    problems : iterable of Problem
+        What is wrong; the attribute of this name holds line, field and message of each, for scripts.
+    lines : mapping of path to int
+        Where the keys stand.
+    """
+
+    def __init__(self, name: str, problems: Iterable[Problem], lines: Mapping[Path, int]) -> None:
+        placed = sorted(((line_of(problem.path, lines), problem) for problem in problems), key=lambda pair: pair[0])
+        self.problems = [
+            {"line": line, "field": show(problem.path), "message": problem.message} for line, problem in placed
+        ]
+        texts = [f"{name}:{line}: {show(problem.path)}: {problem.message}" for line, problem in placed]
+        if len(texts) > SHOWN:
+            texts[SHOWN:] = [f"{name}: and {len(texts) - SHOWN} more"]
+        super().__init__("\n".join(texts))
+
+
+def line_of(path: Path, lines: Mapping[Path, int]) -> int:
+    """Line of a path, or of the nearest table around it that has one."""
+    while path and path not in lines:
+        path = path[:-1]
+    return lines.get(path, 1)
+
+
+def show(path: Path) -> str:
+    """A path as people write it: ``system.parameters.eta``, ``sweep.eta[2]``."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            name = part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part)
+            text += f".{name}" if text else name
+    return text
+
+
+def remedy(word: str, known: Iterable[str]) -> str:
+    """The likely fix of an unknown name: the nearest known one, or all of them."""
+    known = list(known)
+    close = get_close_matches(word[:100], known, n=1)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    return f"known here: {', '.join(known)}" if known else "there are none here"

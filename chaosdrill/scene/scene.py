@@ -1,0 +1,170 @@
+"""A scene that has been read and found sound."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from hashlib import sha256
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.errors import ChaosdrillError, SceneError
+from chaosdrill.scene.lines import Path
+from chaosdrill.scene.problems import InvalidSceneError, Problem, remedy
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.scene.kinds import Analysis
+    from chaosdrill.scene.numerics import Numerics
+
+Progress = Callable[[int, int, "dict[str, int] | None"], None]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a scene file says.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file.
+    text : str
+        The file's whole text.
+    title : str
+        Its title; without one, the file's name.
+    model : str
+        Name of the system.
+    effects : mapping of str to str
+        Effects simulated; those left out are not.
+    parameters : mapping of str to float
+        Dimensionless parameters that the scene sets, those made from SI quantities among them.
+    initial : mapping
+        Initial values that it sets, and ``mode``.
+    scales : mapping of str to float
+        ``time_s`` and ``length_m`` of one dimensionless unit, for a scene in SI units; else empty.
+    numerics : Numerics
+        Method and tolerance.
+    analyses : mapping of str to Analysis
+        What is to be computed, by group of the archive.
+    lines : mapping of path to int
+        Where each key stands in the text.
+    """
+
+    name: str
+    text: str = field(repr=False)
+    title: str
+    model: str
+    effects: Mapping[str, str]
+    parameters: Mapping[str, float]
+    initial: Mapping[str, Any]
+    scales: Mapping[str, float]
+    numerics: "Numerics"
+    analyses: Mapping[str, "Analysis"]
+    lines: Mapping[Path, int] = field(repr=False)
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of the text in UTF-8."""
+        return sha256(self.text.encode()).hexdigest()
+
+    @cached_property
+    def system(self) -> "HybridSystem":
+        """The system, built on first use.
+
+        Raises
+        ------
+        SceneError
+            If it cannot be built, or if the scene names modes or events that it does not have.
+        """
+        from chaosdrill import systems
+
+        effects = self.effects if systems.REGISTRY[self.model].effects else None
+        initial = {name: value for name, value in self.initial.items() if name != "mode"}
+        try:
+            system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)
+        except ChaosdrillError as fault:
+            raise InvalidSceneError(self.name, [Problem(("system",), str(fault))], self.lines) from fault
+        if problems := [*self._check_modes(system), *self._check_events(system)]:
+            raise InvalidSceneError(self.name, problems, self.lines)
+        return system.with_initial(mode=self.initial["mode"]) if "mode" in self.initial else system
+
+    def run(self, *, workers: int = 1, report: Callable[[str], Progress] | None = None) -> "xr.DataTree":
+        """Run every analysis of the scene.
+
+        Parameters
+        ----------
+        workers : int
+            Points computed at a time; results do not depend on it.
+        report : callable, optional
+            Given the name of an analysis that begins, returns what is called with its progress.
+
+        Returns
+        -------
+        xarray.DataTree
+            One group an analysis; the root's attributes hold the scene and where the numbers came from.
+
+        Raises
+        ------
+        SceneError
+            If the scene asks for no analysis.
+        """
+        import xarray as xr
+
+        from chaosdrill.dataset import provenance
+
+        if not self.analyses:
+            raise SceneError(f"{self.name}: the scene asks for no analysis; add a table such as [analysis.spectrum]")
+        system = self.system
+        start = perf_counter()
+        groups = {}
+        for group, analysis in self.analyses.items():
+            begin = perf_counter()
+            result = analysis.run(system, self.numerics, workers, report(group) if report else None)
+            groups[group] = self._in_si(result, analysis.kind)
+            groups[group].attrs["wall_time_s"] = perf_counter() - begin
+        root = provenance(self.title, action=f"run {self.name}")
+        root |= {"scene": self.text, "scene_name": self.name, "scene_sha256": self.sha256}
+        root |= {f"si_{name}": value for name, value in self.scales.items()}
+        root["wall_time_s"] = perf_counter() - start
+        return xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), **groups})
+
+    def _in_si(self, result: "xr.Dataset", kind: str) -> "xr.Dataset":
+        """Add the progression rate in m/h for a scene in SI units."""
+        if not self.scales or "progression_rate" not in result:
+            return result
+        from chaosdrill.dataset import describe
+        from chaosdrill.scene.si import metres_per_hour
+
+        rate = result["progression_rate"].copy(deep=True) * metres_per_hour(self.scales)
+        sweep = tuple(str(name) for name in result.sizes if name in self.system.parameters)
+        return describe(result.assign(progression_rate_si=rate), kind, system=self.system, sweep=sweep)
+
+    def _check_modes(self, system: "HybridSystem") -> list[Problem]:
+        places = {("system", "initial", "mode"): self.initial.get("mode")}
+        for group, analysis in self.analyses.items():
+            for index, seed in enumerate(getattr(analysis, "seeds", None) or ()):
+                places["analysis", group, "seeds", index, "mode"] = seed.get("mode")
+        return [
+            Problem(place, f"unknown mode {mode!r:.60}; {remedy(mode, system.modes)}")
+            for place, mode in places.items()
+            if mode is not None and mode not in system.modes
+        ]
+
+    def _check_events(self, system: "HybridSystem") -> list[Problem]:
+        """Sections are to be at events that exist, and periods need a forcing."""
+        problems = []
+        events = [transition.name for transition in system.transitions]
+        for group, analysis in self.analyses.items():
+            given = analysis.keywords()
+            at = getattr(analysis, "at", None)
+            if at is not None and at not in ("strobe", *events):
+                fault = f"unknown event {at!r:.60}; {remedy(at, ('strobe', *events))}"
+                problems.append(Problem(("analysis", group, "at"), fault))
+            elif at == "strobe" and system.period is None:
+                fault = f"{self.model} has no forcing period to strobe at; name one of its events: {', '.join(events)}"
+                problems.append(Problem(("analysis", group, "at"), fault))
+            if system.period is None and "duration" in type(analysis).model_fields and "periods" in given:
+                fault = f"{self.model} has no forcing period; give duration, in units of time"
+                problems.append(Problem(("analysis", group, "periods"), fault))
+        return problems

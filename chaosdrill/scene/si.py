@@ -1,0 +1,227 @@
+"""A scene in SI units, turned into the dimensionless one.
+
+Displacements are in units of ``mu_e F_N / K`` and times in units of ``sqrt(m1 / K)``; the forces are divided by the
+static friction force ``mu_e F_N``. Source: equations (6), (8) and (10) of the paper.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from chaosdrill.scene.problems import Problem, remedy
+from chaosdrill.scene.units import ANGLE, ANGULAR_SPEED, FORCE, LENGTH, MASS, NONE, TIME, Dimension, parse_quantity
+
+SECONDS_PER_HOUR = 3600.0
+
+
+def _over(first: Dimension, second: Dimension, power: float = 1.0) -> Dimension:
+    a, b, c, d = (one - power * other for one, other in zip(first, second, strict=True))
+    return (a, b, c, d)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One SI quantity: dimension, an example, the parameters made of it, and whether it may be zero or negative."""
+
+    dimension: Dimension
+    example: str
+    makes: tuple[str, ...] = ()
+    positive: bool = False
+    signed: bool = False
+
+
+QUANTITIES: dict[str, Entry] = {
+    "m1": Entry(MASS, "250 kg", positive=True),
+    "m2": Entry(MASS, "250 kg", ("eps",), positive=True),
+    "K": Entry(_over(FORCE, LENGTH), "4e6 N/m", positive=True),
+    "C": Entry(_over(FORCE, _over(LENGTH, TIME)), "3.8 kN*s/m", ("xi",)),
+    "A": Entry(FORCE, "2 kN", ("a",)),
+    "B": Entry(FORCE, "5.6 kN", ("b",), signed=True),
+    "R": Entry(LENGTH, "2 mm", ("r",)),
+    "omega": Entry(ANGULAR_SPEED, "100 rad/s", ("eta",), positive=True),
+    "rpm": Entry(ANGULAR_SPEED, "90 rpm", ("eta", "spin"), positive=True),
+    "lobes": Entry(NONE, "3", ("eta", "lobes"), positive=True),
+    "F_N": Entry(FORCE, "10 kN", positive=True),
+    "mu_e": Entry(NONE, "0.8", positive=True),
+    "mu_d": Entry(NONE, "0.48", ("mu",)),
+    "gamma": Entry(_over(TIME, LENGTH), "12 s/m", ("g",)),
+    "k_c": Entry(_over(FORCE, LENGTH), "4.8e12 N/m", ("k",), positive=True),
+    "lambda": Entry(_over(TIME, LENGTH), "2.4 s/m", ("lam",)),
+    "n": Entry(NONE, "1", ("n",), positive=True),
+    "phi": Entry(ANGLE, "90 deg", ("phi",), signed=True),
+}
+SCALES = ("m1", "K", "F_N", "mu_e")
+
+# What a parameter that the scene simulates takes, besides the scales; eta takes the one or the other.
+SOURCES: dict[str, tuple[str, ...]] = {
+    "eps": ("m2",),
+    "xi": ("C",),
+    "a": ("A",),
+    "b": ("B",),
+    "r": ("R",),
+    "eta": ("omega",),
+    "spin": ("rpm",),
+    "lobes": ("lobes",),
+    "mu": ("mu_d",),
+    "g": ("gamma",),
+    "k": ("k_c", "n"),
+    "lam": ("lambda",),
+    "n": ("n",),
+}
+
+
+def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Dimensionless parameters and scales of a drill given in SI units.
+
+    Parameters
+    ----------
+    si : mapping of str to float
+        Quantities in kg, m, s, N, rad by the names of ``QUANTITIES``: at least m1, K, F_N and mu_e; ``rpm`` is in
+        rad/s, ``k_c`` in N/m^n.
+
+    Returns
+    -------
+    parameters : dict of str to float
+        Those of a b xi eps eta spin lobes mu g r lam phi n k for which there are quantities.
+    scales : dict of str to float
+        ``time_s`` (seconds) and ``length_m`` (metres) of one dimensionless unit.
+
+    Notes
+    -----
+    ``k`` is per unit of bit mass: the force ``k_c d^n`` over ``mu_e F_N`` with the depth in dimensionless units. With
+    n = 1 that is ``k_c / K``.
+    """
+    frequency = math.sqrt(si["K"] / si["m1"])
+    friction = si["mu_e"] * si["F_N"]
+    length = friction / si["K"]
+    speed = length * frequency
+    made = {
+        "eps": lambda: si["m1"] / si["m2"],
+        "xi": lambda: si["C"] / (2 * si["m1"] * frequency),
+        "a": lambda: si["A"] / friction,
+        "b": lambda: si["B"] / friction,
+        "r": lambda: si["R"] / length,
+        "eta": lambda: (si["omega"] if "omega" in si else si["lobes"] * si["rpm"]) / frequency,
+        "spin": lambda: si["rpm"] / frequency,
+        "lobes": lambda: si["lobes"],
+        "mu": lambda: si["mu_d"] / si["mu_e"],
+        "g": lambda: si["gamma"] * speed,
+        "k": lambda: si["k_c"] * length ** si["n"] / friction,
+        "lam": lambda: si["lambda"] * speed,
+        "n": lambda: si["n"],
+        "phi": lambda: si["phi"],
+    }
+    parameters = {}
+    for name, value in made.items():
+        try:
+            parameters[name] = value()
+        except KeyError:
+            continue
+    return parameters, {"time_s": 1 / frequency, "length_m": length}
+
+
+def metres_per_hour(scales: Mapping[str, float]) -> float:
+    """Speed in m/h of one dimensionless unit of speed."""
+    return scales["length_m"] / scales["time_s"] * SECONDS_PER_HOUR
+
+
+def read_si(
+    raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, float], list[Problem]]:
+    """Read the table ``system.si`` of a scene.
+
+    Parameters
+    ----------
+    raw : mapping of str to str or number
+        The table as written.
+    parameters : mapping
+        The table ``system.parameters``: what is given there is not made from SI quantities.
+    known : mapping of str to float
+        The parameters that the scene's system has.
+
+    Returns
+    -------
+    parameters : dict of str to float
+    scales : dict of str to float
+    problems : list of Problem
+        If there are any, the other two are empty.
+    """
+    values, problems = _values(raw)
+    problems += _surplus(raw, parameters, known) + _missing(raw, parameters, known)
+    if problems:
+        return {}, {}, problems
+    try:
+        made, scales = si_to_dimensionless(values)
+    except (ZeroDivisionError, OverflowError):
+        made, scales = {}, {"time_s": math.nan, "length_m": math.nan}
+    if not all(math.isfinite(value) for value in (*made.values(), *scales.values())):
+        return {}, {}, [Problem(("system", "si"), "these quantities are too far apart to be made dimensionless")]
+    return {name: value for name, value in made.items() if name in known}, scales, []
+
+
+def _values(raw: Mapping[str, Any]) -> tuple[dict[str, float], list[Problem]]:
+    values: dict[str, float] = {}
+    problems: list[Problem] = []
+    # n comes first: the unit of the contact's stiffness is N/m^n
+    for name in sorted(raw, key=lambda name: name != "n"):
+        try:
+            values[name] = _value(name, raw[name], values.get("n", 1.0))
+        except ValueError as fault:
+            problems.append(Problem(("system", "si", name), str(fault)))
+    return values, problems
+
+
+def _value(name: str, given: Any, exponent: float) -> float:
+    if name not in QUANTITIES:
+        raise ValueError(f"unknown quantity; {remedy(name, QUANTITIES)}")
+    entry = QUANTITIES[name]
+    if isinstance(given, bool) or not isinstance(given, str | int | float):
+        raise ValueError(f"expected a quantity such as {entry.example!r}, received {given!r:.60}")
+    quantity = parse_quantity(given if isinstance(given, str) else repr(given))
+    dimension = _over(FORCE, LENGTH, exponent) if name == "k_c" else entry.dimension
+    if quantity.dimension == NONE and dimension != NONE:
+        raise ValueError(f"needs a unit, as in {entry.example!r}; received {given!r}")
+    if not all(math.isclose(a, b, abs_tol=1e-9) for a, b in zip(quantity.dimension, dimension, strict=True)):
+        raise ValueError(f"has the wrong dimension, received {given!r}; expected one such as {entry.example!r}")
+    if entry.positive and quantity.value <= 0:
+        raise ValueError(f"must be greater than 0, received {given!r}")
+    if not entry.signed and quantity.value < 0:
+        raise ValueError(f"must not be negative, received {given!r}")
+    return quantity.value
+
+
+def _surplus(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Problem]:
+    """Quantities that say something twice, or of something that the scene does not simulate."""
+    problems = []
+    for name in raw:
+        if name not in QUANTITIES or name in SCALES:
+            continue
+        makes = [parameter for parameter in QUANTITIES[name].makes if parameter in known]
+        twice = [parameter for parameter in makes if parameter in parameters]
+        if not makes:
+            text = "no chosen effect uses it; leave it out or choose the effect that does"
+        elif twice:
+            text = f"system.parameters.{twice[0]} is given too; leave one of them out"
+        elif name == "omega" and "rpm" in raw:
+            text = "rpm is given too; leave one of them out"
+        else:
+            continue
+        problems.append(Problem(("system", "si", name), text))
+    return problems
+
+
+def _missing(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Problem]:
+    needed = dict.fromkeys(SCALES)
+    for parameter in known:
+        if parameter in parameters or parameter not in SOURCES:
+            continue
+        if parameter == "eta" and ("rpm" in raw or "lobes" in raw):
+            needed |= dict.fromkeys(("rpm", "lobes"))
+        else:
+            needed |= dict.fromkeys(SOURCES[parameter])
+    return [
+        Problem(("system", "si", name), f"missing; a scene in SI units needs it, as in {QUANTITIES[name].example!r}")
+        for name in needed
+        if name not in raw
+    ]
