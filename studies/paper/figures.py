@@ -30,7 +30,7 @@ def _figure3(out: Path) -> Figure:
     drift = orbit["penetration"].values - orbit["penetration"].values[0]
     curve = join(orbit)
     kinds = str(orbit["event_kind"].attrs["flag_meanings"]).split()
-    impact = np.isin(orbit["event_kind"].values, [code for code, kind in enumerate(kinds) if "impact" in kind])
+    impact = np.isin(orbit["event_kind"].values, [code for code, kind in enumerate(kinds) if kind.endswith("hit")])
     hits = (orbit["event_time"].values[impact] - start) / forcing
 
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")

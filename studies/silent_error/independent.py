@@ -1,7 +1,7 @@
 """An impact oscillator computed again, by a program that shares nothing with the package but the equation.
 
-Between impacts the oscillator x'' = -x - 2 zeta x' + cos(omega t) is linear: its forced part is known and its free part is
-a damped rotation, so that the flow here is exact and only the times of the impacts are found by iteration.
+Between impacts the oscillator x'' = -x - 2 zeta x' + cos(omega t) is linear: its forced part is known and its free part
+is a damped rotation, so that the flow here is exact and only the times of the impacts are found by iteration.
 """
 
 import math
@@ -34,7 +34,7 @@ def _flow(x: float, v: float, t: float, h: float) -> tuple[float, float]:
 
 @numba.njit
 def _root(x: float, v: float, t: float, high: float, of_speed: bool) -> float:
-    """Return by bisection the time of flight, below ``high``, at which the wall is met or (``of_speed``) the speed ends."""
+    """Return by bisection the time of flight below ``high`` to the wall or, with ``of_speed``, to the end of the speed."""
     low = 0.0
     while True:
         middle = 0.5 * (low + high)

@@ -2,8 +2,8 @@
 
     python studies/silent_error/make.py          (or: python3 studies/run.py silent_error)
 
-The exponents with saltation at every impact come from the package. Two checks share no code with its tangents: the growth
-of the distance between two trajectories, and the sum of the exponents, which for this system is
+The exponents with saltation at every impact come from the package. Two checks share no code with its tangents: the
+growth of the distance between two trajectories, and the sum of the exponents, which for this system is
 ``-2 zeta + 2 ln(e) x impacts per unit of time``. Writes an archive and a table to ``studies/silent_error/out/`` and the
 picture to ``docs/_static/silent_error.png``.
 """

@@ -1,0 +1,57 @@
+"""Sphinx settings, and the pages that follow from the package's own tables."""
+
+from pathlib import Path
+
+import chaosdrill
+from chaosdrill.analysis.registry import ANALYSES, METHODS
+from chaosdrill.dataset import SCHEMA, Outcome
+from chaosdrill.systems import EFFECTS, REGISTRY
+
+project = "chaosdrill"
+author = "The chaosdrill developers"
+copyright = "2026, the chaosdrill developers"
+version = release = chaosdrill.__version__
+
+extensions = ["myst_parser", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+myst_enable_extensions = ["amsmath", "dollarmath"]
+myst_heading_anchors = 3
+autodoc_typehints = "none"
+numpydoc_show_class_members = False
+exclude_patterns = ["_build"]
+html_theme = "furo"
+html_static_path = ["_static"]
+html_title = f"chaosdrill {release}"
+
+GENERATED = Path(__file__).parent / "generated"
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
+
+
+def write_tables() -> None:
+    """Write the pages of names and of variables from the registries."""
+    GENERATED.mkdir(exist_ok=True)
+    names = ["# What a scene can name\n", "## Systems\n"]
+    names.append(_table(["`model`", "is"], [[f"`{key}`", entry.summary] for key, entry in REGISTRY.items()]))
+    names.append("## Effects of the drill\n\nAn effect that a scene leaves out is not simulated and costs nothing.\n")
+    rows = [[f"`{effect}`", f"`{key}`", text] for effect, options in EFFECTS.items() for key, text in options.items()]
+    names.append(_table(["effect", "option", "is"], rows))
+    names.append("## Analyses\n")
+    names.append(_table(["`kind`", "gives"], [[f"`{key}`", entry.summary] for key, entry in ANALYSES.items()]))
+    names.append("## Methods\n")
+    names.append(_table(["`method`", "is"], [[f"`{key}`", text] for key, text in METHODS.items()]))
+    (GENERATED / "names.md").write_text("\n".join(names), encoding="utf-8")
+
+    variables = ["# Variables of an archive\n"]
+    variables.append("Every group of an archive is one analysis; its attribute `kind` says which.\n")
+    for kind, table in SCHEMA.items():
+        rows = [[f"`{v.name}`", ", ".join(v.dims), v.units, v.long_name, v.doc] for v in table.values()]
+        variables += [f"## {kind}\n", _table(["variable", "dimensions", "units", "is", "note"], rows)]
+    variables.append("## Outcomes\n\nA run that ends early is a result with a name, not an error.\n")
+    variables.append(_table(["code", "outcome", "means"], [[str(int(o)), o.meaning, o.advice] for o in Outcome]))
+    (GENERATED / "variables.md").write_text("\n".join(variables), encoding="utf-8")
+
+
+write_tables()
