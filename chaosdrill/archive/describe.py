@@ -1,0 +1,80 @@
+"""What is in an archive and where it came from."""
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.archive.read import open_archive
+from chaosdrill.dataset.outcomes import Outcome
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_ORIGIN = ("title", "history", "platform", "wall_time_s", "scene_name", "scene_sha256", "si_time_s", "si_length_m")
+
+
+def info(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Describe an archive.
+
+    Parameters
+    ----------
+    path : path-like
+        The archive.
+
+    Returns
+    -------
+    dict
+        Plain values, ready for JSON: ``path``, ``bytes``, what the root's attributes tell of its origin, and
+        ``groups``: name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
+        dimensions, dtype, units, long name) and ``outcomes`` (name -> count).
+
+    Raises
+    ------
+    ArchiveError
+        If the archive cannot be opened.
+    """
+    tree = open_archive(path)
+    described: dict[str, Any] = {"path": str(path), "bytes": Path(path).stat().st_size}
+    described |= {name: _plain(tree.attrs[name]) for name in _ORIGIN if name in tree.attrs}
+    described["versions"] = stored_versions(tree)
+    described["groups"] = {
+        node.path: _group(node.to_dataset(inherit=False)) for node in tree.subtree if "kind" in node.attrs
+    }
+    return described
+
+
+def stored_versions(tree: "xr.DataTree") -> dict[str, str]:
+    """Versions of the package and its libraries that wrote an archive; empty if they cannot be read."""
+    try:
+        return {str(name): str(version) for name, version in json.loads(tree.attrs["versions"]).items()}
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return {}
+
+
+def _group(group: "xr.Dataset") -> dict[str, Any]:
+    import numpy as np
+
+    kept = ("kind", "system", "method", "tolerance", "wall_time_s")
+    described = {name: _plain(group.attrs[name]) for name in kept if name in group.attrs}
+    described["dimensions"] = {str(name): size for name, size in group.sizes.items()}
+    described["variables"] = {
+        str(name): {
+            "dimensions": [str(dim) for dim in variable.dims],
+            "dtype": "text" if variable.dtype.kind in "OUT" else str(variable.dtype),
+            "units": str(variable.attrs.get("units", "")),
+            "long_name": str(variable.attrs.get("long_name", "")),
+        }
+        for name, variable in group.variables.items()
+    }
+    if "outcome" in group:
+        codes, counts = np.unique(group["outcome"].values, return_counts=True)
+        meanings = {float(outcome): outcome.meaning for outcome in Outcome}
+        described["outcomes"] = {
+            meanings.get(float(code), f"code {code}"): int(count) for code, count in zip(codes, counts, strict=True)
+        }
+    return described
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else value
