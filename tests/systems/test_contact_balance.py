@@ -1,0 +1,106 @@
+"""Every hit keeps momentum to round-off and never gains energy."""
+
+import math
+
+import pytest
+import sympy
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+import chaosdrill as cd
+from chaosdrill import systems
+
+SYSTEMS = {
+    "hunt-crossley": cd.drill(),
+    "newton": cd.drill(contact="newton"),
+    "free rock": cd.drill(friction="none"),
+    "lobes and coulomb": cd.drill(drive="lobes", friction="coulomb"),
+    "autonomous": systems.build("percussive-drill-5d"),
+}
+HITS = [(name, t) for name, system in SYSTEMS.items() for t in system.transitions if t.kind == "impact"]
+FREE = [(name, t) for name, t in HITS if t.name != "weak-hit"]
+speed = st.floats(-5.0, 5.0)
+contact = {
+    "eps": st.floats(1e-2, 1e2),
+    "lam": st.floats(1e-9, 10.0),
+    "e": st.floats(0.0, 1.0),
+}
+
+
+def label(pair):
+    return f"{pair[0]}: {pair[1].name}"
+
+
+def rebound(number, name, transition, bit, rock, values):
+    """Speeds of bit and rock after the hit."""
+    system = SYSTEMS[name]
+    u, w = (sympy.Symbol(s, real=True) for s in (("x2", "x4") if name == "autonomous" else ("u", "w")))
+    here = {**system.parameters, **values, u.name: bit, w.name: rock}
+    return tuple(number(transition.reset.get(s, s), here) for s in (u, w))
+
+
+@pytest.mark.parametrize("pair", FREE, ids=label)
+@given(bit=speed, rock=st.floats(0.0, 5.0), values=st.fixed_dictionaries(contact))
+def test_momentum_is_kept_to_round_off(number, pair, bit, rock, values):
+    name, transition = pair
+    rock = rock if transition.source == ("slip",) else 0.0
+    assume(bit - rock > 1e-9)
+    after = rebound(number, name, transition, bit, rock, values)
+    eps = values["eps"]
+    terms = (eps * after[0], after[1], -eps * bit, -rock)
+    assert abs(math.fsum(terms)) <= 8 * 2.0**-53 * sum(map(abs, terms))
+
+
+@pytest.mark.parametrize("pair", FREE, ids=label)
+@given(bit=speed, rock=st.floats(0.0, 5.0), values=st.fixed_dictionaries(contact))
+def test_free_masses_part_no_faster_than_they_met(number, pair, bit, rock, values):
+    name, transition = pair
+    rock = rock if transition.source == ("slip",) else 0.0
+    approach = bit - rock
+    assume(approach > 1e-9)
+    after = rebound(number, name, transition, bit, rock, values)
+    slack = 1e-15 * (1 + abs(bit) + abs(rock)) * (1 + values["eps"])
+    assert -slack <= after[1] - after[0] <= approach + slack
+
+
+@pytest.mark.parametrize("pair", HITS, ids=label)
+@given(bit=speed, rock=st.floats(0.0, 5.0), values=st.fixed_dictionaries(contact))
+def test_energy_is_never_gained(number, pair, bit, rock, values):
+    name, transition = pair
+    rock = rock if transition.source == ("slip",) else 0.0
+    assume(bit - rock > 1e-9)
+    eps = values["eps"]
+    after = rebound(number, name, transition, bit, rock, values)
+    before = eps * bit**2 + rock**2
+    assert eps * after[0] ** 2 + after[1] ** 2 <= before * (1 + 1e-14)
+
+
+@pytest.mark.parametrize("name", ["hunt-crossley", "autonomous"])
+@given(bit=st.floats(1e-9, 5.0), values=st.fixed_dictionaries(contact))
+def test_a_weak_hit_leaves_the_rock_at_rest_and_throws_the_bit_back(number, name, bit, values):
+    transition = next(t for t in SYSTEMS[name].transitions if t.name == "weak-hit")
+    after = rebound(number, name, transition, bit, 0.0, values)
+    assert after[1] == 0
+    assert -bit <= after[0] < 0
+
+
+@pytest.mark.parametrize("name", ["hunt-crossley", "autonomous"])
+def test_friction_holds_the_rock_below_a_certain_speed_only(number, name):
+    # elastic and linear: the relative mass 1/(1 + eps) on a spring k has the peak force v sqrt(k/(1 + eps))
+    transition = next(t for t in SYSTEMS[name].transitions if t.name == "weak-hit")
+    u = "x2" if name == "autonomous" else "u"
+    values = {"lam": 0.0, "n": 1.0, "k": 2e4, "eps": 1.0}
+    assert number(transition.condition, {**values, u: 0.99e-2})
+    assert not number(transition.condition, {**values, u: 1.01e-2})
+
+
+def test_nothing_holds_the_rock_against_an_infinite_force():
+    assert [t.name for t in SYSTEMS["newton"].transitions if t.kind == "impact"] == ["strong-hit", "hit"]
+
+
+@given(bit=st.floats(1e-9, 5.0), lam=contact["lam"])
+def test_a_fixed_rock_throws_the_bit_back(number, bit, lam):
+    system = cd.drill(rock="fixed", friction="none")
+    (hit,) = system.transitions
+    after = number(hit.reset[system.states[1]], {"u": bit, "lam": lam})
+    assert -bit <= after < 0

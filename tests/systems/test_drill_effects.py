@@ -1,0 +1,91 @@
+"""An effect that is left out leaves no state, no guard, no parameter and no term."""
+
+from itertools import product
+
+import pytest
+
+import chaosdrill as cd
+from chaosdrill import systems
+
+CHOICES = [dict(zip(systems.EFFECTS, options, strict=True)) for options in product(*systems.EFFECTS.values())]
+POSSIBLE = [c for c in CHOICES if c["rock"] == "moving" or c["friction"] == "none"]
+OWN = {
+    "drive": {"harmonic": {"a", "eta", "phi"}, "lobes": {"a", "lobes", "spin", "phi"}},
+    "friction": {"coulomb": {"mu"}, "stribeck": {"mu", "g"}},
+    "rock": {"moving": {"eps"}},
+    "contact": {"newton": {"r", "e"}, "hunt-crossley": {"r", "lam"}},
+}
+
+
+def label(effects):
+    return "-".join(effects.values())
+
+
+def symbols(system):
+    """Names of all symbols in the system's expressions."""
+    found = [*system.quadratures.values()]
+    for field in system.modes.values():
+        found += field.values()
+    for transition in system.transitions:
+        found += [transition.guard, *transition.reset.values()]
+        found += [] if transition.condition is None else [transition.condition]
+    return {s.name for e in found for s in e.free_symbols}
+
+
+@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
+def test_parameters_are_those_of_the_chosen_effects(effects):
+    expected = {"b", "xi"}.union(*(OWN[effect].get(option, set()) for effect, option in effects.items()))
+    if effects["contact"] == "hunt-crossley" and effects["friction"] != "none":
+        expected |= {"n", "k"}
+    system = systems.build("percussive-drill", effects=effects)
+    assert set(system.parameters) == expected == set(systems.parameters("percussive-drill", effects))
+    assert symbols(system) - set(system.state_names) - {"t"} == expected
+
+
+@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
+def test_what_is_left_out_leaves_no_trace(effects):
+    system = systems.build("percussive-drill", effects=effects)
+    kinds = {t.kind for t in system.transitions}
+    assert ("t" in symbols(system)) == (system.time is not None) == (system.period is not None)
+    assert (system.time is not None) == (effects["drive"] != "none")
+    assert ("w" in system.state_names) == bool(system.quadratures) == (effects["rock"] == "moving")
+    assert ("impact" in kinds) == (effects["contact"] != "none")
+    assert ({"slip", "stick"} <= kinds) == (effects["friction"] != "none")
+    assert set(system.modes) == (
+        {"stick"} if effects["rock"] == "fixed" else {"stick", "slip"} if effects["friction"] != "none" else {"slip"}
+    )
+
+
+@pytest.mark.parametrize("effects", [c for c in CHOICES if c not in POSSIBLE], ids=label)
+def test_friction_on_a_rock_that_never_moves_is_refused(effects):
+    with pytest.raises(cd.ModelError, match="choose rock 'moving', or friction 'none'"):
+        systems.parameters("percussive-drill", effects)
+
+
+def test_an_absent_effect_is_not_simulated():
+    system = systems.build("percussive-drill", effects={})
+    assert system.state_names == ("y", "u")
+    assert system.transitions == ()
+    assert set(system.parameters) == {"b", "xi"}
+
+
+def test_without_a_choice_the_paper_is_simulated():
+    assert systems.parameters("percussive-drill") == cd.drill().parameters
+    assert cd.drill().parameters["xi"] == 0.06
+    assert {t.name for t in cd.drill().transitions} == {"release", "stick", "weak-hit", "strong-hit", "hit"}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"etta": 1.0}, "unknown parameter 'etta'; did you mean 'eta'"),
+        ({"contact": "newton", "lam": 1.0}, "'lam' is not used with contact='newton'.*contact='hunt-crossley'"),
+        ({"drive": "none", "eta": 1.0}, "'eta' is not used with drive='none'.*drive='harmonic'"),
+        ({"friction": "coulomb", "g": 1.0}, "'g' is not used with friction='coulomb'.*friction='stribeck'"),
+        ({"contact": "newtn"}, "contact: there is no 'newtn'; did you mean 'newton'"),
+        ({"rock": "soft"}, "rock: there is no 'soft'; there are fixed, moving"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_with_the_remedy(options, message):
+    with pytest.raises(cd.ModelError, match=message):
+        cd.drill(**options)

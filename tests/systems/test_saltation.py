@@ -1,0 +1,30 @@
+"""The flow direction survives every event of every system: S F- = F+."""
+
+import random
+
+import numpy as np
+import pytest
+
+from chaosdrill import systems
+from chaosdrill.model.derive import saltation
+
+EVENTS = [
+    pytest.param(name, transition.name, source, id=f"{name}: {transition.name}")
+    for name in sorted(systems.REGISTRY)
+    for transition in systems.build(name).transitions
+    for source in transition.source
+]
+
+
+@pytest.mark.parametrize(("name", "event", "source"), EVENTS)
+def test_flow_direction_survives(number, name, event, source):
+    system = systems.build(name).augmented(time=True)
+    transition = next(t for t in system.transitions if t.name == event)
+    rng = random.Random(f"{name} {event}")
+    here = {**system.parameters, **{s: rng.uniform(0.2, 0.9) for s in system.state_names}}
+    before = np.array([number(system.modes[source][s], here) for s in system.states], dtype=float)
+    there = here | {s.name: number(transition.reset.get(s, s), here) for s in system.states}
+    after = np.array([number(system.modes[transition.target][s], there) for s in system.states], dtype=float)
+    jump = np.array(saltation(system, transition, source).applyfunc(lambda entry: number(entry, here)), dtype=float)
+    scale = max(1.0, np.abs(jump).max(), np.abs(after).max())
+    np.testing.assert_allclose(jump @ before, after, rtol=0, atol=1e-12 * scale)
