@@ -1,0 +1,116 @@
+"""The engine: from event to event, tangents and all, for every system.
+
+It is compiled once; a system enters as a tuple of functions of fixed signature. A call goes on until the number of
+strobes asked for is reached, an output buffer is full, or the run cannot go on; all it needs to be continued is in its
+arguments. A strobe falls once a period wherever the steps fall; only the last one of a call ends a step.
+"""
+
+import math
+
+from numba import int64, types
+
+from chaosdrill.codegen.signatures import KERNEL_TYPES, matrix, vector
+from chaosdrill.engine import guards
+from chaosdrill.engine.events import take
+from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.layout import (
+    ABSOLUTE_TIME, BASE, DONE, ESCAPED, EVENT_LIMIT, EVENT_ROWS, EVENTS_IN_PERIOD, FRESH, FULL, INVALID_START,
+    MAX_EVENTS, METHOD, MODE, NONFINITE, ONGOING, ORDER, ORTHOGONALISE, PERIOD, QR_SINCE, QR_WAIT, QUADRATURES,
+    RANK_CHECK, RECORD, SAMPLE_ROWS, SAMPLES, STALL, STALLED, STEP_UNDERFLOW, STEPS, STROBES, TARGET, TAYLOR, TIES,
+    TIME, WORKSPACE,
+)
+from chaosdrill.engine.step import advance, prepare, record
+from chaosdrill.engine.tangents import orthonormalise
+
+STALL_LIMIT = 50
+"""Events in succession without time passing before a run is called stalled."""
+
+SMALLEST_STEP = 1e-13
+"""Shortest step, as a part of the period."""
+
+LARGE_GROWTH = 1e4
+"""Tangents are orthonormalised at once after an event that makes one this long."""
+
+_integers = int64[::1]
+_integer_matrix = int64[:, ::1]
+_scratch = types.Tuple((matrix, vector, vector, matrix, matrix, vector, vector, vector, vector, vector, vector, matrix,
+                        matrix, matrix, matrix, matrix))
+_signature = int64(
+    KERNEL_TYPES, _integers, vector, _integer_matrix, _integer_matrix, _integer_matrix, vector, matrix, vector, matrix,
+    matrix, _integers, _integers, vector, _integers, vector, _integers, _integers, _integers, vector, matrix, matrix,
+    _scratch,
+)
+
+
+@inner
+def _state_outcome(x, bounds):
+    for i in range(x.size):
+        if not math.isfinite(x[i]):
+            return NONFINITE
+    for i in range(x.size):
+        if not bounds[0, i] <= x[i] <= bounds[1, i]:
+            return ESCAPED
+    return DONE
+
+
+@compiled(_signature)
+def flow(functions, settings_i, settings_f, watch, marks, transitions, c, bounds, x, sums, vectors, slots, dead, logs,
+         carried, carried_f, sides, armed, counts, grazing, samples, events, scratch):
+    """Continue a run; returns DONE, FULL, or the outcome that ended it."""
+    period = settings_f[PERIOD]
+    taylor = settings_i[METHOD] == TAYLOR
+    first_guard = x.size + settings_i[QUADRATURES]
+    while carried[STROBES] < settings_i[TARGET]:
+        if settings_i[RECORD] == 1 and carried[SAMPLE_ROWS] + settings_i[SAMPLES] + 1 > samples.shape[0]:
+            return FULL
+        if events.shape[0] > 0 and carried[EVENT_ROWS] == events.shape[0]:
+            return FULL
+        local = carried_f[TIME]
+        t = local + carried_f[BASE]
+        mode = carried[MODE]
+        h, te, j, ties = prepare(
+            functions, settings_i, settings_f, watch, marks, local, t, c, x, vectors, carried, sides, armed, scratch
+        )
+        if te == -2.0:
+            return INVALID_START
+        if not h > SMALLEST_STEP * period:
+            return STEP_UNDERFLOW if h == h else NONFINITE
+        carried[FRESH] = ONGOING
+        happens = te >= 0.0
+        if not happens:
+            te = h
+        if carried[STROBES] + 1 >= settings_i[TARGET] and te >= period - local:
+            te = period - local
+            happens = False
+        strobe = record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch)
+        advance(functions, settings_i, t, c, x, te, sums, vectors, carried, scratch)
+        if strobe >= 0.0:
+            carried_f[TIME] = te - strobe
+            if settings_i[ABSOLUTE_TIME] == 1:
+                carried_f[BASE] = carried[STROBES] * period
+        else:
+            carried_f[TIME] = local + te
+        carried[STEPS] += 1
+        carried[QR_SINCE] += 1
+        outcome = _state_outcome(x, bounds)
+        if outcome != DONE:
+            return outcome
+        if taylor:
+            guards.update_sides(scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], te,
+                                sides, armed)
+        if happens:
+            carried[STALL] = carried[STALL] + 1 if te <= SMALLEST_STEP * period else 0
+            if carried[STALL] > STALL_LIMIT:
+                return STALLED
+            carried[TIES] += ties
+            largest = take(functions, transitions, j, carried_f[TIME], carried_f[TIME] + carried_f[BASE], c, x, vectors,
+                           carried, counts, grazing, events, scratch)
+            if carried[EVENTS_IN_PERIOD] > settings_i[MAX_EVENTS]:
+                return EVENT_LIMIT
+            if largest > LARGE_GROWTH:
+                carried[QR_SINCE] = carried[QR_WAIT]
+        if settings_i[ORTHOGONALISE] == 1 and (carried[RANK_CHECK] == 1 or carried[QR_SINCE] >= carried[QR_WAIT]):
+            orthonormalise(vectors, slots, dead, logs, carried)
+    if settings_i[ORTHOGONALISE] == 1:
+        orthonormalise(vectors, slots, dead, logs, carried)
+    return DONE

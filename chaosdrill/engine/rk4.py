@@ -1,0 +1,115 @@
+"""Classical fourth-order Runge-Kutta steps of fixed length with bisection, the method of the paper.
+
+A guard is looked at only at the two ends of a step, and an event is as exact as the bisection; two crossings inside one
+step pass unseen. It is here to be compared with.
+"""
+
+from chaosdrill.engine.guards import TIE, stand
+from chaosdrill.engine.jit import inner
+from chaosdrill.engine.layout import FIRE, INVALID, MODE, ONGOING, PASSED, STEP, TOLERANCE
+
+_PROBE = 1e-3
+_ZERO = 1e-11
+
+
+@inner
+def next_step(settings_f, t):
+    """Length of the step to the next point of the fixed grid."""
+    step = settings_f[STEP]
+    h = step - t % step
+    return h if h > 1e-9 * step else h + step
+
+
+@inner
+def move(functions, mode, t, c, x, s, vectors, live, out, out_vectors, stages):
+    """States and quadratures (``out``) and tangents after a step of length s."""
+    n = x.size
+    m = out.size
+    place = stages[0]
+    for i in range(m):
+        out[i] = x[i] if i < n else 0.0
+    for v in range(live):
+        for i in range(n):
+            out_vectors[v, i] = vectors[v, i]
+    for stage in range(4):
+        part = 0.0 if stage == 0 else (s if stage == 3 else 0.5 * s)
+        weight = s / 6.0 if stage in (0, 3) else s / 3.0
+        before = stages[1 + stage]
+        for i in range(n):
+            place[i] = x[i] + (part * before[i] if stage > 0 else 0.0)
+        rate = stages[2 + stage]
+        functions[3](mode, t + part, c, place, rate)
+        for i in range(m):
+            out[i] += weight * rate[i]
+        for v in range(live):
+            base = 6 + 5 * v
+            direction = stages[base]
+            last = stages[base + stage]
+            for i in range(n):
+                direction[i] = vectors[v, i] + (part * last[i] if stage > 0 else 0.0)
+            image = stages[base + 1 + stage]
+            functions[4](mode, t + part, c, place, direction, image)
+            for i in range(n):
+                out_vectors[v, i] += weight * image[i]
+
+
+@inner
+def _crossed(functions, mode, j, t, c, x, gradient, side):
+    value = functions[5](mode, j, t, c, x, gradient)
+    return value * side <= 0.0
+
+
+@inner
+def first_event(functions, directions, count, marks, t, c, x, h, settings_f, carried, fresh, fired, sides, armed, none,
+                out, gradient, stages):
+    """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties)."""
+    mode = carried[MODE]
+    if fresh != ONGOING:
+        move(functions, mode, t, c, x, _PROBE * h, none, 0, out, none, stages)
+        for j in range(count):
+            here = functions[5](mode, j, t, c, x, gradient)
+            ahead = functions[5](mode, j, t + _PROBE * h, c, out[: x.size], gradient)
+            order = 1 if abs(here) <= _ZERO * max(1.0, abs(ahead)) or here * ahead < 0.0 else 0
+            value = ahead if order == 1 else here
+            if value == 0.0:
+                armed[j] = 0
+                continue
+            sides[j] = 1 if value > 0.0 else -1
+            how = stand(sides[j], directions[j], order, fresh, marks[j], j == fired, armed[j] == 1)
+            if how == INVALID:
+                return -2.0, j, 0
+            armed[j] = 0 if how == PASSED else 1
+            if how == FIRE:
+                return 0.0, j, 0
+    move(functions, mode, t, c, x, h, none, 0, out, none, stages)
+    best = -1.0
+    found = -1
+    ties = 0
+    for j in range(count):
+        if armed[j] == 0:
+            value = functions[5](mode, j, t + h, c, out[: x.size], gradient)
+            if value * directions[j] < 0.0:
+                armed[j] = 1
+                sides[j] = -directions[j]
+            continue
+        move(functions, mode, t, c, x, h, none, 0, out, none, stages)
+        if not _crossed(functions, mode, j, t + h, c, out[: x.size], gradient, sides[j]):
+            continue
+        low = 0.0
+        high = h
+        while high - low > settings_f[TOLERANCE]:
+            middle = 0.5 * (low + high)
+            if middle <= low or middle >= high:
+                break
+            move(functions, mode, t, c, x, middle, none, 0, out, none, stages)
+            if _crossed(functions, mode, j, t + middle, c, out[: x.size], gradient, sides[j]):
+                high = middle
+            else:
+                low = middle
+        if found < 0 or high < best - TIE * h:
+            best = high
+            found = j
+            ties = 0
+        elif high <= best + TIE * h:
+            ties += 1
+    return best, found, ties

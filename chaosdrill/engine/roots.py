@@ -1,0 +1,203 @@
+"""First crossing of zero of a polynomial on an interval: none missed, double roots included.
+
+The polynomial is bounded by the Bernstein form of its first coefficients plus a bound on the rest; intervals are halved
+until each is free of roots, monotone, or of one curvature. On an interval of one curvature the extremum decides, so that
+two roots close together are found at any distance (compare Farouki 2012, doi:10.1016/j.cagd.2012.03.001).
+"""
+
+import numpy as np
+
+from chaosdrill.engine.jit import inner
+
+DEGREE = 7
+DEPTH = 48
+
+
+def _bernstein_weights() -> np.ndarray:
+    weights = np.zeros((DEGREE + 1, DEGREE + 1))
+    for j in range(DEGREE + 1):
+        weights[j, 0] = 1.0
+        for k in range(1, j + 1):
+            weights[j, k] = weights[j, k - 1] * (j - k + 1) / (DEGREE - k + 1)
+    return weights
+
+
+_WEIGHTS = _bernstein_weights()
+
+
+@inner
+def _value(a, n, u):
+    s = a[n]
+    for k in range(n - 1, -1, -1):
+        s = s * u + a[k]
+    return s
+
+
+@inner
+def _slope(a, n, u):
+    s = n * a[n]
+    for k in range(n - 1, 0, -1):
+        s = s * u + k * a[k]
+    return s
+
+
+@inner
+def _refine(a, n, low, high):
+    """Root in [low, high] of a polynomial that is negative at low and not negative at high."""
+    u = 0.5 * (low + high)
+    for _ in range(100):
+        f = a[n]
+        d = 0.0
+        for k in range(n - 1, -1, -1):
+            d = d * u + f
+            f = f * u + a[k]
+        if f < 0.0:
+            low = u
+        else:
+            high = u
+        step = f / d if d > 0.0 else np.inf
+        following = u - step
+        if not low <= following <= high:
+            following = 0.5 * (low + high)
+        if abs(following - u) <= 1.2e-16 * high or following == low or following == high:
+            return following
+        u = following
+    return u
+
+
+@inner
+def _summit(a, n, low, high):
+    """Place of the maximum of a polynomial that is concave on [low, high]."""
+    if _slope(a, n, high) >= 0.0:
+        return high
+    if _slope(a, n, low) <= 0.0:
+        return low
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if _slope(a, n, middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+        if high - low <= 2e-16 * high:
+            break
+    return 0.5 * (low + high)
+
+
+@inner
+def _search(a, n, stack, ends):
+    tail = 0.0
+    tail_slope = 0.0
+    tail_bend = 0.0
+    for k in range(DEGREE + 1, n + 1):
+        m = abs(a[k])
+        tail += m
+        tail_slope += k * m
+        tail_bend += k * (k - 1) * m
+    top = min(n, DEGREE)
+    for j in range(DEGREE + 1):
+        s = 0.0
+        for k in range(top + 1):
+            s += _WEIGHTS[j, k] * a[k]
+        stack[0, j] = s
+    ends[0, 0] = 0.0
+    ends[0, 1] = 1.0
+    count = 1
+    while count > 0:
+        count -= 1
+        b = stack[count]
+        left = ends[count, 0]
+        width = ends[count, 1]
+        right = left + width
+        reach = right ** (DEGREE - 1)
+        highest = b[0]
+        for j in range(1, DEGREE + 1):
+            highest = max(highest, b[j])
+        if highest + tail * reach * right * right < 0.0:
+            continue
+        rise = b[1] - b[0]
+        fall = rise
+        bend_high = -np.inf
+        bend_low = np.inf
+        before = rise
+        for j in range(1, DEGREE):
+            d = b[j + 1] - b[j]
+            rise = min(rise, d)
+            fall = max(fall, d)
+            bend_high = max(bend_high, d - before)
+            bend_low = min(bend_low, d - before)
+            before = d
+        bound = tail_slope * reach * right * width / DEGREE
+        if rise > bound:
+            if _value(a, n, right) >= 0.0:
+                return _refine(a, n, left, right)
+            continue
+        if fall < -bound:
+            continue
+        bound = tail_bend * reach * width * width / (DEGREE * (DEGREE - 1))
+        if bend_high < -bound:
+            top_at = _summit(a, n, left, right)
+            if _value(a, n, top_at) >= 0.0:
+                return _refine(a, n, left, top_at)
+            continue
+        if bend_low > bound:
+            if _value(a, n, right) >= 0.0:
+                return _refine(a, n, left, right)
+            continue
+        if count + 2 > DEPTH:
+            if _value(a, n, right) >= 0.0:
+                return right
+            continue
+        half = 0.5 * width
+        # de Casteljau: row `count` becomes the right half, row `count + 1` the left half, which is searched first
+        other = stack[count + 1]
+        for i in range(DEGREE + 1):
+            other[i] = b[0]
+            for j in range(DEGREE - i):
+                b[j] = 0.5 * (b[j] + b[j + 1])
+        ends[count, 0] = left + half
+        ends[count, 1] = half
+        ends[count + 1, 0] = left
+        ends[count + 1, 1] = half
+        count += 2
+    return -1.0
+
+
+@inner
+def first_crossing(g, start, n, h, up, a, stack, ends):
+    """Smallest s in (0, h] at which a polynomial reaches zero, from below if ``up``, else from above; -1 if none.
+
+    The coefficients are g[start], ..., g[start + n]; the value at 0 must be on the side from which zero is reached.
+    ``a`` (n + 1 or longer), ``stack`` (DEPTH, DEGREE + 1) and ``ends`` (DEPTH, 2) are scratch.
+    """
+    power = 1.0 if up else -1.0
+    most = 0.0
+    for k in range(n + 1):
+        a[k] = g[start + k] * power
+        power *= h
+        if k > 0:
+            most += max(a[k], 0.0)
+    if a[0] + most < 0.0:
+        return -1.0
+    u = _search(a, n, stack, ends)
+    return u * h if u >= 0.0 else -1.0
+
+
+@inner
+def recrossing(g, start, n, h, up, a, shifted, stack, ends):
+    """Like ``first_crossing`` for a polynomial that is already beyond zero: it must first come back."""
+    back = first_crossing(g, start, n, h, not up, a, stack, ends)
+    if back < 0.0 or back >= h:
+        return -1.0
+    for k in range(n + 1):
+        shifted[k] = g[start + k]
+    for i in range(n):
+        for k in range(n - 1, i - 1, -1):
+            shifted[k] += back * shifted[k + 1]
+    sign = 1.0 if up else -1.0
+    first = 0
+    while first < n and shifted[first] * sign >= 0.0:
+        first += 1
+    if first == n:
+        return -1.0
+    again = first_crossing(shifted, first, n - first, h - back, up, a, stack, ends)
+    return back + again if again >= 0.0 else -1.0

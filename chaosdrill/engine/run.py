@@ -1,0 +1,209 @@
+"""A run of one system at one set of numbers: its arrays, and the calls that continue it."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout as at
+from chaosdrill.engine.roots import DEGREE, DEPTH
+from chaosdrill.errors import SettingsError
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+COLUMNS = 40
+"""Length of a workspace row; the highest order is 2 less."""
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """How a run is computed.
+
+    Parameters
+    ----------
+    method : str
+        ``"taylor"``, or ``"rk4"`` for fixed steps with bisection.
+    tolerance : float
+        Taylor: local error of state (relative to max(1, abs(x))) and tangents a step. rk4: bisection of event times.
+    steps : int, optional
+        Steps a period, for ``"rk4"`` only; default 200.
+    """
+
+    method: str = "taylor"
+    tolerance: float = 1e-12
+    steps: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.method not in at.METHOD_CODES:
+            raise SettingsError(f"method is {self.method!r}; expected one of {sorted(at.METHOD_CODES)}")
+        if not 1e-16 <= self.tolerance <= 1e-2:
+            raise SettingsError(f"tolerance is {self.tolerance!r}; it must lie between 1e-16 and 1e-2")
+        if self.steps is not None and self.method != "rk4":
+            raise SettingsError(f"steps is {self.steps!r}, but method {self.method!r} chooses its own; leave steps out")
+        if self.steps is not None and not 4 <= self.steps <= 10_000_000:
+            raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period")
+
+    @property
+    def order(self) -> int:
+        """Order of the Taylor series: a step costs order**2, and its length grows like tolerance**(1/order)."""
+        return min(COLUMNS - 2, max(8, math.ceil(4 - 0.55 * math.log(self.tolerance))))
+
+
+class Run:
+    """State of a run, continued by ``advance``.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        With the parameters and the initial state of this run.
+    period : float
+        Time between strobes; the forcing period, or any unit for systems without one.
+    numerics : Numerics
+        Method and tolerance.
+    tangents : ndarray, optional
+        Initial tangent vectors, shape (m, n), one a row.
+    orthonormalise : bool
+        Whether growth is taken out of the tangents and kept in ``logs``.
+    samples : int
+        Samples a period.
+    """
+
+    def __init__(
+        self,
+        system: "HybridSystem",
+        period: float,
+        numerics: Numerics,
+        *,
+        tangents: np.ndarray | None = None,
+        orthonormalise: bool = True,
+        deficient: set[int] | None = None,
+        samples: int = 1,
+    ) -> None:
+        kernels = system.kernels
+        n, q = len(system.states), len(system.quadratures)
+        guards = kernels.mode_table.shape[1]
+        m = 0 if tangents is None else len(tangents)
+        self.system = system
+        self.period = period
+        self.settings_i = np.zeros(at.SETTINGS_I, dtype=np.int64)
+        self.settings_f = np.zeros(at.SETTINGS_F)
+        self.settings_i[at.METHOD] = at.METHOD_CODES[numerics.method]
+        self.settings_i[at.ORDER] = numerics.order
+        self.settings_i[at.QUADRATURES] = q
+        self.settings_i[at.SAMPLES] = samples
+        self.settings_i[at.ORTHOGONALISE] = int(orthonormalise and m > 0)
+        self.settings_i[at.ABSOLUTE_TIME] = int(system.period is None)
+        self.settings_i[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
+        self.settings_f[at.TOLERANCE] = numerics.tolerance
+        self.settings_f[at.PERIOD] = period
+        self.settings_f[at.STEP] = period / (numerics.steps or 200)
+        self.transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
+        self.transitions[:, :2] = kernels.transition_table
+        self.transitions[sorted(deficient or ()), at.RANK_DEFICIENT] = 1
+        self.marks = np.zeros((len(kernels.events), guards), dtype=np.int64)
+        for row, events in zip(self.marks, kernels.events, strict=True):
+            row[: len(events)] = [all(kernels.transition_table[k, 1] for k in e.outcomes) for e in events]
+        self.bounds = np.array([system.bounds[s] for s in system.state_names]).T.copy()
+        self.c = kernels.constants(system.parameters)
+        self.x = np.array([system.initial[s] for s in system.state_names])
+        self.sums = np.zeros((2, q))
+        self.vectors = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
+        self.slots = np.arange(max(m, 1), dtype=np.int64)
+        self.dead = np.zeros(max(m, 1), dtype=np.int64)
+        self.logs = np.zeros(max(m, 1))
+        self.carried = np.zeros(at.CARRIED_I, dtype=np.int64)
+        self.carried[at.MODE] = system.mode_names.index(system.initial["mode"])
+        self.carried[at.LIVE] = m
+        self.carried[at.FRESH] = at.BEGIN
+        self.carried[at.FIRED] = -1
+        self.carried[at.QR_WAIT] = 8
+        self.carried_f = np.zeros(at.CARRIED_F)
+        self.sides = np.zeros(guards, dtype=np.int64)
+        self.armed = np.zeros(guards, dtype=np.int64)
+        self.counts = np.zeros(len(kernels.transition_table), dtype=np.int64)
+        self.grazing = np.full(len(kernels.transition_table), np.inf)
+        self._no_samples = np.zeros((0, n + q + 1))
+        self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
+        self._scratch = (
+            np.zeros((kernels.rows + m * n, COLUMNS)), np.zeros(COLUMNS), np.zeros(COLUMNS),
+            np.zeros((DEPTH, DEGREE + 1)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
+            np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros((n, n)),
+            np.zeros((6 + 5 * m, n + q)), np.zeros((m, n)), np.zeros((0, n)),
+        )  # fmt: skip
+
+    @property
+    def mode(self) -> str:
+        """Present mode."""
+        return self.system.mode_names[self.carried[at.MODE]]
+
+    @property
+    def strobes(self) -> int:
+        """Periods completed."""
+        return int(self.carried[at.STROBES])
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the start of the run."""
+        return self.strobes * self.period + float(self.carried_f[at.TIME])
+
+    @property
+    def live(self) -> int:
+        """Tangents that no event has removed."""
+        return int(self.carried[at.LIVE])
+
+    def integrals(self) -> np.ndarray:
+        """Quadratures since the start of the run, shape (q,)."""
+        return self.sums[0] + self.sums[1]
+
+    def forget(self) -> None:
+        """Start all averages anew: logarithms, counts, quadratures, smallest speeds."""
+        for array in (self.logs, self.counts, self.sums):
+            array[:] = 0
+        self.grazing[:] = np.inf
+        self.carried[[at.TIES, at.STEPS]] = 0
+
+    def advance(
+        self, periods: int, samples: np.ndarray | None = None, events: np.ndarray | None = None
+    ) -> tuple[Outcome, bool]:
+        """Go on for a number of periods, or until a buffer is full.
+
+        Parameters
+        ----------
+        periods : int
+            Periods from the strobe last passed.
+        samples, events : ndarray, optional
+            Buffers of shape (rows, n + q + 1) and (rows, 5 + 2 n); filled from the top in every call.
+
+        Returns
+        -------
+        outcome : Outcome
+            ``Outcome.OK``, or what ended the run.
+        full : bool
+            Whether a buffer was filled before the end; ``advance(0, ...)`` goes on to the same target.
+        """
+        from chaosdrill.engine.flow import flow
+
+        if periods:
+            self.settings_i[at.TARGET] = self.strobes + periods
+        self.settings_i[at.RECORD] = int(samples is not None)
+        self.carried[[at.SAMPLE_ROWS, at.EVENT_ROWS]] = 0
+        code = flow(
+            self.system.kernels.functions, self.settings_i, self.settings_f, self.system.kernels.mode_table, self.marks,
+            self.transitions, self.c, self.bounds, self.x, self.sums, self.vectors, self.slots, self.dead, self.logs,
+            self.carried, self.carried_f, self.sides, self.armed, self.counts, self.grazing,
+            self._no_samples if samples is None else samples, self._no_events if events is None else events,
+            self._scratch,
+        )  # fmt: skip
+        return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
+
+    def filled(self) -> tuple[int, int]:
+        """Rows of samples and of events that the last call has written."""
+        return int(self.carried[at.SAMPLE_ROWS]), int(self.carried[at.EVENT_ROWS])
+
+
+def kind_count(run: Run, kind: str) -> int:
+    """Events of a kind counted since the last ``forget``."""
+    return int(sum(n for t, n in zip(run.system.transitions, run.counts, strict=False) if t.kind == kind))

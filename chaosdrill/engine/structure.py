@@ -1,0 +1,124 @@
+"""What a system's tangents can be known to do before any run: lost rank, symmetries, driven and driving states.
+
+All of it is read off Jacobians and saltation matrices at random states on the guards, at the parameters of the run.
+"""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.engine.events import saltation_matrix
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+_SAMPLES = 24
+_RANK_TOLERANCE = 1e-9
+
+
+def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
+    """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
+    kernels = system.kernels
+    field, guard, choose, reset = (kernels.functions[i] for i in (3, 5, 6, 7))
+    n, q = len(system.states), len(system.quadratures)
+    c = kernels.constants(system.parameters)
+    rng = np.random.default_rng(20260101)
+    before, after, image = np.empty(n + q), np.empty(n + q), np.empty(n)
+    gradient, jacobian, matrix = np.empty(n + 1), np.empty((n, n + 1)), np.empty((n, n))
+    for mode, events in enumerate(kernels.events):
+        for j in range(len(events)):
+            for _ in range(_SAMPLES):
+                x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
+                if not _onto_guard(guard, mode, j, t, c, x, gradient):
+                    continue
+                transition = choose(mode, j, t, c, x)
+                field(mode, t, c, x, before)
+                guard(mode, j, t, c, x, gradient)
+                speed = gradient[:n] @ before[:n] + gradient[n]
+                if transition < 0 or speed * events[j].direction < 0 or speed == 0:
+                    continue
+                reset(transition, t, c, x, image, jacobian)
+                field(int(kernels.transition_table[transition, 0]), t, c, image, after)
+                saltation_matrix(jacobian, before, after, gradient, speed, matrix)
+                if np.isfinite(matrix).all():
+                    yield transition, matrix.copy()
+
+
+def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-untyped-def]
+    n = x.size
+    for _ in range(50):
+        value = guard(mode, j, t, c, x, gradient)
+        square = gradient[:n] @ gradient[:n]
+        if not np.isfinite(value) or square == 0:
+            return False
+        if abs(value) <= 1e-14 * (1 + np.abs(x).max()):
+            return True
+        x -= value * gradient[:n] / square
+    return False
+
+
+def deficient_transitions(system: "HybridSystem") -> set[int]:
+    """Transitions whose saltation matrix has a rank below n, wherever on the guard."""
+    ranks: dict[int, int] = {}
+    for transition, matrix in saltations(system):
+        scale = np.abs(matrix).max()
+        rank = int(np.linalg.matrix_rank(matrix, tol=_RANK_TOLERANCE * scale)) if scale > 0 else 0
+        ranks[transition] = max(ranks.get(transition, 0), rank)
+    return {t for t, rank in ranks.items() if rank < len(system.states)}
+
+
+def adapted_frame(system: "HybridSystem") -> np.ndarray:
+    """An orthonormal initial frame, shape (n, n), one tangent a row, for a full spectrum.
+
+    Directions along which the whole system can be shifted come first, states that drive others without being driven
+    last. Then the triangular form of the tangent map is that of the system, and the exponents which its structure makes
+    exact come out exact, not only in the limit of a long run.
+    """
+    n = len(system.states)
+    maps, shifts = list(_jacobians(system)), [m - np.eye(n) for _, m in saltations(system)]
+    _, weights, directions = np.linalg.svd(np.vstack([*maps, *shifts]))
+    symmetric = directions[weights <= 1e-12 * max(weights.max(), 1e-300)]
+    pattern = np.any([m != 0 for m in (*maps, *shifts)], axis=0)
+    rows = [_sparse(v) for v in symmetric]
+    rows += [np.eye(n)[i] for i in _downstream_first(pattern)]
+    frame: list[np.ndarray] = []
+    for row in rows:
+        for _ in range(2):
+            row = row - sum((v * (v @ row) for v in frame), np.zeros(n))
+        if np.linalg.norm(row) > 1e-6:
+            frame.append(row / np.linalg.norm(row))
+    return np.array(frame)
+
+
+def _jacobians(system: "HybridSystem") -> Iterator[np.ndarray]:
+    n = len(system.states)
+    c = system.kernels.constants(system.parameters)
+    variation = system.kernels.functions[4]
+    rng = np.random.default_rng(20260102)
+    column = np.empty(n)
+    for mode in range(len(system.modes)):
+        for _ in range(_SAMPLES):
+            x, t = rng.normal(size=n), rng.uniform(0, 7)
+            matrix = np.empty((n, n))
+            for j, unit in enumerate(np.eye(n)):
+                variation(mode, t, c, x, unit, column)
+                matrix[:, j] = column
+            if np.isfinite(matrix).all():
+                yield matrix
+
+
+def _sparse(direction: np.ndarray) -> np.ndarray:
+    """The direction without the round-off of its decomposition: entries of equal size are made equal."""
+    scaled = direction / np.abs(direction).max()
+    return np.round(scaled, 9)
+
+
+def _downstream_first(pattern: np.ndarray) -> list[int]:
+    """States ordered so that what is driven comes before what drives it; ``pattern[i, j]``: i depends on j."""
+    n = len(pattern)
+    reach = pattern | np.eye(n, dtype=bool)
+    for k in range(n):
+        reach |= np.outer(reach[:, k], reach[k])
+    influence = reach.sum(axis=0) - reach.sum(axis=1)
+    return sorted(range(n), key=lambda i: (influence[i], i))

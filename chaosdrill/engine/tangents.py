@@ -1,0 +1,58 @@
+"""Tangent vectors: orthonormalised by modified Gram-Schmidt with their growth kept, their rank carried exactly.
+
+Exponents by the method of Benettin et al. 1980 (doi:10.1007/BF02128236). A vector that an event of deficient rank
+has removed is dropped, so that its exponent is -inf and no invented number.
+"""
+
+import math
+
+from chaosdrill.engine.jit import inner
+from chaosdrill.engine.layout import LIVE, QR_SINCE, QR_WAIT, RANK_CHECK
+
+RANK_TOLERANCE = 1e-11
+_LONGEST_WAIT = 64
+
+
+@inner
+def orthonormalise(vectors, slots, dead, logs, carried):
+    """Orthonormalise the live rows of ``vectors``; add the logarithms of their lengths to ``logs``.
+
+    ``slots[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose independent
+    part vanishes is dropped and its slot marked in ``dead``.
+    """
+    n = vectors.shape[1]
+    live = carried[LIVE]
+    kept = 0
+    growth = 1.0
+    for i in range(live):
+        before = 0.0
+        for a in range(n):
+            before += vectors[i, a] * vectors[i, a]
+        before = math.sqrt(before)
+        for _ in range(2):
+            for j in range(kept):
+                dot = 0.0
+                for a in range(n):
+                    dot += vectors[j, a] * vectors[i, a]
+                for a in range(n):
+                    vectors[i, a] -= dot * vectors[j, a]
+        length = 0.0
+        for a in range(n):
+            length += vectors[i, a] * vectors[i, a]
+        length = math.sqrt(length)
+        if length == 0.0 or (carried[RANK_CHECK] == 1 and length <= RANK_TOLERANCE * before):
+            dead[slots[i]] = 1
+            continue
+        growth = max(growth, length, 1.0 / length)
+        logs[slots[i]] += math.log(length)
+        slots[kept] = slots[i]
+        for a in range(n):
+            vectors[kept, a] = vectors[i, a] / length
+        kept += 1
+    carried[LIVE] = kept
+    carried[RANK_CHECK] = 0
+    carried[QR_SINCE] = 0
+    if growth > 1e3:
+        carried[QR_WAIT] = max(carried[QR_WAIT] // 2, 1)
+    elif growth < 30.0:
+        carried[QR_WAIT] = min(carried[QR_WAIT] * 2, _LONGEST_WAIT)
