@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.read import open_archive
-from chaosdrill.dataset.outcomes import Outcome
+from chaosdrill.dataset.outcomes import count_outcomes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,8 +53,6 @@ def stored_versions(tree: "xr.DataTree") -> dict[str, str]:
 
 
 def _group(group: "xr.Dataset") -> dict[str, Any]:
-    import numpy as np
-
     kept = ("kind", "system", "method", "tolerance", "wall_time_s")
     described = {name: _plain(group.attrs[name]) for name in kept if name in group.attrs}
     described["dimensions"] = {str(name): size for name, size in group.sizes.items()}
@@ -68,11 +66,7 @@ def _group(group: "xr.Dataset") -> dict[str, Any]:
         for name, variable in group.variables.items()
     }
     if "outcome" in group:
-        codes, counts = np.unique(group["outcome"].values, return_counts=True)
-        meanings = {float(outcome): outcome.meaning for outcome in Outcome}
-        described["outcomes"] = {
-            meanings.get(float(code), f"code {code}"): int(count) for code, count in zip(codes, counts, strict=True)
-        }
+        described["outcomes"] = count_outcomes(group["outcome"].values)
     return described
 
 

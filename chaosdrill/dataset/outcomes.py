@@ -1,6 +1,8 @@
 """How the computation of one point can end."""
 
+from collections import Counter
 from enum import IntEnum
+from typing import Any
 
 
 class Outcome(IntEnum):
@@ -30,6 +32,16 @@ class Outcome(IntEnum):
     def advice(self) -> str:
         """One sentence: what this outcome means and what to try."""
         return _ADVICE[self]
+
+
+def count_outcomes(codes: Any) -> dict[str, int]:
+    """How often each outcome stands in an array of codes, by its meaning, in the order of the codes.
+
+    A code that is no outcome, as an altered archive may hold, is counted as ``code N``.
+    """
+    meanings = {int(outcome): outcome.meaning for outcome in Outcome}
+    counts = Counter(codes.ravel().tolist())
+    return {meanings.get(code, f"code {code}"): counts[code] for code in sorted(counts)}
 
 
 _ADVICE = {

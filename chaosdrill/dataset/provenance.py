@@ -5,7 +5,6 @@ import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 CONVENTIONS = "CF-1.11"
@@ -59,6 +58,8 @@ def provenance(
 @cache
 def library_versions() -> dict[str, str]:
     """Versions of the package and of the libraries that its numbers depend on."""
+    from importlib.metadata import PackageNotFoundError, version
+
     import chaosdrill
 
     found = {"chaosdrill": chaosdrill.__version__}

@@ -1,0 +1,39 @@
+"""``chaosdrill info``: what is in an archive and where it came from."""
+
+import json
+from typing import Any
+
+import click
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def info(archive: str, as_json: bool) -> None:
+    """Tell what is in OUT.nc and where it came from."""
+    from chaosdrill.archive import info as describe
+
+    described = describe(archive)
+    click.echo(json.dumps(described, indent=2) if as_json else info_text(described))
+
+
+def info_text(described: dict[str, Any]) -> str:
+    """The description of an archive for people."""
+    lines = [f"{described['path']}  {described['bytes']} bytes"]
+    for name, value in described.items():
+        if name in ("path", "bytes", "groups"):
+            continue
+        if isinstance(value, dict):
+            value = ", ".join(f"{key} {text}" for key, text in value.items())
+        lines.append(f"  {name:<13} {value}")
+    for group, content in described["groups"].items():
+        facts = [f"{name} {content[name]}" for name in ("system", "method", "tolerance") if name in content]
+        lines += ["", f"{group}  {content['kind']}  {', '.join(facts)}"]
+        lines.append("  dimensions    " + ", ".join(f"{name} {size}" for name, size in content["dimensions"].items()))
+        if "outcomes" in content:
+            counts = ", ".join(f"{name} {count}" for name, count in content["outcomes"].items())
+            lines.append(f"  outcomes      {counts}")
+        for name, variable in content["variables"].items():
+            shape = f"({', '.join(variable['dimensions'])})"
+            lines.append(f"  {name + shape:<44} {variable['dtype']:<8} [{variable['units']}]  {variable['long_name']}")
+    return "\n".join(lines)

@@ -1,0 +1,66 @@
+"""``chaosdrill run``: every analysis of a scene, into one archive."""
+
+from typing import TYPE_CHECKING
+
+import click
+
+from chaosdrill.cli.progress import Progress
+from chaosdrill.dataset.outcomes import Outcome, count_outcomes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# of the larger variables these are short enough for a line
+_SHORT = {"exponent", "multiplier"}
+_SHORT_LENGTH = 8
+
+
+@click.command()
+@click.argument("scene")
+@click.option("-o", "--output", required=True, metavar="OUT.nc", help="Archive to write; an earlier one is replaced.")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
+def run(scene: str, output: str, workers: int) -> None:
+    """Run every analysis of SCENE and write one archive, whole or not at all."""
+    from chaosdrill.archive import check_writable, save
+    from chaosdrill.scene import load_scene
+
+    loaded = load_scene(scene)
+    check_writable(output)
+    with Progress() as progress:
+        tree = loaded.run(workers=workers, report=progress.report)
+    save(tree, output)
+    for name, node in tree.children.items():
+        dataset = node.to_dataset()
+        for line in summary(dataset):
+            click.echo(f"{name}: {line}")
+        for line in advice(dataset):
+            click.echo(f"{name}: {line}", err=True)
+    click.echo(output)
+
+
+def summary(dataset: "xr.Dataset") -> list[str]:
+    """The numbers of a result that fit on a line each."""
+    lines = []
+    for name, variable in dataset.data_vars.items():
+        short = variable.ndim == 0 or (variable.dims[0] in _SHORT and variable.size <= _SHORT_LENGTH)
+        if variable.ndim > 1 or not short or variable.dtype.kind not in "iuf":
+            continue
+        if "flag_meanings" in variable.attrs:
+            text = variable.attrs["flag_meanings"].split()[int(variable)]
+        else:
+            text = " ".join(f"{value:.10g}" for value in variable.values.ravel())
+        lines.append(f"{name} {text}")
+    if "outcome" in dataset and dataset["outcome"].ndim:
+        counts = count_outcomes(dataset["outcome"].values)
+        lines.append("outcome " + ", ".join(f"{outcome} {count}" for outcome, count in counts.items()))
+    return lines
+
+
+def advice(dataset: "xr.Dataset") -> list[str]:
+    """What to say of points that have no result."""
+    lines = []
+    for name, count in count_outcomes(dataset["outcome"].values).items() if "outcome" in dataset else ():
+        outcome = Outcome[name.upper()]
+        if outcome > Outcome.CHAOTIC:
+            lines.append(f"{name} ({count} of {dataset['outcome'].size}): {outcome.advice}")
+    return lines

@@ -1,0 +1,40 @@
+"""``chaosdrill verify``: whether an archive is what its own scene gives."""
+
+import json
+
+import click
+
+from chaosdrill.cli.progress import Progress
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def verify(archive: str, workers: int, as_json: bool) -> int:
+    """Run the scene that OUT.nc holds once more and compare, variable by variable, bit by bit.
+
+    Wall time, history, versions and platform may differ. Exit code 1 and a table if anything else does.
+    """
+    from dataclasses import asdict
+
+    from chaosdrill.archive import verify as verify_archive
+
+    with Progress() as progress:
+        result = verify_archive(archive, workers=workers, report=progress.report)
+    if as_json:
+        differences = [
+            {**asdict(item), "max_abs": None if item.max_abs != item.max_abs else item.max_abs}
+            for item in result.differences
+        ]
+        shown = {"path": archive, "equal": result.equal, "differences": differences, "notes": list(result.notes)}
+        click.echo(json.dumps(shown, indent=2))
+    elif result.equal:
+        click.echo(f"{archive}: equal, bit for bit")
+    else:
+        click.echo(f"{archive}: differs from what its scene gives")
+        click.echo(result.table())
+    if not as_json:
+        for note in result.notes:
+            click.echo(note, err=True)
+    return 0 if result.equal else 1
