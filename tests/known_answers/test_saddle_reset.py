@@ -1,0 +1,38 @@
+"""Saddle with a tripling reset: the spectrum is ln 3, 0 and -0.7 per unit time."""
+
+from math import log
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+
+
+@pytest.fixture(scope="module")
+def spectrum():
+    return cd.lyapunov_spectrum(cd.build("saddle-reset"), duration=200_000, transient=100)
+
+
+def test_stretching_is_ln_3_within_its_error_bar(spectrum):
+    value, error = (float(spectrum[name][0]) for name in ("lyapunov_exponent", "lyapunov_error"))
+    assert abs(value - log(3)) < 3 * error
+    assert 0 < error < 5e-3
+
+
+def test_flow_direction_neither_grows_nor_decays(spectrum):
+    # what is left is the change of |F| over the whole run, divided by its length
+    assert abs(float(spectrum["lyapunov_exponent"][1])) < 1e-4
+
+
+def test_driven_coordinate_decays_at_its_rate(spectrum):
+    assert float(spectrum["lyapunov_exponent"][2]) == pytest.approx(-0.7, abs=1e-4)
+
+
+def test_the_return_map_triples():
+    section = cd.poincare_section(cd.build("saddle-reset"), duration=2000, at="return")
+    x = section["section"].values[:, 0]
+    assert len(x) > 1500
+    # the section holds either side of the reset; after it x is the next point of the tripling map
+    if np.ptp(x) == 0:
+        pytest.fail("the section is taken before the reset, where x is 1 always")
+    np.testing.assert_allclose((x[1:] - 3 * x[:-1] + 0.5) % 1, 0.5, atol=1e-9)
