@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
+from math import isfinite
 from typing import Any
 
 from chaosdrill.errors import ModelError
@@ -80,7 +81,10 @@ def check_limits(model: str, values: Mapping[str, Any], at: tuple[str | int, ...
     problems = []
     for name, limit in LIMITS.get(model, {}).items():
         value = values.get(name)
-        if isinstance(value, int | float) and not isinstance(value, bool) and (fault := limit.refuses(value)):
+        # what is no finite number is a fault of another kind
+        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+            continue
+        if fault := limit.refuses(value):
             problems.append(Problem((*at, name), fault))
     return problems
 
@@ -94,25 +98,29 @@ def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:
         fault = f"unknown model {checked.model!r:.60}; {remedy(checked.model, systems.REGISTRY)}"
         checked.problems.append(Problem(("system", "model"), fault))
         return
-    faults = []
-    for effect, option in effects.items():
+    faults: list[Problem] = []
+    texts = {effect: option for effect, option in effects.items() if isinstance(option, str)}
+    for effect, option in texts.items():
         place = ("system", "effects", effect)
         if not entry.effects:
             faults.append(Problem(place, f"{checked.model} is not assembled from effects; leave them out"))
         elif effect not in systems.EFFECTS:
             faults.append(Problem(place, f"unknown effect; {remedy(effect, systems.EFFECTS)}"))
-        elif isinstance(option, str) and option not in systems.EFFECTS[effect]:
+        elif option not in systems.EFFECTS[effect]:
             fault = f"unknown option {option!r:.60}; {remedy(option, systems.EFFECTS[effect])}"
             faults.append(Problem(place, fault))
         else:
-            checked.effects[effect] = str(option)
+            checked.effects[effect] = option
     chosen = checked.effects if entry.effects else None
+    certain = not faults and len(texts) == len(effects)
     try:
         checked.known = systems.parameters(checked.model, chosen)
         checked.states = systems.states(checked.model, chosen)
     except ModelError as fault:
-        faults.append(Problem(("system", "effects"), str(fault)))
-    if faults and entry.effects:
+        if certain:
+            faults.append(Problem(("system", "effects"), str(fault)))
+        certain = False
+    if entry.effects and not certain:
         checked.known, checked.states = _widest(checked.model)
     checked.problems += faults
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 MOST_POINTS = 1_000_000
 
 Count = Annotated[int, Field(ge=1)]
-Amount = Annotated[int | float, Field(gt=0)]
-Transient = Annotated[int | float, Field(ge=0)]
+Amount = Annotated[float | int, Field(gt=0)]
+Transient = Annotated[float | int, Field(ge=0)]
 
 
 class Analysis(Strict):

@@ -40,7 +40,7 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
 }
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
-_FACTOR = re.compile(r"\s*([*/·]?)\s*(?:([A-Za-z]+)(?:(?:\^|\*\*)?([+-]?\d(?:\.?\d+)?))?|1(?!\d))", re.ASCII)
+_FACTOR = re.compile(r"\s*([*/·]?)\s*(?:([A-Za-z]+)(?:(?:\^|\*\*)?([+-]?\d(?:\.\d+)?(?!\d)))?|1(?!\d))", re.ASCII)
 
 
 @dataclass(frozen=True)

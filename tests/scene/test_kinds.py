@@ -1,0 +1,50 @@
+"""What a scene may say of an analysis is what the analysis function takes."""
+
+import inspect
+
+import pytest
+
+import chaosdrill.analysis
+from chaosdrill.analysis.registry import ANALYSES, METHODS
+from chaosdrill.scene.kinds import KINDS
+from chaosdrill.scene.numerics import FIXED_STEP, Numerics
+
+# what comes from elsewhere: the system, the table numerics, the command line
+ELSEWHERE = {"method", "tolerance", "steps", "progress", "workers"}
+
+
+def parameters(kind):
+    found = inspect.signature(getattr(chaosdrill.analysis, ANALYSES[kind].function)).parameters
+    return dict(list(found.items())[1:])
+
+
+def test_every_analysis_can_be_asked_for():
+    assert KINDS.keys() == ANALYSES.keys()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_names(kind):
+    assert KINDS[kind].model_fields.keys() - {"kind"} == parameters(kind).keys() - ELSEWHERE
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_names_are_required(kind):
+    required = {name for name, field in KINDS[kind].model_fields.items() if field.is_required()}
+    empty = inspect.Parameter.empty
+    assert required - {"kind"} == {name for name, parameter in parameters(kind).items() if parameter.default is empty}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_workers_go_to_those_that_take_them(kind):
+    assert KINDS[kind].parallel == ("workers" in parameters(kind))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_numerics_go_to_all(kind):
+    taken = parameters(kind)
+    for name, value in Numerics().keywords().items():
+        assert taken[name].default == value, name
+
+
+def test_methods_with_a_fixed_step_exist():
+    assert set(FIXED_STEP) < METHODS.keys()

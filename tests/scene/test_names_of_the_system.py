@@ -1,0 +1,55 @@
+"""Modes, events and periods that only the built system knows are checked before anything runs."""
+
+import pytest
+
+from chaosdrill.errors import SceneError
+from chaosdrill.scene import parse_scene
+
+WITHOUT_FORCING = '[system]\nmodel = "lorenz"\n[analysis.a]\n'
+
+
+def refusal(text):
+    scene = parse_scene(text)
+    with pytest.raises(SceneError) as caught:
+        _ = scene.system
+    return str(caught.value)
+
+
+def test_mode(sound):
+    told = refusal(sound.replace("y = 0.0", 'mode = "stik"'))
+    assert told == "scene.toml:12: system.initial.mode: unknown mode 'stik'; did you mean 'stick'?"
+
+
+def test_mode_of_a_seed(sound):
+    told = refusal(sound + 'seeds = [{ y = 0.0 }, { mode = "slipp" }]\n')
+    assert told == "scene.toml:25: analysis.diagram.seeds[1].mode: unknown mode 'slipp'; did you mean 'slip'?"
+
+
+def test_event_of_a_section(sound):
+    told = refusal(sound + 'at = "hitt"\n')
+    assert told.startswith("scene.toml:25: analysis.diagram.at: unknown event 'hitt'; did you mean ")
+
+
+def test_periods_without_a_forcing():
+    told = refusal(WITHOUT_FORCING + 'kind = "lyapunov-spectrum"\nperiods = 10\n')
+    assert told.startswith("scene.toml:5: analysis.a.periods: lorenz has no forcing period; give duration")
+
+
+def test_strobe_without_a_forcing():
+    told = refusal(WITHOUT_FORCING + 'kind = "poincare-section"\nduration = 10\n')
+    assert told.startswith("scene.toml:3: analysis.a.at: lorenz has no forcing period to strobe at")
+
+
+def test_values_reach_the_system(sound):
+    text = sound.replace("y = 0.0", 'y = 0.25\nmode = "slip"').replace("eta = 0.448", "eta = 0.5\nxi = 0.12")
+    system = parse_scene(text).system
+    assert system.initial == {"mode": "slip", "y": 0.25, "u": 0.0, "w": 0.0}
+    assert (system.parameters["eta"], system.parameters["xi"], system.parameters["b"]) == (0.5, 0.12, 0.7)
+
+
+def test_what_is_left_out_is_not_in_the_system(sound):
+    text = sound.replace('contact = "hunt-crossley"\n', "").replace('drive = "harmonic"\n', "")
+    text = text[: text.index("[system.parameters]")]
+    system = parse_scene(text).system
+    assert not {"a", "eta", "r", "lam", "k", "n"} & system.parameters.keys()
+    assert {transition.kind for transition in system.transitions} == {"slip", "stick"}

@@ -1,0 +1,83 @@
+"""Files that are no scenes are refused quickly and in one line."""
+
+import time
+
+import pytest
+
+from chaosdrill.errors import SceneError
+from chaosdrill.scene import load_scene
+
+
+def refusal(path):
+    start = time.perf_counter()
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    assert time.perf_counter() - start < 3
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def written(tmp_path, content):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(content)
+    return path
+
+
+def test_ten_megabytes(tmp_path):
+    assert "larger than 1000000 bytes" in refusal(written(tmp_path, b"# \n" * 3_500_000))
+
+
+def test_a_device_without_end():
+    assert "larger than" in refusal("/dev/zero")
+
+
+def test_missing(tmp_path):
+    assert "No such file" in refusal(tmp_path / "none.toml")
+
+
+def test_folder(tmp_path):
+    assert "directory" in refusal(tmp_path)
+
+
+def test_name_with_a_null():
+    assert "null" in refusal("a\0b.toml")
+
+
+def test_not_utf8(tmp_path):
+    assert refusal(written(tmp_path, b"a = 1\nb = '\xff'\n")).startswith("scene.toml:2: not UTF-8")
+
+
+def test_invalid_toml(tmp_path):
+    assert refusal(written(tmp_path, b"a = 1\nb = = 2\n")) == "scene.toml:2: invalid TOML: Invalid value (column 5)"
+
+
+def test_invalid_at_the_end(tmp_path):
+    assert refusal(written(tmp_path, b"a = 1\nb =")).startswith("scene.toml:2: invalid TOML: ")
+
+
+def test_key_given_twice(tmp_path):
+    assert refusal(written(tmp_path, b"a = 1\na = 2\n")).startswith("scene.toml:2: invalid TOML: Cannot overwrite")
+
+
+@pytest.mark.parametrize("opening", [b"[", b"{ a = "])
+def test_deep_nesting(tmp_path, opening):
+    assert "nested too deeply" in refusal(written(tmp_path, b"a = " + opening * 50_000))
+
+
+@pytest.mark.parametrize("form", ["{} = 1", "[{}]", "x = {{ {} = 1 }}"])
+def test_long_dotted_key(tmp_path, form):
+    text = form.format(".".join(["a"] * 100_000))
+    assert "a key of more than 64 parts" in refusal(written(tmp_path, text.encode()))
+
+
+def test_number_of_many_digits(tmp_path):
+    assert "invalid TOML" in refusal(written(tmp_path, b"a = " + b"1" * 10_000))
+
+
+def test_empty(tmp_path):
+    assert refusal(written(tmp_path, b"")) == "scene.toml:1: system: missing"
+
+
+def test_byte_order_mark_is_no_fault(tmp_path):
+    path = written(tmp_path, b'\xef\xbb\xbf[system]\nmodel = "lorenz"\n')
+    assert load_scene(path).model == "lorenz"
