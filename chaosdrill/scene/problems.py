@@ -66,7 +66,8 @@ def show(path: Path) -> str:
 def remedy(word: str, known: Iterable[str]) -> str:
     """The likely fix of an unknown name: the nearest known one, or all of them."""
     known = list(known)
-    close = get_close_matches(word[:100], known, n=1)
+    lowered = {name.lower(): name for name in known}
+    close = get_close_matches(word[:100].lower(), lowered, n=1)
     if close:
-        return f"did you mean {close[0]!r}?"
+        return f"did you mean {lowered[close[0]]!r}?"
     return f"known here: {', '.join(known)}" if known else "there are none here"
