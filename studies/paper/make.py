@@ -7,6 +7,7 @@ Everything is written to ``studies/paper/out/``. The scenes run through the comm
 
 import subprocess
 import sys
+import sysconfig
 import time
 from pathlib import Path
 
@@ -17,7 +18,7 @@ HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
 CASES = ("period1", "period2", "period4", "chaos")
 READINGS = {"": "as reproduced", "as_printed_": "as printed"}
-COMMAND = [sys.executable, "-m", "chaosdrill.cli"]
+COMMAND = Path(sysconfig.get_path("scripts")) / "chaosdrill"
 
 
 def main() -> int:
@@ -46,8 +47,8 @@ def main() -> int:
 
 
 def chaosdrill(*arguments: object) -> int:
-    """Run the command line with this Python and return its exit code."""
-    return subprocess.call([*COMMAND, *map(str, arguments)])
+    """Run the command line of this Python's environment and return its exit code."""
+    return subprocess.call([COMMAND, *map(str, arguments)])
 
 
 def say(text: str) -> None:

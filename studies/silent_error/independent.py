@@ -34,7 +34,7 @@ def _flow(x: float, v: float, t: float, h: float) -> tuple[float, float]:
 
 @numba.njit
 def _root(x: float, v: float, t: float, high: float, of_speed: bool) -> float:
-    """Return by bisection the time of flight below ``high`` to the wall or, with ``of_speed``, to the end of the speed."""
+    """Return by bisection the flight time below ``high`` to the wall or, with ``of_speed``, to where the speed ends."""
     low = 0.0
     while True:
         middle = 0.5 * (low + high)
