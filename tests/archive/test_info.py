@@ -1,0 +1,46 @@
+"""The description of an archive tells its groups, its variables and where it came from."""
+
+import json
+
+import pytest
+
+from chaosdrill.archive import info, save
+
+
+@pytest.fixture
+def described(tree, tmp_path):
+    return info(save(tree, tmp_path / "result.nc"))
+
+
+def test_origin(described, tmp_path):
+    assert described["title"] == "made up"
+    assert described["wall_time_s"] == 1.5
+    assert described["bytes"] == (tmp_path / "result.nc").stat().st_size
+
+
+def test_groups(described):
+    assert list(described["groups"]) == ["/first", "/second"]
+    first = described["groups"]["/first"]
+    assert (first["kind"], first["system"], first["tolerance"]) == ("bifurcation-diagram", "ball", 1e-12)
+    assert first["dimensions"] == {"e": 3, "seed": 1, "iterate": 4, "state": 2, "exponent": 2}
+    assert first["outcomes"] == {"chaotic": 3}
+
+
+def test_variables(described):
+    variables = described["groups"]["/second"]["variables"]
+    assert variables["section"] == {
+        "dimensions": ["e", "seed", "iterate", "state"],
+        "dtype": "float64",
+        "units": "1",
+        "long_name": "state on the section",
+    }
+    assert variables["state_name"]["dtype"] == "text"
+
+
+def test_it_is_plain(described):
+    assert json.loads(json.dumps(described)) == described
+
+
+def test_versions_that_cannot_be_read_are_left_out(tree, tmp_path):
+    tree.attrs["versions"] = "not JSON"
+    assert info(save(tree, tmp_path / "result.nc"))["versions"] == {}

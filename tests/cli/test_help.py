@@ -1,0 +1,49 @@
+"""Help comes at once, since nothing heavy is imported for it."""
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+HEAVY = ("numba", "xarray", "matplotlib", "sympy", "netCDF4", "pydantic", "numpy", "dask", "scipy")
+
+SHOW_IMPORTS = f"""
+import sys
+from chaosdrill.cli import main
+code = main(sys.argv[1:])
+print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)
+sys.exit(code)
+"""
+
+
+def imported(*arguments):
+    command = [sys.executable, "-c", SHOW_IMPORTS, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    return done.stderr.strip()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["--version"], ["run", "--help"], ["verify", "--help"], ["plot", "--help"], ["list", "systems"]]
+    + [["list", "effects"], ["list", "analyses"], ["list", "methods"]],
+    ids=" ".join,
+)
+def test_nothing_heavy_is_imported(arguments):
+    assert imported(*arguments) == "[]"
+
+
+def test_check_imports_no_compiler_and_no_arrays(scene):
+    assert imported("check", str(scene)) == "['sympy', 'pydantic']"
+
+
+def test_help_within_four_tenths_of_a_second():
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        command = [sys.executable, "-m", "chaosdrill", "--help"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+        times.append(time.perf_counter() - start)
+        assert "check" in done.stdout
+    # the others share the machine with whatever else runs on it
+    assert min(times) < 0.4

@@ -1,0 +1,38 @@
+"""``info`` tells what is in an archive, for people and for scripts."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from chaosdrill.archive import save
+
+
+@pytest.fixture
+def path(tmp_path):
+    spectrum = xr.Dataset(
+        {
+            "lyapunov_exponent": ("exponent", [0.0151, -np.inf], {"units": "1", "long_name": "Lyapunov exponent"}),
+            "outcome": ((), np.int8(3), {"units": "1", "long_name": "outcome"}),
+        },
+        attrs={"kind": "lyapunov-spectrum", "system": "drill", "method": "taylor", "tolerance": 1e-12},
+    )
+    root = xr.Dataset(attrs={"title": "A spectrum", "versions": '{"chaosdrill": "0.1.0"}'})
+    return save(xr.DataTree.from_dict({"/": root, "spectrum": spectrum}), tmp_path / "a.nc")
+
+
+def test_text(call, path):
+    answer = call("info", path)
+    assert answer.code == 0
+    lines = [" ".join(line.split()) for line in answer.out.splitlines()]
+    assert "title A spectrum" in lines
+    assert "versions chaosdrill 0.1.0" in lines
+    assert "/spectrum lyapunov-spectrum system drill, method taylor, tolerance 1e-12" in lines
+    assert "outcomes chaotic 1" in lines
+    assert "lyapunov_exponent(exponent) float64 [1] Lyapunov exponent" in lines
+
+
+def test_json(call, path):
+    described = json.loads(call("info", path, "--json").out)
+    assert described["groups"]["/spectrum"]["dimensions"] == {"exponent": 2}
