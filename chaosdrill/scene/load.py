@@ -105,8 +105,8 @@ def parse_scene(text: str, name: str = "scene.toml") -> Scene:
 
 
 def _parse_toml(text: str, name: str) -> dict[str, Any]:
-    for number, line in enumerate(text.split("\n"), start=1):
-        for part in re.split(r"[=,{]", line):
+    for number, content in enumerate(text.split("\n"), start=1):
+        for part in re.split(r"[=,{]", content):
             if part.count(".") > MOST_KEY_PARTS and len(_DOTTED.findall(part)) > MOST_KEY_PARTS:
                 raise SceneError(f"{name}:{number}: a key of more than {MOST_KEY_PARTS} parts")
     try:

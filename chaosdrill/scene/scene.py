@@ -141,7 +141,7 @@ class Scene:
         return describe(result.assign(progression_rate_si=rate), kind, system=self.system, sweep=sweep)
 
     def _check_modes(self, system: "HybridSystem") -> list[Problem]:
-        places = {("system", "initial", "mode"): self.initial.get("mode")}
+        places: dict[Path, Any] = {("system", "initial", "mode"): self.initial.get("mode")}
         for group, analysis in self.analyses.items():
             for index, seed in enumerate(getattr(analysis, "seeds", None) or ()):
                 places["analysis", group, "seeds", index, "mode"] = seed.get("mode")

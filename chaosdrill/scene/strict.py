@@ -56,7 +56,7 @@ def validate(table: type[Table], raw: Any, at: Path) -> tuple[Table | None, list
     try:
         return table.model_validate(raw), []
     except ValidationError as fault:
-        found = {}
+        found: dict[Path, Problem] = {}
         for error in fault.errors(include_url=False):
             path = _place(error["loc"], raw, keep_last=error["type"] in ("missing", "extra_forbidden"))
             # of a value that may be one of several types only the first complaint is of use

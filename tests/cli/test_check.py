@@ -20,7 +20,7 @@ def test_equations_of_what_is_simulated(call, scene):
 def test_what_is_left_out(call, scene):
     text = call("check", scene).out
     block = text[text.index("left out") : text.index("states")]
-    assert block.split() == "left out contact choose from newton, hunt-crossley".split()
+    assert block.split() == ["left", "out", "contact", "choose", "from", "newton,", "hunt-crossley"]
     assert "impact" not in text
     assert " r " not in text
 
