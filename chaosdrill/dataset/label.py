@@ -44,7 +44,13 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
 
 
 def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] = ()) -> "xr.Dataset":
-    """Check the variables of ``ds`` and give each its dtype, attributes and encoding; ``ds.attrs`` stay as they are."""
+    """Check the variables of ``ds`` and give each its dtype, attributes and encoding; ``ds.attrs`` stay as they are.
+
+    The long names of the states are added to their names.
+    """
+    if "state_name" in ds:
+        names = [str(name) for name in ds["state_name"].values]
+        ds = ds.assign_coords(state_long_name=("state", [str(system.labels.get(name, name)) for name in names]))
     declared = declarations(kind, system=system, sweep=tuple(sweep))
     present = {str(name) for name in ds.variables}
     if unknown := sorted(present - declared.keys()):

@@ -61,6 +61,7 @@ def _axis(name: str, dims: str, dtype: str, long_name: str, doc: str, required: 
 
 
 _STATE = _axis("state_name", "state", "str", "name of the state", "Label of each entry of the dimension state.", True)
+_STATE_LABEL = _axis("state_long_name", "state", "str", "long name of the state", "What each state is, for people.")
 _EXPONENT = _axis("exponent", "exponent", "i4", "index of the exponent", "Exponents are in descending order, from 1.")
 _ITERATE = _axis("iterate", "iterate", "i4", "index of the iterate", "Number of the crossing of the section, from 0.")
 _SEED = _axis("seed", "seed", "i4", "index of the seed", "Number of the initial state that the point started from.")
@@ -91,6 +92,7 @@ _TABLE: dict[str, tuple[Variable, ...]] = {
     "trajectory": (
         _axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
         _STATE,
+        _STATE_LABEL,
         _need("state", "time state", "f8", "state", "States of the hybrid system at the sample times."),
         _need("mode", "time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
         _may(QUADRATURE, "time", "f8", "quadrature", "Integral along the flow from the start of the record."),
@@ -106,6 +108,7 @@ _TABLE: dict[str, tuple[Variable, ...]] = {
     ),
     "poincare-section": (
         _STATE,
+        _STATE_LABEL,
         _ITERATE,
         _need("section", "iterate state", "f8", "state on the section", "At the strobe: at forcing phase zero."),
         _axis("time", "iterate", "f8", "model time of the crossing", "Dimensionless; counted from the start.", True),
@@ -140,6 +143,7 @@ _TABLE: dict[str, tuple[Variable, ...]] = {
     "bifurcation-diagram": (
         _axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
         _STATE,
+        _STATE_LABEL,
         _SEED,
         _ITERATE,
         _EXPONENT,

@@ -13,7 +13,7 @@ class Numerics(Strict):
     """Method, its tolerance, and the steps a period of a method with a fixed step."""
 
     method: str = "taylor"
-    tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-12
+    tolerance: Annotated[float, Field(ge=1e-16, le=1e-2)] = 1e-12
     steps: Annotated[int, Field(ge=1)] | None = None
 
     def keywords(self) -> dict[str, Any]:

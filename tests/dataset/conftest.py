@@ -13,7 +13,7 @@ def system():
         parameters={"e": 0.8, "omega": 1 / 3},
         initial={"mode": "free flight", "x": 0.1},
         quadratures={"path": None},
-        labels={"e": "coefficient of restitution", "path": "path travelled"},
+        labels={"e": "coefficient of restitution", "x": "height", "path": "path travelled"},
         modes={"free flight": {}, "held": {}},
         transitions=(SimpleNamespace(name="hit hard!"),),
     )

@@ -24,6 +24,11 @@ def test_a_swept_parameter_takes_the_label_of_the_system(labelled):
     assert labelled["e"].attrs["long_name"] == "coefficient of restitution"
 
 
+def test_states_have_names_and_long_names(labelled):
+    assert labelled["state_name"].values.tolist() == ["x"]
+    assert labelled["state_long_name"].values.tolist() == ["height"]
+
+
 def test_flags_of_outcomes(labelled):
     flags = labelled["outcome"].attrs
     assert flags["flag_values"].dtype == np.int8
