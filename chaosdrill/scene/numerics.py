@@ -14,7 +14,7 @@ class Numerics(Strict):
 
     method: str = "taylor"
     tolerance: Annotated[float, Field(ge=1e-16, le=1e-2)] = 1e-12
-    steps: Annotated[int, Field(ge=1)] | None = None
+    steps: Annotated[int, Field(ge=4, le=10_000_000)] | None = None
 
     def keywords(self) -> dict[str, Any]:
         """Arguments for an analysis function."""
