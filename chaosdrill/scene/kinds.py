@@ -125,7 +125,7 @@ class BifurcationDiagram(Analysis):
     transient: Transient
     periods: Count
     seeds: Annotated[list[dict[str, float | str]], Field(min_length=1)] | None = None
-    exponents: Count | None = None
+    exponents: Annotated[int, Field(ge=0)] | None = None
     at: str = "strobe"
     max_period: Count | None = None
 

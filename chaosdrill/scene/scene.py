@@ -152,19 +152,24 @@ class Scene:
         ]
 
     def _check_events(self, system: "HybridSystem") -> list[Problem]:
-        """Sections are to be at events that exist, and periods need a forcing."""
-        problems = []
-        events = [transition.name for transition in system.transitions]
+        """Sections are to be at events that exist, and times are to be in periods where there is a forcing."""
+        faults: dict[Path, str] = {}
+        events = dict.fromkeys(name for event in system.transitions for name in (event.name, str(event.kind)))
         for group, analysis in self.analyses.items():
-            given = analysis.keywords()
+            place = ("analysis", group)
             at = getattr(analysis, "at", None)
             if at is not None and at not in ("strobe", *events):
-                fault = f"unknown event {at!r:.60}; {remedy(at, ('strobe', *events))}"
-                problems.append(Problem(("analysis", group, "at"), fault))
+                faults[*place, "at"] = f"unknown event {at!r:.60}; {remedy(at, ('strobe', *events))}"
             elif at == "strobe" and system.period is None:
-                fault = f"{self.model} has no forcing period to strobe at; name one of its events: {', '.join(events)}"
-                problems.append(Problem(("analysis", group, "at"), fault))
-            if system.period is None and "duration" in type(analysis).model_fields and "periods" in given:
-                fault = f"{self.model} has no forcing period; give duration, in units of time"
-                problems.append(Problem(("analysis", group, "periods"), fault))
-        return problems
+                choice = ", ".join(events) or "it has none"
+                faults[*place, "at"] = f"{self.model} has no forcing period to strobe at; name an event: {choice}"
+            given = analysis.model_dump(exclude_unset=True)
+            if system.period is None:
+                if "duration" in type(analysis).model_fields and "periods" in given:
+                    faults[*place, "periods"] = f"{self.model} has no forcing period; give duration, in units of time"
+            else:
+                if "duration" in given:
+                    faults[*place, "duration"] = f"{self.model} has a forcing period; give periods"
+                if given.get("transient", 0) % 1:
+                    faults[*place, "transient"] = f"expected whole forcing periods, received {given['transient']!r}"
+        return [Problem(place, fault) for place, fault in faults.items()]

@@ -35,6 +35,21 @@ def test_periods_without_a_forcing():
     assert told.startswith("scene.toml:5: analysis.a.periods: lorenz has no forcing period; give duration")
 
 
+def test_duration_with_a_forcing(sound):
+    told = refusal(sound.replace("periods = 20", "duration = 20"))
+    assert told == "scene.toml:19: analysis.spectrum.duration: percussive-drill has a forcing period; give periods"
+
+
+def test_part_of_a_period(sound):
+    told = refusal(sound.replace("transient = 10", "transient = 10.5"))
+    assert told == "scene.toml:18: analysis.spectrum.transient: expected whole forcing periods, received 10.5"
+
+
+def test_section_at_a_class_of_events(sound):
+    scene = parse_scene(sound + 'at = "impact"\n')
+    assert {event.kind for event in scene.system.transitions} >= {"impact"}
+
+
 def test_strobe_without_a_forcing():
     told = refusal(WITHOUT_FORCING + 'kind = "poincare-section"\nduration = 10\n')
     assert told.startswith("scene.toml:3: analysis.a.at: lorenz has no forcing period to strobe at")
