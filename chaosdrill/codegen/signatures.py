@@ -8,7 +8,7 @@ matrix = float64[:, ::1]
 SIGNATURES = {
     "jet": void(int64, int64, float64, vector, vector, matrix),
     "jacobian_jet": void(int64, int64, vector, matrix),
-    "tangent": void(int64, int64, vector, vector, matrix, int64),
+    "tangent": void(int64, int64, vector, vector, vector, matrix, int64),
     "field": void(int64, float64, vector, vector, vector),
     "variation": void(int64, float64, vector, vector, vector, vector),
     "guard": float64(int64, int64, float64, vector, vector, vector),
@@ -19,7 +19,7 @@ SIGNATURES = {
 
 * ``jet(mode, order, t, c, x, ws)`` Taylor coefficients of states, quadratures and guards
 * ``jacobian_jet(mode, order, c, ws)`` coefficients of the Jacobian's entries
-* ``tangent(mode, order, c, d, ws, row)`` coefficients of a tangent vector
+* ``tangent(mode, order, c, first, second, ws, row)`` coefficients of two tangent vectors, side by side
 * ``field(mode, t, c, x, out)`` time derivatives of states, then integrands of quadratures
 * ``variation(mode, t, c, x, d, out)`` Jacobian times a vector
 * ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative

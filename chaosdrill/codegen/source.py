@@ -63,7 +63,7 @@ def write_source(system: "HybridSystem") -> SystemSource:
     jets = (
         ("jet", "order, t, c, x, ws", [m.jet() for m in modes]),
         ("jacobian_jet", "order, c, ws", [m.jacobian_jet() for m in modes]),
-        ("tangent", "order, c, d, ws, row", [m.tangent() for m in modes]),
+        ("tangent", "order, c, first, second, ws, row", [m.tangent() for m in modes]),
     )
     for name, arguments, bodies in jets:
         for index, body in enumerate(bodies):

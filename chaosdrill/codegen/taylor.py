@@ -5,6 +5,7 @@ history that products and functions need. At order k every recurrence reads orde
 serves all nodes.
 """
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -31,11 +32,19 @@ class Constants:
     def text(self, expression: Any) -> str:
         """Source text that stands for the value of the expression."""
         expression = sympy.sympify(expression)
-        if not expression.free_symbols or expression.is_Symbol:
+        if not expression.free_symbols:
             return self.printer.doprint(expression)
+        if expression.is_Symbol:
+            return self.printer.doprint(expression).replace("[", "").replace("]", "")
         if expression not in self.expressions:
             self.expressions.append(expression)
-        return f"c[{self.first + self.expressions.index(expression)}]"
+        return f"c{self.first + self.expressions.index(expression)}"
+
+
+def with_constants(lines: list[str]) -> list[str]:
+    """The lines after those that load the constants which they name."""
+    used = sorted({int(i) for line in lines for i in re.findall(r"\bc(\d+)\b", line)})
+    return [*(f"c{i} = c[{i}]" for i in used), *lines]
 
 
 class ModeSource:
@@ -117,6 +126,12 @@ class ModeSource:
             else:
                 self.rows[index] = free
                 free += 1
+        self.slope_rows: dict[int, int] = {}
+        for index in sorted(self.in_jet | self.in_jacobian):
+            node = self.tape.nodes[index]
+            if node.op == "integral" and self._affine(index) is None and node.args[0] not in self.slope_rows:
+                self.slope_rows[node.args[0]] = free
+                free += 1
         self.row_count = free
 
     def _value(self, index: int) -> str:
@@ -136,7 +151,7 @@ class ModeSource:
         if node.op == "time":
             return "t"
         if node.op == "linear":
-            terms = [f"{self.constants.text(w)} * {v}" for w, v in zip(node.weights, a, strict=True)]
+            terms = [f"{self._times(w)}{v}" for w, v in zip(node.weights, a, strict=True)]
             return " + ".join([self.constants.text(node.value), *terms] if node.value != 0 else terms)
         if node.op == "mul":
             return f"{a[0]} * {a[1]}"
@@ -157,14 +172,11 @@ class ModeSource:
         row = self.rows.get(index)
         a = [f"h{self.rows[i]}" if i in self.rows else "" for i in node.args]
         if node.op == "state":
-            return [f"{out} = h{node.value}[k]"]
+            return [f"{out} = y{node.value}"]
         if node.op == "time":
             return [f"{out} = 1.0 if k == 1 else 0.0"]
         if node.op == "linear":
-            terms = [
-                f"{self.constants.text(w)} * v{i}" if w != 1 else f"v{i}"
-                for w, i in zip(node.weights, node.args, strict=True)
-            ]
+            terms = [f"{self._times(w)}v{i}" for w, i in zip(node.weights, node.args, strict=True)]
             return [f"{out} = {' + '.join(terms)}"]
         if node.op == "mul":
             return ["s = 0.0", "for j in range(k + 1):", f"    s += {a[0]}[j] * {a[1]}[k - j]", f"{out} = s"]
@@ -209,7 +221,7 @@ class ModeSource:
         return [
             "s = 0.0",
             "for j in range(1, k + 1):",
-            f"    s += j * {a[0]}[j] * h{self.rows[slope]}[k - j]",
+            f"    s += h{self.slope_rows[node.args[0]]}[j] * h{self.rows[slope]}[k - j]",
             f"{out} = {minus}ik * s",
         ]
 
@@ -226,13 +238,19 @@ class ModeSource:
         return [i for i in kept if users[i]]
 
     def _store(self, index: int, k: str) -> list[str]:
+        lines = []
         if index in self.rows and self.tape.nodes[index].op != "state":
-            return [f"h{self.rows[index]}[{k}] = v{index}"]
-        return []
+            lines.append(f"h{self.rows[index]}[{k}] = v{index}")
+        if index in self.slope_rows and k != "0":
+            lines.append(f"h{self.slope_rows[index]}[k] = k * v{index}")
+        return lines
+
+    def _rows_of(self, nodes: set[int]) -> list[int]:
+        return sorted({table[i] for table in (self.rows, self.slope_rows) for i in nodes if i in table})
 
     def jet(self) -> list[str]:
         """Body of ``jet``: Taylor coefficients of states, quadratures and guards up to ``order``."""
-        used = sorted({*range(len(self.rates) + len(self.guards)), *(self.rows[i] for i in self.in_jet & set(self.rows))})
+        used = sorted({*range(len(self.rates) + len(self.guards)), *self._rows_of(self.in_jet)})
         lines = [f"h{r} = ws[{r}]" for r in used]
         lines += [f"h{i}[0] = x[{i}]" for i in range(self.n)]
         lines += [f"h{i}[0] = 0.0" for i in range(self.n, len(self.rates))]
@@ -244,12 +262,13 @@ class ModeSource:
         still = [i for i, r in enumerate(self.rates) if self._is_number(r)]
         lines += [f"r{i} = {self._value(self.rates[i])}" for i in range(len(self.rates))]
         loop = ["ik = 1.0 / k"]
-        loop += [f"h{i}[k] = r{i} * ik" for i in range(len(self.rates))]
+        for i in range(len(self.rates)):
+            loop += [f"y{i} = r{i} * ik", f"h{i}[k] = y{i}"]
         for index in self._ordered(self.in_jet, order=True):
             loop += [*self._order(index), *self._store(index, "k")]
         loop += [f"h{first_guard + j}[k] = {'0.0' if self._is_number(g) else f'v{g}'}" for j, g in enumerate(self.guards)]
         loop += [f"r{i} = v{self.rates[i]}" for i in moving] + [f"r{i} = 0.0" for i in still]
-        return [*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)]
+        return with_constants([*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)])
 
     def jacobian_jet(self) -> list[str]:
         """Body of ``jacobian_jet``: coefficients of the Jacobian's entries that the jet does not already hold."""
@@ -257,8 +276,8 @@ class ModeSource:
             return ["return"]
         inputs = {a for i in self.in_jacobian for a in self.tape.nodes[i].args if a in self.in_jet}
         slopes = {self.tape.slopes[i][0] for i in self.in_jacobian if i in self.tape.slopes}
-        touched = (self.in_jacobian | inputs | slopes) & set(self.rows)
-        lines = [f"h{r} = ws[{r}]" for r in sorted({self.rows[i] for i in touched})]
+        touched = self.in_jacobian | inputs | slopes
+        lines = [f"h{r} = ws[{r}]" for r in self._rows_of(touched)]
         lines += [f"v{i} = h{self.rows[i]}[0]" for i in sorted(inputs) if i in self.rows]
         for index in self._ordered(self.in_jacobian, order=False):
             lines += [f"v{index} = {self._start(index)}", *self._store(index, "0")]
@@ -266,22 +285,33 @@ class ModeSource:
         loop += [f"v{i} = h{self.rows[i]}[k]" for i in sorted(inputs) if i in self.rows]
         for index in self._ordered(self.in_jacobian, order=True):
             loop += [*self._order(index), *self._store(index, "k")]
-        return [*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)]
+        return with_constants([*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)])
 
     def tangent(self) -> list[str]:
-        """Body of ``tangent``: coefficients of one solution of the variational equation, in n rows from ``row``."""
+        """Body of ``tangent``: coefficients of two solutions of the variational equation.
+
+        They stand side by side in the n rows from ``row``, so that one pass over the Jacobian serves both.
+        """
         pairs = sorted({(index, j) for (_, j), terms in self.products.items() for index, _ in terms})
         lines = [f"h{r} = ws[{r}]" for r in sorted({self.rows[i] for i, _ in pairs})]
-        lines += [f"d{i} = ws[row + {i}]" for i in range(self.n)]
-        lines += [f"d{i}[0] = d[{i}]" for i in range(self.n)]
+        for i in range(self.n):
+            lines += [f"w{i} = ws[row + {i}]", f"a{i} = first[{i}]", f"b{i} = second[{i}]"]
+            lines += [f"w{i}[0] = a{i}", f"w{i}[1] = b{i}"]
         loop = ["ik = 1.0 / (k + 1)"]
         for index, j in pairs:
-            row = self.rows[index]
-            loop += ["s = 0.0", "for j in range(k + 1):", f"    s += h{row}[k - j] * d{j}[j]", f"p{index}_{j} = s"]
+            loop += ["s = 0.0", "u = 0.0", "for j in range(k + 1):", f"    e = h{self.rows[index]}[k - j]"]
+            loop += [f"    s += e * w{j}[2 * j]", f"    u += e * w{j}[2 * j + 1]"]
+            loop += [f"p{index}_{j} = s", f"q{index}_{j} = u"]
         for i in range(self.n):
-            terms = [f"{self.constants.text(w)} * d{j}[k]" for (a, j), w in self.linear.items() if a == i]
-            for (a, j), products in self.products.items():
-                if a == i:
-                    terms += [f"{self.constants.text(w)} * p{index}_{j}" for index, w in products]
-            loop.append(f"d{i}[k + 1] = " + (f"ik * ({' + '.join(terms)})" if terms else "0.0"))
-        return [*lines, "for k in range(order):", *(f"    {line}" for line in loop)]
+            for vector, product in (("a", "p"), ("b", "q")):
+                terms = [f"{self._times(w)}{vector}{j}" for (a, j), w in self.linear.items() if a == i]
+                for (a, j), products in self.products.items():
+                    if a == i:
+                        terms += [f"{self._times(w)}{product}{index}_{j}" for index, w in products]
+                loop.append(f"n{vector}{i} = " + (f"ik * ({' + '.join(terms)})" if terms else "0.0"))
+        for i in range(self.n):
+            loop += [f"a{i} = na{i}", f"b{i} = nb{i}", f"w{i}[2 * k + 2] = a{i}", f"w{i}[2 * k + 3] = b{i}"]
+        return with_constants([*lines, "for k in range(order):", *(f"    {line}" for line in loop)])
+
+    def _times(self, weight: Any) -> str:
+        return "" if weight == 1 else f"{self.constants.text(weight)} * "

@@ -82,12 +82,13 @@ def flow(functions, settings_i, settings_f, watch, marks, transitions, c, bounds
         if carried[STROBES] + 1 >= settings_i[TARGET] and te >= period - local:
             te = period - local
             happens = False
+        passed = carried[STROBES]
         strobe = record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch)
         advance(functions, settings_i, t, c, x, te, sums, vectors, carried, scratch)
         if strobe >= 0.0:
             carried_f[TIME] = te - strobe
             if settings_i[ABSOLUTE_TIME] == 1:
-                carried_f[BASE] = carried[STROBES] * period
+                carried_f[BASE] += (carried[STROBES] - passed) * period
         else:
             carried_f[TIME] = local + te
         carried[STEPS] += 1

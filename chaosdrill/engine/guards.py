@@ -30,7 +30,6 @@ def vanishing_order(g, n, h, floor):
     while order <= n and abs(g[order]) * power <= limit:
         order += 1
         power *= h
-        limit = ZERO * variation
     return order
 
 

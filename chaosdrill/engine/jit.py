@@ -27,7 +27,7 @@ def compiled(signature: Any, **options: Any) -> Callable[[Any], Any]:
     """Compile for one signature, from the disk cache if it is there; releases the interpreter lock."""
 
     def decorate(function: Any) -> Any:
-        dispatcher = numba.njit(nogil=True, error_model="numpy", **options)(function)
+        dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)
         try:
             dispatcher._cache = ContentCache(function)
         except RuntimeError:
@@ -46,9 +46,14 @@ def kernel(signature: Any) -> Callable[[Any], Any]:
 
 def helper(function: Any) -> Any:
     """A Taylor recurrence, compiled into the kernel that calls it."""
-    return numba.njit(fastmath=FAST, error_model="numpy")(function)
+    return numba.njit(fastmath=FAST, error_model="numpy", _nrt=False)(function)
+
+
+def series(function: Any) -> Any:
+    """A function of the engine that evaluates polynomials, where multiplications and additions may be fused."""
+    return numba.njit(error_model="numpy", _nrt=False, fastmath={"contract"})(function)
 
 
 def inner(function: Any) -> Any:
     """A function of the engine, compiled into its caller with strict rounding."""
-    return numba.njit(error_model="numpy")(function)
+    return numba.njit(error_model="numpy", _nrt=False)(function)

@@ -7,10 +7,19 @@ two roots close together are found at any distance (compare Farouki 2012, doi:10
 
 import numpy as np
 
-from chaosdrill.engine.jit import inner
+from chaosdrill.engine.jit import series
 
 DEGREE = 7
-DEPTH = 48
+"""Degree of the Bernstein form that is tried first."""
+
+DEPTH = 60
+"""Intervals that wait to be searched, at most."""
+
+BUDGET = 24
+"""Intervals tried with the Bernstein form of low degree."""
+
+WHOLE_BUDGET = 500
+"""Intervals tried with that of the whole polynomial."""
 
 
 def _bernstein_weights() -> np.ndarray:
@@ -25,7 +34,7 @@ def _bernstein_weights() -> np.ndarray:
 _WEIGHTS = _bernstein_weights()
 
 
-@inner
+@series
 def _value(a, n, u):
     s = a[n]
     for k in range(n - 1, -1, -1):
@@ -33,7 +42,7 @@ def _value(a, n, u):
     return s
 
 
-@inner
+@series
 def _slope(a, n, u):
     s = n * a[n]
     for k in range(n - 1, 0, -1):
@@ -41,7 +50,7 @@ def _slope(a, n, u):
     return s
 
 
-@inner
+@series
 def _refine(a, n, low, high):
     """Root in [low, high] of a polynomial that is negative at low and not negative at high."""
     u = 0.5 * (low + high)
@@ -65,7 +74,7 @@ def _refine(a, n, low, high):
     return u
 
 
-@inner
+@series
 def _summit(a, n, low, high):
     """Place of the maximum of a polynomial that is concave on [low, high]."""
     if _slope(a, n, high) >= 0.0:
@@ -83,34 +92,35 @@ def _summit(a, n, low, high):
     return 0.5 * (low + high)
 
 
-@inner
-def _search(a, n, stack, ends):
+@series
+def _search(a, n, degree, budget, stack, ends):
+    """First upward crossing in [0, 1]; -1 if there is none, -2 if the budget of intervals does not decide.
+
+    Row 0 of ``stack`` holds the Bernstein coefficients of the terms up to ``degree``; the rest enters by its bound.
+    """
     tail = 0.0
     tail_slope = 0.0
     tail_bend = 0.0
-    for k in range(DEGREE + 1, n + 1):
+    for k in range(degree + 1, n + 1):
         m = abs(a[k])
         tail += m
         tail_slope += k * m
         tail_bend += k * (k - 1) * m
-    top = min(n, DEGREE)
-    for j in range(DEGREE + 1):
-        s = 0.0
-        for k in range(top + 1):
-            s += _WEIGHTS[j, k] * a[k]
-        stack[0, j] = s
     ends[0, 0] = 0.0
     ends[0, 1] = 1.0
     count = 1
     while count > 0:
+        budget -= 1
+        if budget < 0 or count + 1 > DEPTH:
+            return -2.0
         count -= 1
         b = stack[count]
         left = ends[count, 0]
         width = ends[count, 1]
         right = left + width
-        reach = right ** (DEGREE - 1)
+        reach = right ** (degree - 1)
         highest = b[0]
-        for j in range(1, DEGREE + 1):
+        for j in range(1, degree + 1):
             highest = max(highest, b[j])
         if highest + tail * reach * right * right < 0.0:
             continue
@@ -119,21 +129,21 @@ def _search(a, n, stack, ends):
         bend_high = -np.inf
         bend_low = np.inf
         before = rise
-        for j in range(1, DEGREE):
+        for j in range(1, degree):
             d = b[j + 1] - b[j]
             rise = min(rise, d)
             fall = max(fall, d)
             bend_high = max(bend_high, d - before)
             bend_low = min(bend_low, d - before)
             before = d
-        bound = tail_slope * reach * right * width / DEGREE
+        bound = tail_slope * reach * right * width / degree
         if rise > bound:
             if _value(a, n, right) >= 0.0:
                 return _refine(a, n, left, right)
             continue
         if fall < -bound:
             continue
-        bound = tail_bend * reach * width * width / (DEGREE * (DEGREE - 1))
+        bound = tail_bend * reach * width * width / (degree * (degree - 1))
         if bend_high < -bound:
             top_at = _summit(a, n, left, right)
             if _value(a, n, top_at) >= 0.0:
@@ -143,16 +153,12 @@ def _search(a, n, stack, ends):
             if _value(a, n, right) >= 0.0:
                 return _refine(a, n, left, right)
             continue
-        if count + 2 > DEPTH:
-            if _value(a, n, right) >= 0.0:
-                return right
-            continue
         half = 0.5 * width
         # de Casteljau: row `count` becomes the right half, row `count + 1` the left half, which is searched first
         other = stack[count + 1]
-        for i in range(DEGREE + 1):
+        for i in range(degree + 1):
             other[i] = b[0]
-            for j in range(DEGREE - i):
+            for j in range(degree - i):
                 b[j] = 0.5 * (b[j] + b[j + 1])
         ends[count, 0] = left + half
         ends[count, 1] = half
@@ -162,12 +168,32 @@ def _search(a, n, stack, ends):
     return -1.0
 
 
-@inner
+@series
+def _search_whole(a, n, stack, ends):
+    """The same search with the Bernstein form of the whole polynomial, where the bound on the rest is too wide.
+
+    Only a polynomial that is zero to round-off exhausts the budget; then its value at the end decides.
+    """
+    b = stack[0]
+    binomial = 1.0
+    for k in range(n + 1):
+        b[k] = a[k] / binomial
+        binomial *= (n - k) / (k + 1)
+    for i in range(1, n + 1):
+        for j in range(n, i - 1, -1):
+            b[j] += b[j - 1]
+    u = _search(a, n, n, WHOLE_BUDGET, stack, ends)
+    if u == -2.0:
+        return _refine(a, n, 0.0, 1.0) if _value(a, n, 1.0) >= 0.0 else -1.0
+    return u
+
+
+@series
 def first_crossing(g, start, n, h, up, a, stack, ends):
     """Smallest s in (0, h] at which a polynomial reaches zero, from below if ``up``, else from above; -1 if none.
 
     The coefficients are g[start], ..., g[start + n]; the value at 0 must be on the side from which zero is reached.
-    ``a`` (n + 1 or longer), ``stack`` (DEPTH, DEGREE + 1) and ``ends`` (DEPTH, 2) are scratch.
+    ``a`` (n + 1 or longer), ``stack`` (DEPTH, more than n and DEGREE) and ``ends`` (DEPTH, 2) are scratch.
     """
     power = 1.0 if up else -1.0
     most = 0.0
@@ -178,11 +204,18 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
             most += max(a[k], 0.0)
     if a[0] + most < 0.0:
         return -1.0
-    u = _search(a, n, stack, ends)
+    degree = min(n, DEGREE)
+    for j in range(DEGREE + 1):
+        stack[0, j] = 0.0
+        for k in range(degree + 1):
+            stack[0, j] += _WEIGHTS[j, k] * a[k]
+    u = _search(a, n, DEGREE, BUDGET, stack, ends)
+    if u == -2.0:
+        u = _search_whole(a, n, stack, ends)
     return u * h if u >= 0.0 else -1.0
 
 
-@inner
+@series
 def recrossing(g, start, n, h, up, a, shifted, stack, ends):
     """Like ``first_crossing`` for a polynomial that is already beyond zero: it must first come back."""
     back = first_crossing(g, start, n, h, not up, a, stack, ends)

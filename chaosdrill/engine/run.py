@@ -8,14 +8,15 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.roots import DEGREE, DEPTH
+from chaosdrill.engine.roots import DEPTH
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
-COLUMNS = 40
-"""Length of a workspace row; the highest order is 2 less."""
+HIGHEST_ORDER = 38
+COLUMNS = 2 * HIGHEST_ORDER + 4
+"""Length of a workspace row: two tangents stand side by side."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Numerics:
     @property
     def order(self) -> int:
         """Order of the Taylor series: a step costs order**2, and its length grows like tolerance**(1/order)."""
-        return min(COLUMNS - 2, max(8, math.ceil(4 - 0.55 * math.log(self.tolerance))))
+        return min(HIGHEST_ORDER, max(8, math.ceil(4 - 0.55 * math.log(self.tolerance))))
 
 
 class Run:
@@ -125,11 +126,13 @@ class Run:
         self.armed = np.zeros(guards, dtype=np.int64)
         self.counts = np.zeros(len(kernels.transition_table), dtype=np.int64)
         self.grazing = np.full(len(kernels.transition_table), np.inf)
+        self._before = 0.0
+        self.forgotten = 0.0
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
         self._scratch = (
-            np.zeros((kernels.rows + m * n, COLUMNS)), np.zeros(COLUMNS), np.zeros(COLUMNS),
-            np.zeros((DEPTH, DEGREE + 1)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
+            np.zeros((kernels.rows + (m + 1) // 2 * n, COLUMNS)), np.zeros(COLUMNS), np.zeros(COLUMNS),
+            np.zeros((DEPTH, COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
             np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros((n, n)),
             np.zeros((6 + 5 * m, n + q)), np.zeros((m, n)), np.zeros((0, n)),
         )  # fmt: skip
@@ -147,7 +150,7 @@ class Run:
     @property
     def elapsed(self) -> float:
         """Time since the start of the run."""
-        return self.strobes * self.period + float(self.carried_f[at.TIME])
+        return self._before + self.strobes * self.period + float(self.carried_f[at.TIME])
 
     @property
     def live(self) -> int:
@@ -164,6 +167,15 @@ class Run:
             array[:] = 0
         self.grazing[:] = np.inf
         self.carried[[at.TIES, at.STEPS]] = 0
+        self.forgotten = self.elapsed
+
+    def change_period(self, period: float) -> None:
+        """Go on with strobes at another interval; at a strobe only."""
+        self.settings_f[at.STEP] *= period / self.period
+        self.settings_f[at.PERIOD] = period
+        self._before += self.strobes * self.period
+        self.carried[at.STROBES] = 0
+        self.period = period
 
     def advance(
         self, periods: int, samples: np.ndarray | None = None, events: np.ndarray | None = None
@@ -204,6 +216,26 @@ class Run:
         return int(self.carried[at.SAMPLE_ROWS]), int(self.carried[at.EVENT_ROWS])
 
 
-def kind_count(run: Run, kind: str) -> int:
-    """Events of a kind counted since the last ``forget``."""
-    return int(sum(n for t, n in zip(run.system.transitions, run.counts, strict=False) if t.kind == kind))
+def event_rates(run: Run) -> dict[str, float]:
+    """Mean rates since the last ``forget``, NaN for a run of no length.
+
+    Events, impacts and slips per forcing period (or per unit of time), the progression rate of systems that have a
+    quadrature of the name ``penetration``, and the smallest normal speed met.
+    """
+    system = run.system
+    changing = [i for i, t in enumerate(system.transitions) if not t.marks_only()]
+    length = run.elapsed - run.forgotten
+    units = length / run.period if system.period is not None else length
+    suffix = "period" if system.period is not None else "time"
+    counts = {
+        "events": sum(run.counts[i] for i in changing),
+        **{
+            name: sum(run.counts[i] for i in changing if system.transitions[i].kind == kind)
+            for name, kind in (("impacts", "impact"), ("slips", "slip"))
+        },
+    }
+    rates = {f"{name}_per_{suffix}": float(n) / units if units > 0 else float("nan") for name, n in counts.items()}
+    if "penetration" in system.quadratures:
+        total = run.integrals()[list(system.quadratures).index("penetration")]
+        rates["progression_rate"] = float(total) / length if length > 0 else float("nan")
+    return {**rates, "closest_grazing": float(min((run.grazing[i] for i in changing), default=float("inf")))}

@@ -39,7 +39,7 @@ def evaluate(functions, settings_i, t, c, x, s, carried, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
     out = scratch[OUT]
     if settings_i[METHOD] == TAYLOR:
-        taylor.evaluate(scratch[WORKSPACE], 0, out.size, settings_i[ORDER], s, out)
+        taylor.evaluate(scratch[WORKSPACE], out.size, settings_i[ORDER], s, out)
     else:
         rk4.move(functions, carried[MODE], t, c, x, s, scratch[NONE], 0, out, scratch[NONE], scratch[STAGES])
 
@@ -56,7 +56,7 @@ def record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried,
     while True:
         index = carried[SAMPLE] + 1
         s = (period if index == count else index * (period / count)) - local + offset
-        if s > te:
+        if not s <= te:
             return strobe
         if settings_i[RECORD] == 1:
             evaluate(functions, settings_i, t, c, x, s, carried, scratch)
@@ -83,7 +83,7 @@ def advance(functions, settings_i, t, c, x, s, sums, vectors, carried, scratch):
     out = scratch[OUT]
     live = carried[LIVE]
     if settings_i[METHOD] == TAYLOR:
-        taylor.evaluate(scratch[WORKSPACE], 0, out.size, settings_i[ORDER], s, out)
+        taylor.evaluate(scratch[WORKSPACE], out.size, settings_i[ORDER], s, out)
         taylor.evaluate_vectors(scratch[WORKSPACE], settings_i[ORDER], s, live, vectors)
     else:
         moved = scratch[MOVED]

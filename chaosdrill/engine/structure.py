@@ -76,11 +76,9 @@ def adapted_frame(system: "HybridSystem") -> np.ndarray:
     exact come out exact, not only in the limit of a long run.
     """
     n = len(system.states)
-    maps, shifts = list(_jacobians(system)), [m - np.eye(n) for _, m in saltations(system)]
-    _, weights, directions = np.linalg.svd(np.vstack([*maps, *shifts]))
-    symmetric = directions[weights <= 1e-12 * max(weights.max(), 1e-300)]
-    pattern = np.any([m != 0 for m in (*maps, *shifts)], axis=0)
-    rows = [_sparse(v) for v in symmetric]
+    effects = _tangent_effects(system)
+    pattern = np.any([m != 0 for m in effects], axis=0)
+    rows = [_sparse(v) for v in _shifts(effects)]
     rows += [np.eye(n)[i] for i in _downstream_first(pattern)]
     frame: list[np.ndarray] = []
     for row in rows:
@@ -89,6 +87,23 @@ def adapted_frame(system: "HybridSystem") -> np.ndarray:
         if np.linalg.norm(row) > 1e-6:
             frame.append(row / np.linalg.norm(row))
     return np.array(frame)
+
+
+def neutral_count(system: "HybridSystem") -> int:
+    """Exponents that are zero on every attractor but a fixed point: the flow direction, and the shifts."""
+    return int(system.time is None) + len(_shifts(_tangent_effects(system)))
+
+
+def _tangent_effects(system: "HybridSystem") -> list[np.ndarray]:
+    """Jacobians, and saltation matrices less the identity: what each of them does to a tangent."""
+    unit = np.eye(len(system.states))
+    return [*_jacobians(system), *(m - unit for _, m in saltations(system))]
+
+
+def _shifts(effects: list[np.ndarray]) -> np.ndarray:
+    """Orthonormal directions, one a row, along which nothing ever changes."""
+    _, weights, directions = np.linalg.svd(np.vstack(effects))
+    return directions[weights <= 1e-12 * max(weights.max(), 1e-300)]
 
 
 def _jacobians(system: "HybridSystem") -> Iterator[np.ndarray]:

@@ -2,16 +2,23 @@
 
 import math
 
-from chaosdrill.engine.jit import inner
+from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.layout import LIVE, MODE, ORDER, PERIOD, TOLERANCE
 
 SMALLEST = 1e-300
 
 
 @inner
-def _reach(largest, scale, tolerance, k):
+def _reach(largest, tolerance, k):
     """Step at which a coefficient of order k contributes the tolerated error."""
-    return math.exp((math.log(tolerance * scale) - math.log(max(largest, SMALLEST))) / k)
+    return math.exp(math.log(tolerance / max(largest, SMALLEST)) / k)
+
+
+@inner
+def _first_row(ws, vectors, v):
+    """Row from which tangents v and v + 1 stand side by side."""
+    m, n = vectors.shape
+    return ws.shape[0] - (m + 1) // 2 * n + v // 2 * n
 
 
 @inner
@@ -40,43 +47,56 @@ def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, ca
     live = carried[LIVE]
     if live > 0:
         functions[1](mode, order, c, ws)
-        top = ws.shape[0] - vectors.shape[0] * n
-        for v in range(live):
-            row = top + v * n
-            functions[2](mode, order, c, vectors[v], ws, row)
-            size = 0.0
-            a = 0.0
-            b = 0.0
-            for i in range(n):
-                size = max(size, abs(vectors[v, i]))
-                a = max(a, abs(ws[row + i, order]))
-                b = max(b, abs(ws[row + i, order - 1]))
-            last = max(last, a / size)
-            last_but_one = max(last_but_one, b / size)
+        for v in range(0, live, 2):
+            row = _first_row(ws, vectors, v)
+            functions[2](mode, order, c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
+            for half in range(2):
+                size = 0.0
+                a = 0.0
+                b = 0.0
+                for i in range(row, row + n):
+                    size = max(size, abs(ws[i, half]))
+                    a = max(a, abs(ws[i, 2 * order + half]))
+                    b = max(b, abs(ws[i, 2 * order - 2 + half]))
+                last = max(last, a / size)
+                last_but_one = max(last_but_one, b / size)
     tolerance = settings_f[TOLERANCE]
-    h = min(_reach(last, 1.0, tolerance, order), _reach(last_but_one, 1.0, tolerance, order - 1))
+    h = min(_reach(last, tolerance, order), _reach(last_but_one, tolerance, order - 1))
     return min(h, settings_f[PERIOD])
 
 
-@inner
-def evaluate(ws, first, count, order, s, out):
-    """Polynomials of ``count`` rows at s."""
-    for i in range(count):
-        value = ws[first + i, order]
+@series
+def evaluate(ws, count, order, s, out):
+    """Polynomials of the first ``count`` rows at s."""
+    i = 0
+    while i < count:
+        second = min(i + 1, count - 1)
+        third = min(i + 2, count - 1)
+        a = ws[i, order]
+        b = ws[second, order]
+        c = ws[third, order]
         for k in range(order - 1, -1, -1):
-            value = value * s + ws[first + i, k]
-        out[i] = value
+            a = a * s + ws[i, k]
+            b = b * s + ws[second, k]
+            c = c * s + ws[third, k]
+        out[i] = a
+        out[second] = b
+        out[third] = c
+        i += 3
 
 
-@inner
+@series
 def evaluate_vectors(ws, order, s, live, vectors):
     """Live tangents at s, in place."""
     n = vectors.shape[1]
-    top = ws.shape[0] - vectors.shape[0] * n
-    for v in range(live):
+    for v in range(0, live, 2):
+        row = _first_row(ws, vectors, v)
         for i in range(n):
-            row = top + v * n + i
-            value = ws[row, order]
-            for k in range(order - 1, -1, -1):
-                value = value * s + ws[row, k]
-            vectors[v, i] = value
+            a = ws[row + i, 2 * order]
+            b = ws[row + i, 2 * order + 1]
+            for k in range(2 * order - 2, -1, -2):
+                a = a * s + ws[row + i, k]
+                b = b * s + ws[row + i, k + 1]
+            vectors[v, i] = a
+            if v + 1 < live:
+                vectors[v + 1, i] = b

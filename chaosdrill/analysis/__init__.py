@@ -1,0 +1,19 @@
+"""One file a kind of analysis; each drives the engine and returns a labelled dataset."""
+
+from importlib import import_module
+from typing import Any
+
+_HOME = {
+    "trajectory": "trajectories",
+    "poincare_section": "sections",
+    "lyapunov_spectrum": "spectra",
+    "bifurcation_diagram": "diagrams",
+}
+
+__all__ = list(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'chaosdrill.analysis' has no attribute {name!r}")
+    return getattr(import_module(f"chaosdrill.analysis.{_HOME[name]}"), name)

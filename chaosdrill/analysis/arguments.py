@@ -1,0 +1,123 @@
+"""What the analyses have in common before they start: their arguments are checked and become counts of periods."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.errors import SettingsError
+
+if TYPE_CHECKING:
+    from chaosdrill.engine.run import Run
+    from chaosdrill.model import HybridSystem
+
+Progress = Callable[[int, int, dict[str, int] | None], None]
+"""Called with (done, total, outcomes so far)."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """How long to run: ``count`` units of length ``unit`` after a transient.
+
+    The unit is the forcing period, or a part of ``duration`` for systems without one.
+    """
+
+    unit: float
+    count: int
+    transient: float
+    periodic: bool
+
+    @property
+    def length(self) -> float:
+        """Time after the transient."""
+        return self.unit * self.count
+
+    def settle(self, run: "Run") -> Any:
+        """Run the transient and start all averages; returns the outcome."""
+        from chaosdrill.dataset import Outcome
+
+        outcome = Outcome.OK
+        if self.transient > 0 and self.periodic:
+            outcome, _ = run.advance(int(self.transient))
+        elif self.transient > 0:
+            run.change_period(self.transient)
+            outcome, _ = run.advance(1)
+            run.change_period(self.unit)
+        run.forget()
+        return outcome
+
+
+def span(
+    system: "HybridSystem", periods: Any, duration: Any, transient: Any, *, units: int = 1, at_least: int = 1
+) -> Span:
+    """Check periods or duration and transient of an analysis; ``units`` parts make a duration."""
+    period = system.forcing_period()
+    if (periods is None) == (duration is None):
+        wanted = "periods" if period is not None else "duration"
+        raise SettingsError(f"{system.name}: give {wanted}= and only that (received periods={periods!r}, {duration=!r})")
+    if period is None and periods is not None:
+        raise SettingsError(f"{system.name} has no forcing period: give duration= in units of time, not periods={periods!r}")
+    if period is not None and duration is not None:
+        raise SettingsError(
+            f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r} "
+            f"(about {max(1, round(float(duration) / period))})"
+        )
+    if period is not None:
+        count = whole("periods", periods, at_least)
+        return Span(period, count, whole("transient", transient, 0), True)
+    length, settle = positive("duration", duration), float(transient)
+    if not 0 <= settle < np.inf:
+        raise SettingsError(f"transient is {transient!r}; it must be a finite time >= 0")
+    return Span(length / units, units, settle, False)
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """An integer not below ``least``, or an error that names the argument."""
+    try:
+        number = int(value)
+        exact = number == value
+    except (TypeError, ValueError, OverflowError):
+        exact = False
+    if not exact or isinstance(value, (bool, str)) or number < least:
+        raise SettingsError(f"{name} is {value!r}; it must be an integer >= {least}")
+    return number
+
+
+def positive(name: str, value: Any) -> float:
+    """A finite number above 0, or an error that names the argument."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not 0 < number < np.inf:
+        raise SettingsError(f"{name} is {value!r}; it must be a finite number > 0")
+    return number
+
+
+def tangent_count(system: "HybridSystem", exponents: Any) -> int:
+    """Number of exponents asked for; all by default."""
+    n = len(system.states)
+    count = n if exponents is None else whole("exponents", exponents, 0)
+    if count > n:
+        raise SettingsError(f"exponents is {exponents!r}; {system.name} has {n} states, so at most {n}")
+    return count
+
+
+def section_transitions(system: "HybridSystem", at: str) -> set[int] | None:
+    """Indices of the transitions at which the section is taken; None for the strobe."""
+    if at == "strobe":
+        if system.period is None:
+            names = sorted({t.name for t in system.transitions})
+            raise SettingsError(f"at is 'strobe', but {system.name} has no forcing period; choose an event: {names}")
+        return None
+    found = {i for i, t in enumerate(system.transitions) if at in (t.name, t.kind)}
+    if not found:
+        names = sorted({t.name for t in system.transitions} | {str(t.kind) for t in system.transitions})
+        raise SettingsError(f"at is {at!r}; expected 'strobe' or an event of {system.name}: {names}")
+    return found
+
+
+def settings(kind: str, system: "HybridSystem", values: dict[str, Any]) -> dict[str, Any]:
+    """Arguments as provenance keeps them, without what does not change the numbers."""
+    return {key: value for key, value in values.items() if key not in ("system", "progress", "workers")}

@@ -1,0 +1,154 @@
+"""Bifurcation diagrams: section, period, exponents and outcome along a parameter."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.analysis.arguments import Progress, section_transitions, settings, tangent_count, whole
+from chaosdrill.analysis.points import Point, PointTask, run_point
+from chaosdrill.analysis.workers import ordered_map
+from chaosdrill.dataset import Outcome, label
+from chaosdrill.engine.run import Numerics
+from chaosdrill.errors import SettingsError
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+CHUNK = 4
+"""Points computed between two reports."""
+
+
+def bifurcation_diagram(
+    system: "HybridSystem",
+    sweep: Mapping[str, Any],
+    *,
+    transient: int,
+    periods: int,
+    seeds: Sequence[Mapping[str, Any]] | None = None,
+    exponents: int | None = None,
+    at: str = "strobe",
+    max_period: int = 64,
+    workers: int = 1,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Sections along a parameter, with the spectrum beside them and an outcome for every point.
+
+    Every point is a run of its own from its own initial state, so that the result does not depend on the number of
+    workers, to the bit. A point that fails gets its outcome, and the sweep goes on.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state; it must have a forcing period.
+    sweep : mapping of one parameter to values
+        ``{"eta": np.linspace(0.4, 0.9, 501)}``.
+    transient : int
+        Forcing periods to run before anything is kept.
+    periods : int
+        Forcing periods to record and to average the exponents over.
+    seeds : sequence of mappings, optional
+        Initial values (and ``mode``) of each seed; default: the system's own initial state.
+    exponents : int, optional
+        Number of exponents; default all, 0 for none.
+    at : str, default "strobe"
+        ``"strobe"`` or the name or kind of a transition; then the last ``periods`` states before that event are kept.
+    max_period : int, default 64
+        Longest period looked for.
+    workers : int, default 1
+        Threads; the kernels hold no lock.
+    method, tolerance, steps, progress
+        As in `trajectory`; ``progress`` gets the outcomes counted so far.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameter and seed: ``section`` (iterate, state), ``period``, ``lyapunov_exponent`` and
+        ``lyapunov_error`` (exponent), mean rates, ``outcome``; ``initial_state`` (seed, state). NaN, and the period 0,
+        where a point has no result.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    given = settings("bifurcation-diagram", system, {**locals(), "sweep": {k: list(map(float, v)) for k, v in sweep.items()}})
+    name, values = sweep_values(system, sweep)
+    starts = [system.with_initial(**seed) for seed in (seeds if seeds is not None else [{}])]
+    if not starts:
+        raise SettingsError("seeds is empty; give at least one initial state, or leave seeds out")
+    task = PointTask(
+        parameter=name,
+        transient=whole("transient", transient, 0),
+        periods=whole("periods", periods, 2),
+        chosen=None if at == "strobe" else section_transitions(system, at),
+        max_period=whole("max_period", max_period, 1),
+        numerics=Numerics(method, tolerance, steps),
+        frame=tangent_count(system, exponents),
+    ).for_system(system)
+    count = whole("workers", workers, 1)
+    places = [(value, start) for value in values for start in starts]
+    chunks = [places[i : i + CHUNK] for i in range(0, len(places), CHUNK)]
+    points: list[Point] = []
+    outcomes: Counter[str] = Counter()
+    for found in ordered_map(lambda chunk: [run_point(task, *place) for place in chunk], chunks, count):
+        points += found
+        outcomes.update(Outcome(p.outcome).name.lower() for p in found)
+        if progress:
+            progress(len(points), len(places), dict(outcomes))
+    ds = _dataset(system, name, values, starts, points)
+    return label(ds, "bifurcation-diagram", system=system, settings=given)
+
+
+def sweep_values(system: "HybridSystem", sweep: Mapping[str, Any]) -> tuple[str, np.ndarray]:
+    """Name and values of the swept parameter, checked."""
+    if len(sweep) != 1:
+        raise SettingsError(f"sweep names {sorted(sweep)}; a bifurcation diagram sweeps one parameter")
+    ((name, given),) = sweep.items()
+    if name not in system.parameters:
+        raise SettingsError(f"sweep names {name!r}, which is no parameter of {system.name}: {sorted(system.parameters)}")
+    values = np.atleast_1d(np.asarray(given, dtype=float))
+    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
+        raise SettingsError(f"sweep of {name!r} is {given!r}; it must be a list of finite numbers, not an empty one")
+    if len(np.unique(values)) != len(values):
+        raise SettingsError(f"sweep of {name!r} holds a value twice; every value may stand there once")
+    return name, values
+
+
+def _dataset(
+    system: "HybridSystem", name: str, values: np.ndarray, starts: list["HybridSystem"], points: list[Point]
+) -> xr.Dataset:
+    shape = (len(values), len(starts))
+    over = (name, "seed")
+
+    def gather(take: Any) -> np.ndarray:
+        stacked = np.array([take(p) for p in points])
+        return stacked.reshape(shape + stacked.shape[1:])
+
+    variables = {
+        "section": ((*over, "iterate", "state"), gather(lambda p: p.section)),
+        "period": (over, gather(lambda p: p.period).astype(np.int16)),
+        "lyapunov_exponent": ((*over, "exponent"), gather(lambda p: p.exponents)),
+        "lyapunov_error": ((*over, "exponent"), gather(lambda p: p.errors)),
+        "outcome": (over, gather(lambda p: int(p.outcome)).astype(np.int8)),
+        "initial_state": (("seed", "state"), np.array([[s.initial[x] for x in s.state_names] for s in starts])),
+        "forcing_period": (name, np.array([p.forcing_period for p in points])[:: len(starts)]),
+    }
+    for rate in points[0].rates:
+        variables[rate] = (over, gather(lambda p, rate=rate: p.rates[rate]))
+    first = points[0]
+    coords = {
+        name: values,
+        "seed": np.arange(len(starts), dtype=np.int32),
+        "iterate": np.arange(len(first.section), dtype=np.int32),
+        "exponent": np.arange(1, len(first.exponents) + 1, dtype=np.int32),
+        "state_name": ("state", list(system.state_names)),
+    }
+    if not len(first.exponents):
+        del variables["lyapunov_exponent"], variables["lyapunov_error"], coords["exponent"]
+    return xr.Dataset(variables, coords=coords)

@@ -1,0 +1,27 @@
+"""What can be asked for by name: kinds of analysis and numerical methods. Imports nothing heavy."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One kind of analysis: its name in scenes, its function in ``chaosdrill.analysis``, and a line about it."""
+
+    kind: str
+    function: str
+    summary: str
+
+
+_ENTRIES = (
+    Entry("trajectory", "trajectory", "states over time, with every event"),
+    Entry("poincare-section", "poincare_section", "states at every strobe or event, period and multipliers"),
+    Entry("lyapunov-spectrum", "lyapunov_spectrum", "Lyapunov exponents with error bars, -inf where rank is lost"),
+    Entry("bifurcation-diagram", "bifurcation_diagram", "section, period, exponents and outcome along a parameter"),
+)
+
+ANALYSES = {entry.kind: entry for entry in _ENTRIES}
+
+METHODS = {
+    "taylor": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
+    "rk4": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
+}

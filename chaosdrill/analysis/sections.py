@@ -1,0 +1,149 @@
+"""States on a Poincare section, the period found there, and the multipliers of the cycle."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.analysis.arguments import Progress, section_transitions, settings, span, whole
+from chaosdrill.analysis.statistics import find_period
+from chaosdrill.dataset import Outcome, label
+from chaosdrill.engine import layout
+from chaosdrill.engine.run import Numerics, Run, event_rates
+from chaosdrill.engine.structure import deficient_transitions
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+_EVENT_ROWS = 4096
+_SLICES = 64
+
+
+def poincare_section(
+    system: "HybridSystem",
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    at: str = "strobe",
+    max_period: int = 64,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """States at every strobe, or at every event of one name.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Forcing periods to record, or time for systems that have none.
+    transient : int or float, default 0
+        Periods (or time) to run before the record starts.
+    at : str, default "strobe"
+        ``"strobe"`` (forcing phase zero), or the name or kind of a transition; then the states are those before it.
+    max_period : int, default 64
+        Longest period looked for.
+    method, tolerance, steps, progress
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``section`` (iterate, state), ``time``, ``mode`` and quadratures (iterate), ``period``; with a period found at
+        the strobe ``multiplier_real`` and ``multiplier_imag`` (multiplier): eigenvalues of the tangent map over the
+        cycle, saltation included, those of lost rank exactly 0; mean rates and ``outcome``.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    given = settings("poincare-section", system, dict(locals()))
+    plan = span(system, periods, duration, transient)
+    chosen = section_transitions(system, at)
+    max_period = whole("max_period", max_period, 1)
+    numerics = Numerics(method, tolerance, steps)
+    run = Run(system, plan.unit, numerics)
+    outcome = plan.settle(run)
+    points, times, modes = np.zeros((0, len(system.states) + len(system.quadratures))), np.zeros(0), np.zeros(0)
+    if outcome == Outcome.OK:
+        if chosen is None:
+            outcome, points, times, modes = _strobes(run, plan.count, progress)
+        else:
+            outcome, points, times, modes = _events(run, plan.count, chosen, progress)
+    n = len(system.states)
+    period = find_period(points[:, :n], max_period)
+    multipliers = np.full(n, np.nan, dtype=complex)
+    if period and chosen is None and outcome == Outcome.OK:
+        multipliers = cycle_multipliers(system, run, period, numerics)
+    variables = {
+        "section": (("iterate", "state"), points[:, :n]),
+        "mode": ("iterate", modes.astype(np.int8)),
+        "period": ((), np.int32(period)),
+        "multiplier_real": ("multiplier", multipliers.real),
+        "multiplier_imag": ("multiplier", multipliers.imag),
+        "outcome": ((), np.int8(Outcome.PERIODIC if period and outcome == Outcome.OK else outcome)),
+        **{name: ((), value) for name, value in event_rates(run).items()},
+    }
+    if chosen is None:
+        variables |= {name: ("iterate", points[:, n + i]) for i, name in enumerate(system.quadratures)}
+    if plan.periodic:
+        variables["forcing_period"] = ((), plan.unit)
+    coords = {
+        "iterate": np.arange(len(points), dtype=np.int32),
+        "time": ("iterate", times),
+        "state_name": ("state", list(system.state_names)),
+        "multiplier": np.arange(1, n + 1, dtype=np.int32),
+    }
+    return label(xr.Dataset(variables, coords=coords), "poincare-section", system=system, settings=given)
+
+
+def _strobes(run: Run, count: int, progress: Progress | None) -> tuple[Outcome, np.ndarray, np.ndarray, np.ndarray]:
+    rows = np.zeros((count + 2, len(run.system.states) + len(run.system.quadratures) + 1))
+    first, filled, outcome = run.strobes, 0, Outcome.OK
+    for part in np.array_split(np.arange(count), min(count, _SLICES)):
+        outcome, _ = run.advance(len(part), rows[filled:])
+        filled += run.filled()[0]
+        if progress:
+            progress(filled, count, None)
+        if outcome != Outcome.OK:
+            break
+    return outcome, rows[:filled, :-1], (first + 1 + np.arange(filled)) * run.period, rows[:filled, -1]
+
+
+def _events(
+    run: Run, count: int, chosen: set[int], progress: Progress | None
+) -> tuple[Outcome, np.ndarray, np.ndarray, np.ndarray]:
+    n, first = len(run.system.states), run.strobes
+    start = run.elapsed
+    buffer = np.zeros((_EVENT_ROWS, layout.EVENT_COLUMNS + 2 * n))
+    found, target, pending, outcome = [], count, True, Outcome.OK
+    while pending:
+        outcome, full = run.advance(target, None, buffer)
+        target = 0
+        rows = buffer[: run.filled()[1]]
+        found.append(rows[np.isin(rows[:, layout.EVENT_KIND], list(chosen))].copy())
+        pending = full and outcome == Outcome.OK
+        if progress:
+            progress(run.strobes - first, count, None)
+    table = np.concatenate(found)
+    times = start + (table[:, layout.EVENT_STROBES] - first) * run.period + table[:, layout.EVENT_TIME]
+    return outcome, table[:, layout.EVENT_COLUMNS : layout.EVENT_COLUMNS + n], times, table[:, layout.EVENT_MODE]
+
+
+def cycle_multipliers(system: "HybridSystem", run: Run, period: int, numerics: Numerics) -> np.ndarray:
+    """Eigenvalues of the tangent map over a cycle that starts at the present strobe of a run, by descending modulus."""
+    here = system.with_initial(mode=run.mode, **dict(zip(system.state_names, run.x, strict=True)))
+    n = len(system.states)
+    deficient = deficient_transitions(system)
+    whole_map = Run(here, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
+    ranked = Run(here, run.period, numerics, tangents=np.eye(n), deficient=deficient)
+    if whole_map.advance(period)[0] != Outcome.OK or ranked.advance(period)[0] != Outcome.OK:
+        return np.full(n, np.nan, dtype=complex)
+    values = np.linalg.eigvals(whole_map.vectors.T).astype(complex)
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    values[ranked.live :] = 0
+    return values

@@ -1,0 +1,147 @@
+"""Lyapunov spectra."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.analysis.arguments import Progress, Span, settings, span, tangent_count, whole
+from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
+from chaosdrill.dataset import Outcome, label
+from chaosdrill.engine import layout as at
+from chaosdrill.engine.run import Numerics, Run, event_rates
+from chaosdrill.engine.structure import adapted_frame, deficient_transitions, neutral_count
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+
+def lyapunov_spectrum(
+    system: "HybridSystem",
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    exponents: int | None = None,
+    blocks: int = 256,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Lyapunov exponents with saltation at every event, their error bars and their history.
+
+    Tangents follow the variational equation, jump by the saltation matrix, and are orthonormalised as often as their
+    growth asks for (Benettin et al. 1980, doi:10.1007/BF02128236; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). The
+    rank that resets destroy is counted, and the exponents that go with it are -inf.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Forcing periods to average over, or time for systems that have none.
+    transient : int or float, default 0
+        Periods (or time) to run before the averages start.
+    exponents : int, optional
+        Number of exponents, the largest first; default all.
+    blocks : int, default 256
+        Blocks of the history, from which the standard errors are taken.
+    method, tolerance, steps, progress
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``lyapunov_exponent``, ``lyapunov_error`` (exponent), ``lyapunov_history`` (block, exponent),
+        ``kaplan_yorke_dimension``, mean rates, ``event_count`` (transition), ``tie_count``, ``closest_grazing``,
+        ``rank`` and ``outcome``; exponents per unit of time, NaN if the run came to an early end.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    given = settings("lyapunov-spectrum", system, dict(locals()))
+    blocks = whole("blocks", blocks, 1)
+    plan = span(system, periods, duration, transient, units=blocks)
+    count = tangent_count(system, exponents)
+    n = len(system.states)
+    frame = adapted_frame(system) if count == n else np.eye(n)[:count]
+    run = Run(
+        system, plan.unit, Numerics(method, tolerance, steps), tangents=frame, deficient=deficient_transitions(system)
+    )
+    outcome = plan.settle(run)
+    ends = np.unique(np.linspace(0, plan.count, min(blocks, plan.count) + 1).astype(int))
+    sums = np.full((len(ends), count), np.nan)
+    drilled = np.full((len(ends), len(system.quadratures)), np.nan)
+    sums[0], drilled[0] = 0.0, 0.0
+    for block, length in enumerate(np.diff(ends), start=1):
+        if outcome != Outcome.OK:
+            break
+        outcome, _ = run.advance(int(length))
+        if outcome == Outcome.OK:
+            sums[block] = np.where(run.dead[:count] == 1, -np.inf, run.logs[:count])
+            drilled[block] = run.integrals()
+        if progress:
+            progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
+    return label(_dataset(system, run, plan, outcome, ends, sums, drilled), "lyapunov-spectrum", system=system,
+                 settings=given)  # fmt: skip
+
+
+def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Exponents, standard errors and history in descending order, from logarithms summed up to the end of each block.
+
+    Parameters
+    ----------
+    sums : ndarray, shape (blocks + 1, m)
+        Sums of logarithms, -inf from the block in which a tangent was lost.
+    ends : ndarray, shape (blocks + 1,)
+        Ends of the blocks in units.
+    unit : float
+        Length of a unit.
+    """
+    times = ends[1:, np.newaxis] * unit
+    history = sums[1:] / times
+    finite = np.isfinite(sums[-1])
+    errors = np.full(sums.shape[1], np.nan)
+    rates = np.diff(sums[:, finite], axis=0) / (np.diff(ends)[:, np.newaxis] * unit)
+    errors[finite] = standard_error(rates)
+    order = np.argsort(-history[-1], kind="stable")
+    return history[-1, order], errors[order], history[:, order]
+
+
+def _dataset(
+    system: "HybridSystem", run: Run, plan: Span, outcome: Outcome, ends: np.ndarray, sums: np.ndarray, drilled: np.ndarray
+) -> xr.Dataset:
+    count = sums.shape[1]
+    values = errors = np.full(count, np.nan)
+    history = np.full((len(ends) - 1, count), np.nan)
+    if outcome == Outcome.OK:
+        values, errors, history = mean_exponents(sums, ends, plan.unit)
+        if count:
+            neutral = neutral_count(system)
+            outcome = classify(values, errors, neutral, plan.length, 0)
+    variables = {
+        "lyapunov_exponent": ("exponent", values),
+        "lyapunov_error": ("exponent", errors),
+        "lyapunov_history": (("block", "exponent"), history),
+        "kaplan_yorke_dimension": ((), kaplan_yorke(values) if count else np.nan),
+        "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
+        "tie_count": ((), np.int64(run.carried[at.TIES])),
+        "rank": ((), np.int32(run.live)),
+        "outcome": ((), np.int8(outcome)),
+        **{name: ((), value) for name, value in event_rates(run).items()},
+    }
+    if "progression_rate" in variables:
+        index = list(system.quadratures).index("penetration")
+        rates = np.diff(drilled[:, index]) / (np.diff(ends) * plan.unit)
+        variables["progression_error"] = ((), float(standard_error(rates)))
+    if plan.periodic:
+        variables["forcing_period"] = ((), plan.unit)
+    coords = {
+        "exponent": np.arange(1, count + 1, dtype=np.int32),
+        "block_time": ("block", ends[1:] * plan.unit),
+        "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),
+    }
+    return xr.Dataset(variables, coords=coords)
