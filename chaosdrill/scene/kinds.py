@@ -5,7 +5,7 @@ A keyword that the scene leaves out is not passed on, so that its default stands
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from chaosdrill.scene.numerics import Numerics
@@ -103,6 +103,12 @@ class Range(Strict):
     stop: float
     num: Annotated[int, Field(ge=1, le=MOST_POINTS)]
 
+    @model_validator(mode="after")
+    def _distinct(self) -> "Range":
+        if self.start == self.stop and self.num > 1:
+            raise PydanticCustomError("distinct", "start and stop are the same; give num = 1, or another stop")
+        return self
+
     def values(self) -> Any:
         """The values as an array of shape (num,)."""
         import numpy as np
@@ -110,8 +116,15 @@ class Range(Strict):
         return np.linspace(self.start, self.stop, self.num)
 
 
+def _distinct(values: list[float]) -> list[float]:
+    if len(set(values)) < len(values):
+        raise PydanticCustomError("distinct", "holds a value twice; each may stand there once")
+    return values
+
+
+List = Annotated[list[float], Field(min_length=1, max_length=MOST_POINTS), AfterValidator(_distinct)]
 Values = Annotated[
-    Annotated[Range, Tag("range")] | Annotated[list[float], Field(min_length=1, max_length=MOST_POINTS), Tag("list")],
+    Annotated[Range, Tag("range")] | Annotated[List, Tag("list")],
     Discriminator(lambda raw: "list" if isinstance(raw, list) else "range"),
 ]
 
@@ -122,8 +135,8 @@ class BifurcationDiagram(Analysis):
     parallel: ClassVar[bool] = True
 
     sweep: Annotated[dict[str, Values], Field(min_length=1, max_length=1)]
-    transient: Transient
-    periods: Count
+    transient: Annotated[int, Field(ge=0)]
+    periods: Annotated[int, Field(ge=2)]
     seeds: Annotated[list[dict[str, float | str]], Field(min_length=1)] | None = None
     exponents: Annotated[int, Field(ge=0)] | None = None
     at: str = "strobe"

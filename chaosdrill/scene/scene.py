@@ -165,7 +165,9 @@ class Scene:
                 faults[*place, "at"] = f"{self.model} has no forcing period to strobe at; name an event: {choice}"
             given = analysis.model_dump(exclude_unset=True)
             if system.period is None:
-                if "duration" in type(analysis).model_fields and "periods" in given:
+                if "duration" not in type(analysis).model_fields:
+                    faults[*place, "kind"] = f"{self.model} has no forcing period, in which a {analysis.kind} counts"
+                elif "periods" in given:
                     faults[*place, "periods"] = f"{self.model} has no forcing period; give duration, in units of time"
             else:
                 if "duration" in given:

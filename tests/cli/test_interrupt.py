@@ -13,7 +13,7 @@ model = "percussive-drill"
 effects = { drive = "harmonic", friction = "stribeck", rock = "moving", contact = "hunt-crossley" }
 [analysis.long]
 """
-SPECTRUM = 'kind = "lyapunov-spectrum"\nperiods = 1000000000\n'
+SPECTRUM = 'kind = "lyapunov-spectrum"\nperiods = 100000000\n'
 DIAGRAM = 'kind = "bifurcation-diagram"\nsweep.eta = { start = 0.6, stop = 0.9, num = 100000 }\n'
 DIAGRAM += "transient = 10\nperiods = 1000\n"
 

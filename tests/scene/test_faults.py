@@ -43,6 +43,9 @@ CASES = [
     ("{ start = 0.4, stop = 0.9, num = 3 }", '[1, "2"]', "22: analysis.diagram.sweep.eta[1]: expected a number"),
     ("sweep.eta = { start = 0.4, stop = 0.9, num = 3 }", "", "20: analysis.diagram.sweep: missing"),
     ("transient = 3", "transient = 3\nseeds = [\n{y = 1},\n{v = 1}]", "26: analysis.diagram.seeds[1].v: unknown state"),
+    ("{ start = 0.4, stop = 0.9, num = 3 }", "[1, 2, 1]", "22: analysis.diagram.sweep.eta: holds a value twice"),
+    ("start = 0.4", "start = 0.9", "22: analysis.diagram.sweep.eta: start and stop are the same; give num = 1"),
+    ("periods = 8", "periods = 1", "24: analysis.diagram.periods: must be at least 2, received 1"),
     ("[analysis.diagram]", '[analysis."a/b"]', '20: analysis."a/b": the name is to be letters, digits'),
 ]
 

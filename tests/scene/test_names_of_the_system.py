@@ -55,6 +55,11 @@ def test_strobe_without_a_forcing():
     assert told.startswith("scene.toml:3: analysis.a.at: lorenz has no forcing period to strobe at")
 
 
+def test_diagram_without_a_forcing():
+    told = refusal(WITHOUT_FORCING + 'kind = "bifurcation-diagram"\nsweep.rho = [28]\ntransient = 0\nperiods = 9\n')
+    assert "scene.toml:4: analysis.a.kind: lorenz has no forcing period, in which a bifurcation-diagram counts" in told
+
+
 def test_values_reach_the_system(sound):
     text = sound.replace("y = 0.0", 'y = 0.25\nmode = "slip"').replace("eta = 0.448", "eta = 0.5\nxi = 0.12")
     system = parse_scene(text).system
