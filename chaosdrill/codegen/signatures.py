@@ -30,4 +30,4 @@ SIGNATURES = {
 CONSTANTS = void(vector, vector)
 """``constants(p, c)``: parameters, then the expressions of parameters that the code needs"""
 
-KERNEL_TYPES = types.Tuple(tuple(types.FunctionType(s) for s in SIGNATURES.values()))
+KERNEL_TYPES = tuple(types.FunctionType(s) for s in SIGNATURES.values())

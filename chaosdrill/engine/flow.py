@@ -36,7 +36,7 @@ _integer_matrix = int64[:, ::1]
 _scratch = types.Tuple((matrix, vector, vector, matrix, matrix, vector, vector, vector, vector, vector, vector, matrix,
                         matrix, matrix, matrix, matrix))
 _signature = int64(
-    KERNEL_TYPES, _integers, vector, _integer_matrix, _integer_matrix, _integer_matrix, vector, matrix, vector, matrix,
+    *KERNEL_TYPES, _integers, vector, _integer_matrix, _integer_matrix, _integer_matrix, vector, matrix, vector, matrix,
     matrix, _integers, _integers, vector, _integers, vector, _integers, _integers, _integers, vector, matrix, matrix,
     _scratch,
 )
@@ -54,9 +54,10 @@ def _state_outcome(x, bounds):
 
 
 @compiled(_signature)
-def flow(functions, settings_i, settings_f, watch, marks, transitions, c, bounds, x, sums, vectors, slots, dead, logs,
+def flow(jet, jacobian_jet, tangent, field, variation, guard, choose, reset, settings_i, settings_f, watch, marks, transitions, c, bounds, x, sums, vectors, slots, dead, logs,
          carried, carried_f, sides, armed, counts, grazing, samples, events, scratch):
     """Continue a run; returns DONE, FULL, or the outcome that ended it."""
+    functions = (jet, jacobian_jet, tangent, field, variation, guard, choose, reset)
     period = settings_f[PERIOD]
     taylor = settings_i[METHOD] == TAYLOR
     first_guard = x.size + settings_i[QUADRATURES]

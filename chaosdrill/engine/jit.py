@@ -4,11 +4,13 @@ numba keys its disk cache by the file of the decorated function alone, so that a
 its callers; here the key holds the content of all numerical code. Where no folder can be written, nothing is cached.
 """
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
 import numba
 from numba.core.caching import FunctionCache
+from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from chaosdrill.codegen.cache import code_key
 
@@ -32,7 +34,9 @@ def compiled(signature: Any, **options: Any) -> Callable[[Any], Any]:
             dispatcher._cache = ContentCache(function)
         except RuntimeError:
             pass
-        dispatcher.compile(signature)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+            dispatcher.compile(signature)
         dispatcher.disable_compile()
         return dispatcher
 

@@ -120,7 +120,7 @@ class Run:
         self.carried[at.LIVE] = m
         self.carried[at.FRESH] = at.BEGIN
         self.carried[at.FIRED] = -1
-        self.carried[at.QR_WAIT] = 8
+        self.carried[at.QR_WAIT] = 1
         self.carried_f = np.zeros(at.CARRIED_F)
         self.sides = np.zeros(guards, dtype=np.int64)
         self.armed = np.zeros(guards, dtype=np.int64)
@@ -203,8 +203,8 @@ class Run:
         self.settings_i[at.RECORD] = int(samples is not None)
         self.carried[[at.SAMPLE_ROWS, at.EVENT_ROWS]] = 0
         code = flow(
-            self.system.kernels.functions, self.settings_i, self.settings_f, self.system.kernels.mode_table, self.marks,
-            self.transitions, self.c, self.bounds, self.x, self.sums, self.vectors, self.slots, self.dead, self.logs,
+            *self.system.kernels.functions, self.settings_i, self.settings_f, self.system.kernels.mode_table,
+            self.marks, self.transitions, self.c, self.bounds, self.x, self.sums, self.vectors, self.slots, self.dead, self.logs,
             self.carried, self.carried_f, self.sides, self.armed, self.counts, self.grazing,
             self._no_samples if samples is None else samples, self._no_events if events is None else events,
             self._scratch,

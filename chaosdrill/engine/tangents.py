@@ -10,7 +10,8 @@ from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import LIVE, QR_SINCE, QR_WAIT, RANK_CHECK
 
 RANK_TOLERANCE = 1e-11
-_LONGEST_WAIT = 64
+LONGEST_WAIT = 4
+"""Steps between two orthonormalisations, at most: contraction may set in at any time."""
 
 
 @inner
@@ -52,7 +53,7 @@ def orthonormalise(vectors, slots, dead, logs, carried):
     carried[LIVE] = kept
     carried[RANK_CHECK] = 0
     carried[QR_SINCE] = 0
-    if growth > 1e3:
+    if growth > 100.0:
         carried[QR_WAIT] = max(carried[QR_WAIT] // 2, 1)
-    elif growth < 30.0:
-        carried[QR_WAIT] = min(carried[QR_WAIT] * 2, _LONGEST_WAIT)
+    elif growth < 5.0:
+        carried[QR_WAIT] = min(carried[QR_WAIT] * 2, LONGEST_WAIT)
