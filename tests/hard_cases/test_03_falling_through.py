@@ -25,7 +25,7 @@ def test_the_ball_is_never_below_the_floor_and_the_end_has_a_name():
     heights = run["state"].values[:, 0]
     assert np.nanmin(heights) >= 0
     assert np.all(run["event_state_after"].values[:, 0] == 0)
-    assert int(run["outcome"]) in (cd.Outcome.event_limit, cd.Outcome.stalled)
+    assert int(run["outcome"]) in (cd.Outcome.EVENT_LIMIT, cd.Outcome.STALLED)
 
 
 def test_a_thousand_bounces_lose_no_height():
@@ -33,4 +33,4 @@ def test_a_thousand_bounces_lose_no_height():
     speeds = run["event_speed"].values
     assert len(speeds) > 900
     np.testing.assert_allclose(speeds, 0.999 ** np.arange(len(speeds)), rtol=1e-11)
-    assert int(run["outcome"]) not in (cd.Outcome.event_limit, cd.Outcome.stalled)
+    assert int(run["outcome"]) not in (cd.Outcome.EVENT_LIMIT, cd.Outcome.STALLED)

@@ -18,4 +18,4 @@ def test_exponents(alpha, beta, known, errors, agrees):
     assert agrees(spectrum, known, errors)
     assert float(spectrum["lyapunov_error"][0]) < 1e-2
     assert abs(float(spectrum["lyapunov_exponent"][1])) < 1e-3
-    assert int(spectrum["outcome"]) == cd.Outcome.chaotic
+    assert int(spectrum["outcome"]) == cd.Outcome.CHAOTIC

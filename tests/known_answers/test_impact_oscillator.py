@@ -25,7 +25,7 @@ def test_sum_is_damping_and_impacts(spectrum):
 
 
 def test_outcome_is_chaos(spectrum):
-    assert int(spectrum["outcome"]) == cd.Outcome.chaotic
+    assert int(spectrum["outcome"]) == cd.Outcome.CHAOTIC
 
 
 def test_fixed_steps_with_bisection_agree(agrees):

@@ -23,7 +23,7 @@ def test_exponents(reduced):
     np.testing.assert_array_less(np.abs(found[:2] - KNOWN), 3 * np.hypot(error[:2], ERRORS))
     assert found[2] == -np.inf
     assert error[0] < 1e-3
-    assert int(reduced["outcome"]) == cd.Outcome.chaotic
+    assert int(reduced["outcome"]) == cd.Outcome.CHAOTIC
 
 
 def test_events_and_progression(reduced):

@@ -40,7 +40,7 @@ def orbit(request):
 def test_period(orbit):
     section, known = orbit
     assert int(section["period"]) == known["period"]
-    assert int(section["outcome"]) in (cd.Outcome.ok, cd.Outcome.periodic)
+    assert int(section["outcome"]) in (cd.Outcome.OK, cd.Outcome.PERIODIC)
 
 
 def test_strobe_points(orbit):
