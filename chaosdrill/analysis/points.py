@@ -32,6 +32,7 @@ class PointTask:
     numerics: Numerics
     frame: Any
     deficient: set[int] | None = None
+    shifts: int = 0
     neutral: int = 0
 
     def for_system(self, system: "HybridSystem") -> "PointTask":
@@ -44,10 +45,10 @@ class PointTask:
         count, n = self.frame, len(system.states)
         if not count:
             return replace(self, frame=np.zeros((0, n)), deficient=set())
-        frame = adapted_frame(system) if count == n else np.eye(n)[:count]
+        frame, shifts = adapted_frame(system) if count == n else (np.eye(n)[:count], 0)
         in_resets = {s.name for t in system.transitions for value in t.reset.values() for s in value.free_symbols}
         deficient = None if self.parameter in in_resets else deficient_transitions(system)
-        return replace(self, frame=frame, deficient=deficient, neutral=neutral_count(system))
+        return replace(self, frame=frame, shifts=shifts, deficient=deficient, neutral=neutral_count(system))
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def run_point(task: PointTask, value: float, start: "HybridSystem") -> Point:
         return _empty(task, start, n, m, Outcome.FAILED, float("nan"))
     assert period is not None
     deficient = deficient_transitions(system) if task.deficient is None else task.deficient
-    run = Run(system, period, task.numerics, tangents=task.frame, deficient=deficient)
+    run = Run(system, period, task.numerics, tangents=task.frame, shifts=task.shifts, deficient=deficient)
     outcome, _ = run.advance(task.transient)
     if outcome != Outcome.OK:
         return _empty(task, system, n, m, outcome, period)

@@ -67,10 +67,9 @@ def lyapunov_spectrum(
     plan = span(system, periods, duration, transient, units=blocks)
     count = tangent_count(system, exponents)
     n = len(system.states)
-    frame = adapted_frame(system) if count == n else np.eye(n)[:count]
-    run = Run(
-        system, plan.unit, Numerics(method, tolerance, steps), tangents=frame, deficient=deficient_transitions(system)
-    )
+    frame, shifts = adapted_frame(system) if count == n else (np.eye(n)[:count], 0)
+    deficient = deficient_transitions(system)
+    run = Run(system, plan.unit, Numerics(method, tolerance, steps), tangents=frame, shifts=shifts, deficient=deficient)
     outcome = plan.settle(run)
     ends = np.unique(np.linspace(0, plan.count, min(blocks, plan.count) + 1).astype(int))
     sums = np.full((len(ends), count), np.nan)

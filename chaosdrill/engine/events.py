@@ -3,8 +3,8 @@
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import (
     AFTER, BEFORE, EVENT_COLUMNS, EVENT_KIND, EVENT_MODE, EVENT_ROWS, EVENT_SPEED, EVENT_STROBES, EVENT_TIME,
-    EVENTS_IN_PERIOD, FIRED, FRESH, GRADIENT, IMAGE, LIVE, MARKS_ONLY, MODE, NEW_MODE, RANK_CHECK, RANK_DEFICIENT,
-    RESET_JACOBIAN, SALTATION, SAME_MODE, STROBES, TO_MODE,
+    EVENTS_IN_PERIOD, FIRED, FRESH, GRADIENT, IMAGE, JUMP, LIVE, MARKS_ONLY, MODE, NEW_MODE, RANK_CHECK, RANK_DEFICIENT,
+    RESET_JACOBIAN, SAME_MODE, STROBES, TO_MODE,
 )
 
 
@@ -29,32 +29,33 @@ def _normal_speed(gradient, before, n):
 
 
 @inner
-def saltation_matrix(jacobian, before, after, gradient, speed, out):
-    """S = DR + (F+ - DR F- - dR/dt) n^T / (n.F- + dh/dt), into ``out``."""
-    n = out.shape[0]
+def saltation_jump(jacobian, before, after, out):
+    """F+ - DR F- - dR/dt, the part of the saltation that goes with the tangent's speed across the guard."""
+    n = out.size
     for i in range(n):
-        jump = after[i] - jacobian[i, n]
+        out[i] = after[i] - jacobian[i, n]
         for j in range(n):
-            jump -= jacobian[i, j] * before[j]
-        for j in range(n):
-            out[i, j] = jacobian[i, j]
-            if gradient[j] != 0.0 and jump != 0.0:
-                out[i, j] += jump * gradient[j] / speed
+            out[i] -= jacobian[i, j] * before[j]
 
 
 @inner
-def _saltate(vectors, carried, scratch):
-    """Apply the saltation matrix to the live tangents; returns the largest entry of the images."""
+def saltate(vectors, live, jacobian, gradient, speed, jump, image):
+    """Map live tangents across an event, S d = DR d + jump (n.d) / (n.F- + dh/dt); returns their largest entry.
+
+    A tangent along the guard is mapped by the reset alone, without round-off from a large jump.
+    """
     n = vectors.shape[1]
-    matrix = scratch[SALTATION]
-    image = scratch[IMAGE]
     largest = 0.0
-    for v in range(carried[LIVE]):
+    for v in range(live):
+        across = 0.0
+        for j in range(n):
+            across += gradient[j] * vectors[v, j]
+        across = across / speed if across != 0.0 else 0.0
         for i in range(n):
             s = 0.0
             for j in range(n):
-                s += matrix[i, j] * vectors[v, j]
-            image[i] = s
+                s += jacobian[i, j] * vectors[v, j]
+            image[i] = s + jump[i] * across
         for i in range(n):
             vectors[v, i] = image[i]
             largest = max(largest, abs(image[i]))
@@ -99,8 +100,8 @@ def take(functions, transitions, j, local, t, c, x, vectors, carried, counts, gr
             x[i] = image[i]
         if carried[LIVE] > 0:
             functions[3](target, t, c, x, scratch[AFTER])
-            saltation_matrix(scratch[RESET_JACOBIAN], before, scratch[AFTER], gradient, speed, scratch[SALTATION])
-            largest = _saltate(vectors, carried, scratch)
+            saltation_jump(scratch[RESET_JACOBIAN], before, scratch[AFTER], scratch[JUMP])
+            largest = saltate(vectors, carried[LIVE], scratch[RESET_JACOBIAN], gradient, speed, scratch[JUMP], image)
             if transitions[transition, RANK_DEFICIENT] == 1:
                 carried[RANK_CHECK] = 1
         if target != mode:

@@ -14,7 +14,7 @@ from chaosdrill.engine import guards
 from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import (
-    ABSOLUTE_TIME, BASE, DONE, ESCAPED, EVENT_LIMIT, EVENT_ROWS, EVENTS_IN_PERIOD, FRESH, FULL, INVALID_START,
+    ABSOLUTE_TIME, BASE, DONE, ESCAPED, EVENT_LIMIT, EVENT_ROWS, EVENTS_IN_PERIOD, FRESH, FULL, IMAGE, INVALID_START,
     MAX_EVENTS, METHOD, MODE, NONFINITE, ONGOING, ORDER, ORTHOGONALISE, PERIOD, QR_SINCE, QR_WAIT, QUADRATURES,
     RANK_CHECK, RECORD, SAMPLE_ROWS, SAMPLES, STALL, STALLED, STEP_UNDERFLOW, STEPS, STROBES, TARGET, TAYLOR, TIES,
     TIME, WORKSPACE,
@@ -34,10 +34,10 @@ LARGE_GROWTH = 1e4
 _integers = int64[::1]
 _integer_matrix = int64[:, ::1]
 _scratch = types.Tuple((matrix, vector, vector, matrix, matrix, vector, vector, vector, vector, vector, vector, matrix,
-                        matrix, matrix, matrix, matrix))
+                        vector, matrix, matrix, matrix))
 _signature = int64(
     *KERNEL_TYPES, _integers, vector, _integer_matrix, _integer_matrix, _integer_matrix, vector, matrix, vector, matrix,
-    matrix, _integers, _integers, vector, _integers, vector, _integers, _integers, _integers, vector, matrix, matrix,
+    matrix, matrix, _integers, _integers, vector, _integers, vector, _integers, _integers, _integers, vector, matrix, matrix,
     _scratch,
 )
 
@@ -54,7 +54,7 @@ def _state_outcome(x, bounds):
 
 
 @compiled(_signature)
-def flow(jet, jacobian_jet, tangent, field, variation, guard, choose, reset, settings_i, settings_f, watch, marks, transitions, c, bounds, x, sums, vectors, slots, dead, logs,
+def flow(jet, jacobian_jet, tangent, field, variation, guard, choose, reset, settings_i, settings_f, watch, marks, transitions, c, bounds, x, sums, vectors, shifts, slots, dead, logs,
          carried, carried_f, sides, armed, counts, grazing, samples, events, scratch):
     """Continue a run; returns DONE, FULL, or the outcome that ended it."""
     functions = (jet, jacobian_jet, tangent, field, variation, guard, choose, reset)
@@ -112,7 +112,7 @@ def flow(jet, jacobian_jet, tangent, field, variation, guard, choose, reset, set
             if largest > LARGE_GROWTH:
                 carried[QR_SINCE] = carried[QR_WAIT]
         if settings_i[ORTHOGONALISE] == 1 and (carried[RANK_CHECK] == 1 or carried[QR_SINCE] >= carried[QR_WAIT]):
-            orthonormalise(vectors, slots, dead, logs, carried)
+            orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch[IMAGE])
     if settings_i[ORTHOGONALISE] == 1:
-        orthonormalise(vectors, slots, dead, logs, carried)
+        orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch[IMAGE])
     return DONE

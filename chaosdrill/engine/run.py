@@ -66,8 +66,12 @@ class Run:
         Method and tolerance.
     tangents : ndarray, optional
         Initial tangent vectors, shape (m, n), one a row.
+    shifts : int
+        How many of the first tangents lie along directions in which nothing ever changes.
     orthonormalise : bool
         Whether growth is taken out of the tangents and kept in ``logs``.
+    deficient : set of int, optional
+        Transitions at which rank is lost.
     samples : int
         Samples a period.
     """
@@ -79,6 +83,7 @@ class Run:
         numerics: Numerics,
         *,
         tangents: np.ndarray | None = None,
+        shifts: int = 0,
         orthonormalise: bool = True,
         deficient: set[int] | None = None,
         samples: int = 1,
@@ -112,6 +117,7 @@ class Run:
         self.x = np.array([system.initial[s] for s in system.state_names])
         self.sums = np.zeros((2, q))
         self.vectors = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
+        self.shifts = self.vectors[:shifts].copy()
         self.slots = np.arange(max(m, 1), dtype=np.int64)
         self.dead = np.zeros(max(m, 1), dtype=np.int64)
         self.logs = np.zeros(max(m, 1))
@@ -133,7 +139,7 @@ class Run:
         self._scratch = (
             np.zeros((kernels.rows + (m + 1) // 2 * n, COLUMNS)), np.zeros(COLUMNS), np.zeros(COLUMNS),
             np.zeros((DEPTH, COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
-            np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros((n, n)),
+            np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros(n),
             np.zeros((6 + 5 * m, n + q)), np.zeros((m, n)), np.zeros((0, n)),
         )  # fmt: skip
 
@@ -204,7 +210,7 @@ class Run:
         self.carried[[at.SAMPLE_ROWS, at.EVENT_ROWS]] = 0
         code = flow(
             *self.system.kernels.functions, self.settings_i, self.settings_f, self.system.kernels.mode_table,
-            self.marks, self.transitions, self.c, self.bounds, self.x, self.sums, self.vectors, self.slots, self.dead, self.logs,
+            self.marks, self.transitions, self.c, self.bounds, self.x, self.sums, self.vectors, self.shifts, self.slots, self.dead, self.logs,
             self.carried, self.carried_f, self.sides, self.armed, self.counts, self.grazing,
             self._no_samples if samples is None else samples, self._no_events if events is None else events,
             self._scratch,

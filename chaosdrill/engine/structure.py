@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.engine.events import saltation_matrix
+from chaosdrill.engine.events import saltate, saltation_jump
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -25,7 +25,8 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
     before, after, image = np.empty(n + q), np.empty(n + q), np.empty(n)
-    gradient, jacobian, matrix = np.empty(n + 1), np.empty((n, n + 1)), np.empty((n, n))
+    gradient, jacobian, jump = np.empty(n + 1), np.empty((n, n + 1)), np.empty(n)
+    scratch = np.empty(n)
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             for _ in range(_SAMPLES):
@@ -40,9 +41,11 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                     continue
                 reset(transition, t, c, x, image, jacobian)
                 field(int(kernels.transition_table[transition, 0]), t, c, image, after)
-                saltation_matrix(jacobian, before, after, gradient, speed, matrix)
-                if np.isfinite(matrix).all():
-                    yield transition, matrix.copy()
+                saltation_jump(jacobian, before, after, jump)
+                columns = np.eye(n)
+                saltate(columns, n, jacobian, gradient, speed, jump, scratch)
+                if np.isfinite(columns).all():
+                    yield transition, columns.T
 
 
 def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-untyped-def]
@@ -68,8 +71,8 @@ def deficient_transitions(system: "HybridSystem") -> set[int]:
     return {t for t, rank in ranks.items() if rank < len(system.states)}
 
 
-def adapted_frame(system: "HybridSystem") -> np.ndarray:
-    """An orthonormal initial frame, shape (n, n), one tangent a row, for a full spectrum.
+def adapted_frame(system: "HybridSystem") -> tuple[np.ndarray, int]:
+    """An orthonormal initial frame, shape (n, n), one tangent a row, for a full spectrum; and how many are shifts.
 
     Directions along which the whole system can be shifted come first, states that drive others without being driven
     last. Then the triangular form of the tangent map is that of the system, and the exponents which its structure makes
@@ -78,7 +81,8 @@ def adapted_frame(system: "HybridSystem") -> np.ndarray:
     n = len(system.states)
     effects = _tangent_effects(system)
     pattern = np.any([m != 0 for m in effects], axis=0)
-    rows = [_sparse(v) for v in _shifts(effects)]
+    shifts = _shifts(effects)
+    rows = [_sparse(v) for v in shifts]
     rows += [np.eye(n)[i] for i in _downstream_first(pattern)]
     frame: list[np.ndarray] = []
     for row in rows:
@@ -86,7 +90,7 @@ def adapted_frame(system: "HybridSystem") -> np.ndarray:
             row = row - sum((v * (v @ row) for v in frame), np.zeros(n))
         if np.linalg.norm(row) > 1e-6:
             frame.append(row / np.linalg.norm(row))
-    return np.array(frame)
+    return np.array(frame), len(shifts)
 
 
 def neutral_count(system: "HybridSystem") -> int:

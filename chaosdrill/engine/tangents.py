@@ -15,14 +15,33 @@ LONGEST_WAIT = 4
 
 
 @inner
-def orthonormalise(vectors, slots, dead, logs, carried):
+def _project(v, basis, scratch):
+    """Replace v by its part in the span of orthonormal rows."""
+    k, n = basis.shape
+    for a in range(n):
+        scratch[a] = 0.0
+    for i in range(k):
+        dot = 0.0
+        for a in range(n):
+            dot += basis[i, a] * v[a]
+        for a in range(n):
+            scratch[a] += dot * basis[i, a]
+    for a in range(n):
+        v[a] = scratch[a]
+
+
+@inner
+def orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch):
     """Orthonormalise the live rows of ``vectors``; add the logarithms of their lengths to ``logs``.
 
     ``slots[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose independent
-    part vanishes is dropped and its slot marked in ``dead``.
+    part vanishes is dropped and its slot marked in ``dead``. The first rows stay in the span of ``shifts``, directions
+    along which nothing ever changes: exactly they would, but chaos amplifies the round-off by which they leave it.
     """
     n = vectors.shape[1]
     live = carried[LIVE]
+    for i in range(shifts.shape[0]):
+        _project(vectors[i], shifts, scratch)
     kept = 0
     growth = 1.0
     for i in range(live):
