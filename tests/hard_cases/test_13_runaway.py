@@ -26,12 +26,12 @@ def test_a_fast_bit_runs_away_at_any_frequency(eta):
     assert np.isnan(spectrum["lyapunov_exponent"].values).all()
 
 
-def test_the_last_point_of_a_trajectory_is_where_it_escaped():
+def test_the_last_point_of_a_trajectory_is_near_the_bound_that_it_left():
     run = cd.trajectory(cd.drill(eta=0.48), periods=500, samples=20)
     assert int(run["outcome"]) == cd.Outcome.ESCAPED
     rock = run["state"].values[:, 2]
     known = rock[np.isfinite(rock)]
-    assert 1 < known[-1] <= 25 + 1e-9
+    assert 24 < known[-1] < 27
     assert len(known) > 100
 
 

@@ -45,8 +45,13 @@ def test_the_orbit_doubles_where_it_should():
     assert periods == [1, 2]
 
 
-def test_a_multiplier_crosses_minus_one_at_the_doubling(multipliers):
-    trace, _ = closed_form(DOUBLING)
-    assert trace == pytest.approx(-(1 + R**2), abs=1e-12)
-    section = cd.poincare_section(oscillator(DOUBLING - 1e-3), periods=64, transient=20_000)
-    assert -1 < multipliers(section)[0].real < -0.99
+def test_measured_multipliers_put_the_doubling_in_its_place(multipliers):
+    assert closed_form(DOUBLING)[0] == pytest.approx(-(1 + R**2), abs=1e-12)
+    frequencies = DOUBLING - 1e-3 * np.arange(1, 6)
+    distance = []
+    for w in frequencies:
+        section = cd.poincare_section(oscillator(w), periods=16, transient=20_000)
+        distance.append(np.prod(1 + multipliers(section)).real)
+    # the frequency as a polynomial of the distance to a multiplier -1, continued to 0
+    found = np.polynomial.Polynomial.fit(distance, frequencies, 4)(0.0)
+    assert found == pytest.approx(DOUBLING, abs=1e-10)

@@ -28,11 +28,9 @@ def test_driven_coordinate_decays_at_its_rate(spectrum):
     assert float(spectrum["lyapunov_exponent"][2]) == pytest.approx(-0.7, abs=1e-4)
 
 
-def test_the_return_map_triples():
-    section = cd.poincare_section(cd.build("saddle-reset"), duration=2000, at="return")
-    x = section["section"].values[:, 0]
+def test_the_return_map_triples_in_time_minus_ln_x():
+    run = cd.trajectory(cd.build("saddle-reset"), duration=2000, samples=2)
+    x, times = run["event_state_after"].values[:, 0], run["event_time"].values
     assert len(x) > 1500
-    # the section holds either side of the reset; after it x is the next point of the tripling map
-    if np.ptp(x) == 0:
-        pytest.fail("the section is taken before the reset, where x is 1 always")
-    np.testing.assert_allclose((x[1:] - 3 * x[:-1] + 0.5) % 1, 0.5, atol=1e-9)
+    np.testing.assert_allclose((x[1:] - 3 * x[:-1] + 0.5) % 1, 0.5, atol=1e-11)
+    np.testing.assert_allclose(np.diff(times), -np.log(x[:-1]), atol=1e-11)
