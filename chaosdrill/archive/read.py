@@ -36,7 +36,9 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
 
     try:
         with xr.open_datatree(file, engine="netcdf4") as lazy:
-            tree = lazy.load()
+            # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
+            nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}
+            tree = xr.DataTree.from_dict(nodes)
     # a damaged file makes the readers fail in ways of their own
     except (OSError, RuntimeError, ValueError, KeyError, AttributeError, TypeError) as fault:
         raise ArchiveError(f"{file}: truncated or damaged: {fault}") from fault

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.archive.compare import Difference, compare
 from chaosdrill.archive.describe import stored_versions
 from chaosdrill.archive.read import open_archive
-from chaosdrill.errors import ArchiveError, SceneError
+from chaosdrill.errors import ArchiveError, ChaosdrillError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,7 +82,7 @@ def verify(
     try:
         scene = parse_scene(text, str(tree.attrs.get("scene_name", "scene.toml")))
         again = scene.run(workers=workers, report=report)
-    except SceneError as fault:
+    except ChaosdrillError as fault:
         raise ArchiveError(f"{path}: the scene it holds cannot be run:\n{fault}") from fault
     return Verification(Path(path), tuple(compare(tree, again)), tuple(_notes(tree, again)))
 

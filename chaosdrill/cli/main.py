@@ -61,6 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # whoever read the output has left; what is still buffered must not raise once more at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
+    except MemoryError as fault:
+        click.echo(f"not enough memory for the result; ask for fewer periods, samples or points ({fault})", err=True)
+        return FAILED
     except ChaosdrillError as fault:
         click.echo(str(fault), err=True)
         return WRONG_INPUT if isinstance(fault, SceneError | SettingsError | ModelError) else FAILED

@@ -18,9 +18,13 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 1_000_000
 
-Count = Annotated[int, Field(ge=1)]
-Amount = Annotated[float | int, Field(gt=0)]
-Transient = Annotated[float | int, Field(ge=0)]
+# what is longer than this would not end; it is a slip of the pen
+LONGEST = 10**10
+
+Count = Annotated[int, Field(ge=1, le=MOST_POINTS)]
+Periods = Annotated[int, Field(ge=1, le=LONGEST)]
+Amount = Annotated[float | int, Field(gt=0, le=LONGEST)]
+Transient = Annotated[float | int, Field(ge=0, le=LONGEST)]
 
 
 class Analysis(Strict):
@@ -65,7 +69,7 @@ class Analysis(Strict):
 class Record(Analysis):
     """A run of one length: in forcing periods, or in time units for a system without a period."""
 
-    periods: Count | None = None
+    periods: Periods | None = None
     duration: Amount | None = None
     transient: Transient = 0
 
@@ -135,8 +139,8 @@ class BifurcationDiagram(Analysis):
     parallel: ClassVar[bool] = True
 
     sweep: Annotated[dict[str, Values], Field(min_length=1, max_length=1)]
-    transient: Annotated[int, Field(ge=0)]
-    periods: Annotated[int, Field(ge=2)]
+    transient: Annotated[int, Field(ge=0, le=LONGEST)]
+    periods: Annotated[int, Field(ge=2, le=LONGEST)]
     seeds: Annotated[list[dict[str, float | str]], Field(min_length=1)] | None = None
     exponents: Annotated[int, Field(ge=0)] | None = None
     at: str = "strobe"

@@ -58,6 +58,14 @@ def test_one_dataset_is_an_archive_too(tree, tmp_path):
     assert open_archive(path).attrs["kind"] == "bifurcation-diagram"
 
 
+def test_a_group_with_the_name_of_its_variable(tree, tmp_path):
+    tree["section"] = tree["first"]
+    path = save(tree, tmp_path / "result.nc")
+    opened = open_archive(path)
+    path.unlink()
+    assert compare(opened, tree) == []
+
+
 def test_the_file_is_free_after_opening(path, tree):
     opened = open_archive(path)
     path.unlink()

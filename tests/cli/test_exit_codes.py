@@ -72,6 +72,22 @@ def test_scene_without_analyses_cannot_be_run(call, scene, tmp_path):
     assert "asks for no analysis" in answer.err
 
 
+def test_a_result_that_no_memory_holds(call, scene, tmp_path):
+    scene.write_text(scene.read_text().replace("periods = 3", "periods = 10_000_000_000\nsamples = 1_000_000"))
+    answer = call("run", scene, "-o", tmp_path / "out.nc")
+    assert answer.code == 1
+    assert "not enough memory for the result" in answer.err
+
+
+def test_archive_whose_scene_is_wrong_cannot_be_verified(call, tmp_path):
+    import xarray as xr
+
+    dataset = xr.Dataset({"x": ("t", [1.0])}, attrs={"kind": "trajectory", "scene": "[system]\nmodel = 'os.system'"})
+    answer = call("verify", save(dataset, tmp_path / "a.nc"))
+    assert answer.code == 1
+    assert "scene.toml:2: system.model: unknown model 'os.system'" in answer.err
+
+
 def test_interrupt_leaves_the_earlier_archive(call, scene, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
