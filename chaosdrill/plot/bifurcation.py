@@ -14,6 +14,7 @@ from chaosdrill.plot.style import (
     readable,
     state_label,
     subscript,
+    wrapped,
 )
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     for seed in range(rates.shape[1]):
         colour = "black" if rates.shape[1] == 1 else PALETTE[seed % len(PALETTE)]
         panel.plot(dataset[sweep].values, rates[:, seed], color=colour, linewidth=0.8)
-    panel.set_ylabel(label(dataset[name]).replace(" progression", "\nprogression"))
+    panel.set_ylabel(wrapped(label(dataset[name])))
 
 
 def _outcomes(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:

@@ -1,5 +1,6 @@
 """How every picture looks: palette, line weights, and labels taken from the dataset's own attributes."""
 
+import textwrap
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +81,11 @@ def flag_names(variable: "xr.DataArray") -> dict[int, str]:
     """Return the names of a code variable's values from its CF attributes ``flag_values`` and ``flag_meanings``."""
     values = np.atleast_1d(variable.attrs["flag_values"])
     return dict(zip((int(value) for value in values), str(variable.attrs["flag_meanings"]).split(), strict=True))
+
+
+def wrapped(text: str, width: int = 18) -> str:
+    """Return a label in lines of at most ``width`` characters, for an axis that is short."""
+    return textwrap.fill(text, width, break_long_words=False, break_on_hyphens=False)
 
 
 def readable(name: str) -> str:

@@ -14,6 +14,7 @@ from chaosdrill.plot.style import (
     new_figure,
     readable,
     state_label,
+    wrapped,
 )
 
 if TYPE_CHECKING:
@@ -48,11 +49,11 @@ def time_history(dataset: "xr.Dataset") -> "Figure":
 
     for panel, name in zip(panels, quadratures, strict=False):
         panel.plot(shown["time"], shown[name], color=PALETTE[0])
-        panel.set_ylabel(label(shown[name]))
+        panel.set_ylabel(wrapped(label(shown[name])))
     for i, panel in enumerate(panels[len(quadratures) :]):
         panel.plot(curve.time, curve.state[:, i], color=PALETTE[0])
         _mark_events(panel, shown, i)
-        panel.set_ylabel(state_label(shown, i))
+        panel.set_ylabel(wrapped(state_label(shown, i)))
     modes = flag_names(shown["mode"])
     for panel in panels:
         _shade(panel, curve, modes)
@@ -61,7 +62,7 @@ def time_history(dataset: "xr.Dataset") -> "Figure":
     figure.align_ylabels(list(panels))
     _legend(figure, panels[-1], curve, modes)
     if shown is not dataset:
-        panels[0].set_title(f"last {_span(shown)} of {_span(dataset)}")
+        panels[0].set_title(_title(shown, dataset))
     return figure
 
 
@@ -101,14 +102,14 @@ def _legend(figure: "Figure", panel: "Axes", curve: Curve, modes: dict[int, str]
         for number, (code, name) in enumerate(modes.items()):
             if code in present:
                 shade = MODE_SHADES[number % len(MODE_SHADES)]
-                handles.append(Patch(facecolor=shade, edgecolor="0.6", linewidth=0.5, label=readable(name)))
+                handles.append(Patch(facecolor=shade, edgecolor="0.6", linewidth=0.5, label=f"{readable(name)} (mode)"))
     if handles:
         figure.legend(handles=handles, loc="outside upper right", ncols=min(len(handles), 6), handlelength=1.4)
 
 
-def _span(dataset: "xr.Dataset") -> str:
-    time = dataset["time"].values
-    length = float(time[-1] - time[0])
+def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:
+    part, whole = (float(np.ptp(record["time"].values)) for record in (shown, dataset))
     if "forcing_period" in dataset.variables:
-        return f"{length / float(dataset['forcing_period']):.0f} forcing periods"
-    return f"{length:.4g} units of time"
+        period = float(dataset["forcing_period"])
+        return f"last {part / period:.0f} of {whole / period:.0f} forcing periods"
+    return f"last {part:.4g} of {whole:.4g} units of time"

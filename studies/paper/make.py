@@ -48,7 +48,7 @@ def main() -> int:
 
 def chaosdrill(*arguments: object) -> int:
     """Run the command line of this Python's environment and return its exit code."""
-    return subprocess.call([COMMAND, *map(str, arguments)])
+    return subprocess.call([COMMAND, *map(str, arguments)], stdout=subprocess.DEVNULL)
 
 
 def say(text: str) -> None:

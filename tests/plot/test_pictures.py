@@ -18,7 +18,14 @@ def test_time_history_names_quantities_units_events_and_modes(ball):
     figure = time_history(ball)
     assert [panel.get_ylabel() for panel in figure.axes] == ["penetration (mm)", "x", "v"]
     assert figure.axes[-1].get_xlabel() == "model time"
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["bounce off", "dry", "wet"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["bounce off", "dry (mode)", "wet (mode)"]
+
+
+def test_a_long_record_says_which_part_is_shown(ball):
+    many = ball.isel(event=np.repeat(np.arange(10), 5))
+    title = time_history(many).axes[0].get_title()
+    assert title == "last 7 of 10 forcing periods"
+    assert time_history(many.drop_vars("forcing_period")).axes[0].get_title() == "last 14 of 20 units of time"
 
 
 def test_phase_portrait_shows_the_stop_and_the_section(ball):
@@ -60,7 +67,7 @@ def test_diagram_names_sweep_unit_lost_exponent_and_outcomes(diagram):
     assert outcome.get_xlabel() == "load (kN)"
     assert _labels(spectrum) == ["λ₁", "λ₂ = −∞"]
     assert _labels(outcome) == ["periodic", "escaped"]
-    assert rate.get_ylabel() == "mean\nprogression rate"
+    assert rate.get_ylabel() == "mean progression\nrate"
     assert section.get_xlim() == (0.0, 1.0)
 
 
