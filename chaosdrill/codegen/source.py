@@ -17,6 +17,8 @@ _HEAD = '''"""Kernels of the hybrid system {name!r}, generated from its expressi
 
 import math
 
+from numba import uint64
+
 from chaosdrill.codegen.signatures import CONSTANTS, SIGNATURES
 from chaosdrill.engine.jit import helper, kernel
 {imports}

@@ -179,15 +179,15 @@ class ModeSource:
             terms = [f"{self._times(w)}v{i}" for w, i in zip(node.weights, node.args, strict=True)]
             return [f"{out} = {' + '.join(terms)}"]
         if node.op == "mul":
-            return ["s = 0.0", "for j in range(k + 1):", f"    s += {a[0]}[j] * {a[1]}[k - j]", f"{out} = s"]
+            return ["s = 0.0", "for j in range(k + 1):", f"    s += {a[0]}[j] * {a[1]}[uint64(k - j)]", f"{out} = s"]
         if node.op == "square":
             return [
                 "s = 0.0",
                 "for j in range((k + 1) // 2):",
-                f"    s += {a[0]}[j] * {a[0]}[k - j]",
+                f"    s += {a[0]}[j] * {a[0]}[uint64(k - j)]",
                 "s += s",
                 "if k % 2 == 0:",
-                f"    s += {a[0]}[k // 2] * {a[0]}[k // 2]",
+                f"    s += {a[0]}[uint64(k // 2)] * {a[0]}[uint64(k // 2)]",
                 f"{out} = s",
             ]
         if node.op == "div":
@@ -195,7 +195,7 @@ class ModeSource:
             return [
                 "s = 0.0",
                 "for j in range(1, k + 1):",
-                f"    s += {a[1]}[j] * h{row}[k - j]",
+                f"    s += {a[1]}[j] * h{row}[uint64(k - j)]",
                 f"{out} = ({above} - s) / {a[1]}[0]",
             ]
         if node.op == "power":
@@ -203,25 +203,25 @@ class ModeSource:
             return [
                 "s = 0.0",
                 "for j in range(k):",
-                f"    s += ({exponent} * (k - j) - j) * {a[0]}[k - j] * h{row}[j]",
+                f"    s += ({exponent} * (k - j) - j) * {a[0]}[uint64(k - j)] * h{row}[j]",
                 f"{out} = ik * s / {a[0]}[0]",
             ]
         if node.op == "log":
             return [
                 "s = 0.0",
                 "for j in range(1, k):",
-                f"    s += j * h{row}[j] * {a[0]}[k - j]",
+                f"    s += j * h{row}[j] * {a[0]}[uint64(k - j)]",
                 f"{out} = (v{node.args[0]} - ik * s) / {a[0]}[0]",
             ]
         slope, sign = self.tape.slopes[index]
         minus = "-" if sign < 0 else ""
         rate = self._affine(index)
         if rate is not None:
-            return [f"{out} = {minus}ik * {self.constants.text(rate)} * h{self.rows[slope]}[k - 1]"]
+            return [f"{out} = {minus}ik * {self.constants.text(rate)} * h{self.rows[slope]}[uint64(k - 1)]"]
         return [
             "s = 0.0",
             "for j in range(1, k + 1):",
-            f"    s += h{self.slope_rows[node.args[0]]}[j] * h{self.rows[slope]}[k - j]",
+            f"    s += h{self.slope_rows[node.args[0]]}[j] * h{self.rows[slope]}[uint64(k - j)]",
             f"{out} = {minus}ik * s",
         ]
 
@@ -299,7 +299,7 @@ class ModeSource:
             lines += [f"w{i}[0] = a{i}", f"w{i}[1] = b{i}"]
         loop = ["ik = 1.0 / (k + 1)"]
         for index, j in pairs:
-            loop += ["s = 0.0", "u = 0.0", "for j in range(k + 1):", f"    e = h{self.rows[index]}[k - j]"]
+            loop += ["s = 0.0", "u = 0.0", "for j in range(k + 1):", f"    e = h{self.rows[index]}[uint64(k - j)]"]
             loop += [f"    s += e * w{j}[2 * j]", f"    u += e * w{j}[2 * j + 1]"]
             loop += [f"p{index}_{j} = s", f"q{index}_{j} = u"]
         for i in range(self.n):

@@ -1,6 +1,6 @@
 """An event is taken: projection on the guard, choice of the outcome, reset, saltation of the tangents."""
 
-from chaosdrill.engine.jit import inner
+from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
     AFTER, BEFORE, EVENT_COLUMNS, EVENT_KIND, EVENT_MODE, EVENT_ROWS, EVENT_SPEED, EVENT_STROBES, EVENT_TIME,
     EVENTS_IN_PERIOD, FIRED, FRESH, GRADIENT, IMAGE, JUMP, LIVE, MARKS_ONLY, MODE, NEW_MODE, RANK_CHECK, RANK_DEFICIENT,
@@ -8,7 +8,7 @@ from chaosdrill.engine.layout import (
 )
 
 
-@inner
+@inlined
 def _project(value, gradient, x):
     """Put the state on the guard, along the guard's gradient."""
     square = 0.0
@@ -19,7 +19,7 @@ def _project(value, gradient, x):
             x[i] -= value * gradient[i] / square
 
 
-@inner
+@inlined
 def _normal_speed(gradient, before, n):
     """Rate at which the guard is crossed: n.F- + dh/dt."""
     speed = gradient[n]
@@ -28,7 +28,7 @@ def _normal_speed(gradient, before, n):
     return speed
 
 
-@inner
+@inlined
 def saltation_jump(jacobian, before, after, out):
     """F+ - DR F- - dR/dt, the part of the saltation that goes with the tangent's speed across the guard."""
     n = out.size
@@ -38,7 +38,7 @@ def saltation_jump(jacobian, before, after, out):
             out[i] -= jacobian[i, j] * before[j]
 
 
-@inner
+@inlined
 def saltate(vectors, live, jacobian, gradient, speed, jump, image):
     """Map live tangents across an event, S d = DR d + jump (n.d) / (n.F- + dh/dt); returns their largest entry.
 
@@ -62,7 +62,7 @@ def saltate(vectors, live, jacobian, gradient, speed, jump, image):
     return largest
 
 
-@inner
+@inlined
 def take(functions, transitions, j, local, t, c, x, vectors, carried, counts, grazing, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 

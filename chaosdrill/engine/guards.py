@@ -5,7 +5,9 @@ at the beginning) a guard may stand at zero; then the first derivative that does
 goes on, and roots are searched for in the polynomial without its zero. No dead time is involved.
 """
 
-from chaosdrill.engine.jit import inner
+from numba import uint64
+
+from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import ARMED, BEGIN, FIRE, INVALID, ONGOING, PASSED, SAME_MODE
 from chaosdrill.engine.roots import first_crossing, recrossing
 
@@ -16,7 +18,7 @@ TIE = 1e-12
 """Events closer than this part of the step happen together."""
 
 
-@inner
+@inlined
 def vanishing_order(g, n, h, floor):
     """Number of leading coefficients that are zero to round-off; n + 1 if all are."""
     variation = 0.0
@@ -33,7 +35,7 @@ def vanishing_order(g, n, h, floor):
     return order
 
 
-@inner
+@inlined
 def stand(side, direction, order, fresh, marks, just_fired, was_armed):
     """How a guard stands at the start of a phase.
 
@@ -55,7 +57,7 @@ def stand(side, direction, order, fresh, marks, just_fired, was_armed):
     return PASSED if marks else FIRE
 
 
-@inner
+@inlined
 def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, sides, armed, polynomials):
     """First event of the step: (time in it or -1, guard, number of other guards that cross together with it).
 
@@ -103,14 +105,14 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
     return best, found, ties
 
 
-@inner
+@inlined
 def update_sides(ws, row, directions, count, n, s, sides, armed):
     """Re-arm the passed guards whose polynomial is back on the side before at s."""
     for j in range(count):
         if armed[j] == 0:
             value = ws[row + j, n]
-            for k in range(n - 1, -1, -1):
-                value = value * s + ws[row + j, k]
+            for k in range(n):
+                value = value * s + ws[row + j, uint64(n - 1 - k)]
             if value * directions[j] < 0.0:
                 armed[j] = 1
                 sides[j] = -directions[j]

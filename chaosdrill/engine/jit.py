@@ -53,6 +53,11 @@ def helper(function: Any) -> Any:
     return numba.njit(fastmath=FAST, error_model="numpy", _nrt=False)(function)
 
 
+def inlined(function: Any) -> Any:
+    """A part of the engine's loop: a call would push every array that it is given."""
+    return numba.njit(error_model="numpy", _nrt=False, forceinline=True)(function)
+
+
 def series(function: Any) -> Any:
     """A function of the engine that evaluates polynomials, where multiplications and additions may be fused."""
     return numba.njit(error_model="numpy", _nrt=False, fastmath={"contract"})(function)

@@ -6,6 +6,7 @@ two roots close together are found at any distance (compare Farouki 2012, doi:10
 """
 
 import numpy as np
+from numba import uint64
 
 from chaosdrill.engine.jit import series
 
@@ -37,16 +38,8 @@ _WEIGHTS = _bernstein_weights()
 @series
 def _value(a, n, u):
     s = a[n]
-    for k in range(n - 1, -1, -1):
-        s = s * u + a[k]
-    return s
-
-
-@series
-def _slope(a, n, u):
-    s = n * a[n]
-    for k in range(n - 1, 0, -1):
-        s = s * u + k * a[k]
+    for j in range(n):
+        s = s * u + a[uint64(n - 1 - j)]
     return s
 
 
@@ -57,9 +50,9 @@ def _refine(a, n, low, high):
     for _ in range(100):
         f = a[n]
         d = 0.0
-        for k in range(n - 1, -1, -1):
+        for j in range(n):
             d = d * u + f
-            f = f * u + a[k]
+            f = f * u + a[uint64(n - 1 - j)]
         if f < 0.0:
             low = u
         else:
@@ -75,21 +68,45 @@ def _refine(a, n, low, high):
 
 
 @series
-def _summit(a, n, low, high):
-    """Place of the maximum of a polynomial that is concave on [low, high]."""
-    if _slope(a, n, high) >= 0.0:
-        return high
-    if _slope(a, n, low) <= 0.0:
-        return low
+def _value_and_slope(a, n, u):
+    f = a[n]
+    d = 0.0
+    for j in range(n):
+        d = d * u + f
+        f = f * u + a[uint64(n - 1 - j)]
+    return f, d
+
+
+@series
+def _concave_crossing(a, n, left, right):
+    """First root in [left, right] of a polynomial that is concave there and negative at both ends; -1 if none.
+
+    The tangents at two points on either side of the summit bound it from above.
+    """
+    low = left
+    high = right
+    f_low, d_low = _value_and_slope(a, n, low)
+    f_high, d_high = _value_and_slope(a, n, high)
+    if d_low <= 0.0 or d_high >= 0.0:
+        return -1.0
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        if _slope(a, n, middle) > 0.0:
-            low = middle
+        u = low + (f_high - f_low - d_high * (high - low)) / (d_low - d_high)
+        if f_low + d_low * (u - low) < 0.0 or not low < u < high:
+            return -1.0
+        f, d = _value_and_slope(a, n, u)
+        if f >= 0.0:
+            return _refine(a, n, left, u)
+        if d > 0.0:
+            low = u
+            f_low = f
+            d_low = d
+        elif d < 0.0:
+            high = u
+            f_high = f
+            d_high = d
         else:
-            high = middle
-        if high - low <= 2e-16 * high:
-            break
-    return 0.5 * (low + high)
+            return -1.0
+    return -1.0
 
 
 @series
@@ -144,14 +161,13 @@ def _search(a, n, degree, budget, stack, ends):
         if fall < -bound:
             continue
         bound = tail_bend * reach * width * width / (degree * (degree - 1))
-        if bend_high < -bound:
-            top_at = _summit(a, n, left, right)
-            if _value(a, n, top_at) >= 0.0:
-                return _refine(a, n, left, top_at)
-            continue
-        if bend_low > bound:
+        if bend_high < -bound or bend_low > bound:
             if _value(a, n, right) >= 0.0:
                 return _refine(a, n, left, right)
+            if bend_high < -bound:
+                u = _concave_crossing(a, n, left, right)
+                if u >= 0.0:
+                    return u
             continue
         half = 0.5 * width
         # de Casteljau: row `count` becomes the right half, row `count + 1` the left half, which is searched first

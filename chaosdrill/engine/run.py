@@ -50,7 +50,7 @@ class Numerics:
     @property
     def order(self) -> int:
         """Order of the Taylor series: a step costs order**2, and its length grows like tolerance**(1/order)."""
-        return min(HIGHEST_ORDER, max(8, math.ceil(4 - 0.55 * math.log(self.tolerance))))
+        return min(HIGHEST_ORDER, max(8, math.ceil(6 - 0.58 * math.log(self.tolerance))))
 
 
 class Run:

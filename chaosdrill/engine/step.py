@@ -1,14 +1,14 @@
 """One step seen from outside of the method: how far, which event first, and the state anywhere in it."""
 
 from chaosdrill.engine import guards, rk4, taylor
-from chaosdrill.engine.jit import inner
+from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
     ENDS, FIRED, FRESH, GRADIENT, LIVE, METHOD, MODE, MOVED, NONE, ORDER, OUT, POLYNOMIAL, QUADRATURES, RECORD, SAMPLE,
     SAMPLE_ROWS, SAMPLES, SHIFTED, STACK, STAGES, STROBES, EVENTS_IN_PERIOD, PERIOD, TAYLOR, TIMES, WORKSPACE,
 )
 
 
-@inner
+@inlined
 def prepare(functions, settings_i, settings_f, watch, marks, local, t, c, x, vectors, carried, sides, armed, scratch):
     """Expand at the present state: (length of the step, time of the first event in it or -1, guard, ties)."""
     mode = carried[MODE]
@@ -44,7 +44,7 @@ def evaluate(functions, settings_i, t, c, x, s, carried, scratch):
         rk4.move(functions, carried[MODE], t, c, x, s, scratch[NONE], 0, out, scratch[NONE], scratch[STAGES])
 
 
-@inner
+@inlined
 def record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch):
     """Write the samples that fall into the step and count strobes; returns the time of the last strobe in it, or -1."""
     n = x.size
@@ -76,7 +76,7 @@ def record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried,
             strobe = s
 
 
-@inner
+@inlined
 def advance(functions, settings_i, t, c, x, s, sums, vectors, carried, scratch):
     """Move state, tangents and quadratures to s; quadratures by a compensated sum (Neumaier 1974)."""
     n = x.size

@@ -2,7 +2,9 @@
 
 import math
 
-from chaosdrill.engine.jit import inner, series
+from numba import uint64
+
+from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import LIVE, MODE, ORDER, PERIOD, TOLERANCE
 
 SMALLEST = 1e-300
@@ -21,7 +23,7 @@ def _first_row(ws, vectors, v):
     return ws.shape[0] - (m + 1) // 2 * n + v // 2 * n
 
 
-@inner
+@inlined
 def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, carried, ws):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
@@ -75,7 +77,8 @@ def evaluate(ws, count, order, s, out):
         a = ws[i, order]
         b = ws[second, order]
         c = ws[third, order]
-        for k in range(order - 1, -1, -1):
+        for j in range(order):
+            k = uint64(order - 1 - j)
             a = a * s + ws[i, k]
             b = b * s + ws[second, k]
             c = c * s + ws[third, k]
@@ -94,9 +97,10 @@ def evaluate_vectors(ws, order, s, live, vectors):
         for i in range(n):
             a = ws[row + i, 2 * order]
             b = ws[row + i, 2 * order + 1]
-            for k in range(2 * order - 2, -1, -2):
-                a = a * s + ws[row + i, k]
-                b = b * s + ws[row + i, k + 1]
+            for j in range(order):
+                k = 2 * (order - 1 - j)
+                a = a * s + ws[row + i, uint64(k)]
+                b = b * s + ws[row + i, uint64(k + 1)]
             vectors[v, i] = a
             if v + 1 < live:
                 vectors[v + 1, i] = b
