@@ -37,16 +37,16 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     checked = CheckedSystem(problems=problems)
     if isinstance(raw.get("model"), str):
         checked.model = raw["model"]
-        _look_up(checked, _table(raw, "effects"))
+        _look_up(checked, table_in(raw, "effects"))
     if checked.known is not None:
-        for name in _table(raw, "parameters"):
+        for name in table_in(raw, "parameters"):
             if name not in checked.known:
                 place = ("system", "parameters", name)
                 problems.append(Problem(place, f"unknown parameter; {remedy(name, checked.known)}"))
     if checked.states is not None:
-        problems += check_state(_table(raw, "initial"), checked.states, ("system", "initial"))
-    given = dict(_table(raw, "parameters"))
-    if _table(raw, "si") and checked.known is not None:
+        problems += check_state(table_in(raw, "initial"), checked.states, ("system", "initial"))
+    given = dict(table_in(raw, "parameters"))
+    if table_in(raw, "si") and checked.known is not None:
         if checked.model in LIMITS:
             made, checked.scales, faults = read_si(raw["si"], given, checked.known)
             beyond = check_limits(checked.model, made, ("system", "si"))
@@ -141,7 +141,7 @@ def _widest(model: str) -> tuple[dict[str, float], tuple[str, ...]]:
     return known, tuple(states)
 
 
-def _table(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+def table_in(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """A table of the file, or nothing where there is none or something else."""
     found = raw.get(name)
     return found if isinstance(found, Mapping) else {}

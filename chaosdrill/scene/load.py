@@ -74,16 +74,16 @@ def parse_scene(text: str, name: str = "scene.toml") -> Scene:
     """
     # pydantic is worth its import only once there is a scene to validate
     from chaosdrill.scene.check_analyses import check_analyses, check_numerics
-    from chaosdrill.scene.check_system import check_system
+    from chaosdrill.scene.check_system import check_system, table_in
     from chaosdrill.scene.document import Document
     from chaosdrill.scene.strict import validate
 
     raw = _parse_toml(text, name)
     lines = key_lines(text)
     _, problems = validate(Document, raw, ())
-    system = check_system(_table(raw, "system"))
-    numerics, faults = check_numerics(_table(raw, "numerics"))
-    analyses, more = check_analyses(_table(raw, "analysis"), system)
+    system = check_system(table_in(raw, "system"))
+    numerics, faults = check_numerics(table_in(raw, "numerics"))
+    analyses, more = check_analyses(table_in(raw, "analysis"), system)
     if "system" in raw:
         problems += system.problems
     problems += faults + more
@@ -119,9 +119,3 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
         line = int(found[1]) if found and found[1] else text.count("\n") + 1 if found else 1
         message = _PLACE.sub("", message) + (f" (column {found[2]})" if found and found[2] else "")
         raise SceneError(f"{name}:{line}: invalid TOML: {message}") from None
-
-
-def _table(raw: dict[str, Any], name: str) -> dict[str, Any]:
-    """A table of the file, or nothing where there is none or something else."""
-    found = raw.get(name)
-    return found if isinstance(found, dict) else {}
