@@ -16,6 +16,10 @@ Progress = Callable[[int, int, dict[str, int] | None], None]
 """Called with (done, total, outcomes so far)."""
 
 
+SLICE = 2000
+"""Periods of a transient between two moments at which an interruption is heard."""
+
+
 @dataclass(frozen=True)
 class Span:
     """How long to run: ``count`` units of length ``unit`` after a transient.
@@ -38,8 +42,11 @@ class Span:
         from chaosdrill.dataset import Outcome
 
         outcome = Outcome.OK
-        if self.transient > 0 and self.periodic:
-            outcome, _ = run.advance(int(self.transient))
+        if self.periodic:
+            left = int(self.transient)
+            while left and outcome == Outcome.OK:
+                outcome, _ = run.advance(min(left, SLICE))
+                left -= min(left, SLICE)
         elif self.transient > 0:
             run.change_period(self.transient)
             outcome, _ = run.advance(1)
@@ -55,9 +62,13 @@ def span(
     period = system.forcing_period()
     if (periods is None) == (duration is None):
         wanted = "periods" if period is not None else "duration"
-        raise SettingsError(f"{system.name}: give {wanted}= and only that (received periods={periods!r}, {duration=!r})")
+        raise SettingsError(
+            f"{system.name}: give {wanted}= and only that (received periods={periods!r}, {duration=!r})"
+        )
     if period is None and periods is not None:
-        raise SettingsError(f"{system.name} has no forcing period: give duration= in units of time, not periods={periods!r}")
+        raise SettingsError(
+            f"{system.name} has no forcing period: give duration= in units of time, not periods={periods!r}"
+        )
     if period is not None and duration is not None:
         raise SettingsError(
             f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r} "
@@ -118,6 +129,6 @@ def section_transitions(system: "HybridSystem", at: str) -> set[int] | None:
     return found
 
 
-def settings(kind: str, system: "HybridSystem", values: dict[str, Any]) -> dict[str, Any]:
+def settings(values: dict[str, Any]) -> dict[str, Any]:
     """Arguments as provenance keeps them, without what does not change the numbers."""
     return {key: value for key, value in values.items() if key not in ("system", "progress", "workers")}

@@ -77,7 +77,7 @@ def bifurcation_diagram(
     SettingsError
         An argument that cannot be used.
     """
-    given = settings("bifurcation-diagram", system, {**locals(), "sweep": {k: list(map(float, v)) for k, v in sweep.items()}})
+    given = settings({**locals(), "sweep": {k: list(map(float, v)) for k, v in sweep.items()}})
     name, values = sweep_values(system, sweep)
     starts = [system.with_initial(**seed) for seed in (seeds if seeds is not None else [{}])]
     if not starts:
@@ -111,7 +111,9 @@ def sweep_values(system: "HybridSystem", sweep: Mapping[str, Any]) -> tuple[str,
         raise SettingsError(f"sweep names {sorted(sweep)}; a bifurcation diagram sweeps one parameter")
     ((name, given),) = sweep.items()
     if name not in system.parameters:
-        raise SettingsError(f"sweep names {name!r}, which is no parameter of {system.name}: {sorted(system.parameters)}")
+        raise SettingsError(
+            f"sweep names {name!r}, which is no parameter of {system.name}: {sorted(system.parameters)}"
+        )
     values = np.atleast_1d(np.asarray(given, dtype=float))
     if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
         raise SettingsError(f"sweep of {name!r} is {given!r}; it must be a list of finite numbers, not an empty one")

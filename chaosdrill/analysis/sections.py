@@ -61,7 +61,7 @@ def poincare_section(
     SettingsError
         An argument that cannot be used.
     """
-    given = settings("poincare-section", system, dict(locals()))
+    given = settings(dict(locals()))
     plan = span(system, periods, duration, transient)
     chosen = section_transitions(system, at)
     max_period = whole("max_period", max_period, 1)

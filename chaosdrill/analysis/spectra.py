@@ -62,7 +62,7 @@ def lyapunov_spectrum(
     SettingsError
         An argument that cannot be used.
     """
-    given = settings("lyapunov-spectrum", system, dict(locals()))
+    given = settings(dict(locals()))
     blocks = whole("blocks", blocks, 1)
     plan = span(system, periods, duration, transient, units=blocks)
     count = tangent_count(system, exponents)
@@ -111,7 +111,13 @@ def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.
 
 
 def _dataset(
-    system: "HybridSystem", run: Run, plan: Span, outcome: Outcome, ends: np.ndarray, sums: np.ndarray, drilled: np.ndarray
+    system: "HybridSystem",
+    run: Run,
+    plan: Span,
+    outcome: Outcome,
+    ends: np.ndarray,
+    sums: np.ndarray,
+    drilled: np.ndarray,
 ) -> xr.Dataset:
     count = sums.shape[1]
     values = errors = np.full(count, np.nan)
@@ -125,7 +131,7 @@ def _dataset(
         "lyapunov_exponent": ("exponent", values),
         "lyapunov_error": ("exponent", errors),
         "lyapunov_history": (("block", "exponent"), history),
-        "kaplan_yorke_dimension": ((), kaplan_yorke(values) if count else np.nan),
+        "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
         "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
         "tie_count": ((), np.int64(run.carried[at.TIES])),
         "rank": ((), np.int32(run.live)),

@@ -34,10 +34,11 @@ def standard_error(rates: np.ndarray) -> np.ndarray:
     return best
 
 
-def kaplan_yorke(exponents: np.ndarray) -> float:
+def kaplan_yorke(exponents: np.ndarray, states: int) -> float:
     """Kaplan-Yorke dimension of a descending spectrum (Kaplan and Yorke 1979, doi:10.1007/BFb0064319).
 
-    An exponent -inf adds no dimension. NaN if the given exponents do not reach a negative sum.
+    An exponent -inf adds no dimension. If no partial sum is negative it is the number of states, or NaN if not all
+    exponents are given.
     """
     total = 0.0
     for index, value in enumerate(exponents):
@@ -46,7 +47,7 @@ def kaplan_yorke(exponents: np.ndarray) -> float:
         if total + value < 0:
             return float(index) if np.isinf(value) else index + total / -value
         total += value
-    return float("nan") if total > 0 else float(len(exponents))
+    return float(states) if len(exponents) == states else float("nan")
 
 
 def classify(exponents: np.ndarray, errors: np.ndarray, neutral: int, length: float, period: int) -> Outcome:

@@ -7,8 +7,8 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, settings, span, whole
 from chaosdrill.dataset import Outcome, label
-from chaosdrill.engine.run import Numerics, Run
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.run import Numerics, Run
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -63,7 +63,7 @@ def trajectory(
     SettingsError
         An argument that cannot be used.
     """
-    given = settings("trajectory", system, dict(locals()))
+    given = settings(dict(locals()))
     plan = span(system, periods, duration, transient)
     samples = whole("samples", samples, 1)
     numerics = Numerics(method, tolerance, steps)

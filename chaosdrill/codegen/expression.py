@@ -62,7 +62,9 @@ class ExpressionPrinter(PythonCodePrinter):
     def _print_Function(self, expr: Any) -> str:
         name = type(expr).__name__
         if name not in SPECIAL:
-            raise ModelError(f"{expr}: no numerical code for the function {name!r}; known special ones: {sorted(SPECIAL)}")
+            raise ModelError(
+                f"{expr}: no numerical code for the function {name!r}; known special ones: {sorted(SPECIAL)}"
+            )
         return f"{name}({', '.join(self._print(a) for a in expr.args)})"
 
     _print_not_supported = _print_Function

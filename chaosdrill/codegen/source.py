@@ -60,7 +60,9 @@ def write_source(system: "HybridSystem") -> SystemSource:
     printer = ExpressionPrinter(system)
     constants = Constants(system, printer)
     events = tuple(mode_events(system, mode) for mode in system.modes)
-    modes = [ModeSource(system, m, [e.guard for e in ev], constants) for m, ev in zip(system.modes, events, strict=True)]
+    modes = [
+        ModeSource(system, m, [e.guard for e in ev], constants) for m, ev in zip(system.modes, events, strict=True)
+    ]
     parts = []
     jets = (
         ("jet", "order, t, c, x, ws", [m.jet() for m in modes]),

@@ -145,8 +145,8 @@ class Tape:
         name = type(expression).__name__
         if name not in _SLOPE or len(expression.args) != 1:
             raise ModelError(
-                f"{expression}: {name} has no Taylor series here; a function with kinks or jumps belongs into modes and "
-                f"guards, any other must be written with {', '.join(sorted(_SLOPE))}, exp, log and powers"
+                f"{expression}: {name} has no Taylor series here; a function with kinks or jumps belongs into modes "
+                f"and guards, any other must be written with {', '.join(sorted(_SLOPE))}, exp, log and powers"
             )
         return self._integral(name, self.lower(expression.args[0]))
 

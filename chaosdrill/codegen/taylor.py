@@ -1,4 +1,6 @@
-"""Taylor recurrences of one mode, written out as Python source (Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904).
+"""Taylor recurrences of one mode, written out as Python source.
+
+After Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904.
 
 Row i of the workspace holds the coefficients of state i, then come those of the quadratures and of the guards, then the
 history that products and functions need. At order k every recurrence reads orders up to k only, so one loop over k
@@ -266,7 +268,9 @@ class ModeSource:
             loop += [f"y{i} = r{i} * ik", f"h{i}[k] = y{i}"]
         for index in self._ordered(self.in_jet, order=True):
             loop += [*self._order(index), *self._store(index, "k")]
-        loop += [f"h{first_guard + j}[k] = {'0.0' if self._is_number(g) else f'v{g}'}" for j, g in enumerate(self.guards)]
+        loop += [
+            f"h{first_guard + j}[k] = {'0.0' if self._is_number(g) else f'v{g}'}" for j, g in enumerate(self.guards)
+        ]
         loop += [f"r{i} = v{self.rates[i]}" for i in moving] + [f"r{i} = 0.0" for i in still]
         return with_constants([*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)])
 

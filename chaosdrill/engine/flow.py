@@ -14,10 +14,42 @@ from chaosdrill.engine import guards
 from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import (
-    ABSOLUTE_TIME, BASE, DONE, ESCAPED, EVENT_LIMIT, EVENT_ROWS, EVENTS_IN_PERIOD, FRESH, FULL, IMAGE, INVALID_START,
-    MAX_EVENTS, METHOD, MODE, NONFINITE, ONGOING, ORDER, ORTHOGONALISE, PERIOD, QR_SINCE, QR_WAIT, QUADRATURES,
-    RANK_CHECK, RECORD, SAMPLE_ROWS, SAMPLES, STALL, STALLED, STEP_UNDERFLOW, STEPS, STROBES, TARGET, TAYLOR, TIES,
-    TIME, WORKSPACE,
+    ABSOLUTE_TIME,
+    BASE,
+    DONE,
+    ESCAPED,
+    EVENT_LIMIT,
+    EVENT_ROWS,
+    EVENTS_IN_PERIOD,
+    FRESH,
+    FULL,
+    IMAGE,
+    INVALID_START,
+    MAX_EVENTS,
+    METHOD,
+    MODE,
+    NONFINITE,
+    ONGOING,
+    ORDER,
+    ORTHOGONALISE,
+    PERIOD,
+    QR_SINCE,
+    QR_WAIT,
+    QUADRATURES,
+    RANK_CHECK,
+    RECORD,
+    SAMPLE_ROWS,
+    SAMPLES,
+    STALL,
+    STALLED,
+    STEP_UNDERFLOW,
+    STEPS,
+    STROBES,
+    TARGET,
+    TAYLOR,
+    TIES,
+    TIME,
+    WORKSPACE,
 )
 from chaosdrill.engine.step import advance, prepare, record
 from chaosdrill.engine.tangents import orthonormalise
@@ -33,11 +65,50 @@ LARGE_GROWTH = 1e4
 
 _integers = int64[::1]
 _integer_matrix = int64[:, ::1]
-_scratch = types.Tuple((matrix, vector, vector, matrix, matrix, vector, vector, vector, vector, vector, vector, matrix,
-                        vector, matrix, matrix, matrix))
+_scratch = types.Tuple(
+    (
+        matrix,
+        vector,
+        vector,
+        matrix,
+        matrix,
+        vector,
+        vector,
+        vector,
+        vector,
+        vector,
+        vector,
+        matrix,
+        vector,
+        matrix,
+        matrix,
+        matrix,
+    )
+)
 _signature = int64(
-    *KERNEL_TYPES, _integers, vector, _integer_matrix, _integer_matrix, _integer_matrix, vector, matrix, vector, matrix,
-    matrix, matrix, _integers, _integers, vector, _integers, vector, _integers, _integers, _integers, vector, matrix, matrix,
+    *KERNEL_TYPES,
+    _integers,
+    vector,
+    _integer_matrix,
+    _integer_matrix,
+    _integer_matrix,
+    vector,
+    matrix,
+    vector,
+    matrix,
+    matrix,
+    matrix,
+    _integers,
+    _integers,
+    vector,
+    _integers,
+    vector,
+    _integers,
+    _integers,
+    _integers,
+    vector,
+    matrix,
+    matrix,
     _scratch,
 )
 
@@ -54,8 +125,39 @@ def _state_outcome(x, bounds):
 
 
 @compiled(_signature)
-def flow(jet, jacobian_jet, tangent, field, variation, guard, choose, reset, settings_i, settings_f, watch, marks, transitions, c, bounds, x, sums, vectors, shifts, slots, dead, logs,
-         carried, carried_f, sides, armed, counts, grazing, samples, events, scratch):
+def flow(
+    jet,
+    jacobian_jet,
+    tangent,
+    field,
+    variation,
+    guard,
+    choose,
+    reset,
+    settings_i,
+    settings_f,
+    watch,
+    marks,
+    transitions,
+    c,
+    bounds,
+    x,
+    sums,
+    vectors,
+    shifts,
+    slots,
+    dead,
+    logs,
+    carried,
+    carried_f,
+    sides,
+    armed,
+    counts,
+    grazing,
+    samples,
+    events,
+    scratch,
+):
     """Continue a run; returns DONE, FULL, or the outcome that ended it."""
     functions = (jet, jacobian_jet, tangent, field, variation, guard, choose, reset)
     period = settings_f[PERIOD]
@@ -98,15 +200,29 @@ def flow(jet, jacobian_jet, tangent, field, variation, guard, choose, reset, set
         if outcome != DONE:
             return outcome
         if taylor:
-            guards.update_sides(scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], te,
-                                sides, armed)
+            guards.update_sides(
+                scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], te, sides, armed
+            )
         if happens:
             carried[STALL] = carried[STALL] + 1 if te <= SMALLEST_STEP * period else 0
             if carried[STALL] > STALL_LIMIT:
                 return STALLED
             carried[TIES] += ties
-            largest = take(functions, transitions, j, carried_f[TIME], carried_f[TIME] + carried_f[BASE], c, x, vectors,
-                           carried, counts, grazing, events, scratch)
+            largest = take(
+                functions,
+                transitions,
+                j,
+                carried_f[TIME],
+                carried_f[TIME] + carried_f[BASE],
+                c,
+                x,
+                vectors,
+                carried,
+                counts,
+                grazing,
+                events,
+                scratch,
+            )
             if carried[EVENTS_IN_PERIOD] > settings_i[MAX_EVENTS]:
                 return EVENT_LIMIT
             if largest > LARGE_GROWTH:

@@ -1,8 +1,8 @@
 """Which event comes first in a step.
 
-A guard is armed while the state is on the side from which it can be crossed. At the start of a phase (after an event, or
-at the beginning) a guard may stand at zero; then the first derivative that does not vanish says on which side the state
-goes on, and roots are searched for in the polynomial without its zero. No dead time is involved.
+A guard is armed while the state is on the side from which it can be crossed. At the start of a phase (after an event,
+or at the beginning) a guard may stand at zero; then the first derivative that does not vanish says on which side the
+state goes on, and roots are searched for in the polynomial without its zero. No dead time is involved.
 """
 
 from numba import uint64

@@ -1,9 +1,10 @@
 """Decorators for compiled code.
 
-numba keys its disk cache by the file of the decorated function alone, so that an edited helper would leave stale code in
-its callers; here the key holds the content of all numerical code. Where no folder can be written, nothing is cached.
+numba keys its disk cache by the file of the decorated function alone, so that an edited helper would leave stale code
+in its callers; here the key holds the content of all numerical code. Where no folder can be written, nothing is cached.
 """
 
+import contextlib
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -30,10 +31,8 @@ def compiled(signature: Any, **options: Any) -> Callable[[Any], Any]:
 
     def decorate(function: Any) -> Any:
         dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)
-        try:
+        with contextlib.suppress(RuntimeError):
             dispatcher._cache = ContentCache(function)
-        except RuntimeError:
-            pass
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
             dispatcher.compile(signature)

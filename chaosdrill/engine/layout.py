@@ -9,8 +9,23 @@ TOLERANCE, PERIOD, STEP = range(3)
 SETTINGS_F = 3
 
 # carried, integers
-(MODE, STROBES, LIVE, FRESH, FIRED, SAMPLE, SAMPLE_ROWS, EVENT_ROWS, STEPS, TIES, EVENTS_IN_PERIOD, STALL, QR_WAIT,
- QR_SINCE, RANK_CHECK) = range(15)
+(
+    MODE,
+    STROBES,
+    LIVE,
+    FRESH,
+    FIRED,
+    SAMPLE,
+    SAMPLE_ROWS,
+    EVENT_ROWS,
+    STEPS,
+    TIES,
+    EVENTS_IN_PERIOD,
+    STALL,
+    QR_WAIT,
+    QR_SINCE,
+    RANK_CHECK,
+) = range(15)
 CARRIED_I = 15
 
 # carried, doubles
@@ -28,8 +43,24 @@ TO_MODE, MARKS_ONLY, RANK_DEFICIENT = range(3)
 METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4}
 
 # arrays of scratch
-(WORKSPACE, POLYNOMIAL, SHIFTED, STACK, ENDS, TIMES, GRADIENT, BEFORE, AFTER, OUT, IMAGE, RESET_JACOBIAN, JUMP,
- STAGES, MOVED, NONE) = range(16)
+(
+    WORKSPACE,
+    POLYNOMIAL,
+    SHIFTED,
+    STACK,
+    ENDS,
+    TIMES,
+    GRADIENT,
+    BEFORE,
+    AFTER,
+    OUT,
+    IMAGE,
+    RESET_JACOBIAN,
+    JUMP,
+    STAGES,
+    MOVED,
+    NONE,
+) = range(16)
 
 # what a call of the engine ends with; values from 4 on are those of dataset.Outcome
 DONE, FULL = range(2)

@@ -60,8 +60,26 @@ def _crossed(functions, mode, j, t, c, x, gradient, side):
 
 
 @inner
-def first_event(functions, directions, count, marks, t, c, x, h, settings_f, carried, fresh, fired, sides, armed, none,
-                out, gradient, stages):
+def first_event(
+    functions,
+    directions,
+    count,
+    marks,
+    t,
+    c,
+    x,
+    h,
+    settings_f,
+    carried,
+    fresh,
+    fired,
+    sides,
+    armed,
+    none,
+    out,
+    gradient,
+    stages,
+):
     """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties)."""
     mode = carried[MODE]
     if fresh != ONGOING:

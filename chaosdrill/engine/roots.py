@@ -1,8 +1,8 @@
 """First crossing of zero of a polynomial on an interval: none missed, double roots included.
 
-The polynomial is bounded by the Bernstein form of its first coefficients plus a bound on the rest; intervals are halved
-until each is free of roots, monotone, or of one curvature. On an interval of one curvature the extremum decides, so that
-two roots close together are found at any distance (compare Farouki 2012, doi:10.1016/j.cagd.2012.03.001).
+The polynomial is bounded by the Bernstein form of its first coefficients plus a bound on the rest; intervals are
+halved until each is free of roots, monotone, or of one curvature. On an interval of one curvature the extremum decides,
+so that two roots close together are found at any distance (compare Farouki 2012, doi:10.1016/j.cagd.2012.03.001).
 """
 
 import numpy as np
@@ -61,7 +61,7 @@ def _refine(a, n, low, high):
         following = u - step
         if not low <= following <= high:
             following = 0.5 * (low + high)
-        if abs(following - u) <= 1.2e-16 * high or following == low or following == high:
+        if abs(following - u) <= 1.2e-16 * high or following in (low, high):
             return following
         u = following
     return u

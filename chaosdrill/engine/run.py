@@ -10,6 +10,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.roots import DEPTH
 from chaosdrill.errors import SettingsError
+from chaosdrill.model.derive import pinned_states
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -118,6 +119,7 @@ class Run:
         self.sums = np.zeros((2, q))
         self.vectors = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         self.shifts = self.vectors[:shifts].copy()
+        self.vectors[:, pinned_states(system, system.initial["mode"])] = 0.0
         self.slots = np.arange(max(m, 1), dtype=np.int64)
         self.dead = np.zeros(max(m, 1), dtype=np.int64)
         self.logs = np.zeros(max(m, 1))
@@ -127,6 +129,7 @@ class Run:
         self.carried[at.FRESH] = at.BEGIN
         self.carried[at.FIRED] = -1
         self.carried[at.QR_WAIT] = 1
+        self.carried[at.RANK_CHECK] = 1
         self.carried_f = np.zeros(at.CARRIED_F)
         self.sides = np.zeros(guards, dtype=np.int64)
         self.armed = np.zeros(guards, dtype=np.int64)
@@ -209,12 +212,14 @@ class Run:
         self.settings_i[at.RECORD] = int(samples is not None)
         self.carried[[at.SAMPLE_ROWS, at.EVENT_ROWS]] = 0
         code = flow(
-            *self.system.kernels.functions, self.settings_i, self.settings_f, self.system.kernels.mode_table,
-            self.marks, self.transitions, self.c, self.bounds, self.x, self.sums, self.vectors, self.shifts, self.slots, self.dead, self.logs,
-            self.carried, self.carried_f, self.sides, self.armed, self.counts, self.grazing,
-            self._no_samples if samples is None else samples, self._no_events if events is None else events,
+            *self.system.kernels.functions,
+            *(self.settings_i, self.settings_f, self.system.kernels.mode_table, self.marks, self.transitions),
+            *(self.c, self.bounds, self.x, self.sums, self.vectors, self.shifts, self.slots, self.dead, self.logs),
+            *(self.carried, self.carried_f, self.sides, self.armed, self.counts, self.grazing),
+            self._no_samples if samples is None else samples,
+            self._no_events if events is None else events,
             self._scratch,
-        )  # fmt: skip
+        )
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
 
     def filled(self) -> tuple[int, int]:

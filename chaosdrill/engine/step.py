@@ -3,8 +3,32 @@
 from chaosdrill.engine import guards, rk4, taylor
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
-    ENDS, FIRED, FRESH, GRADIENT, LIVE, METHOD, MODE, MOVED, NONE, ORDER, OUT, POLYNOMIAL, QUADRATURES, RECORD, SAMPLE,
-    SAMPLE_ROWS, SAMPLES, SHIFTED, STACK, STAGES, STROBES, EVENTS_IN_PERIOD, PERIOD, TAYLOR, TIMES, WORKSPACE,
+    ENDS,
+    EVENTS_IN_PERIOD,
+    FIRED,
+    FRESH,
+    GRADIENT,
+    LIVE,
+    METHOD,
+    MODE,
+    MOVED,
+    NONE,
+    ORDER,
+    OUT,
+    PERIOD,
+    POLYNOMIAL,
+    QUADRATURES,
+    RECORD,
+    SAMPLE,
+    SAMPLE_ROWS,
+    SAMPLES,
+    SHIFTED,
+    STACK,
+    STAGES,
+    STROBES,
+    TAYLOR,
+    TIMES,
+    WORKSPACE,
 )
 
 
@@ -22,14 +46,41 @@ def prepare(functions, settings_i, settings_f, watch, marks, local, t, c, x, vec
             floor = max(floor, abs(x[i]))
         polynomials = (scratch[POLYNOMIAL], scratch[SHIFTED], scratch[STACK], scratch[ENDS], scratch[TIMES])
         te, j, ties = guards.first_event(
-            ws, first, watch[mode, 1:], count, marks[mode], settings_i[ORDER], h, 2e-15 * floor, carried[FRESH],
-            carried[FIRED], sides, armed, polynomials,
+            ws,
+            first,
+            watch[mode, 1:],
+            count,
+            marks[mode],
+            settings_i[ORDER],
+            h,
+            2e-15 * floor,
+            carried[FRESH],
+            carried[FIRED],
+            sides,
+            armed,
+            polynomials,
         )
     else:
         h = rk4.next_step(settings_f, local)
         te, j, ties = rk4.first_event(
-            functions, watch[mode, 1:], count, marks[mode], t, c, x, h, settings_f, carried, carried[FRESH],
-            carried[FIRED], sides, armed, scratch[NONE], scratch[OUT], scratch[GRADIENT], scratch[STAGES],
+            functions,
+            watch[mode, 1:],
+            count,
+            marks[mode],
+            t,
+            c,
+            x,
+            h,
+            settings_f,
+            carried,
+            carried[FRESH],
+            carried[FIRED],
+            sides,
+            armed,
+            scratch[NONE],
+            scratch[OUT],
+            scratch[GRADIENT],
+            scratch[STAGES],
         )
     return h, te, j, ties
 

@@ -38,9 +38,11 @@ def check_system(system: "HybridSystem") -> None:
     for name, integrand in system.quadratures.items():
         _symbols(system, f"quadrature {name!r}", integrand, known)
     for transition in system.transitions:
+        if [t.name for t in system.transitions].count(transition.name) > 1:
+            raise ModelError(f"{system.name}: two transitions are named {transition.name!r}; every name may stand once")
         _check_transition(system, transition, known)
     if system.period is not None and system.time is not None:
-        _check_periodic(system)
+        _check_periodic(system, system.period)
 
 
 def _check_transition(system: "HybridSystem", transition: Any, known: set[Any]) -> None:
@@ -54,7 +56,9 @@ def _check_transition(system: "HybridSystem", transition: Any, known: set[Any]) 
         raise ModelError(f"{system.name}: {where}: the guard {transition.guard} depends on no state and not on time")
     for state, value in transition.reset.items():
         if state not in system.states:
-            raise ModelError(f"{system.name}: {where} resets {state}, which is no state; states are {system.state_names}")
+            raise ModelError(
+                f"{system.name}: {where} resets {state}, which is no state; states are {system.state_names}"
+            )
         _symbols(system, f"{where}, reset of {state}", value, known)
     if transition.condition is not None:
         if not isinstance(transition.condition, (sympy.logic.boolalg.Boolean, bool)):
@@ -66,29 +70,30 @@ def _symbols(system: "HybridSystem", where: str, expression: Any, known: set[Any
     unknown = sorted(s.name for s in expression.free_symbols - known)
     if unknown:
         allowed = what or "states, parameters and time"
-        raise ModelError(
-            f"{system.name}: {where}: unknown symbol {unknown[0]!r}; allowed are {allowed}: {sorted(s.name for s in known)}"
-        )
+        names = sorted(s.name for s in known)
+        raise ModelError(f"{system.name}: {where}: unknown symbol {unknown[0]!r}; allowed are {allowed}: {names}")
     if expression.has(sympy.zoo, sympy.nan, sympy.oo):
         raise ModelError(f"{system.name}: {where}: {expression} is not finite")
 
 
-def _check_periodic(system: "HybridSystem") -> None:
+def _check_periodic(system: "HybridSystem", declared: Any) -> None:
     """The declared period must be a period of every expression that names time."""
     rng = random.Random(1)
     expressions = [f for field in system.modes.values() for f in field.values()]
     for transition in system.transitions:
         expressions += [transition.guard, *transition.reset.values()]
     values = {sympy.Symbol(p, real=True): v for p, v in system.parameters.items()}
-    period = float(system.period.subs(values))
+    period = float(declared.subs(values))
     for expression in expressions:
         if system.time not in expression.free_symbols:
             continue
         here = {**values, **{s: rng.uniform(0.1, 0.9) for s in system.states}}
         instant = rng.uniform(0, period)
-        before, after = (complex(expression.subs({**here, system.time: u}).evalf()) for u in (instant, instant + period))
+        before, after = (
+            complex(expression.subs({**here, system.time: u}).evalf()) for u in (instant, instant + period)
+        )
         if abs(after - before) > 1e-9 * (1 + abs(before)):
             raise ModelError(
-                f"{system.name}: {expression} does not repeat after the declared period {system.period} = {period:.6g}; "
+                f"{system.name}: {expression} does not repeat after the declared period {declared} = {period:.6g}; "
                 "mend the period or leave it out"
             )

@@ -75,3 +75,26 @@ def saltation(system: "HybridSystem", transition: "Transition", source: str | No
     normal = sympy.Matrix([gradient[:n]])
     speed = (normal * before)[0, 0] + gradient[n]
     return slope + (after - slope * before - explicit) * normal / speed
+
+
+def pinned_states(system: "HybridSystem", mode: str) -> tuple[int, ...]:
+    """States that a mode holds at a constant: their rate is zero there and every way in resets them to it.
+
+    While such a mode holds, the state has no freedom in that direction, so no tangent either. A state whose value is
+    carried into the mode is frozen, not pinned.
+    """
+    ways_in = [t for t in system.transitions if t.target == mode and set(t.source) != {mode}]
+    within = [t for t in system.transitions if t.target == mode and t not in ways_in]
+    moving = set(system.states) | {system.time}
+
+    def constant(x: Any, t: "Transition") -> bool:
+        return x in t.reset and not t.reset[x].free_symbols & moving
+
+    return tuple(
+        i
+        for i, x in enumerate(system.states)
+        if system.modes[mode][x] == 0
+        and ways_in
+        and all(constant(x, t) for t in ways_in)
+        and all(constant(x, t) or t.reset.get(x, x) == x for t in within)
+    )

@@ -84,7 +84,9 @@ class HybridSystem:
         for key, bound in (bounds or {}).items():
             if str(key) not in self.bounds:
                 raise ModelError(f"{name}: bounds name {str(key)!r}, which is no state; states are {self.state_names}")
-            self.bounds[str(key)] = (-float("inf"), float("inf")) if bound is None else (float(bound[0]), float(bound[1]))
+            self.bounds[str(key)] = (
+                (-float("inf"), float("inf")) if bound is None else (float(bound[0]), float(bound[1]))
+            )
         self.initial = {"mode": next(iter(self.modes), None), **{s.name: 0.0 for s in self.states}}
         check_system(self)
         self._set_initial({str(key): value for key, value in (initial or {}).items()})
@@ -119,7 +121,9 @@ class HybridSystem:
         except TypeError:
             number = float("nan")
         if not 0 < number < float("inf"):
-            raise SettingsError(f"{self.name}: the period {self.period} is {value} at {self.parameters}; it must be > 0")
+            raise SettingsError(
+                f"{self.name}: the period {self.period} is {value} at {self.parameters}; it must be > 0"
+            )
         return number
 
     def with_parameters(self, **values: float) -> "HybridSystem":
