@@ -26,7 +26,7 @@ def tangent_entries():
         waiting = {**dict.fromkeys(states, 0), clock: 1}
         back = [
             cd.Transition(
-                "send", mode, "wait", guard=clock - duration, direction=+1, reset=dict(zip(states, sent, strict=True))
+                f"send-{mode}", mode, "wait", guard=clock - duration, direction=+1, reset=dict(zip(states, sent, strict=True))
             )
             for mode in system.modes
         ]
