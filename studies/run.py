@@ -27,7 +27,7 @@ JOBS = {
     "silent_error": ("", ["studies/silent_error/make.py"]),
     "tests": (
         "[test]",
-        ["-m", "pytest", "-n", "2", "--dist", "worksteal", "--cov", "--cov-report", "term", "--cov-fail-under", "85"],
+        ["-m", "pytest", "-n", "2", "--dist", "worksteal", "--cov", "--cov-report", "term", "--cov-fail-under", "90"],
     ),
 }
 

@@ -59,14 +59,15 @@ def bifurcation(dataset: "xr.Dataset") -> "Figure":
 
 def _section(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     section = dataset["section"].transpose(sweep, "seed", "iterate", "state").values[..., 0]
+    period = dataset["period"].transpose(sweep, "seed").values
     x = dataset[sweep].values
-    size = float(np.clip(4e4 / max(section.size, 1), 0.25, 3.0))
+    # a cloud has many small points, a cycle few that stand out
+    cloud = float(np.clip(4e4 / max(section.size, 1), 0.35, 2.0))
     for seed in range(section.shape[1]):
-        across = np.repeat(x, section.shape[2])
         panel.scatter(
-            across,
+            np.repeat(x, section.shape[2]),
             section[:, seed].ravel(),
-            s=size,
+            s=np.repeat(np.where(period[:, seed] > 0, 0.8, cloud), section.shape[2]),
             color="black" if section.shape[1] == 1 else PALETTE[seed % len(PALETTE)],
             linewidth=0,
             rasterized=True,
@@ -74,7 +75,7 @@ def _section(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
         )
     panel.set_ylabel(state_label(dataset, 0))
     if section.shape[1] > 1:
-        legend_above(panel, markerscale=8)
+        legend_above(panel, markerscale=4)
 
 
 def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
@@ -102,7 +103,7 @@ def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     for seed in range(rates.shape[1]):
         colour = "black" if rates.shape[1] == 1 else PALETTE[seed % len(PALETTE)]
         panel.plot(dataset[sweep].values, rates[:, seed], color=colour, linewidth=0.8)
-    panel.set_ylabel(wrapped(label(dataset[name])))
+    panel.set_ylabel(wrapped(label(dataset[name]), 12))
 
 
 def _outcomes(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:

@@ -1,13 +1,14 @@
 """What the exponents of an impact oscillator lose when a program leaves the impacts out of its tangents, silently.
 
-    python studies/silent_error/make.py          (or: python3 studies/run.py silent_error)
+    python studies/silent_error/make.py [--docs]          (or: python3 studies/run.py silent_error)
 
 The exponents with saltation at every impact come from the package. Two checks share no code with its tangents: the
 growth of the distance between two trajectories, and the sum of the exponents, which for this system is
-``-2 zeta + 2 ln(e) x impacts per unit of time``. Writes an archive and a table to ``studies/silent_error/out/`` and the
-picture to ``docs/_static/silent_error.png``.
+``-2 zeta + 2 ln(e) x impacts per unit of time``. Writes an archive, a table and the picture to
+``studies/silent_error/out/``; ``--docs`` puts the picture into the documentation, too.
 """
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from chaosdrill.plot.style import PALETTE, WIDTH, style, uncertain
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
-PICTURE = HERE.parent.parent / "docs" / "_static" / "silent_error.png"
+DOCS = HERE.parent.parent / "docs" / "_static"
 PERIODS, TRANSIENT, BLOCKS = 200_000, 1_000, 4_000
 
 
@@ -59,10 +60,12 @@ def main() -> int:
     table, agree = compare(spectrum, growth, impacts, left_out)
     (OUT / "exponents.md").write_text(table, encoding="utf-8")
     print(table)
-    PICTURE.parent.mkdir(exist_ok=True)
+    picture = OUT / "silent_error.png"
     with style():
-        draw(spectrum, section, growth, sum_rule(impacts), left_out).savefig(PICTURE)
-    say(f"picture: {PICTURE}")
+        draw(spectrum, section, growth, sum_rule(impacts), left_out).savefig(picture)
+    if "--docs" in sys.argv[1:]:
+        shutil.copy(picture, DOCS)
+    say(f"picture: {picture}")
     return 0 if agree else 1
 
 

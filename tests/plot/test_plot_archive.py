@@ -35,6 +35,14 @@ def test_unknown_group_is_refused_with_the_names_of_the_others(archive):
         plot_archive(archive, group="orbid")
 
 
+def test_an_archive_without_a_suitable_picture_says_what_it_holds(tmp_path, ball):
+    path = tmp_path / "other.nc"
+    ball.attrs["kind"] = "work-precision"
+    xr.DataTree.from_dict({"orbit": ball}).to_netcdf(path)
+    with pytest.raises(ArchiveError, match=r"no picture for orbit \(work-precision\)"):
+        plot_archive(path)
+
+
 def test_unknown_format_is_refused(archive, tmp_path):
     with pytest.raises(SettingsError, match=r"\.gif.*png, pdf, svg"):
         plot_archive(archive, tmp_path / "a.gif")
