@@ -1,6 +1,8 @@
 """Settings that every test shares."""
 
 import os
+import subprocess
+import sys
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 
@@ -9,3 +11,11 @@ from hypothesis import settings
 # the first example of a property may wait for a compiler
 settings.register_profile("chaosdrill", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("chaosdrill")
+
+COMPILE = "import chaosdrill as cd; cd.lyapunov_spectrum(cd.drill(), periods=2, transient=1)"
+
+
+def pytest_configure(config):
+    """Compile the engine once before several workers start, each of which would compile it, at the others' expense."""
+    if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
+        subprocess.run([sys.executable, "-c", COMPILE], check=True)
