@@ -1,5 +1,6 @@
 """One point of a sweep: a run from its own initial state, with everything that a diagram keeps of it."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from chaosdrill.analysis.statistics import classify, find_period
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine.run import Numerics, Run, event_rates
-from chaosdrill.engine.structure import adapted_frame, deficient_transitions, neutral_count
+from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class PointTask:
     max_period: int
     numerics: Numerics
     frame: Any
-    deficient: set[int] | None = None
+    deficient: Collection[int] | None = None
     shifts: int = 0
     neutral: int = 0
 
@@ -42,13 +43,11 @@ class PointTask:
         """
         if system.period is None:
             raise SettingsError(f"{system.name} has no forcing period; a diagram counts its length in forcing periods")
-        count, n = self.frame, len(system.states)
-        if not count:
-            return replace(self, frame=np.zeros((0, n)), deficient=set())
-        frame, shifts = adapted_frame(system) if count == n else (np.eye(n)[:count], 0)
+        structure = examine(system)
+        frame, shifts = structure.tangents(self.frame)
         in_resets = {s.name for t in system.transitions for value in t.reset.values() for s in value.free_symbols}
-        deficient = None if self.parameter in in_resets else deficient_transitions(system)
-        return replace(self, frame=frame, shifts=shifts, deficient=deficient, neutral=neutral_count(system))
+        deficient = None if self.parameter in in_resets else structure.deficient
+        return replace(self, frame=frame, shifts=shifts, deficient=deficient, neutral=structure.neutral)
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ def run_point(task: PointTask, value: float, start: "HybridSystem") -> Point:
     except SettingsError:
         return _empty(task, start, n, m, Outcome.FAILED, float("nan"))
     assert period is not None
-    deficient = deficient_transitions(system) if task.deficient is None else task.deficient
+    deficient = examine(system).deficient if task.deficient is None else task.deficient
     run = Run(system, period, task.numerics, tangents=task.frame, shifts=task.shifts, deficient=deficient)
     outcome, _ = run.advance(task.transient)
     if outcome != Outcome.OK:

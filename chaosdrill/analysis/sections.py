@@ -10,7 +10,7 @@ from chaosdrill.analysis.statistics import find_period
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout
 from chaosdrill.engine.run import Numerics, Run, event_rates
-from chaosdrill.engine.structure import deficient_transitions
+from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -138,7 +138,7 @@ def cycle_multipliers(system: "HybridSystem", run: Run, period: int, numerics: N
     """Eigenvalues of the tangent map over a cycle that starts at the present strobe of a run, by descending modulus."""
     here = system.with_initial(mode=run.mode, **dict(zip(system.state_names, run.x, strict=True)))
     n = len(system.states)
-    deficient = deficient_transitions(system)
+    deficient = examine(system).deficient
     whole_map = Run(here, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
     ranked = Run(here, run.period, numerics, tangents=np.eye(n), deficient=deficient)
     if whole_map.advance(period)[0] != Outcome.OK or ranked.advance(period)[0] != Outcome.OK:

@@ -1,6 +1,6 @@
 """Lyapunov spectra."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -10,7 +10,7 @@ from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_erro
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.run import Numerics, Run, event_rates
-from chaosdrill.engine.structure import adapted_frame, deficient_transitions, neutral_count
+from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -66,10 +66,16 @@ def lyapunov_spectrum(
     blocks = whole("blocks", blocks, 1)
     plan = span(system, periods, duration, transient, units=blocks)
     count = tangent_count(system, exponents)
-    n = len(system.states)
-    frame, shifts = adapted_frame(system) if count == n else (np.eye(n)[:count], 0)
-    deficient = deficient_transitions(system)
-    run = Run(system, plan.unit, Numerics(method, tolerance, steps), tangents=frame, shifts=shifts, deficient=deficient)
+    structure = examine(system)
+    frame, shifts = structure.tangents(count)
+    run = Run(
+        system,
+        plan.unit,
+        Numerics(method, tolerance, steps),
+        tangents=frame,
+        shifts=shifts,
+        deficient=structure.deficient,
+    )
     outcome = plan.settle(run)
     ends = np.unique(np.linspace(0, plan.count, min(blocks, plan.count) + 1).astype(int))
     sums = np.full((len(ends), count), np.nan)
@@ -84,8 +90,26 @@ def lyapunov_spectrum(
             drilled[block] = run.integrals()
         if progress:
             progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
-    return label(_dataset(system, run, plan, outcome, ends, sums, drilled), "lyapunov-spectrum", system=system,
-                 settings=given)  # fmt: skip
+    values = errors = np.full(count, np.nan)
+    history = np.full((len(ends) - 1, count), np.nan)
+    if outcome == Outcome.OK and count:
+        values, errors, history = mean_exponents(sums, ends, plan.unit)
+        outcome = classify(values, errors, structure.neutral, plan.length, 0)
+    ds = xr.Dataset(
+        {
+            "lyapunov_exponent": ("exponent", values),
+            "lyapunov_error": ("exponent", errors),
+            "lyapunov_history": (("block", "exponent"), history),
+            "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
+            "outcome": ((), np.int8(outcome)),
+        },
+        coords={
+            "exponent": np.arange(1, count + 1, dtype=np.int32),
+            "block_time": ("block", ends[1:] * plan.unit),
+        },
+    )
+    ds = ds.assign(_averages(system, run, plan, ends, drilled)).set_coords("transition_name")
+    return label(ds, "lyapunov-spectrum", system=system, settings=given)
 
 
 def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -110,32 +134,13 @@ def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.
     return history[-1, order], errors[order], history[:, order]
 
 
-def _dataset(
-    system: "HybridSystem",
-    run: Run,
-    plan: Span,
-    outcome: Outcome,
-    ends: np.ndarray,
-    sums: np.ndarray,
-    drilled: np.ndarray,
-) -> xr.Dataset:
-    count = sums.shape[1]
-    values = errors = np.full(count, np.nan)
-    history = np.full((len(ends) - 1, count), np.nan)
-    if outcome == Outcome.OK:
-        values, errors, history = mean_exponents(sums, ends, plan.unit)
-        if count:
-            neutral = neutral_count(system)
-            outcome = classify(values, errors, neutral, plan.length, 0)
-    variables = {
-        "lyapunov_exponent": ("exponent", values),
-        "lyapunov_error": ("exponent", errors),
-        "lyapunov_history": (("block", "exponent"), history),
-        "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
+def _averages(system: "HybridSystem", run: Run, plan: Span, ends: np.ndarray, drilled: np.ndarray) -> dict[str, Any]:
+    """What the run counted besides the exponents; ``drilled`` are the quadratures at the end of each block."""
+    variables: dict[str, Any] = {
         "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
+        "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),
         "tie_count": ((), np.int64(run.carried[at.TIES])),
         "rank": ((), np.int32(run.live)),
-        "outcome": ((), np.int8(outcome)),
         **{name: ((), value) for name, value in event_rates(run).items()},
     }
     if "progression_rate" in variables:
@@ -144,9 +149,4 @@ def _dataset(
         variables["progression_error"] = ((), float(standard_error(rates)))
     if plan.periodic:
         variables["forcing_period"] = ((), plan.unit)
-    coords = {
-        "exponent": np.arange(1, count + 1, dtype=np.int32),
-        "block_time": ("block", ends[1:] * plan.unit),
-        "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),
-    }
-    return xr.Dataset(variables, coords=coords)
+    return variables

@@ -25,6 +25,7 @@ from chaosdrill.engine.layout import (
     FULL,
     IMAGE,
     INVALID_START,
+    LONGEST,
     MAX_EVENTS,
     METHOD,
     MODE,
@@ -58,7 +59,7 @@ STALL_LIMIT = 50
 """Events in succession without time passing before a run is called stalled."""
 
 SMALLEST_STEP = 1e-13
-"""Shortest step, as a part of the period."""
+"""Shortest step, as a part of the longest one taken so far."""
 
 LARGE_GROWTH = 1e4
 """Tangents are orthonormalised at once after an event that makes one this long."""
@@ -176,7 +177,7 @@ def flow(
         )
         if te == -2.0:
             return INVALID_START
-        if not h > SMALLEST_STEP * period:
+        if not h > SMALLEST_STEP * carried_f[LONGEST]:
             return STEP_UNDERFLOW if h == h else NONFINITE
         carried[FRESH] = ONGOING
         happens = te >= 0.0
@@ -194,6 +195,7 @@ def flow(
                 carried_f[BASE] += (carried[STROBES] - passed) * period
         else:
             carried_f[TIME] = local + te
+        carried_f[LONGEST] = max(carried_f[LONGEST], te)
         carried[STEPS] += 1
         carried[QR_SINCE] += 1
         outcome = _state_outcome(x, bounds)
@@ -204,7 +206,7 @@ def flow(
                 scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], te, sides, armed
             )
         if happens:
-            carried[STALL] = carried[STALL] + 1 if te <= SMALLEST_STEP * period else 0
+            carried[STALL] = carried[STALL] + 1 if te <= SMALLEST_STEP * carried_f[LONGEST] else 0
             if carried[STALL] > STALL_LIMIT:
                 return STALLED
             carried[TIES] += ties

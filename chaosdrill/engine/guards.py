@@ -113,6 +113,7 @@ def update_sides(ws, row, directions, count, n, s, sides, armed):
             value = ws[row + j, n]
             for k in range(n):
                 value = value * s + ws[row + j, uint64(n - 1 - k)]
-            if value * directions[j] < 0.0:
+            side = 1 if value > 0.0 else -1
+            if value != 0.0 and side != directions[j]:
                 armed[j] = 1
-                sides[j] = -directions[j]
+                sides[j] = side

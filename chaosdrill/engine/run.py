@@ -1,6 +1,7 @@
 """A run of one system at one set of numbers: its arrays, and the calls that continue it."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -71,8 +72,8 @@ class Run:
         How many of the first tangents lie along directions in which nothing ever changes.
     orthonormalise : bool
         Whether growth is taken out of the tangents and kept in ``logs``.
-    deficient : set of int, optional
-        Transitions at which rank is lost.
+    deficient : collection of int
+        Transitions at which rank may be lost.
     samples : int
         Samples a period.
     """
@@ -86,7 +87,7 @@ class Run:
         tangents: np.ndarray | None = None,
         shifts: int = 0,
         orthonormalise: bool = True,
-        deficient: set[int] | None = None,
+        deficient: Collection[int] = (),
         samples: int = 1,
     ) -> None:
         kernels = system.kernels
@@ -109,7 +110,7 @@ class Run:
         self.settings_f[at.STEP] = period / (numerics.steps or 200)
         self.transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
         self.transitions[:, :2] = kernels.transition_table
-        self.transitions[sorted(deficient or ()), at.RANK_DEFICIENT] = 1
+        self.transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
         self.marks = np.zeros((len(kernels.events), guards), dtype=np.int64)
         for row, events in zip(self.marks, kernels.events, strict=True):
             row[: len(events)] = [all(kernels.transition_table[k, 1] for k in e.outcomes) for e in events]

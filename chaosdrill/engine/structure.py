@@ -4,6 +4,7 @@ All of it is read off Jacobians and saltation matrices at random states on the g
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,47 +62,65 @@ def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-u
     return False
 
 
-def deficient_transitions(system: "HybridSystem") -> set[int]:
-    """Transitions whose saltation matrix has a rank below n, wherever on the guard."""
-    ranks: dict[int, int] = {}
-    for transition, matrix in saltations(system):
-        scale = np.abs(matrix).max()
-        rank = int(np.linalg.matrix_rank(matrix, tol=_RANK_TOLERANCE * scale)) if scale > 0 else 0
-        ranks[transition] = max(ranks.get(transition, 0), rank)
-    return {t for t, rank in ranks.items() if rank < len(system.states)}
+@dataclass(frozen=True)
+class Structure:
+    """What can be known of the tangents before a run.
 
-
-def adapted_frame(system: "HybridSystem") -> tuple[np.ndarray, int]:
-    """An orthonormal initial frame, shape (n, n), one tangent a row, for a full spectrum; and how many are shifts.
-
-    Directions along which the whole system can be shifted come first, states that drive others without being driven
-    last. Then the triangular form of the tangent map is that of the system, and the exponents which its structure makes
-    exact come out exact, not only in the limit of a long run.
+    Attributes
+    ----------
+    deficient : frozenset of int
+        Transitions at which rank may be lost: all but those whose saltation matrix was seen to have full rank.
+    frame : ndarray, shape (n, n)
+        Orthonormal initial tangents, one a row, for a full spectrum. Directions along which the whole system can be
+        shifted come first, states that drive others without being driven last. Then the triangular form of the tangent
+        map is that of the system, and the exponents which its structure makes exact come out exact, not only in the
+        limit of a long run.
+    shifts : int
+        How many rows of the frame are such directions.
+    neutral : int
+        Exponents that are zero on every attractor but a fixed point: the flow direction, and the shifts.
     """
+
+    deficient: frozenset[int]
+    frame: np.ndarray
+    shifts: int
+    neutral: int
+
+    def tangents(self, count: int) -> tuple[np.ndarray, int]:
+        """Initial tangents for ``count`` exponents, and how many of them are shifts."""
+        n = len(self.frame)
+        return (self.frame, self.shifts) if count == n else (np.eye(n)[:count], 0)
+
+
+def examine(system: "HybridSystem") -> Structure:
+    """Structure of a system's tangents at its present parameters."""
     n = len(system.states)
-    effects = _tangent_effects(system)
-    pattern = np.any([m != 0 for m in effects], axis=0)
+    jumps = list(saltations(system))
+    effects = [*_jacobians(system), *(m - np.eye(n) for _, m in jumps)]
     shifts = _shifts(effects)
+    return Structure(
+        deficient=frozenset(range(len(system.transitions))) - {t for t, m in jumps if _has_full_rank(m)},
+        frame=_frame(effects, shifts),
+        shifts=len(shifts),
+        neutral=int(system.time is None) + len(shifts),
+    )
+
+
+def _has_full_rank(matrix: np.ndarray) -> bool:
+    return bool(np.linalg.matrix_rank(matrix, tol=_RANK_TOLERANCE * np.abs(matrix).max()) == len(matrix))
+
+
+def _frame(effects: list[np.ndarray], shifts: np.ndarray) -> np.ndarray:
+    n = effects[0].shape[0]
     rows = [_sparse(v) for v in shifts]
-    rows += [np.eye(n)[i] for i in _downstream_first(pattern)]
+    rows += [np.eye(n)[i] for i in _downstream_first(np.any([m != 0 for m in effects], axis=0))]
     frame: list[np.ndarray] = []
     for row in rows:
         for _ in range(2):
             row = row - sum((v * (v @ row) for v in frame), np.zeros(n))
         if np.linalg.norm(row) > 1e-6:
             frame.append(row / np.linalg.norm(row))
-    return np.array(frame), len(shifts)
-
-
-def neutral_count(system: "HybridSystem") -> int:
-    """Exponents that are zero on every attractor but a fixed point: the flow direction, and the shifts."""
-    return int(system.time is None) + len(_shifts(_tangent_effects(system)))
-
-
-def _tangent_effects(system: "HybridSystem") -> list[np.ndarray]:
-    """Jacobians, and saltation matrices less the identity: what each of them does to a tangent."""
-    unit = np.eye(len(system.states))
-    return [*_jacobians(system), *(m - unit for _, m in saltations(system))]
+    return np.array(frame)
 
 
 def _shifts(effects: list[np.ndarray]) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 
 import chaosdrill as cd
 from chaosdrill.engine.run import Numerics, Run
-from chaosdrill.engine.structure import deficient_transitions
+from chaosdrill.engine.structure import examine
 
 
 def own_time(eta: float, periods: int, tolerance: float, tangents: int) -> float:
@@ -30,7 +30,7 @@ def own_time(eta: float, periods: int, tolerance: float, tangents: int) -> float
         period,
         Numerics(tolerance=tolerance),
         tangents=np.eye(3)[:tangents],
-        deficient=deficient_transitions(system),
+        deficient=examine(system).deficient,
     )
     run.advance(300)
     begin = time.perf_counter()

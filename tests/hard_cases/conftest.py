@@ -26,7 +26,12 @@ def tangent_entries():
         waiting = {**dict.fromkeys(states, 0), clock: 1}
         back = [
             cd.Transition(
-                f"send-{mode}", mode, "wait", guard=clock - duration, direction=+1, reset=dict(zip(states, sent, strict=True))
+                f"send-{mode}",
+                mode,
+                "wait",
+                guard=clock - duration,
+                direction=+1,
+                reset=dict(zip(states, sent, strict=True)),
             )
             for mode in system.modes
         ]
