@@ -1,0 +1,116 @@
+"""Generated sources are kept by content, in a folder that the user can name, or in a temporary one."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.codegen import build, cache
+
+X, K = sympy.symbols("x k", real=True)
+
+
+def decay(rate=K, name="decay", k=1.0):
+    return cd.HybridSystem(name=name, states=(X,), parameters={"k": k}, modes={"on": {X: -rate * X}})
+
+
+def text_of(system):
+    from chaosdrill.codegen.source import write_source
+
+    return write_source(system).text
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A cache of the test's own, forgotten afterwards."""
+    monkeypatch.setenv("CHAOSDRILL_CACHE_DIR", str(tmp_path / "cache"))
+    cache.cache_folder.cache_clear()
+    yield tmp_path / "cache"
+    cache.cache_folder.cache_clear()
+
+
+def test_the_named_folder_is_used(folder):
+    path = build._write(text_of(decay()))
+    assert path.parent == folder / "kernels"
+    assert path.read_text() == text_of(decay())
+
+
+def test_the_path_changes_with_the_content(folder):
+    first = build._write(text_of(decay()))
+    assert build._write(text_of(decay(rate=2 * K))) != first
+    assert build._write(text_of(decay())) == first
+
+
+def test_numbers_are_no_part_of_the_content(folder):
+    assert build._write(text_of(decay(k=1.0))) == build._write(text_of(decay(k=2.5)))
+
+
+def test_the_path_changes_with_the_package(folder, monkeypatch):
+    first = build._write(text_of(decay()))
+    monkeypatch.setattr(build, "code_key", lambda: "another version")
+    assert build._write(text_of(decay())) != first
+
+
+def test_nothing_is_left_beside_the_file(folder):
+    path = build._write(text_of(decay()))
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_file_that_is_there_is_not_written_again(folder):
+    path = build._write(text_of(decay()))
+    os.utime(path, (1, 1))
+    build._write(text_of(decay()))
+    assert path.stat().st_mtime == 1
+
+
+def test_the_user_cache_is_the_default(tmp_path, monkeypatch):
+    monkeypatch.delenv("CHAOSDRILL_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    cache.cache_folder.cache_clear()
+    try:
+        assert cache.cache_folder() == tmp_path / "chaosdrill"
+    finally:
+        cache.cache_folder.cache_clear()
+
+
+@pytest.mark.parametrize("broken", ["a file", "below a file"])
+def test_a_folder_that_cannot_be_made_falls_back(tmp_path, monkeypatch, broken):
+    blocker = tmp_path / "blocker"
+    blocker.write_text("not a folder")
+    target = blocker if broken == "a file" else blocker / "cache"
+    monkeypatch.setenv("CHAOSDRILL_CACHE_DIR", str(target))
+    cache.cache_folder.cache_clear()
+    try:
+        fallen = cache.cache_folder()
+        assert fallen.name.startswith("chaosdrill-")
+        path = build._write(text_of(decay()))
+        assert path.is_relative_to(fallen)
+        assert blocker.read_text() == "not a folder"
+    finally:
+        cache.cache_folder.cache_clear()
+
+
+SCRIPT = """
+import sympy, chaosdrill as cd
+x, k = sympy.symbols("x k", real=True)
+system = cd.HybridSystem(name="decay", states=(x,), parameters={"k": 1.0}, modes={"on": {x: -k * x}})
+print(system.kernels.path)
+"""
+
+
+@pytest.mark.parametrize("home", ["cache", "blocker/cache"])
+def test_a_fresh_process_compiles_with_and_without_a_cache(tmp_path, home):
+    (tmp_path / "blocker").write_text("")
+    environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(tmp_path / home), "TMPDIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True)
+    path = Path(done.stdout.strip())
+    assert path.is_file()
+    expected = tmp_path / "cache" if home == "cache" else tmp_path
+    assert path.is_relative_to(expected)
+    if home == "cache":
+        # the compiled code lies beside the source
+        assert list(path.parent.glob("__pycache__/*.nbi"))

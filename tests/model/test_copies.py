@@ -1,0 +1,101 @@
+"""Copies with other numbers: the original keeps its own, and both share what was compiled."""
+
+import pytest
+import sympy
+
+import chaosdrill as cd
+
+X, V, T, K, OMEGA = sympy.symbols("x v t k omega", real=True)
+
+
+@pytest.fixture
+def system():
+    return cd.HybridSystem(
+        name="mass",
+        states=(X, V),
+        time=T,
+        parameters={"k": 2.0, "omega": 4.0},
+        modes={"free": {X: V, V: -K * X + sympy.cos(OMEGA * T)}, "held": {X: 0, V: 0}},
+        transitions=[
+            cd.Transition("hit", "free", "free", guard=X - 1, direction=+1, reset={V: -V}),
+            cd.Transition("catch", ("free",), "held", guard=V + K, direction=-1, reset={V: 0}),
+        ],
+        period=2 * sympy.pi / OMEGA,
+        initial={"mode": "free", X: 0.25},
+        bounds={V: (-5, 7)},
+    )
+
+
+def test_parameters_change_in_the_copy_only(system):
+    other = system.with_parameters(k=3)
+    assert (other.parameters["k"], system.parameters["k"]) == (3.0, 2.0)
+    assert other.parameters["omega"] == 4.0
+
+
+def test_the_period_follows_the_parameters(system):
+    assert system.forcing_period() == pytest.approx(1.5707963267948966, rel=1e-15)
+    assert system.with_parameters(omega=1.0).forcing_period() == pytest.approx(6.283185307179586, rel=1e-15)
+
+
+def test_the_start_changes_in_the_copy_only(system):
+    other = system.with_initial(v=-1, mode="held")
+    assert other.initial == {"mode": "held", "x": 0.25, "v": -1.0}
+    assert system.initial == {"mode": "free", "x": 0.25, "v": 0.0}
+
+
+def test_copies_share_the_kernels(system):
+    other = system.with_parameters(k=3).with_initial(x=0.5)
+    assert other.kernels is system.kernels
+
+
+@pytest.mark.parametrize("period", [0.0, -1.0])
+def test_a_period_that_is_not_positive_is_refused(system, period):
+    with pytest.raises(cd.SettingsError, match=r"mass: the period 2\*pi/omega is .* it must be > 0"):
+        system.with_parameters(omega=period).forcing_period()
+
+
+def test_unknown_names_are_refused_with_the_known_ones(system):
+    with pytest.raises(cd.SettingsError, match=r"unknown parameter 'omga'.*'k', 'omega'"):
+        system.with_parameters(omga=1.0)
+    with pytest.raises(cd.SettingsError, match=r"'y'; expected 'mode' or one of \('x', 'v'\)"):
+        system.with_initial(y=1.0)
+    with pytest.raises(cd.SettingsError, match=r"unknown parameter 'mass'.*'k', 'omega'"):
+        system.augmented(parameters=["mass"])
+
+
+def test_augmented_with_time_and_parameters(system):
+    wide = system.augmented(time=True, parameters=["k"])
+    assert wide.state_names == ("x", "v", "t", "k")
+    assert wide.time is None
+    assert wide.parameters == {"omega": 4.0}
+    for mode in ("free", "held"):
+        assert wide.modes[mode][T] == 1
+        assert wide.modes[mode][K] == 0
+    assert wide.modes["free"][V] == system.modes["free"][V]
+    assert wide.initial == {"mode": "free", "x": 0.25, "v": 0.0, "t": 0.0, "k": 2.0}
+    assert wide.bounds["v"] == (-5.0, 7.0)
+    assert wide.bounds["t"] == (-float("inf"), float("inf"))
+    assert wide.forcing_period() == system.forcing_period()
+
+
+def test_augmented_without_a_word_is_the_same_system(system):
+    same = system.augmented()
+    assert (same.states, same.modes, same.parameters) == (system.states, system.modes, system.parameters)
+
+
+def test_the_representation_tells_states_modes_and_transitions(system):
+    assert repr(system) == (
+        "HybridSystem('mass', states=('x', 'v'), modes=('free', 'held'), transitions=('hit', 'catch'))"
+    )
+
+
+def test_a_transition_counts_under_its_kind_or_its_name():
+    hit = cd.Transition("hit", "a", "a", guard=X, direction=1)
+    assert (hit.kind, hit.source) == ("hit", ("a",))
+    assert cd.Transition("hit", "a", "a", guard=X, direction=1, kind="impact").kind == "impact"
+
+
+def test_only_what_changes_nothing_is_a_mark():
+    assert cd.Transition("mark", "a", "a", guard=X, direction=1).marks_only()
+    assert not cd.Transition("mark", "a", "b", guard=X, direction=1).marks_only()
+    assert not cd.Transition("mark", "a", "a", guard=X, direction=1, reset={X: 0}).marks_only()

@@ -1,0 +1,111 @@
+"""A system that cannot be compiled is refused, and the text names the place, the thing at fault and what is allowed."""
+
+import pytest
+import sympy
+
+import chaosdrill as cd
+
+X, V, T, K = sympy.symbols("x v t k", real=True)
+STRANGER = sympy.Symbol("stranger")
+
+
+def build(**changes):
+    given = {
+        "name": "mass",
+        "states": (X, V),
+        "time": T,
+        "parameters": {"k": 2.0, "omega": 3.0},
+        "modes": {"free": {X: V, V: -K * X + sympy.cos(sympy.Symbol("omega") * T)}},
+        "transitions": [cd.Transition("hit", "free", "free", guard=X - 1, direction=+1, reset={V: -V})],
+        "period": 2 * sympy.pi / sympy.Symbol("omega"),
+    }
+    return cd.HybridSystem(**{**given, **changes})
+
+
+def hit(**changes):
+    given = {"source": "free", "target": "free", "guard": X - 1, "direction": +1, "reset": {V: -V}}
+    return [cd.Transition("hit", **{**given, **changes})]
+
+
+def test_the_system_that_all_faults_are_made_of_is_accepted():
+    assert build().state_names == ("x", "v")
+
+
+FAULTS = {
+    "symbol in a rate": ({"modes": {"free": {X: V, V: -STRANGER * X}}}, ["mode 'free', dv/dt", "'stranger'", "'k'"]),
+    "symbol in a guard": ({"transitions": hit(guard=X - STRANGER)}, ["'hit', guard", "'stranger'", "'omega'"]),
+    "symbol in a reset": ({"transitions": hit(reset={V: STRANGER})}, ["'hit', reset of v", "'stranger'", "'x'"]),
+    "symbol in a condition": ({"transitions": hit(condition=V > STRANGER)}, ["'hit', condition", "'stranger'"]),
+    "symbol in a quadrature": ({"quadratures": {"work": STRANGER * V}}, ["quadrature 'work'", "'stranger'"]),
+    "state in the period": ({"period": X}, ["period", "unknown symbol 'x'", "parameters", "'omega'"]),
+    "time without being declared": ({"time": None, "period": None}, ["dv/dt", "unknown symbol 't'"]),
+    "rate that is missing": ({"modes": {"free": {X: V}}}, ["mode 'free'", "no derivative", "'v'"]),
+    "rate of a stranger": ({"modes": {"free": {X: V, V: 0, K: 1}}}, ["mode 'free'", "k, which is no state"]),
+    "no state": ({"states": (), "modes": {"free": {}}, "transitions": []}, ["there is no state"]),
+    "no mode": ({"modes": {}, "transitions": []}, ["there is no mode"]),
+    "source": ({"transitions": hit(source=("free", "stuck"))}, ["'hit'", "mode 'stuck'", "['free']"]),
+    "target": ({"transitions": hit(target="stuck")}, ["'hit'", "mode 'stuck'", "['free']"]),
+    "guard on parameters only": ({"transitions": hit(guard=K - 1)}, ["'hit'", "k - 1", "no state and not on time"]),
+    "guard that is a number": ({"transitions": hit(guard=sympy.Integer(1))}, ["'hit'", "guard 1", "no state"]),
+    "reset of a stranger": ({"transitions": hit(reset={K: V})}, ["'hit'", "resets k", "('x', 'v')"]),
+    "condition that is a number": ({"transitions": hit(condition=V - 1)}, ["'hit'", "v - 1", "such as v > 1"]),
+    "two transitions of one name": ({"transitions": hit() + hit(direction=-1)}, ["two transitions", "'hit'", "once"]),
+    "state twice": ({"states": (X, V, X)}, ["'x' is named twice"]),
+    "parameter that is a state": ({"parameters": {"k": 2.0, "omega": 3.0, "v": 1.0}}, ["'v' is named twice"]),
+    "quadrature that is a state": ({"quadratures": {"x": V}}, ["'x' is named twice"]),
+    "time that is a parameter": ({"parameters": {"k": 2.0, "omega": 3.0, "t": 1.0}}, ["'t' is named twice"]),
+    "rate that is infinite": ({"modes": {"free": {X: V, V: sympy.oo}}}, ["dv/dt", "not finite"]),
+    "division by zero": ({"modes": {"free": {X: V, V: sympy.zoo * X}}}, ["dv/dt", "not finite"]),
+    "bound of a stranger": ({"bounds": {K: (0, 1)}}, ["'k'", "no state", "('x', 'v')"]),
+    "wrong period": ({"period": sympy.pi / 3}, ["does not repeat", "declared period pi/3", "mend the period"]),
+    "drift in a periodic rate": ({"modes": {"free": {X: V, V: T}}}, ["t does not repeat", "leave it out"]),
+    "drift in a guard": ({"transitions": hit(guard=X - T)}, ["-t + x does not repeat", "period"]),
+    "drift in a reset": ({"transitions": hit(reset={V: T})}, ["t does not repeat", "period"]),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_named(fault):
+    changes, words = FAULTS[fault]
+    with pytest.raises(cd.ModelError) as caught:
+        build(**changes)
+    text = str(caught.value)
+    assert text.startswith("mass: ")
+    for word in words:
+        assert word in text
+
+
+NUMBERS = {
+    "parameter that is not finite": ({"parameters": {"k": float("nan"), "omega": 3.0}}, ["parameter 'k'", "nan"]),
+    "parameter that is infinite": ({"parameters": {"k": float("inf"), "omega": 3.0}}, ["parameter 'k'", "inf"]),
+    "parameter that is a word": ({"parameters": {"k": "stiff", "omega": 3.0}}, ["parameter 'k'", "'stiff'"]),
+    "start that is not finite": ({"initial": {X: float("nan")}}, ["initial 'x'", "finite number"]),
+    "start of a stranger": ({"initial": {"y": 0.0}}, ["'y'", "'mode'", "('x', 'v')"]),
+    "start in a mode that is not there": ({"initial": {"mode": "stuck"}}, ["initial mode 'stuck'", "['free']"]),
+}
+
+
+@pytest.mark.parametrize("fault", NUMBERS)
+def test_a_number_that_cannot_be_used_is_named(fault):
+    changes, words = NUMBERS[fault]
+    with pytest.raises(cd.SettingsError) as caught:
+        build(**changes)
+    for word in ["mass", *words]:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("direction", [2, -3, 0.5, None, "up"])
+def test_a_direction_is_up_down_or_both(direction):
+    with pytest.raises(cd.ModelError, match=r"'hit'.*direction is .*must be \+1, -1 or 0"):
+        hit(direction=direction)
+
+
+def test_a_system_in_time_without_declared_period_may_drift():
+    assert build(modes={"free": {X: V, V: T}}, period=None).forcing_period() is None
+
+
+def test_symbols_are_matched_by_name_whatever_their_assumptions():
+    plain = sympy.Symbol("x")
+    positive = sympy.Symbol("k", positive=True)
+    system = build(modes={"free": {plain: sympy.Symbol("v", complex=True), V: -positive * plain}})
+    assert system.modes["free"] == {X: V, V: -K * X}
