@@ -76,7 +76,7 @@ def poincare_section(
             outcome, points, times, modes = _events(run, plan.count, chosen, progress)
     n = len(system.states)
     period = find_period(points[:, :n], max_period)
-    multipliers = np.full(n, np.nan, dtype=complex)
+    multipliers = np.full(n, complex(np.nan, np.nan))
     if period and chosen is None and outcome == Outcome.OK:
         multipliers = cycle_multipliers(system, run, period, numerics)
     variables = {
@@ -142,7 +142,7 @@ def cycle_multipliers(system: "HybridSystem", run: Run, period: int, numerics: N
     whole_map = Run(here, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
     ranked = Run(here, run.period, numerics, tangents=np.eye(n), deficient=deficient)
     if whole_map.advance(period)[0] != Outcome.OK or ranked.advance(period)[0] != Outcome.OK:
-        return np.full(n, np.nan, dtype=complex)
+        return np.full(n, complex(np.nan, np.nan))
     values = np.linalg.eigvals(whole_map.vectors.T).astype(complex)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     values[ranked.live :] = 0

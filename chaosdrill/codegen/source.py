@@ -20,7 +20,7 @@ import math
 from numba import uint64
 
 from chaosdrill.codegen.signatures import CONSTANTS, SIGNATURES
-from chaosdrill.engine.jit import helper, kernel
+from chaosdrill.engine.jit import RECIPROCAL, helper, kernel
 {imports}
 '''
 

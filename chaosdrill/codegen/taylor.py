@@ -49,6 +49,32 @@ def with_constants(lines: list[str]) -> list[str]:
     return [*(f"c{i} = c[{i}]" for i in used), *lines]
 
 
+def _sum(indices: str, term: str) -> list[str]:
+    """Lines that sum the inner terms of a convolution, without those of the newest coefficients."""
+    return ["s = 0.0", f"for j in {indices}:", f"    s += {term}"]
+
+
+def _inner(left: str, right: str) -> list[str]:
+    """Lines that sum left[j] * right[k - j] over 0 < j < k in two chains, the newest coefficients last.
+
+    What the next order waits for is then one product of numbers still in registers, not the whole sum.
+    """
+    return [
+        "s = 0.0",
+        "u = 0.0",
+        "for j in range(2, k - 2, 2):",
+        f"    s += {left}[j] * {right}[uint64(k - j)]",
+        f"    u += {left}[j + 1] * {right}[uint64(k - j - 1)]",
+        "if k > 3 and k % 2 == 0:",
+        f"    s += {left}[uint64(k - 2)] * {right}[2]",
+        "if k > 2:",
+        f"    u += {left}[uint64(k - 1)] * {right}[1]",
+        "s += u",
+        "if k > 1:",
+        f"    s += {left}[1] * {right}[uint64(k - 1)]",
+    ]
+
+
 class ModeSource:
     """The source of jet, Jacobian jet and tangent for one mode."""
 
@@ -181,38 +207,34 @@ class ModeSource:
             terms = [f"{self._times(w)}v{i}" for w, i in zip(node.weights, node.args, strict=True)]
             return [f"{out} = {' + '.join(terms)}"]
         if node.op == "mul":
-            return ["s = 0.0", "for j in range(k + 1):", f"    s += {a[0]}[j] * {a[1]}[uint64(k - j)]", f"{out} = s"]
+            x, y = (f"v{i}" for i in node.args)
+            return [
+                *_inner(a[0], a[1]),
+                f"{out} = s + {a[0]}[0] * {y} + {x} * {a[1]}[0]",
+            ]
         if node.op == "square":
             return [
-                "s = 0.0",
-                "for j in range((k + 1) // 2):",
-                f"    s += {a[0]}[j] * {a[0]}[uint64(k - j)]",
+                *_sum("range(1, (k + 1) // 2)", f"{a[0]}[j] * {a[0]}[uint64(k - j)]"),
                 "s += s",
                 "if k % 2 == 0:",
                 f"    s += {a[0]}[uint64(k // 2)] * {a[0]}[uint64(k // 2)]",
-                f"{out} = s",
+                f"{out} = s + 2.0 * {a[0]}[0] * v{node.args[0]}",
             ]
         if node.op == "div":
             above = "0.0" if self._is_number(node.args[0]) else f"v{node.args[0]}"
             return [
-                "s = 0.0",
-                "for j in range(1, k + 1):",
-                f"    s += {a[1]}[j] * h{row}[uint64(k - j)]",
-                f"{out} = ({above} - s) / {a[1]}[0]",
+                *_inner(a[1], f"h{row}"),
+                f"{out} = ({above} - s - v{node.args[1]} * h{row}[0]) / {a[1]}[0]",
             ]
         if node.op == "power":
             exponent = self.constants.text(node.value)
             return [
-                "s = 0.0",
-                "for j in range(k):",
-                f"    s += ({exponent} * (k - j) - j) * {a[0]}[uint64(k - j)] * h{row}[j]",
-                f"{out} = ik * s / {a[0]}[0]",
+                *_sum("range(1, k)", f"({exponent} * (k - j) - j) * {a[0]}[uint64(k - j)] * h{row}[j]"),
+                f"{out} = (ik * s + {exponent} * v{node.args[0]} * h{row}[0]) / {a[0]}[0]",
             ]
         if node.op == "log":
             return [
-                "s = 0.0",
-                "for j in range(1, k):",
-                f"    s += j * h{row}[j] * {a[0]}[uint64(k - j)]",
+                *_sum("range(1, k)", f"j * h{row}[j] * {a[0]}[uint64(k - j)]"),
                 f"{out} = (v{node.args[0]} - ik * s) / {a[0]}[0]",
             ]
         slope, sign = self.tape.slopes[index]
@@ -221,10 +243,8 @@ class ModeSource:
         if rate is not None:
             return [f"{out} = {minus}ik * {self.constants.text(rate)} * h{self.rows[slope]}[uint64(k - 1)]"]
         return [
-            "s = 0.0",
-            "for j in range(1, k + 1):",
-            f"    s += h{self.slope_rows[node.args[0]]}[j] * h{self.rows[slope]}[uint64(k - j)]",
-            f"{out} = {minus}ik * s",
+            *_inner(f"h{self.slope_rows[node.args[0]]}", f"h{self.rows[slope]}"),
+            f"{out} = {minus}(ik * s + v{node.args[0]} * h{self.rows[slope]}[0])",
         ]
 
     def _ordered(self, nodes: set[int], order: bool) -> list[int]:
@@ -263,7 +283,7 @@ class ModeSource:
         moving = [i for i, r in enumerate(self.rates) if not self._is_number(r)]
         still = [i for i, r in enumerate(self.rates) if self._is_number(r)]
         lines += [f"r{i} = {self._value(self.rates[i])}" for i in range(len(self.rates))]
-        loop = ["ik = 1.0 / k"]
+        loop = ["ik = RECIPROCAL[k]"]
         for i in range(len(self.rates)):
             loop += [f"y{i} = r{i} * ik", f"h{i}[k] = y{i}"]
         for index in self._ordered(self.in_jet, order=True):
@@ -285,7 +305,7 @@ class ModeSource:
         lines += [f"v{i} = h{self.rows[i]}[0]" for i in sorted(inputs) if i in self.rows]
         for index in self._ordered(self.in_jacobian, order=False):
             lines += [f"v{index} = {self._start(index)}", *self._store(index, "0")]
-        loop = ["ik = 1.0 / k"]
+        loop = ["ik = RECIPROCAL[k]"]
         loop += [f"v{i} = h{self.rows[i]}[k]" for i in sorted(inputs) if i in self.rows]
         for index in self._ordered(self.in_jacobian, order=True):
             loop += [*self._order(index), *self._store(index, "k")]
@@ -301,11 +321,15 @@ class ModeSource:
         for i in range(self.n):
             lines += [f"w{i} = ws[row + {i}]", f"a{i} = first[{i}]", f"b{i} = second[{i}]"]
             lines += [f"w{i}[0] = a{i}", f"w{i}[1] = b{i}"]
-        loop = ["ik = 1.0 / (k + 1)"]
+        loop = ["ik = RECIPROCAL[k + 1]"]
         for index, j in pairs:
-            loop += ["s = 0.0", "u = 0.0", "for j in range(k + 1):", f"    e = h{self.rows[index]}[uint64(k - j)]"]
+            row = self.rows[index]
+            loop += ["s = 0.0", "u = 0.0", "s_odd = 0.0", "u_odd = 0.0", "for j in range(0, k - 1, 2):"]
+            loop += [f"    e = h{row}[uint64(k - j)]", f"    f = h{row}[uint64(k - j - 1)]"]
             loop += [f"    s += e * w{j}[2 * j]", f"    u += e * w{j}[2 * j + 1]"]
-            loop += [f"p{index}_{j} = s", f"q{index}_{j} = u"]
+            loop += [f"    s_odd += f * w{j}[2 * j + 2]", f"    u_odd += f * w{j}[2 * j + 3]", "if k % 2 == 1:"]
+            loop += [f"    s += h{row}[1] * w{j}[uint64(2 * k - 2)]", f"    u += h{row}[1] * w{j}[uint64(2 * k - 1)]"]
+            loop += [f"p{index}_{j} = s + s_odd + h{row}[0] * a{j}", f"q{index}_{j} = u + u_odd + h{row}[0] * b{j}"]
         for i in range(self.n):
             for vector, product in (("a", "p"), ("b", "q")):
                 terms = [f"{self._times(w)}{vector}{j}" for (a, j), w in self.linear.items() if a == i]

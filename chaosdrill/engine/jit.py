@@ -10,12 +10,16 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core.caching import FunctionCache
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from chaosdrill.codegen.cache import code_key
 
-FAST = {"contract", "reassoc", "nsz", "arcp"}
+RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
+"""1/k, a table because every order of every series divides by its number."""
+
+FAST = {"contract", "nsz", "arcp"}
 """Rounding freedom in Taylor recurrences; never in events, resets or saltation, where exact zeros carry the rank."""
 
 
