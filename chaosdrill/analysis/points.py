@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.spectra import mean_exponents
 from chaosdrill.analysis.statistics import classify, find_period
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine import layout
 from chaosdrill.engine.run import Numerics, Run, event_rates
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 _BLOCKS = 32
-_EVENT_ROWS = 1024
 
 
 @dataclass(frozen=True)
@@ -80,18 +79,17 @@ def run_point(task: PointTask, value: float, start: "HybridSystem") -> Point:
     run.forget()
     ends = np.unique(np.linspace(0, task.periods, min(_BLOCKS, task.periods) + 1).astype(int))
     sums = np.zeros((len(ends), m))
-    rows = np.full((task.periods + 2, n + len(system.quadratures) + 1), np.nan)
-    events: list[np.ndarray] = []
-    filled = 0
+    records: list[Record] = []
     for block, length in enumerate(np.diff(ends), start=1):
-        outcome = _advance(run, int(length), rows[filled:], events if task.chosen else None)
-        if outcome != Outcome.OK:
-            return _empty(task, system, n, m, outcome, period)
-        filled += int(length)
+        records.append(record(run, int(length), events=task.chosen is not None, slices=1))
+        if records[-1].outcome != Outcome.OK:
+            return _empty(task, system, n, m, records[-1].outcome, period)
         sums[block] = np.where(run.dead[:m] == 1, -np.inf, run.logs[:m])
-    strobes = rows[: task.periods, :n]
-    section = _crossings(events, task, n) if task.chosen else strobes
-    found = find_period(section if task.chosen else strobes, task.max_period)
+    if task.chosen is None:
+        section = np.concatenate([r.samples for r in records])[:, :n]
+    else:
+        section = _last_crossings(records, task, n)
+    found = find_period(section, task.max_period)
     exponents, errors, _ = mean_exponents(sums, ends, period)
     if m:
         outcome = classify(exponents, errors, task.neutral, task.periods * period, found)
@@ -100,26 +98,9 @@ def run_point(task: PointTask, value: float, start: "HybridSystem") -> Point:
     return Point(section, found, exponents, errors, event_rates(run), outcome, period)
 
 
-def _advance(run: Run, periods: int, rows: np.ndarray, events: list[np.ndarray] | None) -> Outcome:
-    if events is None:
-        return run.advance(periods, rows)[0]
-    n = len(run.system.states)
-    buffer = np.zeros((_EVENT_ROWS, layout.EVENT_COLUMNS + 2 * n))
-    filled = 0
-    while True:
-        outcome, full = run.advance(periods, rows[filled:], buffer)
-        periods = 0
-        filled += run.filled()[0]
-        events.append(buffer[: run.filled()[1]].copy())
-        if not full or outcome != Outcome.OK:
-            return outcome
-
-
-def _crossings(events: list[np.ndarray], task: PointTask, n: int) -> np.ndarray:
+def _last_crossings(records: list[Record], task: PointTask, n: int) -> np.ndarray:
     """The last states before the chosen events, as many as periods, NaN where there were fewer."""
-    table = np.concatenate(events)
-    table = table[np.isin(table[:, layout.EVENT_KIND], list(task.chosen or ()))]
-    states = table[-task.periods :, layout.EVENT_COLUMNS : layout.EVENT_COLUMNS + n]
+    states = np.concatenate([r.of(task.chosen or set()).states_before() for r in records])[-task.periods :]
     section = np.full((task.periods, n), np.nan)
     section[: len(states)] = states
     return section

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, section_transitions, settings, span, whole
+from chaosdrill.analysis.recording import record
 from chaosdrill.analysis.statistics import find_period
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout
@@ -14,9 +15,6 @@ from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-
-_EVENT_ROWS = 4096
-_SLICES = 64
 
 
 def poincare_section(
@@ -68,12 +66,16 @@ def poincare_section(
     numerics = Numerics(method, tolerance, steps)
     run = Run(system, plan.unit, numerics)
     outcome = plan.settle(run)
-    points, times, modes = np.zeros((0, len(system.states) + len(system.quadratures))), np.zeros(0), np.zeros(0)
-    if outcome == Outcome.OK:
-        if chosen is None:
-            outcome, points, times, modes = _strobes(run, plan.count, progress)
-        else:
-            outcome, points, times, modes = _events(run, plan.count, chosen, progress)
+    report = None if progress is None else lambda done: progress(done, plan.count, None)
+    first = run.strobes
+    found = record(run, plan.count if outcome == Outcome.OK else 0, events=chosen is not None, report=report)
+    outcome = found.outcome if outcome == Outcome.OK else outcome
+    if chosen is None:
+        points, modes = found.samples[:, :-1], found.samples[:, -1]
+        times = (first + 1 + np.arange(len(points))) * run.period
+    else:
+        crossings = found.of(chosen)
+        points, modes, times = crossings.states_before(), crossings.events[:, layout.EVENT_MODE], crossings.times
     n = len(system.states)
     period = find_period(points[:, :n], max_period)
     multipliers = np.full(n, complex(np.nan, np.nan))
@@ -99,39 +101,6 @@ def poincare_section(
         "multiplier": np.arange(1, n + 1, dtype=np.int32),
     }
     return label(xr.Dataset(variables, coords=coords), "poincare-section", system=system, settings=given)
-
-
-def _strobes(run: Run, count: int, progress: Progress | None) -> tuple[Outcome, np.ndarray, np.ndarray, np.ndarray]:
-    rows = np.zeros((count + 2, len(run.system.states) + len(run.system.quadratures) + 1))
-    first, filled, outcome = run.strobes, 0, Outcome.OK
-    for part in np.array_split(np.arange(count), min(count, _SLICES)):
-        outcome, _ = run.advance(len(part), rows[filled:])
-        filled += run.filled()[0]
-        if progress:
-            progress(filled, count, None)
-        if outcome != Outcome.OK:
-            break
-    return outcome, rows[:filled, :-1], (first + 1 + np.arange(filled)) * run.period, rows[:filled, -1]
-
-
-def _events(
-    run: Run, count: int, chosen: set[int], progress: Progress | None
-) -> tuple[Outcome, np.ndarray, np.ndarray, np.ndarray]:
-    n, first = len(run.system.states), run.strobes
-    start = run.elapsed
-    buffer = np.zeros((_EVENT_ROWS, layout.EVENT_COLUMNS + 2 * n))
-    found, target, pending, outcome = [], count, True, Outcome.OK
-    while pending:
-        outcome, full = run.advance(target, None, buffer)
-        target = 0
-        rows = buffer[: run.filled()[1]]
-        found.append(rows[np.isin(rows[:, layout.EVENT_KIND], list(chosen))].copy())
-        pending = full and outcome == Outcome.OK
-        if progress:
-            progress(run.strobes - first, count, None)
-    table = np.concatenate(found)
-    times = start + (table[:, layout.EVENT_STROBES] - first) * run.period + table[:, layout.EVENT_TIME]
-    return outcome, table[:, layout.EVENT_COLUMNS : layout.EVENT_COLUMNS + n], times, table[:, layout.EVENT_MODE]
 
 
 def cycle_multipliers(system: "HybridSystem", run: Run, period: int, numerics: Numerics) -> np.ndarray:

@@ -1,19 +1,18 @@
 """States over time, with every event."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, settings, span, whole
+from chaosdrill.analysis.recording import record
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.run import Numerics, Run
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-
-_EVENT_ROWS = 4096
 
 
 def trajectory(
@@ -71,45 +70,29 @@ def trajectory(
     outcome = plan.settle(run)
     n, names = len(system.states), list(system.quadratures)
     start = run.elapsed
-    rows = np.zeros((plan.count * samples + samples + 2, n + len(names) + 1))
-    rows[0, :n], rows[0, -1] = run.x, run.carried[at.MODE]
-    filled, events = 1, []
-    buffer = np.zeros((_EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
-    first = run.strobes
-    target, pending = plan.count, outcome == Outcome.OK
-    while pending:
-        outcome, full = run.advance(target, rows[filled:], buffer)
-        target = 0
-        new_rows, new_events = run.filled()
-        filled += new_rows
-        events.append(buffer[:new_events].copy())
-        pending = full and outcome == Outcome.OK
-        if progress:
-            progress(run.strobes - first, plan.count, None)
-    table = np.concatenate(events) if events else np.zeros((0, buffer.shape[1]))
-    rows = rows[:filled]
+    here = np.concatenate([run.x, np.zeros(len(names)), [run.carried[at.MODE]]])
+    report = None if progress is None else lambda done: progress(done, plan.count, None)
+    found = record(run, plan.count if outcome == Outcome.OK else 0, events=True, report=report)
+    outcome = found.outcome if outcome == Outcome.OK else outcome
+    rows = np.vstack([here, found.samples])
     ds = xr.Dataset(
         {
             "state": (("time", "state"), rows[:, :n]),
             "mode": ("time", rows[:, -1].astype(np.int8)),
             **{name: ("time", rows[:, n + i]) for i, name in enumerate(names)},
-            "event_time": ("event", _event_times(table, run, start, first)),
-            "event_kind": ("event", table[:, at.EVENT_KIND].astype(np.int8)),
-            "event_speed": ("event", table[:, at.EVENT_SPEED]),
-            "event_mode_before": ("event", table[:, at.EVENT_MODE].astype(np.int8)),
-            "event_state_before": (("event", "state"), table[:, at.EVENT_COLUMNS : at.EVENT_COLUMNS + n]),
-            "event_state_after": (("event", "state"), table[:, at.EVENT_COLUMNS + n :]),
+            "event_time": ("event", found.times),
+            "event_kind": ("event", found.events[:, at.EVENT_KIND].astype(np.int8)),
+            "event_speed": ("event", found.events[:, at.EVENT_SPEED]),
+            "event_mode_before": ("event", found.events[:, at.EVENT_MODE].astype(np.int8)),
+            "event_state_before": (("event", "state"), found.states_before()),
+            "event_state_after": (("event", "state"), found.states_after()),
             "outcome": ((), np.int8(outcome)),
         },
         coords={
-            "time": start + np.arange(filled) * (plan.unit / samples),
+            "time": start + np.arange(len(rows)) * (plan.unit / samples),
             "state_name": ("state", list(system.state_names)),
         },
     )
     if plan.periodic:
         ds["forcing_period"] = ((), plan.unit)
     return label(ds, "trajectory", system=system, settings=given)
-
-
-def _event_times(table: np.ndarray, run: Run, start: float, first: int) -> Any:
-    return start + (table[:, at.EVENT_STROBES] - first) * run.period + table[:, at.EVENT_TIME]

@@ -1,0 +1,89 @@
+"""A stretch of a run is recorded: its samples and its events, whatever their number."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout as at
+from chaosdrill.engine.run import Run
+
+_EVENT_ROWS = 1024
+_SLICES = 64
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a stretch of a run left behind.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        ``Outcome.OK``, or what ended the run before its time.
+    samples : ndarray, shape (samples, n + q + 1)
+        States, quadratures and mode.
+    events : ndarray, shape (events, 5 + 2 n)
+        Columns of the engine's event buffer, the states before and after from column 5 on.
+    times : ndarray, shape (events,)
+        Time of each event since the start of the run.
+    """
+
+    outcome: Outcome
+    samples: np.ndarray
+    events: np.ndarray
+    times: np.ndarray
+
+    def states_before(self) -> np.ndarray:
+        """States before the events, shape (events, n)."""
+        n = (self.events.shape[1] - at.EVENT_COLUMNS) // 2
+        return self.events[:, at.EVENT_COLUMNS : at.EVENT_COLUMNS + n]
+
+    def states_after(self) -> np.ndarray:
+        """States after the events, shape (events, n)."""
+        n = (self.events.shape[1] - at.EVENT_COLUMNS) // 2
+        return self.events[:, at.EVENT_COLUMNS + n :]
+
+    def of(self, transitions: set[int]) -> "Record":
+        """The same record with the events of some transitions only."""
+        kept = np.isin(self.events[:, at.EVENT_KIND], list(transitions))
+        return Record(self.outcome, self.samples, self.events[kept], self.times[kept])
+
+
+def record(
+    run: Run, periods: int, *, events: bool, report: Callable[[int], None] | None = None, slices: int = _SLICES
+) -> Record:
+    """Run on for a number of periods and keep all samples, and all events if asked to.
+
+    Parameters
+    ----------
+    run : Run
+        The run; it is continued.
+    periods : int
+        Periods to go on for.
+    events : bool
+        Whether events are kept.
+    report : callable, optional
+        Called with the periods done, between the slices.
+    slices : int
+        Parts between which an interruption is heard.
+    """
+    n, per_period = len(run.system.states), int(run.settings_i[at.SAMPLES])
+    rows = np.zeros(((periods + 1) * per_period + 2, n + len(run.system.quadratures) + 1))
+    buffer = np.zeros((_EVENT_ROWS if events else 0, at.EVENT_COLUMNS + 2 * n))
+    start, first = run.elapsed, run.strobes
+    found = [buffer[:0]]
+    filled, outcome = 0, Outcome.OK
+    for part in np.array_split(np.arange(periods), min(periods, slices)):
+        target, full = len(part), True
+        while full and outcome == Outcome.OK:
+            outcome, full = run.advance(target, rows[filled:], buffer)
+            target = 0
+            samples, taken = run.filled()
+            filled += samples
+            found.append(buffer[:taken].copy())
+        if report:
+            report(run.strobes - first)
+    table = np.concatenate(found)
+    times = start + (table[:, at.EVENT_STROBES] - first) * run.period + table[:, at.EVENT_TIME]
+    return Record(outcome, rows[:filled], table, times)
