@@ -1,0 +1,127 @@
+"""Each way in which a run can end early has its name, at a small system that ends so; none hangs."""
+
+import numpy as np
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.engine import run as engine_run
+from chaosdrill.engine.run import Numerics, Run
+
+X, Y = sympy.symbols("x y", real=True)
+
+MODES = {
+    "grow": {X: X, Y: 0},
+    "explode": {X: X**2, Y: 0},
+    "shrink": {X: -1 / X, Y: 0},
+    "logarithm": {X: sympy.log(X - 3), Y: 0},
+    "pole": {X: 1, Y: 1 / (X - 1)},
+    "ping": {X: 1, Y: 0},
+    "pong": {X: 1, Y: 0},
+    "fall": {X: Y, Y: -1},
+    "clock": {X: 1, Y: 0},
+}
+
+
+@pytest.fixture(scope="module")
+def system():
+    return cd.HybridSystem(
+        name="ends",
+        states=(X, Y),
+        parameters={},
+        modes=MODES,
+        transitions=[
+            cd.Transition("there", "ping", "pong", guard=X - 1, direction=+1, reset={X: 2}),
+            cd.Transition("back", "pong", "ping", guard=X - 1, direction=-1, reset={X: 0}),
+            cd.Transition("over", "pong", "ping", guard=X - 2, direction=+1, reset={X: 1}),
+            cd.Transition("bounce", "fall", "fall", guard=X, direction=-1, reset={Y: -Y / 2}),
+            cd.Transition("tick", "clock", "clock", guard=X - sympy.Float("1e-5"), direction=+1, reset={X: 0}),
+        ],
+        period=sympy.Integer(5),
+        bounds={X: None, Y: (-10, 10)},
+    )
+
+
+def end(system, method="taylor", bounds=None, **initial):
+    system = system.with_initial(**initial)
+    if bounds:
+        system.bounds = {**system.bounds, **bounds}
+    run = Run(system, 5.0, Numerics(method, 1e-10), tangents=np.eye(2))
+    return run, run.advance(3)[0]
+
+
+@pytest.mark.parametrize("method", ["taylor", "rk4"])
+def test_escaped(system, method):
+    run, outcome = end(system, method, {"x": (-50.0, 50.0)}, mode="grow", x=1.0)
+    assert outcome == cd.Outcome.ESCAPED
+    assert run.x[0] > 50
+
+
+def test_escaped_below(system):
+    assert end(system, bounds={"x": (-50.0, 50.0)}, mode="grow", x=-1.0)[1] == cd.Outcome.ESCAPED
+
+
+def test_a_start_outside_of_the_bounds_has_escaped(system):
+    assert end(system, mode="clock", y=11.0)[1] == cd.Outcome.ESCAPED
+
+
+@pytest.mark.parametrize("method", ["taylor", "rk4"])
+def test_stalled(system, method):
+    """The reset of each transition lands on the guard of the other."""
+    run, outcome = end(system, method, mode="ping", x=0.5)
+    assert outcome == cd.Outcome.STALLED
+    assert 50 < run.counts.sum() < 60
+    assert run.elapsed == pytest.approx(0.5, abs=1e-6)
+
+
+def test_chatter_ends_by_name(system):
+    """Bounces of half the speed end at time 4 from unit speed."""
+    run, outcome = end(system, mode="fall", x=0.0, y=1.0)
+    assert outcome in (cd.Outcome.STALLED, cd.Outcome.EVENT_LIMIT)
+    assert run.elapsed == pytest.approx(4.0, abs=1e-6)
+
+
+def test_event_limit(system):
+    run, outcome = end(system, mode="clock")
+    assert outcome == cd.Outcome.EVENT_LIMIT
+    assert run.elapsed == pytest.approx(run.counts.sum() * 1e-5, rel=1e-9)
+    assert run.counts.sum() == 10_001
+
+
+def test_nonfinite(system):
+    """The logarithm of a negative number."""
+    run, outcome = end(system, mode="logarithm", x=1.0)
+    assert outcome == cd.Outcome.NONFINITE
+
+
+@pytest.mark.parametrize(("mode", "start", "when"), [("explode", 1.0, 1.0), ("shrink", 1.0, 0.5), ("pole", 0.0, 1.0)])
+def test_a_singularity_ends_the_run_where_it_is(system, mode, start, when):
+    """x' = x^2 reaches infinity at 1/x0, x' = -1/x reaches zero at x0^2/2."""
+    run, outcome = end(system, mode=mode, x=start)
+    assert outcome in (cd.Outcome.STEP_UNDERFLOW, cd.Outcome.NONFINITE, cd.Outcome.ESCAPED)
+    assert run.elapsed == pytest.approx(when, abs=1e-3)
+
+
+def test_step_underflow(system):
+    assert end(system, mode="shrink", x=1.0)[1] == cd.Outcome.STEP_UNDERFLOW
+
+
+@pytest.mark.parametrize("method", ["taylor", "rk4"])
+def test_invalid_start(system, method):
+    assert end(system, method, mode="ping", x=1.5)[1] == cd.Outcome.INVALID_START
+
+
+def test_a_start_on_a_guard_is_valid(system):
+    assert end(system, mode="fall", x=0.0, y=1.0)[0].counts[3] > 10
+
+
+def test_an_outcome_is_what_a_second_call_gives_too(system):
+    run, outcome = end(system, mode="ping", x=1.5)
+    assert run.advance(1)[0] == outcome
+
+
+def test_the_limit_counts_events_of_one_period(system):
+    """2 000 ticks a period for many periods are no chatter."""
+    limit = engine_run.Run(system.with_initial(mode="clock"), 0.02, Numerics())
+    assert limit.advance(20)[0] == cd.Outcome.OK
+    assert limit.counts.sum() in (39_999, 40_000)
