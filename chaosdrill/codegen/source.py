@@ -176,3 +176,13 @@ def _check_functions(system: "HybridSystem") -> None:
                     f"{system.name}: mode {mode!r}, d{state}/dt = {rate} has a kink or a jump; "
                     "write its branches as modes with a guard between them"
                 )
+    for transition in system.transitions:
+        slopes = [
+            *guard_gradient(system, transition.guard),
+            *(v for row in reset_jacobian(system, transition) for v in row),
+        ]
+        if any(v.has(sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs) for v in slopes):
+            raise ModelError(
+                f"{system.name}: transition {transition.name!r}: guard or reset has no derivative by formula; write its "
+                "branches as transitions of their own with a condition each"
+            )
