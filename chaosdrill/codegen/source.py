@@ -181,7 +181,7 @@ def _check_functions(system: "HybridSystem") -> None:
             *guard_gradient(system, transition.guard),
             *(v for row in reset_jacobian(system, transition) for v in row),
         ]
-        if any(v.has(sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs) for v in slopes):
+        if any(v.has(sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs) for row in rows for v in row):
             raise ModelError(
                 f"{system.name}: transition {transition.name!r}: guard or reset has no derivative by formula; write its "
                 "branches as transitions of their own with a condition each"
