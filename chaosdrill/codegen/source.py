@@ -177,11 +177,9 @@ def _check_functions(system: "HybridSystem") -> None:
                     "write its branches as modes with a guard between them"
                 )
     for transition in system.transitions:
-        slopes = [
-            *guard_gradient(system, transition.guard),
-            *(v for row in reset_jacobian(system, transition) for v in row),
-        ]
-        if any(v.has(sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs) for row in rows for v in row):
+        rows = [guard_gradient(system, transition.guard), *reset_jacobian(system, transition)]
+        unprintable = (sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs)
+        if any(value.has(*unprintable) for row in rows for value in row):
             raise ModelError(
                 f"{system.name}: transition {transition.name!r}: guard or reset has no derivative by formula; write its "
                 "branches as transitions of their own with a condition each"
