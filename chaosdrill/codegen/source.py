@@ -181,6 +181,6 @@ def _check_functions(system: "HybridSystem") -> None:
         unprintable = (sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs)
         if any(value.has(*unprintable) for row in rows for value in row):
             raise ModelError(
-                f"{system.name}: transition {transition.name!r}: guard or reset has no derivative by formula; write its "
+                f"{system.name}: transition {transition.name!r}: guard or reset has no derivative; write its "
                 "branches as transitions of their own with a condition each"
             )
