@@ -59,9 +59,7 @@ def test_every_parameter_is_read(sources, effects):
     read = used(source.text)
     filling = source.text[source.text.index("def constants(") :]
     for index, parameter in enumerate(system.parameters):
-        derived = [
-            int(left) for left, right in re.findall(r"c\[(\d+)\] = (.*)", filling) if f"c[{index}]" in right
-        ]
+        derived = [int(left) for left, right in re.findall(r"c\[(\d+)\] = (.*)", filling) if f"c[{index}]" in right]
         assert index in read or set(derived) & read, parameter
     assert not read - set(range(source.constants))
 

@@ -23,7 +23,13 @@ UNARY = [
     *(sympy.sin, sympy.cos, sympy.tanh, sympy.atan, sympy.asinh),
     *(lambda a: sympy.exp(-(a**2)), lambda a: sympy.log(2 + a**2), lambda a: sympy.sqrt(1 + a**2)),
     *(lambda a: 1 / (2 + sympy.sin(a)), lambda a: sympy.asin(sympy.sin(a) / 2), lambda a: (3 + sympy.cos(a)) ** P),
-    *(lambda a: a**2, lambda a: a**3, lambda a: -a, lambda a: sympy.tan(sympy.sin(a)), lambda a: sympy.sinh(sympy.cos(a))),
+    *(
+        lambda a: a**2,
+        lambda a: a**3,
+        lambda a: -a,
+        lambda a: sympy.tan(sympy.sin(a)),
+        lambda a: sympy.sinh(sympy.cos(a)),
+    ),
 ]
 
 
@@ -43,7 +49,11 @@ PLACES = st.tuples(*[st.floats(-1.5, 1.5).map(lambda v: round(v, 3)) for _ in ra
 
 
 # no shrinking: every example builds a system, and the failing one is printed anyway
-@settings(max_examples=80, phases=[Phase.explicit, Phase.generate], suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=80,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
 @given(f=EXPRESSIONS, g=EXPRESSIONS, place=PLACES, t=st.floats(0, 3).map(lambda v: round(v, 3)))
 def test_the_series_solves_the_equation(f, g, place, t, interpreted, numeric, coefficients, polynomial, agree):
     f, g = sympy.sympify(f), sympy.sympify(g)

@@ -41,8 +41,7 @@ def product(real, complex_pairs=()):
             middle, spread = mpmath.mpf(middle), mpmath.mpf(spread)
             size = middle**2 + spread**2
             a = [
-                p - 2 * middle / size * q + r / size
-                for p, q, r in zip([*a, 0, 0], [0, *a, 0], [0, 0, *a], strict=True)
+                p - 2 * middle / size * q + r / size for p, q, r in zip([*a, 0, 0], [0, *a, 0], [0, 0, *a], strict=True)
             ]
         return np.array([float(c) for c in a])
 

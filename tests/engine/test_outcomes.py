@@ -20,6 +20,7 @@ MODES = {
     "pong": {X: 1, Y: 0},
     "fall": {X: Y, Y: -1},
     "clock": {X: 1, Y: 0},
+    "slow": {X: sympy.Rational(1, 10), Y: 0},
 }
 
 
@@ -36,6 +37,7 @@ def system():
             cd.Transition("over", "pong", "ping", guard=X - 2, direction=+1, reset={X: 1}),
             cd.Transition("bounce", "fall", "fall", guard=X, direction=-1, reset={Y: -Y / 2}),
             cd.Transition("tick", "clock", "clock", guard=X - sympy.Float("1e-5"), direction=+1, reset={X: 0}),
+            cd.Transition("strike", "slow", "slow", guard=X - 1, direction=+1, reset={X: 0}),
         ],
         period=sympy.Integer(5),
         bounds={X: None, Y: (-10, 10)},
@@ -125,3 +127,10 @@ def test_the_limit_counts_events_of_one_period(system):
     limit = engine_run.Run(system.with_initial(mode="clock"), 0.02, Numerics())
     assert limit.advance(20)[0] == cd.Outcome.OK
     assert limit.counts.sum() in (39_999, 40_000)
+
+
+def test_events_that_fall_on_the_beginning_of_a_step_are_no_stall(system):
+    """Ten steps of a tenth fall short of 1 by one rounding: every strike comes at once in the step that follows."""
+    run = Run(system.with_initial(mode="slow"), 1.0, Numerics())
+    assert run.advance(1000)[0] == cd.Outcome.OK
+    assert run.counts[-1] in (99, 100)

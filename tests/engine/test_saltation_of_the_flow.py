@@ -27,10 +27,12 @@ SPEED = 0.05
 def augmented():
     known = {}
 
-    def get(name):
+    def get(name, event):
         if name not in known:
             known[name] = systems.build(name).augmented(time=True)
-        return known[name]
+        # at a stop of 1 friction gives way before every hit, and a stiff contact holds only the slowest
+        changes = {"r": 0.5, "k": 4.0} if name.startswith("percussive") and event.endswith("hit") else {}
+        return known[name].with_parameters(**changes)
 
     return get
 
@@ -45,6 +47,11 @@ def moved(system, mode, x, length, tangents=None):
     return run.x, run.vectors, int(np.argmax(run.counts)), run.grazing.min()
 
 
+def held(system, source):
+    """Speeds that a mode holds: they have no freedom there, so no tangent."""
+    return [i for i, s in enumerate(system.states) if system.modes[source][s] == 0 and s.name in ("w", "x4", "v")]
+
+
 def candidates(system, source, event):
     """Random states near the guard, on the side from which it is reached."""
     rng = np.random.default_rng(5)
@@ -56,10 +63,8 @@ def candidates(system, source, event):
     gradient, rate = np.empty(n + 1), np.empty(n + len(system.quadratures))
     for _ in range(4000):
         x = rng.normal(size=n) * 10.0 ** rng.uniform(-3.5, 0.3)
-        for s, i in ((system.state_names[i], i) for i in range(n)):
-            # what a mode holds at zero starts there
-            if system.modes[source][system.states[i]] == 0 and s in ("w", "x4", "v"):
-                x[i] = system.initial["v"] if s == "v" else 0.0
+        for i in held(system, source):
+            x[i] = system.parameters.get("belt", 0.0)
         for _ in range(30):
             value = kernels.functions[5](mode, j, 0.0, c, x, gradient)
             x -= value * gradient[:n] / (gradient[:n] @ gradient[:n])
@@ -69,7 +74,7 @@ def candidates(system, source, event):
 
 @pytest.mark.parametrize(("name", "event", "source"), EVENTS)
 def test_tangents_are_the_derivative_of_the_flow(augmented, name, event, source):
-    system = augmented(name)
+    system = augmented(name, event)
     index = [t.name for t in system.transitions].index(event)
     n = len(system.states)
     checked = 0
@@ -78,17 +83,19 @@ def test_tangents_are_the_derivative_of_the_flow(augmented, name, event, source)
         if result is None or result[2] != index or result[3] < SPEED or not np.abs(x).max() < 20:
             continue
         columns = []
-        for j in range(n):
+        free = [j for j in range(n) if j not in held(system, source)]
+        for j in free:
             found = [moved(system, source, x + s * h * np.eye(n)[j], LENGTH) for h in (2e-4, 1e-4) for s in (1, -1)]
             if any(f is None or f[2] != index for f in found):
                 break
             coarse, fine = (found[0][0] - found[1][0]) / 4e-4, (found[2][0] - found[3][0]) / 2e-4
             columns.append((4 * fine - coarse) / 3)
-        if len(columns) < n:
+        if len(columns) < len(free):
             continue
-        expected, tangents = np.array(columns).T, result[1].T
+        expected, tangents = np.array(columns), result[1][free]
         scale = max(1.0, np.abs(expected).max())
         np.testing.assert_allclose(tangents, expected, rtol=0, atol=2e-7 * scale)
+        assert not np.any(result[1][held(system, source)])
         checked += 1
         if checked == 3:
             return

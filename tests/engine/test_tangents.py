@@ -83,13 +83,13 @@ def test_exponents_of_a_linear_flow_are_real_parts_of_eigenvalues(system):
     np.testing.assert_allclose(run.logs / 6000, expected, atol=1e-3)
 
 
-def test_sensitivity_to_a_parameter(system):
+@pytest.mark.parametrize("time", [True, False])
+def test_sensitivity_to_a_frequency(system, time):
     """The tangent along a parameter that became a state, against two runs at two values."""
-    wide = system.augmented(parameters=["k"])
-    run = Run(
-        wide.with_initial(mode="curved"), 3.0, Numerics(tolerance=1e-14), tangents=np.eye(4)[3:], orthonormalise=False
-    )
+    wide = system.augmented(time=time, parameters=["k"])
+    unit = np.eye(len(wide.states))[-1:]
+    run = Run(wide.with_initial(mode="curved"), 3.0, Numerics(tolerance=1e-14), tangents=unit, orthonormalise=False)
     run.advance(1)
     ends = [run_of(system.with_parameters(k=1.3 + s * 1e-4), "curved").x for s in (1, -1)]
     np.testing.assert_allclose(run.vectors[0, :3], (ends[0] - ends[1]) / 2e-4, rtol=0, atol=1e-7)
-    assert run.vectors[0, 3] == 1.0
+    assert run.vectors[0, -1] == 1.0

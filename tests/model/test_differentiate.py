@@ -33,9 +33,7 @@ def test_derivative_is_that_of_the_branch(expression, symbol, place):
     step = sympy.Rational(1, 10**9)
     dx, dy = (step, 0) if symbol == X else (0, step)
     # the differences are taken of 40-digit values: only the third derivative is left, of order 1e-18
-    ahead, behind = (
-        expression.subs({X: x + s * dx, Y: y + s * dy}).evalf(40) for s in (1, -1)
-    )
+    ahead, behind = (expression.subs({X: x + s * dx, Y: y + s * dy}).evalf(40) for s in (1, -1))
     slope = float((ahead - behind) / (2 * step))
     assert value(differentiate(expression, symbol), *place) == pytest.approx(slope, rel=1e-12, abs=1e-12)
 

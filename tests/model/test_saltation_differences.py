@@ -27,9 +27,7 @@ def ball():
         parameters=NUMBERS,
         modes={"flight": {X: V, V: -G}},
         transitions=[
-            cd.Transition(
-                "hit", "flight", "flight", guard=X - FLOOR, direction=-1, reset={V: SPEED - E * (V - SPEED)}
-            )
+            cd.Transition("hit", "flight", "flight", guard=X - FLOOR, direction=-1, reset={V: SPEED - E * (V - SPEED)})
         ],
     )
 

@@ -1,0 +1,114 @@
+"""An argument that cannot be used is refused; the text names it, the value and the remedy."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+from chaosdrill.analysis.registry import ANALYSES, METHODS
+
+SPAN = {"periods": 10}
+FAULTS = [
+    ({}, "give periods= and only that"),
+    ({"periods": 5, "duration": 3.0}, "give periods= and only that .received periods=5, duration=3.0"),
+    ({"duration": 31.4}, r"has the forcing period 6.28319: give periods=, not .*31.4 .about 5"),
+    ({"periods": 0}, "periods is 0; it must be an integer >= 1"),
+    ({"periods": -3}, "periods is -3"),
+    ({"periods": 2.5}, "periods is 2.5; it must be an integer"),
+    ({"periods": "ten"}, "periods is 'ten'"),
+    ({"periods": True}, "periods is True"),
+    ({"periods": float("inf")}, "periods is inf"),
+    ({**SPAN, "transient": -1}, "transient is -1; it must be an integer >= 0"),
+    ({**SPAN, "transient": 0.5}, "transient is 0.5"),
+    ({**SPAN, "method": "euler"}, "method is 'euler'; expected one of .'rk4', 'taylor'"),
+    ({**SPAN, "tolerance": 0}, "tolerance is 0; it must lie between 1e-16 and 1e-2"),
+    ({**SPAN, "tolerance": 1.0}, "tolerance is 1.0"),
+    ({**SPAN, "steps": 100}, "steps is 100, but method 'taylor' chooses its own; leave steps out"),
+    ({**SPAN, "steps": 2, "method": "rk4"}, "steps is 2; it must lie between 4"),
+]
+DURATION_FAULTS = [
+    ({}, "give duration= and only that"),
+    ({"periods": 4}, "has no forcing period: give duration= in units of time, not periods=4"),
+    ({"duration": 0}, "duration is 0; it must be a finite number > 0"),
+    ({"duration": float("nan")}, "duration is nan"),
+    ({"duration": "long"}, "duration is 'long'"),
+    ({"duration": 1.0, "transient": -2.0}, "transient is -2.0; it must be a finite time >= 0"),
+    ({"duration": 1.0, "transient": float("inf")}, "transient is inf"),
+]
+FUNCTIONS = ["trajectory", "poincare_section", "lyapunov_spectrum"]
+
+
+@pytest.mark.parametrize("function", FUNCTIONS)
+@pytest.mark.parametrize(("arguments", "words"), FAULTS)
+def test_systems_with_a_period(duffing, function, arguments, words):
+    with pytest.raises(cd.SettingsError, match=words):
+        getattr(cd, function)(duffing, **arguments)
+
+
+@pytest.mark.parametrize("function", FUNCTIONS)
+@pytest.mark.parametrize(("arguments", "words"), DURATION_FAULTS)
+def test_systems_without_a_period(bouncer, function, arguments, words):
+    extra = {"at": "hit"} if function == "poincare_section" else {}
+    with pytest.raises(cd.SettingsError, match=words):
+        getattr(cd, function)(bouncer, **arguments, **extra)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "words"),
+    [
+        ("trajectory", {"samples": 0}, "samples is 0; it must be an integer >= 1"),
+        ("poincare_section", {"at": "moon"}, "at is 'moon'; expected 'strobe' or an event of duffing"),
+        ("poincare_section", {"max_period": 0}, "max_period is 0"),
+        ("lyapunov_spectrum", {"exponents": 3}, "exponents is 3; duffing has 2 states, so at most 2"),
+        ("lyapunov_spectrum", {"exponents": -1}, "exponents is -1"),
+        ("lyapunov_spectrum", {"blocks": 0}, "blocks is 0"),
+    ],
+)
+def test_arguments_of_one_analysis(duffing, function, arguments, words):
+    with pytest.raises(cd.SettingsError, match=words):
+        getattr(cd, function)(duffing, periods=4, **arguments)
+
+
+def test_a_strobe_needs_a_period(bouncer):
+    with pytest.raises(cd.SettingsError, match=r"at is 'strobe', but ball has no forcing period; .*'apex', 'hit'"):
+        cd.poincare_section(bouncer, duration=3.0)
+
+
+DIAGRAM = {"transient": 1, "periods": 4}
+SWEEPS = [
+    ({"gamma": []}, {}, "sweep of 'gamma' is .* not an empty one"),
+    ({"gamma": [0.1, np.nan]}, {}, "finite numbers"),
+    ({"gamma": [[0.1, 0.2]]}, {}, "sweep of 'gamma'"),
+    ({"gamma": ["a"]}, {}, "sweep of 'gamma'"),
+    ({"gamma": [0.1, 0.1]}, {}, "holds a value twice"),
+    ({"gama": [0.1]}, {}, r"sweep names 'gama', which is no parameter of duffing: \['delta', 'gamma', 'omega'\]"),
+    ({"gamma": [0.1], "delta": [0.1]}, {}, "sweeps one parameter"),
+    ({}, {}, "sweeps one parameter"),
+    ({"gamma": [0.1]}, {"seeds": []}, "seeds is empty"),
+    ({"gamma": [0.1]}, {"seeds": [{"z": 1.0}]}, "'z'; expected 'mode' or one of"),
+    ({"gamma": [0.1]}, {"workers": 0}, "workers is 0; it must be an integer >= 1"),
+    ({"gamma": [0.1]}, {"periods": 1}, "periods is 1; it must be an integer >= 2"),
+    ({"gamma": [0.1]}, {"exponents": 3}, "at most 2"),
+    ({"gamma": [0.1]}, {"at": "moon"}, "at is 'moon'"),
+    ({"gamma": [0.1]}, {"max_period": 0}, "max_period is 0"),
+]
+
+
+@pytest.mark.parametrize(("sweep", "arguments", "words"), SWEEPS)
+def test_diagrams(duffing, sweep, arguments, words):
+    with pytest.raises(cd.SettingsError, match=words):
+        cd.bifurcation_diagram(duffing, sweep, **{**DIAGRAM, **arguments})
+
+
+def test_a_diagram_needs_a_forcing_period(bouncer):
+    with pytest.raises(cd.SettingsError, match="ball has no forcing period"):
+        cd.bifurcation_diagram(bouncer, {"e": [0.5]}, **DIAGRAM, at="hit")
+
+
+def test_every_analysis_of_the_registry_can_be_called():
+    import chaosdrill.analysis as analysis
+
+    assert all(callable(getattr(analysis, entry.function)) for entry in ANALYSES.values())
+    assert {entry.function for entry in ANALYSES.values()} == set(analysis.__all__)
+    assert set(METHODS) == {"taylor", "rk4"}
+    with pytest.raises(AttributeError, match="no attribute 'astrology'"):
+        analysis.astrology  # noqa: B018

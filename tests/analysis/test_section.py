@@ -1,0 +1,98 @@
+"""Sections: at the strobe and at events, with the period and the multipliers of maps known in closed form."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3, 5, 7])
+def test_strobes_of_a_rotation(circle, turns):
+    angle = 2 * np.pi / turns
+    section = cd.poincare_section(circle.with_parameters(angle=angle), periods=40, transient=3)
+    k = np.arange(4, 44)
+    exact = np.array([np.cos(k * angle), np.sin(k * angle)]).T
+    np.testing.assert_allclose(section["section"].values, exact, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(section["time"].values, k, rtol=1e-14)
+    assert int(section["period"]) == turns
+    assert int(section["outcome"]) == cd.Outcome.PERIODIC
+    found = section["multiplier_real"].values + 1j * section["multiplier_imag"].values
+    np.testing.assert_allclose(found, 1.0, atol=1e-11)
+
+
+def test_multipliers_of_a_focus(circle):
+    """exp(growth + i angle) at the origin."""
+    section = cd.poincare_section(circle.with_parameters(growth=-0.1, angle=1.0).with_initial(x=0.0), periods=8)
+    found = section["multiplier_real"].values + 1j * section["multiplier_imag"].values
+    expected = np.exp(-0.1 + np.array([1j, -1j]))
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), atol=1e-12)
+
+
+def test_an_irrational_rotation_has_no_period(circle):
+    section = cd.poincare_section(circle.with_parameters(angle=np.sqrt(2)), periods=200)
+    assert int(section["period"]) == 0
+    assert np.isnan(section["multiplier_real"].values).all()
+    assert int(section["outcome"]) == cd.Outcome.OK
+
+
+def test_a_section_at_an_event_holds_no_point_twice(bouncer):
+    """Hits by name and by kind; apexes are marks between them, at heights that fall with e^2."""
+    hits = cd.poincare_section(bouncer, duration=10.0, at="hit")
+    again = cd.poincare_section(bouncer, duration=10.0, at="impact")
+    np.testing.assert_array_equal(hits["section"].values, again["section"].values)
+    assert np.all(np.diff(hits["time"].values) > 1e-3)
+    speeds = np.sqrt(9 + 4.0) * 0.75 ** np.arange(hits.sizes["iterate"])
+    np.testing.assert_allclose(hits["section"].values[:, 1], -speeds, rtol=1e-12)
+    apexes = cd.poincare_section(bouncer, duration=10.0, at="apex")
+    np.testing.assert_allclose(
+        apexes["section"].values[:, 0], 13 / 4 * 0.75 ** (2.0 * np.arange(apexes.sizes["iterate"]))
+    )
+    assert abs(hits.sizes["iterate"] - apexes.sizes["iterate"]) <= 1
+    assert np.isnan(hits["multiplier_real"].values).all()
+
+
+def test_a_section_at_an_event_after_a_transient(circle):
+    """The axis is crossed upward after every full turn of five periods."""
+    section = cd.poincare_section(circle.with_initial(x=0.8, y=-0.6), periods=100, transient=10, at="axis")
+    first = np.arctan2(0.6, 0.8) * 5 / (2 * np.pi)
+    times = first + 5 * np.arange(100)
+    np.testing.assert_allclose(section["time"].values, times[(times > 10) & (times <= 110)], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(section["section"].values, [[1.0, 0.0]] * section.sizes["iterate"], atol=1e-11)
+    assert int(section["period"]) == 1
+
+
+def test_a_start_on_a_section_is_no_crossing(circle):
+    """From (1, 0) the axis is crossed after 5, 10, ... periods, not at 0."""
+    section = cd.poincare_section(circle, periods=22, at="axis")
+    np.testing.assert_allclose(section["time"].values, [5, 10, 15, 20], atol=1e-11)
+
+
+def test_a_run_that_escapes_keeps_its_points(circle):
+    section = cd.poincare_section(circle.with_parameters(growth=1.0), periods=10)
+    assert int(section["outcome"]) == cd.Outcome.ESCAPED
+    radius = np.hypot(*section["section"].values.T)
+    # the last step may pass a strobe before it is looked at
+    assert len(radius) in (4, 5)
+    np.testing.assert_allclose(radius, np.exp(1.0 + np.arange(len(radius))), rtol=1e-12)
+
+
+def test_a_transient_that_escapes_leaves_no_point(circle):
+    section = cd.poincare_section(circle.with_parameters(growth=1.0), periods=10, transient=10)
+    assert int(section["outcome"]) == cd.Outcome.ESCAPED
+    assert section.sizes["iterate"] == 0
+    assert int(section["period"]) == 0
+
+
+def test_quadratures_go_along(duffing):
+    section = cd.poincare_section(duffing, periods=4)
+    displacement = section["section"].values[:, 0] - 0.5
+    np.testing.assert_allclose(section["penetration"].values, displacement, rtol=0, atol=1e-11)
+
+
+def test_progress(duffing, circle):
+    seen = []
+    cd.poincare_section(duffing, periods=7, progress=lambda *call: seen.append(call))
+    assert [done for done, _, _ in seen] == [1, 2, 3, 4, 5, 6, 7]
+    events = []
+    cd.poincare_section(circle, periods=7, at="axis", progress=lambda *call: events.append(call))
+    assert events[-1] == (7, 7, None)

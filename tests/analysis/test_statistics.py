@@ -1,0 +1,106 @@
+"""Dimension, period and class against sequences and spectra whose answer is known."""
+
+import numpy as np
+import pytest
+
+from chaosdrill.analysis.statistics import classify, find_period, kaplan_yorke
+from chaosdrill.dataset import Outcome
+
+INF = float("inf")
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "dimension"),
+    [
+        ([0.9056, 0.0, -14.572], 2 + 0.9056 / 14.572),
+        ([0.5, -1.0], 1.5),
+        ([0.5, -0.25, -0.5], 2.5),
+        ([-0.1, -0.2], 0.0),
+        ([0.0, -1.0], 1.0),
+        ([0.3, -INF], 1.0),
+        ([0.3, 0.0, -INF, -INF], 2.0),
+        ([0.015, -0.088, -INF], 1 + 0.015 / 0.088),
+        ([-INF, -INF], 0.0),
+        ([0.2, 0.1], 2.0),
+        ([0.2, -0.2], 2.0),
+        ([0.0, 0.0], 2.0),
+    ],
+)
+def test_dimension(spectrum, dimension):
+    assert kaplan_yorke(np.array(spectrum), len(spectrum)) == pytest.approx(dimension, rel=1e-14)
+
+
+def test_dimension_is_missing_where_exponents_are():
+    assert np.isnan(kaplan_yorke(np.array([0.2]), 3))
+    assert np.isnan(kaplan_yorke(np.array([0.2, np.nan]), 2))
+    assert np.isnan(kaplan_yorke(np.array([]), 2))
+    assert kaplan_yorke(np.array([0.2, -1.0]), 3) == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize("period", [1, 2, 3, 5, 8, 16])
+def test_period_of_a_repeated_sequence(period):
+    rng = np.random.default_rng(period)
+    points = np.tile(rng.normal(size=(period, 3)), (200 // period + 1, 1))[:128]
+    assert find_period(points, 64) == period
+
+
+def test_a_period_longer_than_asked_for_is_not_found():
+    points = np.tile(np.arange(8.0)[:, None], (16, 1))
+    assert find_period(points, 7) == 0
+    assert find_period(points, 8) == 8
+
+
+def test_the_last_half_must_hold_two_periods():
+    points = np.tile(np.arange(10.0)[:, None], (4, 1))
+    assert find_period(points, 64) == 10
+    assert find_period(points[:38], 64) == 0
+
+
+def test_a_transient_in_the_first_half_does_no_harm():
+    points = np.concatenate([np.linspace(5, 1, 50), np.ones(50)])[:, None]
+    assert find_period(points, 10) == 1
+
+
+@pytest.mark.parametrize(("noise", "found"), [(1e-9, 2), (1e-4, 0)])
+def test_repetition_is_to_a_millionth(noise, found):
+    points = np.tile([1.0, 2.0], 64)[:, None] + noise * np.random.default_rng(0).uniform(-1, 1, (128, 1))
+    assert find_period(points, 64) == found
+
+
+@pytest.mark.parametrize(
+    "points", [np.zeros((0, 2)), np.zeros((1, 2)), np.full((10, 1), np.nan), [[0.0], [np.inf]] * 4]
+)
+def test_no_points_no_period(points):
+    assert find_period(np.asarray(points), 4) == 0
+
+
+def test_a_chaotic_orbit_has_no_period():
+    x = np.empty(400)
+    x[0] = 0.3
+    for k in range(399):
+        x[k + 1] = 4 * x[k] * (1 - x[k])
+    assert find_period(x[:, None], 64) == 0
+
+
+LENGTH = 1000.0
+
+
+@pytest.mark.parametrize(
+    ("exponents", "errors", "neutral", "period", "outcome"),
+    [
+        ([0.2, -1.0], [0.01, 0.01], 0, 0, Outcome.CHAOTIC),
+        ([0.2, -1.0], [0.1, 0.01], 0, 0, Outcome.QUASIPERIODIC),
+        ([-0.2, -1.0], [0.01, 0.01], 0, 0, Outcome.PERIODIC),
+        ([1e-3, -1.0], [1e-4, 0.01], 0, 0, Outcome.QUASIPERIODIC),
+        ([1e-3, -1.0], [1e-4, 0.01], 0, 3, Outcome.PERIODIC),
+        ([0.2, -1.0], [0.01, 0.01], 0, 3, Outcome.CHAOTIC),
+        ([1e-5, -0.2], [1e-6, 0.01], 1, 0, Outcome.PERIODIC),
+        ([0.9, 1e-5, -14.5], [0.01, 1e-6, 0.1], 1, 0, Outcome.CHAOTIC),
+        ([1e-5, -1e-5, -0.3], [1e-6, 1e-6, 0.1], 1, 0, Outcome.QUASIPERIODIC),
+        ([-0.1, -INF], [0.01, np.nan], 0, 0, Outcome.PERIODIC),
+        ([-INF, -INF], [np.nan, np.nan], 0, 0, Outcome.PERIODIC),
+        ([0.1, -INF], [np.nan, np.nan], 0, 0, Outcome.CHAOTIC),
+    ],
+)
+def test_class(exponents, errors, neutral, period, outcome):
+    assert classify(np.array(exponents), np.array(errors), neutral, LENGTH, period) == outcome
