@@ -25,8 +25,8 @@ def chaosdrill() -> None:
 
     A scene (a TOML file) goes in, an archive (NetCDF) comes out.
 
-    Exit codes: 0 done; 1 the run failed or a comparison differs; 2 the scene or the command line is wrong;
-    130 interrupted.
+    Exit codes: 0 done, whatever the outcome of the runs; 1 an archive cannot be read or written, memory is short,
+    or a comparison differs; 2 the scene or the command line is wrong; 130 interrupted.
     """
 
 

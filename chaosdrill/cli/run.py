@@ -1,11 +1,13 @@
 """``chaosdrill run``: every analysis of a scene, into one archive."""
 
+import os
 from typing import TYPE_CHECKING
 
 import click
 
 from chaosdrill.cli.progress import Progress
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
+from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,11 +22,18 @@ _SHORT_LENGTH = 8
 @click.option("-o", "--output", required=True, metavar="OUT.nc", help="Archive to write; an earlier one is replaced.")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
 def run(scene: str, output: str, workers: int) -> None:
-    """Run every analysis of SCENE and write one archive, whole or not at all."""
+    """Run every analysis of SCENE and write one archive, whole or not at all.
+
+    The exit code is 0 also for a run that ends early: how it ended (escaped, stalled, invalid_start, ...) is its
+    outcome, a result that the archive holds, with a line of advice on stderr. It is 1 if the archive cannot be
+    written, and 2 if the scene or the command line is wrong.
+    """
     from chaosdrill.archive import check_writable, save
     from chaosdrill.scene import load_scene
 
     loaded = load_scene(scene)
+    if os.path.exists(output) and os.path.samefile(scene, output):
+        raise SettingsError(f"--output is {output!r}, which is the scene itself; name another file, such as result.nc")
     check_writable(output)
     with Progress() as progress:
         tree = loaded.run(workers=workers, report=progress.report)
