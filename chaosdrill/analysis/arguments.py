@@ -19,6 +19,12 @@ Progress = Callable[[int, int, dict[str, int] | None], None]
 SLICE = 2000
 """Periods of a transient between two moments at which an interruption is heard."""
 
+LARGEST = 2**53
+"""Largest count: the integers up to here are exact as doubles."""
+
+MOST_NUMBERS = 2_000_000_000
+"""Doubles that a record may hold, 16 GB."""
+
 
 @dataclass(frozen=True)
 class Span:
@@ -70,14 +76,15 @@ def span(
             f"{system.name} has no forcing period: give duration= in units of time, not periods={periods!r}"
         )
     if period is not None and duration is not None:
+        about = real(duration) / period
+        hint = f" (about {max(1, round(about))})" if 0 < about < np.inf else ""
         raise SettingsError(
-            f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r} "
-            f"(about {max(1, round(float(duration) / period))})"
+            f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r}{hint}"
         )
     if period is not None:
         count = whole("periods", periods, at_least)
         return Span(period, count, whole("transient", transient, 0), True)
-    length, settle = positive("duration", duration), float(transient)
+    length, settle = positive("duration", duration), real(transient)
     if not 0 <= settle < np.inf:
         raise SettingsError(f"transient is {transient!r}; it must be a finite time >= 0")
     return Span(length / units, units, settle, False)
@@ -85,25 +92,56 @@ def span(
 
 def whole(name: str, value: Any, least: int) -> int:
     """An integer not below ``least``, or an error that names the argument."""
-    try:
-        number = int(value)
-        exact = number == value
-    except (TypeError, ValueError, OverflowError):
-        exact = False
-    if not exact or isinstance(value, (bool, str)) or number < least:
+    number = real(value)
+    if number != np.floor(number) or not least <= number < np.inf:
         raise SettingsError(f"{name} is {value!r}; it must be an integer >= {least}")
-    return number
+    if number > LARGEST:
+        raise SettingsError(f"{name} is {value!r}; it must be an integer from {least} to {LARGEST}")
+    return int(value)
 
 
 def positive(name: str, value: Any) -> float:
     """A finite number above 0, or an error that names the argument."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
+    number = real(value)
     if not 0 < number < np.inf:
         raise SettingsError(f"{name} is {value!r}; it must be a finite number > 0")
     return number
+
+
+def real(value: Any) -> float:
+    """The value as a float; NaN for what is no real number, texts and truth values among it."""
+    if isinstance(value, (str, bytes, bool, np.bool_)) or (isinstance(value, np.ndarray) and value.ndim):
+        return float("nan")
+    try:
+        return float(value)
+    except OverflowError:
+        return float("inf")
+    except (TypeError, ValueError):
+        return float("nan")
+
+
+def check_record(samples: int, columns: int, names: str) -> None:
+    """Refuse a record that no memory holds, before it is reserved.
+
+    Parameters
+    ----------
+    samples : int
+        Rows of the record.
+    columns : int
+        Numbers in a row.
+    names : str
+        The arguments that make the record shorter, as in ``"periods or samples"``.
+
+    Raises
+    ------
+    SettingsError
+        If the record would hold more than ``MOST_NUMBERS`` numbers.
+    """
+    if samples * columns > MOST_NUMBERS:
+        raise SettingsError(
+            f"the record would hold {samples} samples of {columns} numbers ({8e-9 * samples * columns:.3g} GB); "
+            f"at most {MOST_NUMBERS} numbers fit: give fewer {names}"
+        )
 
 
 def tangent_count(system: "HybridSystem", exponents: Any) -> int:
@@ -117,12 +155,12 @@ def tangent_count(system: "HybridSystem", exponents: Any) -> int:
 
 def section_transitions(system: "HybridSystem", at: str) -> set[int] | None:
     """Indices of the transitions at which the section is taken; None for the strobe."""
-    if at == "strobe":
+    if isinstance(at, str) and at == "strobe":
         if system.period is None:
             names = sorted({t.name for t in system.transitions})
             raise SettingsError(f"at is 'strobe', but {system.name} has no forcing period; choose an event: {names}")
         return None
-    found = {i for i, t in enumerate(system.transitions) if at in (t.name, t.kind)}
+    found = {i for i, t in enumerate(system.transitions) if isinstance(at, str) and at in (t.name, t.kind)}
     if not found:
         names = sorted({t.name for t in system.transitions} | {str(t.kind) for t in system.transitions})
         raise SettingsError(f"at is {at!r}; expected 'strobe' or an event of {system.name}: {names}")

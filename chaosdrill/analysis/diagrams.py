@@ -1,13 +1,13 @@
 """Bifurcation diagrams: section, period, exponents and outcome along a parameter."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Progress, section_transitions, settings, tangent_count, whole
+from chaosdrill.analysis.arguments import Progress, real, section_transitions, settings, tangent_count, whole
 from chaosdrill.analysis.points import Point, PointTask, run_point
 from chaosdrill.analysis.workers import ordered_map
 from chaosdrill.dataset import Outcome, label
@@ -77,16 +77,16 @@ def bifurcation_diagram(
     SettingsError
         An argument that cannot be used.
     """
-    given = settings({**locals(), "sweep": {k: list(map(float, v)) for k, v in sweep.items()}})
+    given = settings(dict(locals()))
     name, values = sweep_values(system, sweep)
-    starts = [system.with_initial(**seed) for seed in (seeds if seeds is not None else [{}])]
-    if not starts:
-        raise SettingsError("seeds is empty; give at least one initial state, or leave seeds out")
+    chosen = seed_values(seeds)
+    given |= {"sweep": {name: values.tolist()}, "seeds": None if seeds is None else chosen}
+    starts = [system.with_initial(**seed) for seed in chosen]
     task = PointTask(
         parameter=name,
         transient=whole("transient", transient, 0),
         periods=whole("periods", periods, 2),
-        chosen=None if at == "strobe" else section_transitions(system, at),
+        chosen=None if isinstance(at, str) and at == "strobe" else section_transitions(system, at),
         max_period=whole("max_period", max_period, 1),
         numerics=Numerics(method, tolerance, steps),
         frame=tangent_count(system, exponents),
@@ -107,19 +107,37 @@ def bifurcation_diagram(
 
 def sweep_values(system: "HybridSystem", sweep: Mapping[str, Any]) -> tuple[str, np.ndarray]:
     """Name and values of the swept parameter, checked."""
+    if not isinstance(sweep, Mapping):
+        raise SettingsError(f"sweep is {sweep!r}; it must be one parameter with its values, as in {{'eta': [0.5]}}")
     if len(sweep) != 1:
-        raise SettingsError(f"sweep names {sorted(sweep)}; a bifurcation diagram sweeps one parameter")
-    ((name, given),) = sweep.items()
+        raise SettingsError(f"sweep names {sorted(map(str, sweep))}; a bifurcation diagram sweeps one parameter")
+    ((key, given),) = sweep.items()
+    name = str(key)
     if name not in system.parameters:
         raise SettingsError(
             f"sweep names {name!r}, which is no parameter of {system.name}: {sorted(system.parameters)}"
         )
-    values = np.atleast_1d(np.asarray(given, dtype=float))
-    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
+    try:
+        values = np.array([real(value) for value in given])
+    except TypeError:
+        values = np.array([])
+    if isinstance(given, str | Mapping) or len(values) == 0 or not np.isfinite(values).all():
         raise SettingsError(f"sweep of {name!r} is {given!r}; it must be a list of finite numbers, not an empty one")
     if len(np.unique(values)) != len(values):
         raise SettingsError(f"sweep of {name!r} holds a value twice; every value may stand there once")
     return name, values
+
+
+def seed_values(seeds: Any) -> list[dict[str, Any]]:
+    """The initial values of each seed by name, checked; without seeds, one that changes none."""
+    if seeds is None:
+        return [{}]
+    listed = [] if isinstance(seeds, str | Mapping) or not isinstance(seeds, Iterable) else list(seeds)
+    if not listed and isinstance(seeds, Sequence) and not isinstance(seeds, str):
+        raise SettingsError("seeds is empty; give at least one initial state, or leave seeds out")
+    if not listed or not all(isinstance(seed, Mapping) for seed in listed):
+        raise SettingsError(f"seeds is {seeds!r}; it must be a list of initial values, as in [{{'x': 0.1}}]")
+    return [{str(key): value for key, value in seed.items()} for seed in listed]
 
 
 def _dataset(

@@ -50,8 +50,16 @@ _ADVICE = {
     Outcome.QUASIPERIODIC: "The largest free exponent is zero within its error; a longer run tells weak chaos.",
     Outcome.CHAOTIC: "The largest exponent is positive beyond its error.",
     Outcome.ESCAPED: "A state left its bounds and runs away; start elsewhere, add damping, or widen the bounds.",
-    Outcome.EVENT_LIMIT: "Too many events in one period, as in chatter; let the contact hold or dissipate more.",
-    Outcome.STALLED: "Events went on while no time passed; look for a reset that leads back across its own guard.",
+    Outcome.EVENT_LIMIT: (
+        "More events in one period than are followed, as in chatter that has not died out; where it should come to "
+        "rest add a mode that holds the contact, or else raise the restitution or look for a reset that lets its "
+        "guard fire again at once."
+    ),
+    Outcome.STALLED: (
+        "Events went on while no time passed: what chatter ends with, infinitely many impacts in finite time, after "
+        "which the contact would have to be held; add a mode that holds it, raise the restitution, or look for a "
+        "reset that leads back across its own guard."
+    ),
     Outcome.NONFINITE: "A state became infinite or not a number; look for a singular term, or choose tighter bounds.",
     Outcome.STEP_UNDERFLOW: "The step became too small to move time; loosen the tolerance or look for a singularity.",
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",

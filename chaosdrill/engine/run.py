@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,19 +41,25 @@ class Numerics:
     steps: int | None = None
 
     def __post_init__(self) -> None:
-        if self.method not in at.METHOD_CODES:
+        if not isinstance(self.method, str) or self.method not in at.METHOD_CODES:
             raise SettingsError(f"method is {self.method!r}; expected one of {sorted(at.METHOD_CODES)}")
-        if not 1e-16 <= self.tolerance <= 1e-2:
+        if not _is_real(self.tolerance) or not 1e-16 <= self.tolerance <= 1e-2:
             raise SettingsError(f"tolerance is {self.tolerance!r}; it must lie between 1e-16 and 1e-2")
         if self.steps is not None and self.method != "rk4":
             raise SettingsError(f"steps is {self.steps!r}, but method {self.method!r} chooses its own; leave steps out")
-        if self.steps is not None and not 4 <= self.steps <= 10_000_000:
-            raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period")
+        if self.steps is not None and not (
+            _is_real(self.steps) and 4 <= self.steps <= 10_000_000 and self.steps == int(self.steps)
+        ):
+            raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period, whole")
 
     @property
     def order(self) -> int:
         """Order of the Taylor series: a step costs order**2, and its length grows like tolerance**(1/order)."""
         return min(HIGHEST_ORDER, max(8, math.ceil(6 - 0.58 * math.log(self.tolerance))))
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 class Run:

@@ -27,3 +27,9 @@ def test_counts_by_meaning():
 
 def test_a_code_that_is_no_outcome_is_counted_as_such():
     assert count_outcomes(np.array(77, dtype=np.int8)) == {"code 77": 1}
+
+
+@pytest.mark.parametrize("outcome", [Outcome.STALLED, Outcome.EVENT_LIMIT])
+def test_advice_on_chatter_names_it_and_the_remedies(outcome):
+    for words in ("chatter", "a mode that holds", "raise the restitution", "look for a reset"):
+        assert words in outcome.advice
