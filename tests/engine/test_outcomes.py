@@ -92,7 +92,7 @@ def test_event_limit(system):
 
 def test_nonfinite(system):
     """The logarithm of a negative number."""
-    run, outcome = end(system, mode="logarithm", x=1.0)
+    _run, outcome = end(system, mode="logarithm", x=1.0)
     assert outcome == cd.Outcome.NONFINITE
 
 

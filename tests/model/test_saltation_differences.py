@@ -65,7 +65,8 @@ def flight(duration):
     return np.array([[1.0, float(duration)], [0.0, 1.0]])
 
 
-def differences(function, count, step=mpmath.mpf("1e-15")):
+def differences(function, count):
+    step = mpmath.mpf("1e-15")
     columns = []
     for j in range(count):
         ahead, behind = function(j, step), function(j, -step)

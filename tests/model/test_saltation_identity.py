@@ -1,4 +1,4 @@
-"""S F- = F+ as a symbolic identity, once time is a state: moving guards, moving resets, parameters and jumps of mode."""
+"""S F- = F+ as a symbolic identity, once time is a state: moving guards and resets, parameters, jumps of mode."""
 
 import pytest
 import sympy
@@ -10,11 +10,11 @@ X, V, T, A, E, OMEGA = sympy.symbols("x v t a e omega", real=True)
 FLOOR = A * sympy.sin(OMEGA * T)
 
 CASES = {
-    "moving floor": dict(guard=X - FLOOR, target="flight", reset={V: (1 + E) * sympy.diff(FLOOR, T) - E * V}),
-    "change of mode": dict(guard=V - FLOOR, target="held", reset={}),
-    "reset that names time": dict(guard=X - V * T, target="held", reset={X: sympy.cos(T) * V, V: E * X**2}),
-    "reset to a constant": dict(guard=T - A, target="flight", reset={X: 0, V: 1}),
-    "fold of the state": dict(guard=X - 1, target="flight", reset={X: sympy.Mod(3 * V, 1)}),
+    "moving floor": {"guard": X - FLOOR, "target": "flight", "reset": {V: (1 + E) * sympy.diff(FLOOR, T) - E * V}},
+    "change of mode": {"guard": V - FLOOR, "target": "held", "reset": {}},
+    "reset that names time": {"guard": X - V * T, "target": "held", "reset": {X: sympy.cos(T) * V, V: E * X**2}},
+    "reset to a constant": {"guard": T - A, "target": "flight", "reset": {X: 0, V: 1}},
+    "fold of the state": {"guard": X - 1, "target": "flight", "reset": {X: sympy.Mod(3 * V, 1)}},
 }
 
 
