@@ -13,6 +13,7 @@ from chaosdrill.analysis.workers import ordered_map
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine.run import Numerics
 from chaosdrill.errors import SettingsError
+from chaosdrill.model.check import RESERVED
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -116,6 +117,10 @@ def sweep_values(system: "HybridSystem", sweep: Mapping[str, Any]) -> tuple[str,
     if name not in system.parameters:
         raise SettingsError(
             f"sweep names {name!r}, which is no parameter of {system.name}: {sorted(system.parameters)}"
+        )
+    if name in RESERVED:
+        raise SettingsError(
+            f"sweep names {name!r}, which is reserved for results and cannot be their coordinate; rename the parameter"
         )
     try:
         values = np.array([real(value) for value in given])

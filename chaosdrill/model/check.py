@@ -1,14 +1,23 @@
 """What makes a system impossible to compile, said before anything is compiled."""
 
 import random
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.dataset.schema import QUADRATURE, SCHEMA, SWEEP
 from chaosdrill.errors import ModelError
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
+
+MOST_CODES = 127
+
+RESERVED = frozenset(
+    name for table in SCHEMA.values() for variable in table.values() for name in (variable.name, *variable.dims)
+) - {QUADRATURE, SWEEP}
+"""Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
 
 
 def check_system(system: "HybridSystem") -> None:
@@ -19,6 +28,7 @@ def check_system(system: "HybridSystem") -> None:
     for name in names:
         if names.count(name) > 1:
             raise ModelError(f"{system.name}: {name!r} is named twice among states, parameters, quadratures and time")
+    _check_names(system)
     if not system.states:
         raise ModelError(f"{system.name}: there is no state")
     if not system.modes:
@@ -27,6 +37,12 @@ def check_system(system: "HybridSystem") -> None:
     if system.period is not None:
         _symbols(system, "period", system.period, known, "parameters")
     known = known | set(system.states) | ({system.time} if system.time is not None else set())
+    for what, count in (("modes", len(system.modes)), ("transitions", len(system.transitions))):
+        if count > MOST_CODES:
+            raise ModelError(
+                f"{system.name}: there are {count} {what}; at most {MOST_CODES} fit, since archives hold their codes "
+                "in one byte"
+            )
     for mode, field in system.modes.items():
         for state in system.states:
             if state not in field:
@@ -41,8 +57,47 @@ def check_system(system: "HybridSystem") -> None:
         if [t.name for t in system.transitions].count(transition.name) > 1:
             raise ModelError(f"{system.name}: two transitions are named {transition.name!r}; every name may stand once")
         _check_transition(system, transition, known)
-    if system.period is not None and system.time is not None:
-        _check_periodic(system, system.period)
+    if system.period is not None:
+        period = value_of(system.period, system.parameters)
+        if not 0 < period < float("inf"):
+            named = {p.name: system.parameters[p.name] for p in system.period.free_symbols}
+            raise ModelError(
+                f"{system.name}: the period {system.period} is not a positive number"
+                + (f" at {named}" if named else "")
+                + "; leave it out if nothing depends on time"
+            )
+        if system.time is not None:
+            _check_periodic(system, system.period, period)
+
+
+def value_of(expression: Any, parameters: Mapping[str, float]) -> float:
+    """The number that an expression of parameters has; NaN if it is none."""
+    try:
+        return float(expression.subs({p: parameters[p.name] for p in expression.free_symbols}))
+    except TypeError:
+        return float("nan")
+
+
+def _check_names(system: "HybridSystem") -> None:
+    for what, names in (
+        ("state", system.state_names),
+        ("parameter", system.parameters),
+        ("quadrature", system.quadratures),
+    ):
+        for name in names:
+            if not name or name != name.strip() or "/" in name or not name.isprintable():
+                raise ModelError(
+                    f"{system.name}: {what} is named {name!r}; a name must not be empty, begin or end with a blank, or "
+                    "hold a slash"
+                )
+    if "mode" in system.state_names:
+        raise ModelError(f"{system.name}: a state is named 'mode', which is reserved for the initial mode; rename it")
+    for name in system.quadratures:
+        if name in RESERVED:
+            raise ModelError(
+                f"{system.name}: quadrature {name!r} has a name that is reserved for results; rename it. Reserved are "
+                + ", ".join(sorted(RESERVED))
+            )
 
 
 def _check_transition(system: "HybridSystem", transition: Any, known: set[Any]) -> None:
@@ -76,14 +131,17 @@ def _symbols(system: "HybridSystem", where: str, expression: Any, known: set[Any
         raise ModelError(f"{system.name}: {where}: {expression} is not finite")
 
 
-def _check_periodic(system: "HybridSystem", declared: Any) -> None:
+def _check_periodic(system: "HybridSystem", declared: Any, period: float) -> None:
     """The declared period must be a period of every expression that names time."""
     rng = random.Random(1)
     expressions = [f for field in system.modes.values() for f in field.values()]
+    expressions += system.quadratures.values()
     for transition in system.transitions:
         expressions += [transition.guard, *transition.reset.values()]
+        if transition.condition is not None:
+            relations = transition.condition.atoms(sympy.core.relational.Relational)
+            expressions += [relation.lhs - relation.rhs for relation in relations]
     values = {sympy.Symbol(p, real=True): v for p, v in system.parameters.items()}
-    period = float(declared.subs(values))
     for expression in expressions:
         if system.time not in expression.free_symbols:
             continue

@@ -7,7 +7,8 @@ from typing import Any
 import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
-from chaosdrill.model.check import check_system
+from chaosdrill.model.check import check_system, value_of
+from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
 
 DEFAULT_BOUND = 1e9
@@ -68,29 +69,26 @@ class HybridSystem:
         description: str = "",
         labels: Mapping[str, str] | None = None,
     ) -> None:
-        self.name = name
+        self.name = read_name("name of the system", name)
         self.description = description
-        self.labels = dict(labels or {})
-        self.states = tuple(canonical(s) for s in states)
-        self.time = None if time is None else canonical(time)
-        self.parameters = {str(key): _number(name, "parameter", key, value) for key, value in parameters.items()}
-        self.modes = {
-            str(mode): {canonical(s): canonical(f) for s, f in field.items()} for mode, field in modes.items()
+        self.labels = dict(read_mapping(f"{name}: labels", {} if labels is None else labels, "{'v': 'velocity'}"))
+        self.states = _read_states(name, states)
+        self.time = None if time is None else read_symbol(f"{name}: time", time)
+        given = read_mapping(f"{name}: parameters", parameters, "{'k': 2.0}")
+        self.parameters = {str(key): _number(name, "parameter", key, value) for key, value in given.items()}
+        self.modes = _read_modes(name, modes)
+        self.transitions = _read_transitions(name, transitions)
+        self.period = None if period is None else read_expression(f"{name}: period", period)
+        integrals = read_mapping(f"{name}: quadratures", {} if quadratures is None else quadratures, "{'work': v**2}")
+        self.quadratures = {
+            str(key): read_expression(f"{name}: quadrature {str(key)!r}", value) for key, value in integrals.items()
         }
-        self.transitions = tuple(t.rewritten(canonical) for t in transitions)
-        self.period = None if period is None else canonical(period)
-        self.quadratures = {str(key): canonical(value) for key, value in (quadratures or {}).items()}
-        self.bounds = {s.name: (-DEFAULT_BOUND, DEFAULT_BOUND) for s in self.states}
-        for key, bound in (bounds or {}).items():
-            if str(key) not in self.bounds:
-                raise ModelError(f"{name}: bounds name {str(key)!r}, which is no state; states are {self.state_names}")
-            self.bounds[str(key)] = (
-                (-float("inf"), float("inf")) if bound is None else (float(bound[0]), float(bound[1]))
-            )
+        self.bounds = _read_bounds(name, self.state_names, {} if bounds is None else bounds)
         self.initial = {"mode": next(iter(self.modes), None), **{s.name: 0.0 for s in self.states}}
         check_system(self)
-        self._set_initial({str(key): value for key, value in (initial or {}).items()})
-        self._shared: dict[str, Any] = {}
+        start = read_mapping(f"{name}: initial", {} if initial is None else initial, "{'mode': 'free', x: 0.1}")
+        self._set_initial({str(key): value for key, value in start.items()})
+        self.shared: dict[str, Any] = {}
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -105,24 +103,21 @@ class HybridSystem:
     @property
     def kernels(self) -> Any:
         """The compiled functions of this system; copies with other numbers share them."""
-        if "kernels" not in self._shared:
+        if "kernels" not in self.shared:
             from chaosdrill.codegen import compile_system
 
-            self._shared["kernels"] = compile_system(self)
-        return self._shared["kernels"]
+            self.shared["kernels"] = compile_system(self)
+        return self.shared["kernels"]
 
     def forcing_period(self) -> float | None:
         """The period as a number, at the present parameters; None if the system has none."""
         if self.period is None:
             return None
-        value = sympy.sympify(self.period).subs({p: self.parameters[p.name] for p in self.period.free_symbols})
-        try:
-            number = float(value)
-        except TypeError:
-            number = float("nan")
+        number = value_of(self.period, self.parameters)
         if not 0 < number < float("inf"):
+            named = {p.name: self.parameters[p.name] for p in self.period.free_symbols}
             raise SettingsError(
-                f"{self.name}: the period {self.period} is {value} at {self.parameters}; it must be > 0"
+                f"{self.name}: the period {self.period} is not a positive number at {named}; it must be > 0"
             )
         return number
 
@@ -186,7 +181,7 @@ class HybridSystem:
     def _set_initial(self, values: Mapping[str, Any]) -> None:
         for key, value in values.items():
             if key == "mode":
-                if value not in self.modes:
+                if not isinstance(value, str) or value not in self.modes:
                     raise SettingsError(f"{self.name}: initial mode {value!r}; modes are {list(self.modes)}")
                 self.initial["mode"] = value
             elif key in self.state_names:
@@ -201,16 +196,52 @@ class HybridSystem:
         )
 
 
-def canonical(expression: Any) -> Any:
-    """The expression with every symbol replaced by the real symbol of the same name."""
-    expression = sympy.sympify(expression)
-    return expression.xreplace({s: sympy.Symbol(s.name, real=True) for s in expression.free_symbols})
+def _read_states(system: str, states: Any) -> tuple[Any, ...]:
+    if isinstance(states, str) or not isinstance(states, Iterable):
+        raise ModelError(f"{system}: states is {states!r}; it must be a sequence of symbols, as in (x, v)")
+    return tuple(read_symbol(f"{system}: state {place}", s) for place, s in enumerate(states))
+
+
+def _read_modes(system: str, modes: Any) -> dict[str, dict[Any, Any]]:
+    read: dict[str, dict[Any, Any]] = {}
+    for mode, field in read_mapping(f"{system}: modes", modes, "{'free': {x: v, v: -x}}").items():
+        where = f"{system}: mode {mode!r}"
+        rates = read_mapping(where, field, "{x: v, v: -x}").items()
+        read[read_name(f"{system}: name of a mode", mode)] = {
+            read_symbol(f"{where}: a state", s): read_expression(f"{where}, d{s}/dt", rate) for s, rate in rates
+        }
+    return read
+
+
+def _read_transitions(system: str, transitions: Any) -> tuple[Transition, ...]:
+    listed = tuple(transitions) if isinstance(transitions, Iterable) else (transitions,)
+    if not isinstance(transitions, Iterable) or not all(isinstance(t, Transition) for t in listed):
+        raise ModelError(f"{system}: transitions is {transitions!r}; it must be a list of Transition; [] for none")
+    return listed
+
+
+def _read_bounds(system: str, states: tuple[str, ...], bounds: Any) -> dict[str, tuple[float, float]]:
+    read = dict.fromkeys(states, (-DEFAULT_BOUND, DEFAULT_BOUND))
+    for key, bound in read_mapping(f"{system}: bounds", bounds, "{x: (-10, 10)}").items():
+        if str(key) not in read:
+            raise ModelError(f"{system}: bounds name {str(key)!r}, which is no state; states are {states}")
+        try:
+            low, high = (-float("inf"), float("inf")) if bound is None else map(float, bound)
+        except (TypeError, ValueError):
+            low = high = float("nan")
+        if isinstance(bound, str) or not low < high:
+            raise ModelError(
+                f"{system}: bounds of {str(key)!r} are {bound!r}; they must be a pair (low, high) with low < high, "
+                "or None for no bound"
+            )
+        read[str(key)] = (low, high)
+    return read
 
 
 def _number(system: str, what: str, key: Any, value: Any) -> float:
     try:
-        number = float(value)
-    except (TypeError, ValueError):
+        number = float("nan") if isinstance(value, str | bytes | bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
         number = float("nan")
     if number != number or number in (float("inf"), -float("inf")):
         raise SettingsError(f"{system}: {what} {str(key)!r} is {value!r}; it must be a finite number")

@@ -1,12 +1,12 @@
 """What happens when a guard reaches zero."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from numbers import Integral
 from typing import Any
 
-import sympy
-
 from chaosdrill.errors import ModelError
+from chaosdrill.model.reading import read_condition, read_expression, read_mapping, read_name, read_symbol
 
 
 @dataclass(frozen=True)
@@ -47,22 +47,30 @@ class Transition:
     kind: str | None = None
 
     def __post_init__(self) -> None:
-        if self.direction not in (-1, 0, 1):
-            raise ModelError(f"transition {self.name!r}: direction is {self.direction!r}; it must be +1, -1 or 0")
-        sources = (self.source,) if isinstance(self.source, str) else tuple(self.source)
-        object.__setattr__(self, "source", sources)
-        object.__setattr__(self, "guard", sympy.sympify(self.guard))
+        read_name("name of a transition", self.name)
+        where = f"transition {self.name!r}"
+        if isinstance(self.direction, bool) or self.direction not in (-1, 0, 1):
+            raise ModelError(f"{where}: direction is {self.direction!r}; it must be +1, -1 or 0")
+        sources = (self.source,) if isinstance(self.source, str) else self.source
+        if not isinstance(sources, Collection) or not sources or not all(isinstance(mode, str) for mode in sources):
+            raise ModelError(f"{where}: source is {self.source!r}; it must be a mode's name, or several in a tuple")
+        if not isinstance(self.target, str):
+            raise ModelError(f"{where}: target is {self.target!r}; it must be the name of a mode")
+        if isinstance(self.priority, bool) or not isinstance(self.priority, Integral):
+            raise ModelError(f"{where}: priority is {self.priority!r}; it must be an integer, larger acts first")
+        if self.kind is not None:
+            read_name(f"{where}: kind", self.kind)
+        reset = read_mapping(f"{where}: reset", self.reset, "{v: -e * v}")
+        object.__setattr__(self, "source", tuple(sources))
+        object.__setattr__(self, "guard", read_expression(f"{where}: guard", self.guard))
+        read = {
+            read_symbol(f"{where}: a state in reset", key): read_expression(f"{where}: reset of {key}", value)
+            for key, value in reset.items()
+        }
+        object.__setattr__(self, "reset", read)
+        object.__setattr__(self, "condition", read_condition(f"{where}: condition", self.condition))
         object.__setattr__(self, "kind", self.kind or self.name)
 
     def marks_only(self) -> bool:
         """Whether the transition changes neither mode nor state: it marks a section."""
         return not self.reset and self.source == (self.target,)
-
-    def rewritten(self, rewrite: Any) -> "Transition":
-        """The same transition with ``rewrite`` applied to every expression."""
-        return replace(
-            self,
-            guard=rewrite(self.guard),
-            reset={rewrite(sympy.sympify(key)): rewrite(value) for key, value in self.reset.items()},
-            condition=None if self.condition is None else rewrite(self.condition),
-        )

@@ -1,0 +1,178 @@
+"""What is no system at all is refused when it is written down: the place, what was given, what is allowed."""
+
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.model.check import RESERVED
+
+X, V, T, K = sympy.symbols("x v t k", real=True)
+OMEGA = sympy.Symbol("omega", real=True)
+
+
+def build(**changes):
+    given = {
+        "name": "mass",
+        "states": (X, V),
+        "time": T,
+        "parameters": {"k": 2.0, "omega": 3.0},
+        "modes": {"free": {X: V, V: -K * X + sympy.cos(OMEGA * T)}},
+        "period": 2 * sympy.pi / OMEGA,
+    }
+    return cd.HybridSystem(**{**given, **changes})
+
+
+def hit(**changes):
+    given = {"source": "free", "target": "free", "guard": X - 1, "direction": +1, "reset": {V: -V}}
+    return cd.Transition(**{"name": "hit", **given, **changes})
+
+
+def rate(expression):
+    return {"modes": {"free": {X: V, V: expression}}}
+
+
+INPUT = {
+    "states as text": ({"states": "xv"}, "states is 'xv'; it must be a sequence of symbols"),
+    "one bare state": ({"states": X}, "states is x; it must be a sequence"),
+    "state that is a function": ({"states": (X, sympy.Function("v")(T))}, "state 1 is v(t); it must be a sympy symbol"),
+    "time that is a number": ({"time": 3}, "time is 3; it must be a sympy symbol"),
+    "name that is a number": ({"name": 3}, "name of the system is 3; it must be a text"),
+    "parameters in a list": ({"parameters": ["k", "omega"]}, "parameters is ['k', 'omega']; it must be a mapping"),
+    "modes in a list": ({"modes": [{X: V}]}, "modes is [{x: v}]; it must be a mapping"),
+    "field in a list": ({"modes": {"free": [V, -X]}}, "mode 'free' is [v, -x]; it must be a mapping"),
+    "mode without a name": ({"modes": {"": {X: V, V: -X}}}, "name of a mode is ''"),
+    "initial in a list": ({"initial": [0.1, 0.2]}, "initial is [0.1, 0.2]; it must be a mapping"),
+    "quadratures in a list": ({"quadratures": [V**2]}, "quadratures is [v**2]; it must be a mapping"),
+    "bounds in a list": ({"bounds": [(-1, 1)]}, "bounds is [(-1, 1)]; it must be a mapping"),
+    "labels in a list": ({"labels": ["speed"]}, "labels is ['speed']; it must be a mapping"),
+    "no transitions": ({"transitions": None}, "transitions is None; it must be a list of Transition; [] for none"),
+    "names of transitions": ({"transitions": ["hit"]}, "transitions is ['hit']; it must be a list of Transition"),
+    "one bound": ({"bounds": {X: 3.0}}, "bounds of 'x' are 3.0; they must be a pair (low, high)"),
+    "three bounds": ({"bounds": {X: (1, 2, 3)}}, "bounds of 'x' are (1, 2, 3)"),
+    "bounds as text": ({"bounds": {X: "12"}}, "bounds of 'x' are '12'"),
+    "bounds the wrong way": ({"bounds": {X: (1, -1)}}, "bounds of 'x' are (1, -1); they must be a pair"),
+    "bounds without width": ({"bounds": {X: (1, 1)}}, "low < high"),
+    "bound that is no number": ({"bounds": {X: (float("nan"), 1)}}, "bounds of 'x'"),
+    "rate that is a list": (rate([1]), "mode 'free', dv/dt is [1]"),
+    "rate that is text": (rate("x +* v"), "mode 'free', dv/dt is 'x +* v', which sympy cannot read"),
+    "rate that is None": (rate(None), "mode 'free', dv/dt is None"),
+    "rate that is a matrix": (rate(sympy.Matrix([X])), "dv/dt is Matrix([[x]]); it must be one number or sympy"),
+    "rate that is complex": (rate(sympy.sqrt(-1) * X), "dv/dt: I*x is complex"),
+    "rate that is a relation": (rate(X > 0), "dv/dt is x > 0, a relation"),
+    "rate with an integral": (rate(sympy.Integral(X, (X, 0, V))), "is not carried out; write its value"),
+    "rate with a derivative": (rate(sympy.Derivative(X**2, X)), "is not carried out"),
+    "rate with a sum": (rate(sympy.Sum(K, (K, 1, 3)) * X), "is not carried out"),
+    "period that is 0": ({"period": 0}, "the period 0 is not a positive number; leave it out"),
+    "period below 0": ({"period": -2 * sympy.pi / OMEGA}, "is not a positive number at {'omega': 3.0}"),
+    "period that is infinite here": ({"parameters": {"k": 2.0, "omega": 0.0}}, "2*pi/omega is not a positive number"),
+    "128 modes": ({"modes": {f"m{i}": {X: V, V: -X} for i in range(128)}}, "there are 128 modes; at most 127 fit"),
+    "state of a reserved name": (
+        {"states": (sympy.Symbol("mode"),), "modes": {"free": {"mode": 1}}},
+        "a state is named 'mode', which is reserved",
+    ),
+    "state without a name": (
+        {"states": ("",), "modes": {"free": {"": 1}}},
+        "state is named ''; a name must not be empty",
+    ),
+    "parameter with a slash": ({"parameters": {"k": 1, "omega": 3, "a/b": 1}}, "parameter is named 'a/b'"),
+    "quadrature of a blank": ({"quadratures": {" ": V}}, "quadrature is named ' '"),
+    "drift in a quadrature": ({"quadratures": {"work": T * V}}, "t*v does not repeat after the declared period"),
+}
+
+
+@pytest.mark.parametrize("fault", INPUT)
+def test_what_is_no_part_of_a_system(fault):
+    changes, words = INPUT[fault]
+    with pytest.raises(cd.ModelError) as caught:
+        build(**changes)
+    assert words in str(caught.value)
+    assert "zoo" not in str(caught.value)
+
+
+TRANSITIONS = {
+    "guard that cannot be read": ({"guard": "x - "}, "transition 'hit': guard is 'x - ', which sympy cannot read"),
+    "guard that is a relation": ({"guard": sympy.Eq(X, 1)}, "guard is Eq(x, 1), a relation; it must be an expression"),
+    "guard that is complex": ({"guard": X - sympy.I}, "guard: x - I is complex"),
+    "reset in a list": ({"reset": [V, -V]}, "reset is [v, -v]; it must be a mapping"),
+    "reset to a relation": ({"reset": {V: X < V}}, "reset of v is x < v, a relation"),
+    "reset to an integral": ({"reset": {V: sympy.Integral(V, V)}}, "is not carried out"),
+    "condition that cannot be read": ({"condition": "v >"}, "condition is 'v >', which sympy cannot read"),
+    "priority of a fraction": ({"priority": 0.5}, "priority is 0.5; it must be an integer"),
+    "priority in words": ({"priority": "first"}, "priority is 'first'"),
+    "no source": ({"source": ()}, "source is (); it must be a mode's name"),
+    "source that is a number": ({"source": 3}, "source is 3"),
+    "target that is a list": ({"target": ["free"]}, "target is ['free']; it must be the name of a mode"),
+    "empty name": ({"name": ""}, "name of a transition is ''"),
+    "kind that is a number": ({"kind": 3}, "kind is 3; it must be a text"),
+}
+
+
+@pytest.mark.parametrize("fault", TRANSITIONS)
+def test_what_is_no_transition(fault):
+    changes, words = TRANSITIONS[fault]
+    with pytest.raises(cd.ModelError) as caught:
+        hit(**changes)
+    assert words in str(caught.value)
+
+
+def test_a_bare_transition_is_no_list_of_them():
+    with pytest.raises(cd.ModelError, match="it must be a list of Transition"):
+        build(transitions=hit())
+
+
+def test_more_transitions_than_a_byte_counts():
+    with pytest.raises(cd.ModelError, match="there are 128 transitions; at most 127 fit"):
+        build(transitions=[hit(name=f"hit {i}") for i in range(128)])
+    assert len(build(transitions=[hit(name=f"hit {i}") for i in range(127)]).transitions) == 127
+
+
+def test_a_condition_that_drifts():
+    with pytest.raises(cd.ModelError, match=r"does not repeat after the declared period 2\*pi/omega"):
+        build(transitions=[hit(condition=V > T)])
+    assert build(transitions=[hit(condition=sympy.sin(OMEGA * T) < V)]).transitions[0].condition is not None
+
+
+@pytest.mark.parametrize(
+    "name", ["mode", "state", "time", "outcome", "event_time", "event", "forcing_period", "section"]
+)
+def test_a_quadrature_never_takes_the_place_of_a_result(name):
+    assert name in RESERVED
+    with pytest.raises(cd.ModelError, match=rf"quadrature '{name}' has a name that is reserved for results; rename it"):
+        build(quadratures={name: V})
+
+
+@pytest.mark.parametrize("name", ["period", "outcome", "seed", "iterate", "exponent"])
+def test_a_parameter_of_a_reserved_name_can_be_set_but_not_swept(name):
+    system = build(parameters={"k": 2.0, "omega": 3.0, name: 1.0})
+    assert system.with_parameters(**{name: 2.0}).parameters[name] == 2.0
+    with pytest.raises(cd.SettingsError, match=f"sweep names '{name}', which is reserved for results"):
+        cd.bifurcation_diagram(system, {name: [1.0, 2.0]}, transient=1, periods=2)
+
+
+@pytest.mark.parametrize("value", ["2.0", True, None, [2.0], 10**400])
+def test_numbers_of_the_wrong_type(value):
+    with pytest.raises(cd.SettingsError, match=r"parameter 'k' is .*; it must be a finite number"):
+        build(parameters={"k": value, "omega": 3.0})
+    with pytest.raises(cd.SettingsError, match=r"initial 'x' is .*; it must be a finite number"):
+        build(initial={X: value})
+
+
+def test_a_mode_that_is_no_text():
+    with pytest.raises(cd.SettingsError, match=r"initial mode \['free'\]; modes are \['free'\]"):
+        build(initial={"mode": ["free"]})
+
+
+def test_a_period_that_a_parameter_takes_away():
+    with pytest.raises(cd.SettingsError, match=r"the period 2\*pi/omega is not a positive number at {'omega': 0.0}"):
+        build().with_parameters(omega=0.0).forcing_period()
+
+
+def test_names_may_stand_for_symbols_and_texts_for_expressions():
+    written = build(
+        states=("x", "v"),
+        time="t",
+        modes={"free": {"x": "v", "v": "-k*x + cos(omega*t)"}},
+        transitions=[hit(guard="x - 1", reset={"v": "-v"})],
+    )
+    meant = build(transitions=[hit()])
+    assert (written.states, written.modes, written.transitions) == (meant.states, meant.modes, meant.transitions)
