@@ -10,7 +10,7 @@ from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.spectra import mean_exponents
 from chaosdrill.analysis.statistics import classify, find_period
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.run import Numerics, Run, event_rates
+from chaosdrill.engine.run import Numerics, Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 
@@ -65,14 +65,14 @@ class Point:
 def run_point(task: PointTask, value: float, start: "HybridSystem") -> Point:
     """Run one point of a sweep; whatever happens there becomes its outcome."""
     m, n = task.frame.shape
+    period = float("nan")
     try:
         system = start.with_parameters(**{task.parameter: value})
-        period = system.forcing_period()
+        period = system.forcing_period() or period
+        deficient = examine(system).deficient if task.deficient is None else task.deficient
+        run = Run(system, period, task.numerics, tangents=task.frame, shifts=task.shifts, deficient=deficient)
     except SettingsError:
-        return _empty(task, start, n, m, Outcome.FAILED, float("nan"))
-    assert period is not None
-    deficient = examine(system).deficient if task.deficient is None else task.deficient
-    run = Run(system, period, task.numerics, tangents=task.frame, shifts=task.shifts, deficient=deficient)
+        return _empty(task, start, n, m, Outcome.FAILED, period)
     outcome, _ = run.advance(task.transient)
     if outcome != Outcome.OK:
         return _empty(task, system, n, m, outcome, period)
@@ -89,7 +89,7 @@ def run_point(task: PointTask, value: float, start: "HybridSystem") -> Point:
         section = np.concatenate([r.samples for r in records])[:, :n]
     else:
         section = _last_crossings(records, task, n)
-    found = find_period(section, task.max_period)
+    found = find_period(section[np.isfinite(section).all(axis=1)], task.max_period)
     exponents, errors, _ = mean_exponents(sums, ends, period)
     if m:
         outcome = classify(exponents, errors, task.neutral, task.periods * period, found)
@@ -108,13 +108,12 @@ def _last_crossings(records: list[Record], task: PointTask, n: int) -> np.ndarra
 
 def _empty(task: PointTask, system: "HybridSystem", n: int, m: int, outcome: Outcome, period: float) -> Point:
     missing = np.full(m, np.nan)
-    names = event_rates(Run(system, 1.0, task.numerics))
     return Point(
         section=np.full((task.periods, n), np.nan),
         period=0,
         exponents=missing,
         errors=missing,
-        rates=dict.fromkeys(names, float("nan")),
+        rates=dict.fromkeys(rate_names(system), float("nan")),
         outcome=outcome,
         forcing_period=period,
     )

@@ -74,7 +74,7 @@ def record(
     start, first = run.elapsed, run.strobes
     found = [buffer[:0]]
     filled, outcome = 0, Outcome.OK
-    for part in np.array_split(np.arange(periods), min(periods, slices)):
+    for part in np.array_split(np.arange(periods), max(1, min(periods, slices))):
         target, full = len(part), True
         while full and outcome == Outcome.OK:
             outcome, full = run.advance(target, rows[filled:], buffer)

@@ -105,11 +105,12 @@ def poincare_section(
 
 def cycle_multipliers(system: "HybridSystem", run: Run, period: int, numerics: Numerics) -> np.ndarray:
     """Eigenvalues of the tangent map over a cycle that starts at the present strobe of a run, by descending modulus."""
-    here = system.with_initial(mode=run.mode, **dict(zip(system.state_names, run.x, strict=True)))
     n = len(system.states)
     deficient = examine(system).deficient
-    whole_map = Run(here, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
-    ranked = Run(here, run.period, numerics, tangents=np.eye(n), deficient=deficient)
+    whole_map = Run(system, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
+    ranked = Run(system, run.period, numerics, tangents=np.eye(n), deficient=deficient)
+    whole_map.continue_from(run)
+    ranked.continue_from(run)
     if whole_map.advance(period)[0] != Outcome.OK or ranked.advance(period)[0] != Outcome.OK:
         return np.full(n, complex(np.nan, np.nan))
     values = np.linalg.eigvals(whole_map.vectors.T).astype(complex)

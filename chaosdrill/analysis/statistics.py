@@ -82,7 +82,7 @@ def classify(exponents: np.ndarray, errors: np.ndarray, neutral: int, length: fl
 def find_period(points: np.ndarray, most: int) -> int:
     """Smallest period of a sequence of section points, 0 if there is none up to ``most``.
 
-    The last half of the sequence must repeat, within 1e-6 of its extent, for at least two periods.
+    The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
 
     Parameters
     ----------
@@ -93,8 +93,9 @@ def find_period(points: np.ndarray, most: int) -> int:
     points = points[len(points) // 2 :]
     if len(points) < 2 or not np.isfinite(points).all():
         return 0
-    scale = 1e-6 * max(1e-3, float(np.abs(points).max()))
+    size = np.abs(points).max(axis=0)
+    close = 1e-6 * size + 1e-12 * size.max()
     for period in range(1, min(most, len(points) // 2) + 1):
-        if np.abs(points[period:] - points[:-period]).max() <= scale:
+        if (np.abs(points[period:] - points[:-period]) <= close).all():
             return period
     return 0

@@ -124,6 +124,8 @@ class Tape:
             return self.lower(sympy.exp(exponent * sympy.log(base)))
         if base == sympy.E:
             return self._function(sympy.exp(exponent, evaluate=False))
+        if exponent.is_Float and exponent == int(exponent):
+            exponent = sympy.Integer(int(exponent))
         if exponent.is_Integer and exponent > 0:
             index = self.lower(base)
             result = index if exponent % 2 else None

@@ -173,7 +173,21 @@ def flow(
         t = local + carried_f[BASE]
         mode = carried[MODE]
         h, te, j, ties = prepare(
-            functions, settings_i, settings_f, watch, marks, local, t, c, x, vectors, carried, sides, armed, scratch
+            functions,
+            settings_i,
+            settings_f,
+            watch,
+            marks,
+            local,
+            t,
+            c,
+            x,
+            vectors,
+            carried,
+            carried_f,
+            sides,
+            armed,
+            scratch,
         )
         if te == -2.0:
             return INVALID_START
@@ -196,6 +210,8 @@ def flow(
         else:
             carried_f[TIME] = local + te
         carried_f[LONGEST] = max(carried_f[LONGEST], te)
+        if te > SMALLEST_STEP * carried_f[LONGEST]:
+            carried[STALL] = 0
         carried[STEPS] += 1
         carried[QR_SINCE] += 1
         outcome = _state_outcome(x, bounds)
@@ -206,10 +222,12 @@ def flow(
                 scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], te, sides, armed
             )
         if happens:
-            carried[STALL] = carried[STALL] + 1 if te <= SMALLEST_STEP * carried_f[LONGEST] else 0
+            carried[STALL] += 1
             if carried[STALL] > STALL_LIMIT:
                 return STALLED
             carried[TIES] += ties
+            if settings_i[ORTHOGONALISE] == 1 and marks[mode, j] & 2:
+                orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch[IMAGE])
             largest = take(
                 functions,
                 transitions,

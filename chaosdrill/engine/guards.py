@@ -79,7 +79,7 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
                 times[j] = -1.0
                 continue
             sides[j] = 1 if g[order] > 0.0 else -1
-            how = stand(sides[j], direction, order, fresh, marks[j], j == fired, armed[j] == 1)
+            how = stand(sides[j], direction, order, fresh, marks[j] & 1 == 1, j == fired, armed[j] == 1)
             if how == INVALID:
                 return -2.0, j, 0
             armed[j] = 0 if how == PASSED else 1

@@ -29,8 +29,8 @@ SETTINGS_F = 3
 CARRIED_I = 15
 
 # carried, doubles
-TIME, BASE, LONGEST = range(3)
-CARRIED_F = 3
+TIME, BASE, LONGEST, PROVEN = range(4)
+CARRIED_F = 4
 
 # columns of the event buffer before the states
 EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED = range(5)

@@ -10,6 +10,7 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.period import check_period
 from chaosdrill.engine.roots import DEPTH
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import pinned_states
@@ -97,6 +98,8 @@ class Run:
         deficient: Collection[int] = (),
         samples: int = 1,
     ) -> None:
+        if system.period is not None and system.time is not None:
+            check_period(system, period)
         kernels = system.kernels
         n, q = len(system.states), len(system.quadratures)
         guards = kernels.mode_table.shape[1]
@@ -120,14 +123,16 @@ class Run:
         self.transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
         self.marks = np.zeros((len(kernels.events), guards), dtype=np.int64)
         for row, events in zip(self.marks, kernels.events, strict=True):
-            row[: len(events)] = [all(kernels.transition_table[k, 1] for k in e.outcomes) for e in events]
+            only = [all(kernels.transition_table[k, 1] for k in e.outcomes) for e in events]
+            losing = [any(k in deficient for k in e.outcomes) for e in events]
+            row[: len(events)] = np.array(only) + 2 * np.array(losing)
         self.bounds = np.array([system.bounds[s] for s in system.state_names]).T.copy()
         self.c = kernels.constants(system.parameters)
         self.x = np.array([system.initial[s] for s in system.state_names])
         self.sums = np.zeros((2, q))
         self.vectors = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         self.shifts = self.vectors[:shifts].copy()
-        self.vectors[:, pinned_states(system, system.initial["mode"])] = 0.0
+        self._frame = self.vectors.copy()
         self.slots = np.arange(max(m, 1), dtype=np.int64)
         self.dead = np.zeros(max(m, 1), dtype=np.int64)
         self.logs = np.zeros(max(m, 1))
@@ -137,7 +142,6 @@ class Run:
         self.carried[at.FRESH] = at.BEGIN
         self.carried[at.FIRED] = -1
         self.carried[at.QR_WAIT] = 1
-        self.carried[at.RANK_CHECK] = 1
         self.carried_f = np.zeros(at.CARRIED_F)
         self.sides = np.zeros(guards, dtype=np.int64)
         self.armed = np.zeros(guards, dtype=np.int64)
@@ -145,6 +149,7 @@ class Run:
         self.grazing = np.full(len(kernels.transition_table), np.inf)
         self._before = 0.0
         self.forgotten = 0.0
+        self._pin()
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
         self._scratch = (
@@ -185,6 +190,39 @@ class Run:
         self.grazing[:] = np.inf
         self.carried[[at.TIES, at.STEPS]] = 0
         self.forgotten = self.elapsed
+        if self.dead.any():
+            self._revive()
+
+    def continue_from(self, other: "Run") -> None:
+        """Take over the state and the standing of the guards of another run of the same system, at a strobe of it."""
+        self.x[:] = other.x
+        self.sides[:] = other.sides
+        self.armed[:] = other.armed
+        self.carried[[at.MODE, at.FRESH]] = other.carried[[at.MODE, at.FRESH]]
+
+    def _pin(self) -> None:
+        """Drop the tangents that the present mode leaves no freedom."""
+        self.vectors[:, pinned_states(self.system, self.mode)] = 0.0
+        self.carried[at.RANK_CHECK] = 1
+
+    def _revive(self) -> None:
+        """Start the tangents anew that were lost before, behind the others, which go on.
+
+        A rank that was lost once in a transient says nothing about the attractor.
+        """
+        m, n = self.vectors.shape
+        for i, slot in enumerate(np.flatnonzero(self.dead[:m]), start=self.live):
+            self.slots[i] = slot
+            for candidate in (self._frame[slot], *np.eye(n)):
+                row = candidate
+                for _ in range(2):
+                    row = row - self.vectors[:i].T @ (self.vectors[:i] @ row)
+                if np.linalg.norm(row) > 1e-6 * np.linalg.norm(candidate) > 0:
+                    break
+            self.vectors[i] = row / np.linalg.norm(row)
+        self.dead[:] = 0
+        self.carried[at.LIVE] = m
+        self._pin()
 
     def change_period(self, period: float) -> None:
         """Go on with strobes at another interval; at a strobe only."""
@@ -235,6 +273,13 @@ class Run:
         return int(self.carried[at.SAMPLE_ROWS]), int(self.carried[at.EVENT_ROWS])
 
 
+def rate_names(system: "HybridSystem") -> tuple[str, ...]:
+    """Names of the means that ``event_rates`` returns for a system."""
+    suffix = "period" if system.period is not None else "time"
+    drilled = ("progression_rate",) if "penetration" in system.quadratures else ()
+    return (*(f"{name}_per_{suffix}" for name in ("events", "impacts", "slips")), *drilled, "closest_grazing")
+
+
 def event_rates(run: Run) -> dict[str, float]:
     """Mean rates since the last ``forget``, NaN for a run of no length.
 
@@ -245,16 +290,14 @@ def event_rates(run: Run) -> dict[str, float]:
     changing = [i for i, t in enumerate(system.transitions) if not t.marks_only()]
     length = run.elapsed - run.forgotten
     units = length / run.period if system.period is not None else length
-    suffix = "period" if system.period is not None else "time"
-    counts = {
-        "events": sum(run.counts[i] for i in changing),
-        **{
-            name: sum(run.counts[i] for i in changing if system.transitions[i].kind == kind)
-            for name, kind in (("impacts", "impact"), ("slips", "slip"))
-        },
-    }
-    rates = {f"{name}_per_{suffix}": float(n) / units if units > 0 else float("nan") for name, n in counts.items()}
+    counted = (
+        sum(run.counts[i] for i in changing),
+        sum(run.counts[i] for i in changing if system.transitions[i].kind == "impact"),
+        sum(run.counts[i] for i in changing if system.transitions[i].kind == "slip"),
+    )
+    values = [float(n) / units if units > 0 else float("nan") for n in counted]
     if "penetration" in system.quadratures:
         total = run.integrals()[list(system.quadratures).index("penetration")]
-        rates["progression_rate"] = float(total) / length if length > 0 else float("nan")
-    return {**rates, "closest_grazing": float(min((run.grazing[i] for i in changing), default=float("inf")))}
+        values.append(float(total) / length if length > 0 else float("nan"))
+    values.append(float(min((run.grazing[i] for i in changing), default=float("inf"))))
+    return dict(zip(rate_names(system), values, strict=True))

@@ -3,20 +3,25 @@
 from chaosdrill.engine import guards, rk4, taylor
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
+    AFTER,
+    BEFORE,
     ENDS,
     EVENTS_IN_PERIOD,
     FIRED,
     FRESH,
     GRADIENT,
+    IMAGE,
     LIVE,
     METHOD,
     MODE,
     MOVED,
     NONE,
+    ONGOING,
     ORDER,
     OUT,
     PERIOD,
     POLYNOMIAL,
+    PROVEN,
     QUADRATURES,
     RECORD,
     SAMPLE,
@@ -33,7 +38,9 @@ from chaosdrill.engine.layout import (
 
 
 @inlined
-def prepare(functions, settings_i, settings_f, watch, marks, local, t, c, x, vectors, carried, sides, armed, scratch):
+def prepare(
+    functions, settings_i, settings_f, watch, marks, local, t, c, x, vectors, carried, carried_f, sides, armed, scratch
+):
     """Expand at the present state: (length of the step, time of the first event in it or -1, guard, ties)."""
     mode = carried[MODE]
     count = watch[mode, 0]
@@ -41,6 +48,10 @@ def prepare(functions, settings_i, settings_f, watch, marks, local, t, c, x, vec
         ws = scratch[WORKSPACE]
         first = x.size + settings_i[QUADRATURES]
         h = taylor.expand(functions, first + count, first, settings_i, settings_f, t, c, x, vectors, carried, ws)
+        if carried[FRESH] != ONGOING or h > 1.3 * carried_f[PROVEN]:
+            place, rate, slope = scratch[IMAGE], scratch[BEFORE], scratch[AFTER]
+            h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, place, rate, slope)
+            carried_f[PROVEN] = h
         floor = 0.0
         for i in range(x.size):
             floor = max(floor, abs(x[i]))

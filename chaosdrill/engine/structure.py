@@ -1,6 +1,7 @@
 """What a system's tangents can be known to do before any run: lost rank, symmetries, driven and driving states.
 
-All of it is read off Jacobians and saltation matrices at random states on the guards, at the parameters of the run.
+Shifts are proved from the expressions; the rest is read off Jacobians and saltation matrices at random states on the
+guards, at the parameters of the run.
 """
 
 from collections.abc import Iterator
@@ -8,14 +9,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import sympy
 
 from chaosdrill.engine.events import saltate, saltation_jump
+from chaosdrill.model.derive import shift_directions
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _SAMPLES = 24
-_RANK_TOLERANCE = 1e-9
+_RANK_TOLERANCE = 1e-13
 
 
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
@@ -69,7 +72,7 @@ class Structure:
     Attributes
     ----------
     deficient : frozenset of int
-        Transitions at which rank may be lost: all but those whose saltation matrix was seen to have full rank.
+        Transitions at which rank may be lost.
     frame : ndarray, shape (n, n)
         Orthonormal initial tangents, one a row, for a full spectrum. Directions along which the whole system can be
         shifted come first, states that drive others without being driven last. Then the triangular form of the tangent
@@ -97,22 +100,32 @@ def examine(system: "HybridSystem") -> Structure:
     n = len(system.states)
     jumps = list(saltations(system))
     effects = [*_jacobians(system), *(m - np.eye(n) for _, m in jumps)]
-    shifts = _shifts(effects)
+    if "shifts" not in system.shared:
+        system.shared["shifts"] = shift_directions(system)
+    shifts = system.shared["shifts"]
     return Structure(
-        deficient=frozenset(range(len(system.transitions))) - {t for t, m in jumps if _has_full_rank(m)},
+        deficient=_deficient(system, jumps),
         frame=_frame(effects, shifts),
         shifts=len(shifts),
         neutral=int(system.time is None) + len(shifts),
     )
 
 
+def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> frozenset[int]:
+    """Transitions seen to lose rank somewhere, those never seen, and those whose reset has branches."""
+    branching = (sympy.Piecewise, sympy.Max, sympy.Min)
+    found = {i for i, t in enumerate(system.transitions) if any(v.has(*branching) for v in t.reset.values())}
+    found |= {t for t, matrix in jumps if not _has_full_rank(matrix)}
+    return frozenset(found | (set(range(len(system.transitions))) - {t for t, _ in jumps}))
+
+
 def _has_full_rank(matrix: np.ndarray) -> bool:
     return bool(np.linalg.matrix_rank(matrix, tol=_RANK_TOLERANCE * np.abs(matrix).max()) == len(matrix))
 
 
-def _frame(effects: list[np.ndarray], shifts: np.ndarray) -> np.ndarray:
+def _frame(effects: list[np.ndarray], shifts: list[list[float]]) -> np.ndarray:
     n = effects[0].shape[0]
-    rows = [_sparse(v) for v in shifts]
+    rows = [np.array(v) for v in shifts]
     rows += [np.eye(n)[i] for i in _downstream_first(np.any([m != 0 for m in effects], axis=0))]
     frame: list[np.ndarray] = []
     for row in rows:
@@ -121,12 +134,6 @@ def _frame(effects: list[np.ndarray], shifts: np.ndarray) -> np.ndarray:
         if np.linalg.norm(row) > 1e-6:
             frame.append(row / np.linalg.norm(row))
     return np.array(frame)
-
-
-def _shifts(effects: list[np.ndarray]) -> np.ndarray:
-    """Orthonormal directions, one a row, along which nothing ever changes."""
-    _, weights, directions = np.linalg.svd(np.vstack(effects))
-    return directions[weights <= 1e-12 * max(weights.max(), 1e-300)]
 
 
 def _jacobians(system: "HybridSystem") -> Iterator[np.ndarray]:
@@ -144,12 +151,6 @@ def _jacobians(system: "HybridSystem") -> Iterator[np.ndarray]:
                 matrix[:, j] = column
             if np.isfinite(matrix).all():
                 yield matrix
-
-
-def _sparse(direction: np.ndarray) -> np.ndarray:
-    """The direction without the round-off of its decomposition: entries of equal size are made equal."""
-    scaled = direction / np.abs(direction).max()
-    return np.round(scaled, 9)
 
 
 def _downstream_first(pattern: np.ndarray) -> list[int]:

@@ -9,7 +9,9 @@ import math
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import LIVE, QR_SINCE, QR_WAIT, RANK_CHECK
 
-RANK_TOLERANCE = 1e-11
+RANK_TOLERANCE = 1e-13
+"""At an event of deficient rank a tangent is lost if less than this part of its image is new."""
+
 LONGEST_WAIT = 4
 """Steps between two orthonormalisations, at most: contraction may set in at any time."""
 

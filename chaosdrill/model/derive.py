@@ -2,7 +2,10 @@
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy
+
+from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -75,6 +78,45 @@ def saltation(system: "HybridSystem", transition: "Transition", source: str | No
     normal = sympy.Matrix([gradient[:n]])
     speed = (normal * before)[0, 0] + gradient[n]
     return slope + (after - slope * before - explicit) * normal / speed
+
+
+def _functions(expression: Any) -> set[Any]:
+    return sympy.sympify(expression).atoms(sympy.Function)
+
+
+def shift_directions(system: "HybridSystem") -> list[list[float]]:
+    """Directions along which nothing ever changes, whatever the parameters: n numbers each, linearly independent.
+
+    Candidates are the null space of all Jacobians, guard gradients and reset Jacobians (less the identity) at random
+    numbers; only those for which every one of these vanishes as an expression are returned.
+    """
+    n = len(system.states)
+    rows = [list(jacobian(system, mode).row(i)) for mode in system.modes for i in range(n)]
+    for transition in system.transitions:
+        rows.append(guard_gradient(system, transition.guard)[:n])
+        slopes = reset_jacobian(system, transition)
+        rows += [[slopes[i][j] - int(i == j) for j in range(n)] for i in range(n)]
+    rows = [row for row in rows if any(entry != 0 for entry in row)]
+    special = tuple(SPECIAL)
+    plain = [row for row in rows if not any(type(f).__name__ in special for e in row for f in _functions(e))]
+    names = sorted({s for row in plain for entry in row for s in sympy.sympify(entry).free_symbols}, key=str)
+    evaluate = sympy.lambdify(names, plain, modules="numpy")
+    rng = np.random.default_rng(20260103)
+    samples = [np.array(evaluate(*rng.uniform(0.1, 1.5, len(names))), dtype=float).reshape(-1, n) for _ in range(4)]
+    stacked = np.vstack([s[np.isfinite(s).all(axis=1)] for s in samples] + [np.zeros((1, n))])
+    _, weights, directions = np.linalg.svd(stacked)
+    weights = np.concatenate([weights, np.zeros(n - len(weights))])
+    null = sympy.Matrix(np.round(directions[weights <= 1e-9 * max(weights.max(), 1e-300)], 9).tolist())
+    if null.rows == 0:
+        return []
+    found = []
+    for row in np.array(null.rref(iszerofunc=lambda e: abs(e) < 1e-6)[0].tolist(), dtype=float):
+        direction = [sympy.nsimplify(round(entry, 7), rational=True) for entry in row]
+        if any(direction) and all(
+            sympy.simplify(sum(e * d for e, d in zip(r, direction, strict=True))) == 0 for r in rows
+        ):
+            found.append([float(d) for d in direction])
+    return found
 
 
 def pinned_states(system: "HybridSystem", mode: str) -> tuple[int, ...]:
