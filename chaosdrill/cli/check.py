@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chaosdrill.cli.period import check_period
+
 if TYPE_CHECKING:
     from chaosdrill.scene import Scene
 
@@ -18,7 +20,9 @@ def check(scene: str, as_json: bool) -> int:
     from chaosdrill.scene.problems import InvalidSceneError
 
     try:
-        described = describe_scene(load_scene(scene))
+        loaded = load_scene(scene)
+        check_period(loaded)
+        described = describe_scene(loaded)
     except InvalidSceneError as fault:
         if not as_json:
             raise

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from chaosdrill.cli.period import check_period
 from chaosdrill.cli.progress import Progress
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
 from chaosdrill.errors import SettingsError
@@ -32,6 +33,7 @@ def run(scene: str, output: str, workers: int) -> None:
     from chaosdrill.scene import load_scene
 
     loaded = load_scene(scene)
+    check_period(loaded)
     if os.path.exists(output) and os.path.samefile(scene, output):
         raise SettingsError(f"--output is {output!r}, which is the scene itself; name another file, such as result.nc")
     check_writable(output)
