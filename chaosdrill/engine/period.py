@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.model.derive import frozen_states
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -21,6 +22,8 @@ def check_period(system: "HybridSystem", period: float) -> None:
     gradient, jacobian = np.empty(n + 1), np.empty((n, n + 1))
     for _ in range(3):
         x, t = rng.uniform(0.1, 0.9, n), rng.uniform(0, period)
+        for state in frozen_states(system):
+            x[system.states.index(state)] = system.initial[state.name]
         seen = []
         for instant in (t, t + period):
             values = []
@@ -37,6 +40,6 @@ def check_period(system: "HybridSystem", period: float) -> None:
         here, later = seen
         if not np.all(np.abs(later - here) <= _TOLERANCE * (1 + np.abs(here)), where=np.isfinite(here)):
             raise SettingsError(
-                f"{system.name} does not repeat after its period {system.period} = {period:.6g} at {system.parameters}; "
-                "write the period as an expression of the parameters that set it"
+                f"{system.name} does not repeat after its period {system.period} = {period:.6g} at "
+                f"{system.parameters}; write the period as an expression of the parameters that set it"
             )

@@ -8,6 +8,8 @@ import sympy
 
 from chaosdrill.dataset.schema import QUADRATURE, SCHEMA, SWEEP
 from chaosdrill.errors import ModelError
+from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.derive import frozen_states
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -132,7 +134,11 @@ def _symbols(system: "HybridSystem", where: str, expression: Any, known: set[Any
 
 
 def _check_periodic(system: "HybridSystem", declared: Any, period: float) -> None:
-    """The declared period must be a period of every expression that names time."""
+    """The declared period must be a period of every expression that names time.
+
+    One that also names a state which never changes (a parameter among the states) is left to the run, which knows it.
+    """
+    frozen = set(frozen_states(system))
     rng = random.Random(1)
     expressions = [f for field in system.modes.values() for f in field.values()]
     expressions += system.quadratures.values()
@@ -143,8 +149,13 @@ def _check_periodic(system: "HybridSystem", declared: Any, period: float) -> Non
             expressions += [relation.lhs - relation.rhs for relation in relations]
     values = {sympy.Symbol(p, real=True): v for p, v in system.parameters.items()}
     for expression in expressions:
-        if system.time not in expression.free_symbols:
+        if system.time not in expression.free_symbols or frozen & expression.free_symbols:
             continue
+        # a special function repeats if its arguments do, and has no value in sympy
+        expression = expression.replace(
+            lambda part: type(part).__name__ in SPECIAL,
+            lambda part: sum((place + 2) * argument for place, argument in enumerate(part.args)),
+        )
         here = {**values, **{s: rng.uniform(0.1, 0.9) for s in system.states}}
         instant = rng.uniform(0, period)
         before, after = (

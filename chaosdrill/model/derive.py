@@ -119,6 +119,12 @@ def shift_directions(system: "HybridSystem") -> list[list[float]]:
     return found
 
 
+def frozen_states(system: "HybridSystem") -> list[Any]:
+    """States that never change: no mode moves them and no transition resets them."""
+    reset = {x for t in system.transitions for x in t.reset}
+    return [x for x in system.states if x not in reset and all(f[x] == 0 for f in system.modes.values())]
+
+
 def pinned_states(system: "HybridSystem", mode: str) -> tuple[int, ...]:
     """States that a mode holds at a constant: their rate is zero there and every way in resets them to it.
 
