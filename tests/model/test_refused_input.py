@@ -5,6 +5,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.model.check import RESERVED
+from chaosdrill.model.special import hunt_crossley_exit
 
 X, V, T, K = sympy.symbols("x v t k", real=True)
 OMEGA = sympy.Symbol("omega", real=True)
@@ -130,6 +131,16 @@ def test_a_condition_that_drifts():
     with pytest.raises(cd.ModelError, match=r"does not repeat after the declared period 2\*pi/omega"):
         build(transitions=[hit(condition=V > T)])
     assert build(transitions=[hit(condition=sympy.sin(OMEGA * T) < V)]).transitions[0].condition is not None
+
+
+@pytest.mark.parametrize(("entry", "repeats"), [(V + sympy.sin(OMEGA * T), True), (V + T, False)])
+def test_a_special_function_repeats_if_its_arguments_do(entry, repeats):
+    kick = hit(reset={V: -hunt_crossley_exit(entry, K)})
+    if repeats:
+        assert build(transitions=[kick]).transitions[0].reset
+        return
+    with pytest.raises(cd.ModelError, match="does not repeat after the declared period"):
+        build(transitions=[kick])
 
 
 @pytest.mark.parametrize(
