@@ -8,8 +8,8 @@ import sympy
 
 from chaosdrill.dataset.schema import QUADRATURE, SCHEMA, SWEEP
 from chaosdrill.errors import ModelError
-from chaosdrill.model.special import SPECIAL
 from chaosdrill.model.derive import frozen_states
+from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
