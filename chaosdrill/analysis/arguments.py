@@ -19,6 +19,9 @@ Progress = Callable[[int, int, dict[str, int] | None], None]
 SLICE = 2000
 """Periods of a transient between two moments at which an interruption is heard."""
 
+SLICES = 64
+"""Parts of a transient given as time."""
+
 LARGEST = 2**53
 """Largest count: the integers up to here are exact as doubles."""
 
@@ -54,8 +57,10 @@ class Span:
                 outcome, _ = run.advance(min(left, SLICE))
                 left -= min(left, SLICE)
         elif self.transient > 0:
-            run.change_period(self.transient)
-            outcome, _ = run.advance(1)
+            run.change_period(self.transient / SLICES)
+            for _ in range(SLICES):
+                if outcome == Outcome.OK:
+                    outcome, _ = run.advance(1)
             run.change_period(self.unit)
         run.forget()
         return outcome

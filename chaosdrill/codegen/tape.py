@@ -124,7 +124,7 @@ class Tape:
             return self.lower(sympy.exp(exponent * sympy.log(base)))
         if base == sympy.E:
             return self._function(sympy.exp(exponent, evaluate=False))
-        if exponent.is_Float and exponent == int(exponent):
+        if exponent.is_Float and float(exponent).is_integer():
             exponent = sympy.Integer(int(exponent))
         if exponent.is_Integer and exponent > 0:
             index = self.lower(base)

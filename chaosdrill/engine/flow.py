@@ -212,6 +212,8 @@ def flow(
         carried_f[LONGEST] = max(carried_f[LONGEST], te)
         if te > SMALLEST_STEP * carried_f[LONGEST]:
             carried[STALL] = 0
+        elif happens:
+            carried[STALL] += 1
         carried[STEPS] += 1
         carried[QR_SINCE] += 1
         outcome = _state_outcome(x, bounds)
@@ -222,7 +224,6 @@ def flow(
                 scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], te, sides, armed
             )
         if happens:
-            carried[STALL] += 1
             if carried[STALL] > STALL_LIMIT:
                 return STALLED
             carried[TIES] += ties

@@ -98,7 +98,7 @@ class Run:
         deficient: Collection[int] = (),
         samples: int = 1,
     ) -> None:
-        if system.period is not None and system.time is not None:
+        if system.time is not None and period == system.forcing_period():
             check_period(system, period)
         kernels = system.kernels
         n, q = len(system.states), len(system.quadratures)

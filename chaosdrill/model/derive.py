@@ -2,7 +2,6 @@
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import sympy
 
 from chaosdrill.model.special import SPECIAL
@@ -90,6 +89,8 @@ def shift_directions(system: "HybridSystem") -> list[list[float]]:
     Candidates are the null space of all Jacobians, guard gradients and reset Jacobians (less the identity) at random
     numbers; only those for which every one of these vanishes as an expression are returned.
     """
+    import numpy as np
+
     n = len(system.states)
     rows = [list(jacobian(system, mode).row(i)) for mode in system.modes for i in range(n)]
     for transition in system.transitions:
