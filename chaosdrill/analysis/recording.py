@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chaosdrill.analysis.arguments import check_record
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.run import Run
@@ -69,7 +70,9 @@ def record(
         Parts between which an interruption is heard.
     """
     n, per_period = len(run.system.states), int(run.settings_i[at.SAMPLES])
-    rows = np.zeros(((periods + 1) * per_period + 2, n + len(run.system.quadratures) + 1))
+    shape = ((periods + 1) * per_period + 2, n + len(run.system.quadratures) + 1)
+    check_record(*shape, "periods or samples")
+    rows = np.zeros(shape)
     buffer = np.zeros((_EVENT_ROWS if events else 0, at.EVENT_COLUMNS + 2 * n))
     start, first = run.elapsed, run.strobes
     found = [buffer[:0]]

@@ -75,8 +75,8 @@ def test_scene_without_analyses_cannot_be_run(call, scene, tmp_path):
 def test_a_result_that_no_memory_holds(call, scene, tmp_path):
     scene.write_text(scene.read_text().replace("periods = 3", "periods = 10_000_000_000\nsamples = 1_000_000"))
     answer = call("run", scene, "-o", tmp_path / "out.nc")
-    assert answer.code == 1
-    assert "not enough memory for the result" in answer.err
+    assert answer.code == 2
+    assert "give fewer periods or samples" in answer.err
 
 
 def test_archive_whose_scene_is_wrong_cannot_be_verified(call, tmp_path):
