@@ -199,6 +199,8 @@ class Run:
         self.sides[:] = other.sides
         self.armed[:] = other.armed
         self.carried[[at.MODE, at.FRESH]] = other.carried[[at.MODE, at.FRESH]]
+        self.vectors[:] = self._frame
+        self._pin()
 
     def _pin(self) -> None:
         """Drop the tangents that the present mode leaves no freedom."""
