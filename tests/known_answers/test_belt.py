@@ -38,7 +38,9 @@ def test_multipliers(case, strobed, multipliers):
 @pytest.mark.parametrize("case", CASES)
 def test_exponents_are_zero_and_minus_infinity(case):
     belt, static, kinetic = case
-    system = cd.build("belt-stick-slip", {"belt": belt, "F_s": static, "F_k": kinetic}, initial={"v": belt})
+    # within the stick, so that no event falls on the end of a whole number of cycles
+    start = {"x": 0.25, "v": belt}
+    system = cd.build("belt-stick-slip", {"belt": belt, "F_s": static, "F_k": kinetic}, initial=start)
     cycle = period(*case)
     spectrum = cd.lyapunov_spectrum(system, duration=200 * cycle, transient=8 * cycle)
     exponents = spectrum["lyapunov_exponent"].values
