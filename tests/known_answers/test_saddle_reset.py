@@ -25,7 +25,7 @@ def test_flow_direction_neither_grows_nor_decays(spectrum):
 
 
 def test_driven_coordinate_decays_at_its_rate(spectrum):
-    assert float(spectrum["lyapunov_exponent"][2]) == pytest.approx(-0.7, abs=1e-4)
+    assert float(spectrum["lyapunov_exponent"][2]) == pytest.approx(-0.7, abs=1e-12)
 
 
 def test_the_return_map_triples_in_time_minus_ln_x():
