@@ -17,9 +17,6 @@ class _Floor(sympy.Function):
     def fdiff(self, argindex: int = 1) -> Any:
         return sympy.Integer(0)
 
-    def _latex(self, printer: Any) -> str:
-        return printer.doprint(sympy.floor(self.args[0]))
-
 
 def differentiate(expression: Any, symbol: Any) -> Any:
     """Derivative between the jumps: that of ``Mod(u, m)`` is u' - floor(u/m) m', that of ``floor`` is 0."""
