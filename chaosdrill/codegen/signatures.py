@@ -12,7 +12,7 @@ SIGNATURES = {
     "field": void(int64, float64, vector, vector, vector),
     "variation": void(int64, float64, vector, vector, vector, vector),
     "guard": float64(int64, int64, float64, vector, vector, vector),
-    "choose": int64(int64, int64, float64, vector, vector),
+    "choose": int64(int64, int64, float64, vector, vector, float64, vector),
     "reset": void(int64, float64, vector, vector, vector, matrix),
 }
 """name -> signature of the eight functions that make a system, in the order in which the engine takes them
@@ -23,7 +23,8 @@ SIGNATURES = {
 * ``field(mode, t, c, x, out)`` time derivatives of states, then integrands of quadratures
 * ``variation(mode, t, c, x, d, out)`` Jacobian times a vector
 * ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative
-* ``choose(mode, j, t, c, x)`` the transition that this event takes; -1 for none
+* ``choose(mode, j, t, c, x, tolerance, rest)`` the transition that this event takes, -1 for none; if it replaces
+  rebounds, the time that they would last goes into ``rest[0]``
 * ``reset(transition, t, c, x, out, jacobian)`` state after, and derivatives by states and, last, time
 """
 

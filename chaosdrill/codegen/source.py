@@ -8,7 +8,7 @@ import sympy
 from chaosdrill.codegen.expression import ExpressionPrinter, special_imports, statements
 from chaosdrill.codegen.taylor import Constants, ModeSource
 from chaosdrill.errors import ModelError
-from chaosdrill.model.derive import guard_gradient, jacobian, reset_jacobian, reset_map
+from chaosdrill.model.derive import guard_gradient, jacobian, rebound, reset_jacobian, reset_map
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -109,7 +109,7 @@ def _pointwise(system: "HybridSystem", printer: ExpressionPrinter, events: tuple
         _branches("field", "mode, t, c, x, out", "mode", fields),
         _branches("variation", "mode, t, c, x, d, out", "mode", variations),
         _nested("guard", "mode, j, t, c, x, gradient", unpack, guards, "return 0.0"),
-        _nested("choose", "mode, j, t, c, x", unpack, chooses, "return -1"),
+        _nested("choose", "mode, j, t, c, x, tolerance, rest", unpack, chooses, "return -1"),
         _branches("reset", "transition, t, c, x, out, jacobian", "transition", resets),
     ]
 
@@ -121,13 +121,35 @@ def _guard_body(system: "HybridSystem", printer: ExpressionPrinter, event: Event
 
 
 def _choose_body(system: "HybridSystem", printer: ExpressionPrinter, event: Event) -> list[str]:
+    named = {t.name: t for t in system.transitions}
+    completing = [i for i in event.outcomes if system.transitions[i].completes is not None]
     lines = []
+    for index in completing:
+        lines += _completion(system, printer, index, named[system.transitions[index].completes])
     for index in event.outcomes:
+        if index in completing:
+            continue
         condition = system.transitions[index].condition
         if condition is None or condition == sympy.true:
             return [*lines, f"return {index}"]
         lines += [f"if {printer.doprint(condition)}:", f"    return {index}"]
     return [*lines, "return -1"]
+
+
+def _completion(system: "HybridSystem", printer: ExpressionPrinter, index: int, rebounding: Any) -> list[str]:
+    """Lines that choose the transition if the rebounds to come take a negligible time, which goes into ``rest``.
+
+    With the normal speeds v before and w after a rebound and the acceleration a they last 2 w/a (1 + e + ..), e = -w/v.
+    """
+    condition = system.transitions[index].condition
+    sign = "" if rebounding.direction > 0 else "-"
+    lines = statements(printer, ["before", "after", "pull"], list(rebound(system, rebounding)))
+    lines.append("rest[0] = 0.0 if after == 0.0 else -2.0 * after * before / (pull * (before + after))")
+    tests = [f"{sign}pull > 0.0", f"{sign}after <= 0.0", f"{sign}(before + after) >= 0.0"]
+    tests.append("rest[0] * rest[0] * abs(pull) <= tolerance")
+    if condition is not None:
+        tests.append(f"({printer.doprint(condition)})")
+    return [*lines, f"if {' and '.join(tests)}:", f"    return {index}", "rest[0] = -1.0"]
 
 
 def _function(name: str, arguments: str, body: list[str], decorator: str | None = None) -> str:

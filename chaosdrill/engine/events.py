@@ -1,5 +1,7 @@
 """An event is taken: projection on the guard, choice of the outcome, reset, saltation of the tangents."""
 
+import math
+
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
     AFTER,
@@ -27,6 +29,7 @@ from chaosdrill.engine.layout import (
     SAME_MODE,
     STROBES,
     TO_MODE,
+    TOLERANCE,
 )
 
 
@@ -85,17 +88,20 @@ def saltate(vectors, live, jacobian, gradient, speed, jump, image):
 
 
 @inlined
-def take(functions, transitions, j, local, t, c, x, vectors, carried, counts, grazing, buffer, scratch):
+def take(functions, settings_f, transitions, j, local, t, c, x, vectors, carried, counts, grazing, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 
-    If no outcome's condition holds, nothing happens but that the guard has been passed.
+    If no outcome's condition holds, nothing happens but that the guard has been passed. Of an event that replaces
+    rebounds the limit time and state are recorded; the run goes on from here, on the same path within the tolerance.
     """
     n = x.size
     mode = carried[MODE]
     gradient = scratch[GRADIENT]
     before = scratch[BEFORE]
     _project(functions[5](mode, j, t, c, x, gradient), gradient, x)
-    transition = functions[6](mode, j, t, c, x)
+    before[0] = -1.0
+    transition = functions[6](mode, j, t, c, x, settings_f[TOLERANCE], before)
+    rest = before[0]
     carried[FIRED] = j
     carried[FRESH] = SAME_MODE
     if transition < 0:
@@ -120,8 +126,12 @@ def take(functions, transitions, j, local, t, c, x, vectors, carried, counts, gr
         functions[7](transition, t, c, x, image, scratch[RESET_JACOBIAN])
         for i in range(n):
             x[i] = image[i]
-        if carried[LIVE] > 0:
+        if carried[LIVE] > 0 or rest > 0.0:
             functions[3](target, t, c, x, scratch[AFTER])
+        if carried[LIVE] > 0:
+            if rest >= 0.0 and speed == 0.0:
+                # a state that stands on the guard already is mapped by the reset alone
+                speed = math.inf
             saltation_jump(scratch[RESET_JACOBIAN], before, scratch[AFTER], scratch[JUMP])
             largest = saltate(vectors, carried[LIVE], scratch[RESET_JACOBIAN], gradient, speed, scratch[JUMP], image)
             if transitions[transition, RANK_DEFICIENT] == 1:
@@ -132,8 +142,13 @@ def take(functions, transitions, j, local, t, c, x, vectors, carried, counts, gr
     if recorded:
         for i in range(n):
             row[EVENT_COLUMNS + n + i] = x[i]
+        if rest > 0.0:
+            row[EVENT_TIME] += rest
+            for i in range(n):
+                row[EVENT_COLUMNS + n + i] += rest * scratch[AFTER][i]
         carried[EVENT_ROWS] += 1
     counts[transition] += 1
-    grazing[transition] = min(grazing[transition], abs(speed))
+    if rest < 0.0:
+        grazing[transition] = min(grazing[transition], abs(speed))
     carried[EVENTS_IN_PERIOD] += 1
     return largest

@@ -231,6 +231,7 @@ def flow(
                 orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch[IMAGE])
             largest = take(
                 functions,
+                settings_f,
                 transitions,
                 j,
                 carried_f[TIME],

@@ -30,14 +30,14 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     rng = np.random.default_rng(20260101)
     before, after, image = np.empty(n + q), np.empty(n + q), np.empty(n)
     gradient, jacobian, jump = np.empty(n + 1), np.empty((n, n + 1)), np.empty(n)
-    scratch = np.empty(n)
+    scratch, rest = np.empty(n), np.empty(1)
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             for _ in range(_SAMPLES):
                 x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
-                transition = choose(mode, j, t, c, x)
+                transition = choose(mode, j, t, c, x, 0.0, rest)
                 field(mode, t, c, x, before)
                 guard(mode, j, t, c, x, gradient)
                 speed = gradient[:n] @ before[:n] + gradient[n]

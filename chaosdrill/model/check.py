@@ -121,6 +121,22 @@ def _check_transition(system: "HybridSystem", transition: Any, known: set[Any]) 
         if not isinstance(transition.condition, (sympy.logic.boolalg.Boolean, bool)):
             raise ModelError(f"{system.name}: {where}: condition {transition.condition} is no relation such as v > 1")
         _symbols(system, f"{where}, condition", transition.condition, known)
+    if transition.completes is not None:
+        _check_completes(system, transition)
+
+
+def _check_completes(system: "HybridSystem", transition: Any) -> None:
+    where = f"{system.name}: transition {transition.name!r} completes {transition.completes!r}"
+    found = [t for t in system.transitions if t.name == transition.completes]
+    if not found:
+        raise ModelError(f"{where}, which is no transition; there are {[t.name for t in system.transitions]}")
+    rebound = found[0]
+    if (rebound.guard, rebound.direction) != (transition.guard, transition.direction) or rebound.direction == 0:
+        raise ModelError(f"{where}: both must have the same guard and the same direction, +1 or -1")
+    if not set(transition.source) <= set(rebound.source) or set(transition.source) != {rebound.target}:
+        raise ModelError(f"{where}: that one must lead from the mode {transition.source[0]!r} back into it")
+    if transition.target in transition.source:
+        raise ModelError(f"{where}: its target must be another mode, one that holds the contact")
 
 
 def _symbols(system: "HybridSystem", where: str, expression: Any, known: set[Any], what: str = "") -> None:

@@ -55,6 +55,20 @@ def reset_jacobian(system: "HybridSystem", transition: "Transition") -> list[lis
     ]
 
 
+def rate(system: "HybridSystem", mode: str, expression: Any) -> Any:
+    """Time derivative of an expression along the flow of a mode."""
+    along = sum((differentiate(expression, x) * system.modes[mode][x] for x in system.states), sympy.Integer(0))
+    return along + time_derivative(system, expression)
+
+
+def rebound(system: "HybridSystem", transition: "Transition") -> tuple[Any, Any, Any]:
+    """Normal speed before a rebound, and normal speed and acceleration after it, from the state before it."""
+    image = dict(zip(system.states, reset_map(system, transition), strict=True))
+    before = rate(system, transition.target, transition.guard)
+    acceleration = rate(system, transition.target, before).xreplace(image)
+    return before, before.xreplace(image), acceleration
+
+
 def saltation(system: "HybridSystem", transition: "Transition", source: str | None = None) -> sympy.Matrix:
     """Saltation matrix of a transition as an expression of the state before it, shape (n, n).
 

@@ -32,6 +32,10 @@ class Transition:
         one event: the first declared whose condition holds is taken, and none if none holds.
     priority : int, default 0
         Of guards that reach zero together the one with the larger priority acts first.
+    completes : str, optional
+        Name of an outcome of the same event that leads back into its mode, such as the rebound of a ball. Where
+        rebounds follow each other ever faster and would all be over within a negligible time, this transition is taken
+        instead: its reset puts the state at rest on the guard, its target holds the contact.
     kind : str, optional
         Class under which the event is counted, e.g. ``"impact"``; default: the name.
     """
@@ -44,6 +48,7 @@ class Transition:
     reset: Mapping[Any, Any] = field(default_factory=dict)
     condition: Any = None
     priority: int = 0
+    completes: str | None = None
     kind: str | None = None
 
     def __post_init__(self) -> None:
@@ -58,6 +63,8 @@ class Transition:
             raise ModelError(f"{where}: target is {self.target!r}; it must be the name of a mode")
         if isinstance(self.priority, bool) or not isinstance(self.priority, Integral):
             raise ModelError(f"{where}: priority is {self.priority!r}; it must be an integer, larger acts first")
+        if self.completes is not None:
+            read_name(f"{where}: completes", self.completes)
         if self.kind is not None:
             read_name(f"{where}: kind", self.kind)
         reset = read_mapping(f"{where}: reset", self.reset, "{v: -e * v}")

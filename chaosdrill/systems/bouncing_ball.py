@@ -4,8 +4,9 @@
     v := V - e (v - V)
 
 The rebound law is exact: the floor's own motion is kept, not replaced by the high-bounce approximation. A ball that
-bounces with e < 1 on a still floor makes infinitely many impacts in finite time; the run then ends with that outcome.
-Source: Luck and Mehta 1993, doi:10.1103/PhysRevE.48.3988.
+bounces with e < 1 ever lower makes infinitely many impacts in finite time; then it rests on the floor, in the mode
+``contact``, until the floor falls away faster than the ball can follow: lift-off at x'' = -gravity, where
+amplitude omega^2 sin(omega t) = gravity. Source: Luck and Mehta 1993, doi:10.1103/PhysRevE.48.3988.
 """
 
 from math import pi
@@ -34,22 +35,18 @@ def system() -> "HybridSystem":
 
     x, v, t, gravity, amplitude, omega, e = sympy.symbols("x v t gravity amplitude omega e", real=True)
     floor = amplitude * sympy.sin(omega * t)
-    speed = sympy.diff(floor, t)
+    speed, acceleration = sympy.diff(floor, t), sympy.diff(floor, t, 2)
+    landing = {"guard": x - floor, "direction": -1}
     return HybridSystem(
         name="bouncing-ball",
         states=(x, v),
         time=t,
         parameters=PARAMETERS,
-        modes={"flight": {x: v, v: -gravity}},
+        modes={"flight": {x: v, v: -gravity}, "contact": {x: speed, v: acceleration}},
         transitions=[
-            Transition(
-                "impact",
-                source="flight",
-                target="flight",
-                guard=x - floor,
-                direction=-1,
-                reset={v: speed - e * (v - speed)},
-            )
+            Transition("impact", "flight", "flight", reset={v: speed - e * (v - speed)}, **landing),
+            Transition("rest", "flight", "contact", reset={x: floor, v: speed}, completes="impact", **landing),
+            Transition("lift-off", "contact", "flight", guard=acceleration + gravity, direction=-1),
         ],
         period=2 * sympy.pi / omega,
         initial={"mode": "flight", x: 1.0, v: pi},

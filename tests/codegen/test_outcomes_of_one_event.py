@@ -38,14 +38,14 @@ def system():
 )
 def test_the_first_condition_that_holds_decides(system, speed, taken):
     choose = system.kernels.functions[6]
-    found = choose(0, 0, 0.0, system.kernels.constants(system.parameters), np.array([0.0, speed]))
+    found = choose(0, 0, 0.0, system.kernels.constants(system.parameters), np.array([0.0, speed]), 0.0, np.empty(1))
     assert found == ([t.name for t in system.transitions].index(taken) if taken else -1)
 
 
 def test_the_limit_is_the_parameter_of_the_run(system):
     choose = system.kernels.functions[6]
     c = system.kernels.constants({"limit": 20.0})
-    assert choose(0, 0, 0.0, c, np.array([0.0, 5.0])) == 0
+    assert choose(0, 0, 0.0, c, np.array([0.0, 5.0]), 0.0, np.empty(1)) == 0
 
 
 def test_events_are_grouped_by_guard_and_direction(system):

@@ -98,8 +98,8 @@ def test_reset(kernels, place):
 def test_a_mode_or_guard_that_is_not_there_chooses_nothing(kernels):
     functions, c = kernels[0].functions, kernels[1]
     x = np.zeros(3)
-    assert functions[6](1, 1, 0.0, c, x) == -1
-    assert functions[6](7, 0, 0.0, c, x) == -1
+    assert functions[6](1, 1, 0.0, c, x, 0.0, np.empty(1)) == -1
+    assert functions[6](7, 0, 0.0, c, x, 0.0, np.empty(1)) == -1
 
 
 def test_constants_are_parameters_first(kernels):
