@@ -67,7 +67,8 @@ def saltation_jump(jacobian, before, after, out):
 def saltate(vectors, live, jacobian, gradient, speed, jump, image):
     """Map live tangents across an event, S d = DR d + jump (n.d) / (n.F- + dh/dt); returns their largest entry.
 
-    A tangent along the guard is mapped by the reset alone, without round-off from a large jump.
+    A tangent along the guard is mapped by the reset alone, without round-off from a large jump; so is every tangent
+    where the flow does not jump, however slowly it comes.
     """
     n = vectors.shape[1]
     largest = 0.0
@@ -80,7 +81,7 @@ def saltate(vectors, live, jacobian, gradient, speed, jump, image):
             s = 0.0
             for j in range(n):
                 s += jacobian[i, j] * vectors[v, j]
-            image[i] = s + jump[i] * across
+            image[i] = s + jump[i] * across if jump[i] != 0.0 else s
         for i in range(n):
             vectors[v, i] = image[i]
             largest = max(largest, abs(image[i]))

@@ -1,10 +1,36 @@
-"""How a hard case gets at one entry of a tangent map through the public face."""
+"""The systems of the hard cases, as their study has them, and tangent maps through the public face."""
+
+import importlib
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.engine.run import Numerics, Run
+
+
+@pytest.fixture(scope="session")
+def case():
+    """The study's module of a hard case, by its number."""
+    folder = Path(__file__).parents[2] / "studies" / "hard_cases"
+    sys.path.insert(0, str(folder))
+    yield lambda number: importlib.import_module(next(folder.glob(f"case_{number:02d}_*.py")).stem)
+    sys.path.remove(str(folder))
+
+
+@pytest.fixture(scope="session")
+def tangent_map():
+    """The derivative of the state after ``duration`` by the initial state, and that state."""
+
+    def measure(system, duration, **numerics):
+        run = Run(system, duration, Numerics(**numerics), tangents=np.eye(len(system.states)), orthonormalise=False)
+        assert run.advance(1)[0] == cd.Outcome.OK
+        return run.x.copy(), run.vectors.T.copy()
+
+    return measure
 
 
 @pytest.fixture(scope="session")
