@@ -57,6 +57,16 @@ def test_the_ball_leaves_a_moving_table_where_its_force_vanishes(gamma):
     assert np.all(np.cos(run["event_time"].values[left]) > 0)
 
 
+def test_a_table_that_holds_the_ball_once_a_period_leaves_no_tangent():
+    system = cd.build("bouncing-ball", {"amplitude": 1.3, "e": 0.1}, initial={"x": 2.3, "v": 0.0})
+    spectrum = cd.lyapunov_spectrum(system, periods=200, transient=10)
+    counts = dict(zip(spectrum["transition_name"].values, spectrum["event_count"].values, strict=True))
+    assert counts["rest"] >= 199
+    assert spectrum["lyapunov_exponent"].values.tolist() == [-np.inf, -np.inf]
+    assert int(spectrum["rank"]) == 0
+    assert int(spectrum["outcome"]) == cd.Outcome.PERIODIC
+
+
 def test_a_ball_that_starts_at_rest_rests():
     run = cd.trajectory(ball(0.5).with_initial(x=0.0, v=0.0), duration=1.0)
     assert events(run, "rest").sum() == 1
