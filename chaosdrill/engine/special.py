@@ -14,22 +14,23 @@ import numpy as np
 ORDER = 24
 
 
-def _series() -> np.ndarray:
-    """Coefficients of Y(p)/p: the solution of Y Y' = p (1 - Y), as exact rationals rounded once."""
+def series_of_exit() -> list[Fraction]:
+    """Coefficients of Y(p)/p, exactly: the solution of Y Y' = p (1 - Y)."""
     a = [Fraction(0), Fraction(1)]
     for m in range(2, ORDER + 1):
         middle = sum((a[i] * (m + 1 - i) * a[m + 1 - i] for i in range(2, m)), Fraction(0))
         a.append(-(a[m - 1] + middle) / (m + 1))
-    return np.array([float(c) for c in a[1:]])
+    return a[1:]
 
 
-SERIES = _series()
+SERIES = np.array([float(c) for c in series_of_exit()])
 EVEN = np.ascontiguousarray(SERIES[1::2])
 ATANH = np.array([1.0 / (2 * j + 3) for j in range(18)])
 
 
 @numba.njit(error_model="numpy", cache=True)
-def _horner(coefficients, x):
+def horner(coefficients, x):
+    """Polynomial with these coefficients, the lowest first, at x."""
     value = 0.0
     for j in range(coefficients.size - 1, -1, -1):
         value = value * x + coefficients[j]
@@ -37,11 +38,11 @@ def _horner(coefficients, x):
 
 
 @numba.njit(error_model="numpy", cache=True)
-def _slope(x):
+def slope(x):
     """p/x for -1/2 <= x <= 1, through ln(1 + x) = 2 artanh(z), z = x/(2 + x), |z| <= 1/3."""
     z = x / (2.0 + x)
     rest = 1.0 - z
-    return math.sqrt(rest - rest * rest * z * _horner(ATANH, z * z))
+    return math.sqrt(rest - rest * rest * z * horner(ATANH, z * z))
 
 
 @numba.njit(error_model="numpy", cache=True)
@@ -57,11 +58,11 @@ def _deficit(x):
 
 
 @numba.njit(error_model="numpy", cache=True)
-def _potential(x):
+def potential(x):
     """(x - ln(1 + x))/x^2 for x >= 0; 1/2 at 0."""
     if x <= 1.0:
-        slope = _slope(x)
-        return 0.5 * slope * slope
+        ratio = slope(x)
+        return 0.5 * ratio * ratio
     return (x - math.log1p(x)) / (x * x)
 
 
@@ -86,8 +87,8 @@ def hunt_crossley_exit(v, lam):
     if x <= 1.0:
         if x < -0.5:
             return math.nan
-        slope = _slope(x)
-        return v * (slope * _horner(SERIES, x * slope))
+        ratio = slope(x)
+        return v * (ratio * horner(SERIES, x * ratio))
     return (1.0 - _deficit(x)) / lam
 
 
@@ -102,10 +103,10 @@ def hunt_crossley_exit_lam(v, lam):
     if x <= 1.0:
         if x < -0.5:
             return math.nan
-        slope = _slope(x)
-        p = x * slope
-        ratio = slope * _horner(SERIES, p)
-        gap = -2.0 * slope * slope * _horner(EVEN, p * p)
+        rise = slope(x)
+        p = x * rise
+        ratio = rise * horner(SERIES, p)
+        gap = -2.0 * rise * rise * horner(EVEN, p * p)
     else:
         y = 1.0 - _deficit(x)
         ratio = y / x
@@ -135,13 +136,27 @@ def hunt_crossley_peak(v, lam, n, k):
         n w + (n + 1)(w x)^2 P(q) = (n + 1) P(x), where P(x) = (x - ln(1 + x))/x^2; it is convex in w.
     """
     x = lam * v
-    goal = (n + 1.0) * _potential(x)
+    goal = (n + 1.0) * potential(x)
     w = 2.0 * goal / (n + math.sqrt(n * n + 2.0 * (n + 1.0) * x * x * goal))
     for _ in range(30):
         q = w * x * x
-        step = (n * w + (n + 1.0) * w * w * x * x * _potential(q) - goal) / (n + (n + 1.0) * q / (1.0 + q))
+        step = (n * w + (n + 1.0) * w * w * x * x * potential(q) - goal) / (n + (n + 1.0) * q / (1.0 + q))
         w -= step
         if abs(step) <= 1e-15 * w:
             break
     depth = (n * w * v * v / k) ** (1.0 / (n + 1.0))
     return k * depth**n * (1.0 + w * x * x)
+
+
+@numba.njit(error_model="numpy", cache=True)
+def positive_power(d, n):
+    """max(d, 0)^n.
+
+    Parameters
+    ----------
+    d : float
+        Base.
+    n : float
+        Exponent, >= 0; with 0 the value is 1 for d > 0 and 0 elsewhere.
+    """
+    return d**n if d > 0.0 else 0.0

@@ -44,9 +44,69 @@ class hunt_crossley_peak(sympy.Function):
     nargs = 4
 
 
+class hunt_crossley_duration(sympy.Function):
+    """Duration of the contact d'' = -k d^n (1 + lam d') entered at speed v: arguments v, lam, n, k.
+
+    A time where k is a stiffness per unit of relative mass.
+    """
+
+    nargs = 4
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by v, lam, n (integrals of their own) or k (the power -1/(n + 1))."""
+        n, k = self.args[2:]
+        if argindex == 4:
+            return -self / ((n + 1) * k)
+        if argindex not in (1, 2, 3):
+            raise ArgumentIndexError(self, argindex)
+        return (hunt_crossley_duration_v, hunt_crossley_duration_lam, hunt_crossley_duration_n)[argindex - 1](*self.args)
+
+
+class hunt_crossley_duration_v(sympy.Function):
+    """Derivative of the duration by the approach speed."""
+
+    nargs = 4
+
+
+class hunt_crossley_duration_lam(sympy.Function):
+    """Derivative of the duration by the damping constant."""
+
+    nargs = 4
+
+
+class hunt_crossley_duration_n(sympy.Function):
+    """Derivative of the duration by the exponent."""
+
+    nargs = 4
+
+
+class positive_power(sympy.Function):
+    """max(d, 0)^n, a force that pushes and never pulls, with its derivative n max(d, 0)^(n - 1).
+
+    In compiled code an n that is a parameter with an integer value makes it the polynomial d^n, which is analytic
+    through d = 0: for modes that hold while d >= 0. With other n it is the power where d > 0 and 0 elsewhere.
+    """
+
+    nargs = 2
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by d or by n; the logarithm in the latter wants d > 0."""
+        d, n = self.args
+        if argindex == 1:
+            return n * positive_power(d, n - 1)
+        if argindex == 2:
+            return self * sympy.log(d)
+        raise ArgumentIndexError(self, argindex)
+
+
 SPECIAL = {
     "hunt_crossley_exit": "chaosdrill.engine.special:hunt_crossley_exit",
     "hunt_crossley_exit_lam": "chaosdrill.engine.special:hunt_crossley_exit_lam",
     "hunt_crossley_peak": "chaosdrill.engine.special:hunt_crossley_peak",
+    "hunt_crossley_duration": "chaosdrill.engine.contact_time:hunt_crossley_duration",
+    "hunt_crossley_duration_v": "chaosdrill.engine.contact_time:hunt_crossley_duration_v",
+    "hunt_crossley_duration_lam": "chaosdrill.engine.contact_time:hunt_crossley_duration_lam",
+    "hunt_crossley_duration_n": "chaosdrill.engine.contact_time:hunt_crossley_duration_n",
+    "positive_power": "chaosdrill.engine.special:positive_power",
 }
 """Name of the sympy function -> ``module:function`` that evaluates it in compiled code."""
