@@ -3,6 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import sympy
+from sympy.core.sorting import default_sort_key
+from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
 from chaosdrill.errors import ModelError
@@ -59,6 +61,17 @@ class ExpressionPrinter(PythonCodePrinter):
     def _print_sign(self, expr: Any) -> str:
         return f"math.copysign(1.0, {self._print(expr.args[0])})"
 
+    def _print_And(self, expr: Any) -> str:
+        return self._tests(expr, "and")
+
+    def _print_Or(self, expr: Any) -> str:
+        return self._tests(expr, "or")
+
+    def _tests(self, expr: Any, word: str) -> str:
+        """Tests that call a special function come last: often they are not needed."""
+        tests = sorted(expr.args, key=lambda e: (bool(_special_functions(e)), default_sort_key(e)))
+        return f" {word} ".join(self.parenthesize(e, PRECEDENCE[type(expr).__name__]) for e in tests)
+
     def _print_Function(self, expr: Any) -> str:
         name = type(expr).__name__
         if name not in SPECIAL:
@@ -77,9 +90,13 @@ def statements(printer: ExpressionPrinter, targets: list[str], expressions: list
     return lines + [f"{target} = {printer.doprint(value)}" for target, value in zip(targets, reduced, strict=True)]
 
 
+def _special_functions(expression: Any) -> set[str]:
+    return {type(f).__name__ for f in expression.atoms(sympy.Function)} & set(SPECIAL)
+
+
 def special_imports(expressions: list[Any]) -> list[str]:
     """Import lines for the special functions that the expressions name."""
-    names = sorted({type(f).__name__ for e in expressions for f in e.atoms(sympy.Function)} & set(SPECIAL))
+    names = sorted({name for e in expressions for name in _special_functions(e)})
     lines = []
     for name in names:
         module, function = SPECIAL[name].split(":")

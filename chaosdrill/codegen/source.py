@@ -181,7 +181,7 @@ def _nested(name: str, arguments: str, head: list[str], bodies: list[list[list[s
 
 
 def _all_expressions(system: "HybridSystem") -> list[Any]:
-    found = [f for field in system.modes.values() for f in field.values()]
+    found = [*(f for field in system.modes.values() for f in field.values()), *system.quadratures.values()]
     for transition in system.transitions:
         found += [transition.guard, *reset_map(system, transition)]
         found += [v for row in reset_jacobian(system, transition) for v in row]

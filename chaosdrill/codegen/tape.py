@@ -10,6 +10,7 @@ from typing import Any
 import sympy
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.special import positive_power
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,8 @@ class Tape:
             return self._integral("exp", self.lower(expression.args[0]))
         if isinstance(expression, sympy.log):
             return self.add(Node("log", (self.lower(expression.args[0]),)))
+        if isinstance(expression, positive_power):
+            return self._power(*expression.args)
         name = type(expression).__name__
         if name not in _SLOPE or len(expression.args) != 1:
             raise ModelError(

@@ -60,7 +60,10 @@ _ADVICE = {
         "which the contact would have to be held; add a mode that holds it, raise the restitution, or look for a "
         "reset that leads back across its own guard."
     ),
-    Outcome.NONFINITE: "A state became infinite or not a number; look for a singular term, or choose tighter bounds.",
+    Outcome.NONFINITE: (
+        "A state became infinite or not a number; look for a singular term, or choose tighter bounds. The right-hand "
+        'side may not be analytic there, as d**1.5 at d = 0; then choose method "dop853".'
+    ),
     Outcome.STEP_UNDERFLOW: "The step became too small to move time; loosen the tolerance or look for a singularity.",
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
     Outcome.FAILED: "The point could not be computed; run it alone as a trajectory to see where it stops.",

@@ -20,13 +20,15 @@ TIE = 1e-12
 
 @inlined
 def vanishing_order(g, n, h, floor):
-    """Number of leading coefficients that are zero to round-off; n + 1 if all are."""
+    """Number of leading coefficients that are zero to round-off; n + 1 if all are, or if they are no numbers."""
     variation = 0.0
     power = 1.0
     for k in range(n + 1):
         variation += abs(g[k]) * power
         power *= h
     limit = ZERO * variation + floor
+    if limit != limit:
+        return n + 1
     order = 0
     power = 1.0
     while order <= n and abs(g[order]) * power <= limit:

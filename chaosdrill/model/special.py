@@ -59,7 +59,9 @@ class hunt_crossley_duration(sympy.Function):
             return -self / ((n + 1) * k)
         if argindex not in (1, 2, 3):
             raise ArgumentIndexError(self, argindex)
-        return (hunt_crossley_duration_v, hunt_crossley_duration_lam, hunt_crossley_duration_n)[argindex - 1](*self.args)
+        return (hunt_crossley_duration_v, hunt_crossley_duration_lam, hunt_crossley_duration_n)[argindex - 1](
+            *self.args
+        )
 
 
 class hunt_crossley_duration_v(sympy.Function):
@@ -83,11 +85,16 @@ class hunt_crossley_duration_n(sympy.Function):
 class positive_power(sympy.Function):
     """max(d, 0)^n, a force that pushes and never pulls, with its derivative n max(d, 0)^(n - 1).
 
-    In compiled code an n that is a parameter with an integer value makes it the polynomial d^n, which is analytic
-    through d = 0: for modes that hold while d >= 0. With other n it is the power where d > 0 and 0 elsewhere.
+    It is for modes that hold while d >= 0: with a whole number n >= 1 it is the polynomial d^n, which is analytic
+    through d = 0. A parameter whose value is whole counts as one in compiled code.
     """
 
     nargs = 2
+
+    @classmethod
+    def eval(cls, d: Any, n: Any) -> Any:
+        """d^n for whole n >= 1."""
+        return d**n if n.is_Integer and n >= 1 else None
 
     def fdiff(self, argindex: int = 1) -> Any:
         """Derivative by d or by n; the logarithm in the latter wants d > 0."""

@@ -8,6 +8,7 @@ import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.check import check_system, value_of
+from chaosdrill.model.exponents import exponent_parameters, specialise
 from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
 
@@ -88,7 +89,8 @@ class HybridSystem:
         check_system(self)
         start = read_mapping(f"{name}: initial", {} if initial is None else initial, "{'mode': 'free', x: 0.1}")
         self._set_initial({str(key): value for key, value in start.items()})
-        self.shared: dict[str, Any] = {}
+        self._exponents = exponent_parameters(self)
+        self.shared: dict[Any, Any] = {}
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -102,12 +104,17 @@ class HybridSystem:
 
     @property
     def kernels(self) -> Any:
-        """The compiled functions of this system; copies with other numbers share them."""
-        if "kernels" not in self.shared:
+        """The compiled functions of this system.
+
+        Copies with other numbers share them, unless a number is a whole exponent here and another one there.
+        """
+        whole = {name: int(self.parameters[name]) for name in self._exponents if self.parameters[name].is_integer()}
+        key = tuple(whole.items())
+        if key not in self.shared:
             from chaosdrill.codegen import compile_system
 
-            self.shared["kernels"] = compile_system(self)
-        return self.shared["kernels"]
+            self.shared[key] = compile_system(specialise(self, whole) if whole else self)
+        return self.shared[key]
 
     def forcing_period(self) -> float | None:
         """The period as a number, at the present parameters; None if the system has none."""

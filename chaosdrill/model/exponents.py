@@ -1,0 +1,65 @@
+"""Parameters that stand in exponents, as n does in d**n.
+
+Where such a parameter is a whole number the power is a polynomial, which has a Taylor series at d = 0 too; the code of
+a system is therefore generated for the whole numbers that its exponents have.
+"""
+
+from collections.abc import Iterator, Mapping
+from copy import copy
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.model.special import positive_power
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+
+def exponent_parameters(system: "HybridSystem") -> tuple[str, ...]:
+    """Names of the parameters in exponents of what moves, in the order of the system's parameters."""
+    symbols = {sympy.Symbol(name, real=True): name for name in system.parameters}
+    found = set()
+    for expression in _expressions(system):
+        for power in expression.atoms(sympy.Pow, positive_power):
+            base, exponent = power.args
+            if exponent.free_symbols <= symbols.keys() and not base.free_symbols <= symbols.keys():
+                found |= {symbols[s] for s in exponent.free_symbols}
+    return tuple(name for name in system.parameters if name in found)
+
+
+def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSystem":
+    """The system with these numbers in place of the parameters in exponents, and nowhere else."""
+    numbers = {sympy.Symbol(name, real=True): sympy.Integer(value) for name, value in values.items()}
+
+    def put(expression: Any) -> Any:
+        return sympy.sympify(expression).replace(
+            lambda part: isinstance(part, sympy.Pow | positive_power) and part.args[1].free_symbols & numbers.keys(),
+            lambda part: part.func(part.args[0], part.args[1].subs(numbers)),
+        )
+
+    other = copy(system)
+    other.modes = {mode: {x: put(rate) for x, rate in field.items()} for mode, field in system.modes.items()}
+    other.quadratures = {name: put(rate) for name, rate in system.quadratures.items()}
+    other.transitions = tuple(
+        replace(
+            t,
+            guard=put(t.guard),
+            reset={x: put(value) for x, value in t.reset.items()},
+            condition=None if t.condition is None else put(t.condition),
+        )
+        for t in system.transitions
+    )
+    return other
+
+
+def _expressions(system: "HybridSystem") -> Iterator[Any]:
+    for field in system.modes.values():
+        yield from field.values()
+    yield from system.quadratures.values()
+    for transition in system.transitions:
+        yield transition.guard
+        yield from transition.reset.values()
+        if transition.condition is not None:
+            yield sympy.sympify(transition.condition)

@@ -1,0 +1,69 @@
+"""Duration of a Hunt-Crossley contact against its integral in 30 digits, velocities by Lambert's W."""
+
+from itertools import pairwise
+
+import mpmath
+import pytest
+import sympy
+
+from chaosdrill.engine.contact_time import hunt_crossley_duration
+from chaosdrill.model.special import hunt_crossley_duration as symbolic_duration
+
+PRODUCTS = [1e-12, 1e-6, 0.01, 0.5, 1.0, 3.0, 12.0, 50.0]
+EXPONENTS = [1.0, 1.5, 2.0]
+NODES = mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).calc_nodes(5, 110)
+ARGUMENTS = ("v", "lam", "n", "k")
+
+
+def exact(v, lam, n, k):
+    """Sum of dx/speed over the way in and the way out, with the depth x = x_m cos^2(theta)."""
+    product = mpmath.mpf(lam) * v
+    with mpmath.workdps(60 + 2 * max(0, -int(mpmath.log10(product)))):
+        v, lam, n, k = map(mpmath.mpf, (v, lam, n, k))
+        motion = lam * v - mpmath.log1p(lam * v)
+        deepest = ((n + 1) * motion / (lam**2 * k)) ** (1 / (n + 1))
+
+        def passing(angle):
+            root = -mpmath.exp(-1 - motion * (1 - mpmath.cos(angle) ** (2 * n + 2)))
+            out, into = 1 + mpmath.lambertw(root).real, -1 - mpmath.lambertw(root, -1).real
+            return mpmath.sin(2 * angle) * (1 / into + 1 / out)
+
+        ends = [0, mpmath.mpf("0.3"), mpmath.mpf("0.9"), mpmath.pi / 2]
+        total = mpmath.mpf(0)
+        for low, high in pairwise(ends):
+            middle, half = (low + high) / 2, (high - low) / 2
+            total += half * sum(weight * passing(middle + half * x) for x, weight in NODES)
+        return deepest * lam * total
+
+
+@pytest.mark.parametrize("n", EXPONENTS)
+@pytest.mark.parametrize("x", PRODUCTS)
+def test_duration(x, n):
+    v, lam, k = x / 0.7, 0.7, 12e5
+    assert hunt_crossley_duration(v, lam, n, k) == pytest.approx(float(exact(v, lam, n, k)), rel=1e-12)
+
+
+@pytest.mark.parametrize("argument", ARGUMENTS)
+@pytest.mark.parametrize(("x", "n"), [(1e-10, 1.5), (0.02, 1.0), (0.4, 2.0), (1.3, 1.5), (40.0, 1.0)])
+def test_derivatives(number, argument, x, n):
+    here = {"v": x / 0.7, "lam": 0.7, "n": n, "k": 12e5}
+    symbols = {name: sympy.Symbol(name, real=True) for name in ARGUMENTS}
+    found = number(sympy.diff(symbolic_duration(*symbols.values()), symbols[argument]), here)
+    with mpmath.workdps(50):
+        h = mpmath.mpf(10) ** -12
+        ahead, behind = ({**here, argument: mpmath.mpf(here[argument]) * (1 + sign * h)} for sign in (1, -1))
+        expected = (exact(**ahead) - exact(**behind)) / (2 * h * here[argument])
+        scale = exact(**here) / here[argument]
+    assert found == pytest.approx(float(expected), rel=1e-10, abs=1e-12 * float(scale))
+
+
+def test_an_elastic_linear_contact_lasts_half_a_period():
+    assert hunt_crossley_duration(0.3, 0.0, 1.0, 16.0) == pytest.approx(float(mpmath.pi) / 4, rel=1e-15)
+
+
+def test_an_elastic_hertzian_contact_lasts_as_hertz_found():
+    # 2.9432750594... = 2 * integral of dx/sqrt(1 - x^(5/2)) over 0 < x < 1, in units of depth over approach speed
+    v, k = 0.3, 50.0
+    shape = 2 * mpmath.beta(mpmath.mpf(2) / 5, mpmath.mpf(1) / 2) * 2 / 5
+    deepest = (1.25 * v**2 / k) ** 0.4
+    assert hunt_crossley_duration(v, 0.0, 1.5, k) == pytest.approx(float(shape) * deepest / v, rel=1e-12)
