@@ -23,5 +23,6 @@ ANALYSES = {entry.kind: entry for entry in _ENTRIES}
 
 METHODS = {
     "taylor": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
+    "dop853": "adaptive Runge-Kutta of order 8, for right-hand sides that are not analytic; events as for taylor",
     "rk4": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
 }

@@ -41,10 +41,10 @@ def trajectory(
         Periods (or time) to run before the record starts.
     samples : int, default 200
         Samples a period (or in all of ``duration``).
-    method : {"taylor", "rk4"}
+    method : {"taylor", "dop853", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
-        Local error a step, relative to max(1, abs(x)) ("taylor"); bisection of event times ("rk4").
+        Local error a step, relative to max(1, abs(x)) ("taylor", "dop853"); bisection of event times ("rk4").
     steps : int, optional
         Steps a period, for "rk4" only; default 200.
     progress : callable, optional

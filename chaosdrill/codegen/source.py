@@ -32,6 +32,8 @@ class Event:
     guard: Any
     direction: int
     outcomes: tuple[int, ...]
+    affine: bool
+    """Whether it is linear in the states and free of time."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,11 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
     for index, transition in enumerate(system.transitions):
         if mode in transition.source:
             groups.setdefault((transition.guard, transition.direction), []).append(index)
-    events = [Event(guard, direction, tuple(found)) for (guard, direction), found in groups.items()]
+    moving = {*system.states, system.time}
+    events = [
+        Event(guard, direction, tuple(found), not any(g.free_symbols & moving for g in guard_gradient(system, guard)))
+        for (guard, direction), found in groups.items()
+    ]
     return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
 
 

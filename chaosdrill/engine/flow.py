@@ -26,6 +26,7 @@ from chaosdrill.engine.layout import (
     IMAGE,
     INVALID_START,
     LONGEST,
+    LOSES_RANK,
     MAX_EVENTS,
     METHOD,
     MODE,
@@ -39,6 +40,7 @@ from chaosdrill.engine.layout import (
     QUADRATURES,
     RANK_CHECK,
     RECORD,
+    RK4,
     SAMPLE_ROWS,
     SAMPLES,
     STALL,
@@ -47,12 +49,12 @@ from chaosdrill.engine.layout import (
     STEPS,
     STROBES,
     TARGET,
-    TAYLOR,
     TIES,
     TIME,
     WORKSPACE,
 )
 from chaosdrill.engine.step import advance, prepare, record
+from chaosdrill.engine.stepper import STEPPER_TYPES, integers
 from chaosdrill.engine.tangents import orthonormalise
 
 STALL_LIMIT = 50
@@ -64,31 +66,14 @@ SMALLEST_STEP = 1e-13
 LARGE_GROWTH = 1e4
 """Tangents are orthonormalised at once after an event that makes one this long."""
 
-_integers = int64[::1]
 _integer_matrix = int64[:, ::1]
 _scratch = types.Tuple(
-    (
-        matrix,
-        vector,
-        vector,
-        matrix,
-        matrix,
-        vector,
-        vector,
-        vector,
-        vector,
-        vector,
-        vector,
-        matrix,
-        vector,
-        matrix,
-        matrix,
-        matrix,
-    )
-)
+    (matrix, vector, vector, matrix, matrix, *[vector] * 6, matrix, vector, matrix)
+)  # in the order of engine.layout
 _signature = int64(
     *KERNEL_TYPES,
-    _integers,
+    *STEPPER_TYPES,
+    integers,
     vector,
     _integer_matrix,
     _integer_matrix,
@@ -99,14 +84,14 @@ _signature = int64(
     matrix,
     matrix,
     matrix,
-    _integers,
-    _integers,
+    integers,
+    integers,
     vector,
-    _integers,
+    integers,
     vector,
-    _integers,
-    _integers,
-    _integers,
+    integers,
+    integers,
+    integers,
     vector,
     matrix,
     matrix,
@@ -135,6 +120,10 @@ def flow(
     guard,
     choose,
     reset,
+    expand,
+    locate,
+    evaluate,
+    advance_by,
     settings_i,
     settings_f,
     watch,
@@ -161,8 +150,9 @@ def flow(
 ):
     """Continue a run; returns DONE, FULL, or the outcome that ended it."""
     functions = (jet, jacobian_jet, tangent, field, variation, guard, choose, reset)
+    stepper = (expand, locate, evaluate, advance_by)
     period = settings_f[PERIOD]
-    taylor = settings_i[METHOD] == TAYLOR
+    series = settings_i[METHOD] != RK4
     first_guard = x.size + settings_i[QUADRATURES]
     while carried[STROBES] < settings_i[TARGET]:
         if settings_i[RECORD] == 1 and carried[SAMPLE_ROWS] + settings_i[SAMPLES] + 1 > samples.shape[0]:
@@ -174,6 +164,7 @@ def flow(
         mode = carried[MODE]
         h, te, j, ties = prepare(
             functions,
+            stepper,
             settings_i,
             settings_f,
             watch,
@@ -201,8 +192,8 @@ def flow(
             te = period - local
             happens = False
         passed = carried[STROBES]
-        strobe = record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch)
-        advance(functions, settings_i, t, c, x, te, sums, vectors, carried, scratch)
+        strobe = record(functions, stepper, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch)
+        advance(functions, stepper, settings_i, t, c, x, te, sums, vectors, carried, carried_f, scratch)
         if strobe >= 0.0:
             carried_f[TIME] = te - strobe
             if settings_i[ABSOLUTE_TIME] == 1:
@@ -219,7 +210,7 @@ def flow(
         outcome = _state_outcome(x, bounds)
         if outcome != DONE:
             return outcome
-        if taylor:
+        if series:
             guards.update_sides(
                 scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], te, sides, armed
             )
@@ -227,7 +218,7 @@ def flow(
             if carried[STALL] > STALL_LIMIT:
                 return STALLED
             carried[TIES] += ties
-            if settings_i[ORTHOGONALISE] == 1 and marks[mode, j] & 2:
+            if settings_i[ORTHOGONALISE] == 1 and marks[mode, j] & LOSES_RANK:
                 orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch[IMAGE])
             largest = take(
                 functions,

@@ -8,7 +8,7 @@ state goes on, and roots are searched for in the polynomial without its zero. No
 from numba import uint64
 
 from chaosdrill.engine.jit import inlined
-from chaosdrill.engine.layout import ARMED, BEGIN, FIRE, INVALID, ONGOING, PASSED, SAME_MODE
+from chaosdrill.engine.layout import ARMED, BEGIN, FIRE, INVALID, MARKS, ONGOING, PASSED, SAME_MODE
 from chaosdrill.engine.roots import first_crossing, recrossing
 
 ZERO = 1e-13
@@ -60,14 +60,31 @@ def stand(side, direction, order, fresh, marks, just_fired, was_armed):
 
 
 @inlined
+def earliest(times, count, h):
+    """Of the times of the guards (-1: none) the first; of guards that cross together the one that comes first."""
+    best = -1.0
+    found = -1
+    ties = 0
+    for j in range(count):
+        if times[j] >= 0.0 and (found < 0 or times[j] < best):
+            best = times[j]
+            found = j
+    if found >= 0:
+        for j in range(count - 1, -1, -1):
+            if times[j] >= 0.0 and times[j] <= best + TIE * h and j != found:
+                ties += 1
+                if j < found:
+                    best = times[j]
+                    found = j
+    return best, found, ties
+
+
+@inlined
 def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, sides, armed, polynomials):
     """First event of the step: (time in it or -1, guard, number of other guards that cross together with it).
 
     ``ws[row + j]`` holds the polynomial of guard j; ``sides`` and ``armed`` are carried from step to step.
     """
-    best = -1.0
-    found = -1
-    ties = 0
     a, shifted, stack, ends, times = polynomials
     for j in range(count):
         g = ws[row + j]
@@ -81,7 +98,7 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
                 times[j] = -1.0
                 continue
             sides[j] = 1 if g[order] > 0.0 else -1
-            how = stand(sides[j], direction, order, fresh, marks[j] & 1 == 1, j == fired, armed[j] == 1)
+            how = stand(sides[j], direction, order, fresh, marks[j] & MARKS != 0, j == fired, armed[j] == 1)
             if how == INVALID:
                 return -2.0, j, 0
             armed[j] = 0 if how == PASSED else 1
@@ -94,17 +111,7 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
             times[j] = first_crossing(g, order, n - order, h, sides[j] < 0, a, stack, ends)
         else:
             times[j] = recrossing(g, order, n - order, h, direction > 0, a, shifted, stack, ends)
-        if times[j] >= 0.0 and (found < 0 or times[j] < best):
-            best = times[j]
-            found = j
-    if found >= 0:
-        for j in range(count - 1, -1, -1):
-            if times[j] >= 0.0 and times[j] <= best + TIE * h and j != found:
-                ties += 1
-                if j < found:
-                    best = times[j]
-                    found = j
-    return best, found, ties
+    return earliest(times, count, h)
 
 
 @inlined

@@ -7,6 +7,7 @@ in its callers; here the key holds the content of all numerical code. Where no f
 import contextlib
 import warnings
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numba
@@ -41,6 +42,10 @@ def compiled(signature: Any, **options: Any) -> Callable[[Any], Any]:
             warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
             dispatcher.compile(signature)
         dispatcher.disable_compile()
+        # every call that is given this function asks for its address, and numba would search for it each time
+        result = dispatcher.get_compile_result(signature)
+        result.library.get_pointer_to_function = cache(result.library.get_pointer_to_function)
+        dispatcher.get_compile_result = lambda _: result
         return dispatcher
 
     return decorate

@@ -25,12 +25,13 @@ SETTINGS_F = 3
     QR_WAIT,
     QR_SINCE,
     RANK_CHECK,
-) = range(15)
-CARRIED_I = 15
+    EVALUATIONS,
+) = range(16)
+CARRIED_I = 16
 
 # carried, doubles
-TIME, BASE, LONGEST, PROVEN = range(4)
-CARRIED_F = 4
+TIME, BASE, LONGEST, PROVEN, NEXT_STEP, TRIED = range(6)
+CARRIED_F = 6
 
 # columns of the event buffer before the states
 EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED = range(5)
@@ -39,8 +40,11 @@ EVENT_COLUMNS = 5
 # columns of the table of transitions
 TO_MODE, MARKS_ONLY, RANK_DEFICIENT = range(3)
 
-(TAYLOR, RK4) = range(2)
-METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4}
+# bits that describe a guard: its events change nothing, may lose rank; it is linear and free of time
+MARKS, LOSES_RANK, AFFINE = 1, 2, 4
+
+(TAYLOR, RK4, DOP853) = range(3)
+METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
 
 # arrays of scratch
 (
@@ -58,9 +62,7 @@ METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4}
     RESET_JACOBIAN,
     JUMP,
     STAGES,
-    MOVED,
-    NONE,
-) = range(16)
+) = range(14)
 
 # what a call of the engine ends with; values from 4 on are those of dataset.Outcome
 DONE, FULL = range(2)

@@ -6,31 +6,44 @@ step pass unseen. It is here to be compared with.
 
 from chaosdrill.engine.guards import TIE, stand
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import FIRE, INVALID, MODE, ONGOING, PASSED, STEP, TOLERANCE
+from chaosdrill.engine.layout import (
+    EVALUATIONS,
+    FIRE,
+    FIRED,
+    FRESH,
+    INVALID,
+    LIVE,
+    MARKS,
+    MODE,
+    ONGOING,
+    PASSED,
+    STEP,
+    TOLERANCE,
+)
+from chaosdrill.engine.stepper import offered
 
 _PROBE = 1e-3
 _ZERO = 1e-11
 
 
 @inner
-def next_step(settings_f, t):
-    """Length of the step to the next point of the fixed grid."""
-    step = settings_f[STEP]
-    h = step - t % step
-    return h if h > 1e-9 * step else h + step
+def _moved(v):
+    return 11 + 6 * v
 
 
 @inner
-def move(functions, mode, t, c, x, s, vectors, live, out, out_vectors, stages):
-    """States and quadratures (``out``) and tangents after a step of length s."""
+def move(field, variation, carried, t, c, x, s, vectors, live, out, stages):
+    """States and quadratures (``out``) and tangents (row ``_moved(v)`` of ``stages``) after a step of length s."""
     n = x.size
     m = out.size
+    mode = carried[MODE]
+    carried[EVALUATIONS] += 4
     place = stages[0]
     for i in range(m):
         out[i] = x[i] if i < n else 0.0
     for v in range(live):
         for i in range(n):
-            out_vectors[v, i] = vectors[v, i]
+            stages[_moved(v), i] = vectors[v, i]
     for stage in range(4):
         part = 0.0 if stage == 0 else (s if stage == 3 else 0.5 * s)
         weight = s / 6.0 if stage in (0, 3) else s / 3.0
@@ -38,80 +51,112 @@ def move(functions, mode, t, c, x, s, vectors, live, out, out_vectors, stages):
         for i in range(n):
             place[i] = x[i] + (part * before[i] if stage > 0 else 0.0)
         rate = stages[2 + stage]
-        functions[3](mode, t + part, c, place, rate)
+        field(mode, t + part, c, place, rate)
         for i in range(m):
             out[i] += weight * rate[i]
         for v in range(live):
-            base = 6 + 5 * v
+            base = 6 + 6 * v
             direction = stages[base]
             last = stages[base + stage]
             for i in range(n):
                 direction[i] = vectors[v, i] + (part * last[i] if stage > 0 else 0.0)
             image = stages[base + 1 + stage]
-            functions[4](mode, t + part, c, place, direction, image)
+            variation(mode, t + part, c, place, direction, image)
             for i in range(n):
-                out_vectors[v, i] += weight * image[i]
+                stages[_moved(v), i] += weight * image[i]
 
 
 @inner
-def _crossed(functions, mode, j, t, c, x, gradient, side):
-    value = functions[5](mode, j, t, c, x, gradient)
+def _crossed(guard, mode, j, t, c, x, gradient, side):
+    value = guard(mode, j, t, c, x, gradient)
     return value * side <= 0.0
 
 
-@inner
-def first_event(
-    functions,
-    directions,
+@offered
+def expand(
+    field,
+    variation,
+    guard,
+    first,
     count,
     marks,
+    settings_i,
+    settings_f,
+    local,
     t,
     c,
     x,
-    h,
-    settings_f,
+    vectors,
     carried,
-    fresh,
-    fired,
+    carried_f,
+    ws,
+    stages,
+    gradient,
+):
+    """Length of the step to the next point of the fixed grid."""
+    step = settings_f[STEP]
+    h = step - local % step
+    return h if h > 1e-9 * step else h + step
+
+
+@offered
+def locate(
+    field,
+    variation,
+    guard,
+    first,
+    count,
+    directions,
+    marks,
+    settings_f,
+    te,
+    h,
+    t,
+    c,
+    x,
+    carried,
     sides,
     armed,
-    none,
-    out,
-    gradient,
+    ws,
     stages,
+    gradient,
+    times,
+    out,
 ):
     """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties)."""
+    fresh = carried[FRESH]
+    fired = carried[FIRED]
     mode = carried[MODE]
     if fresh != ONGOING:
-        move(functions, mode, t, c, x, _PROBE * h, none, 0, out, none, stages)
+        move(field, variation, carried, t, c, x, _PROBE * h, stages, 0, out, stages)
         for j in range(count):
-            here = functions[5](mode, j, t, c, x, gradient)
-            ahead = functions[5](mode, j, t + _PROBE * h, c, out[: x.size], gradient)
+            here = guard(mode, j, t, c, x, gradient)
+            ahead = guard(mode, j, t + _PROBE * h, c, out[: x.size], gradient)
             order = 1 if abs(here) <= _ZERO * max(1.0, abs(ahead)) or here * ahead < 0.0 else 0
             value = ahead if order == 1 else here
             if value == 0.0:
                 armed[j] = 0
                 continue
             sides[j] = 1 if value > 0.0 else -1
-            how = stand(sides[j], directions[j], order, fresh, marks[j] & 1 == 1, j == fired, armed[j] == 1)
+            how = stand(sides[j], directions[j], order, fresh, marks[j] & MARKS != 0, j == fired, armed[j] == 1)
             if how == INVALID:
                 return -2.0, j, 0
             armed[j] = 0 if how == PASSED else 1
             if how == FIRE:
                 return 0.0, j, 0
-    move(functions, mode, t, c, x, h, none, 0, out, none, stages)
+    move(field, variation, carried, t, c, x, h, stages, 0, out, stages)
     best = -1.0
     found = -1
     ties = 0
     for j in range(count):
         if armed[j] == 0:
-            value = functions[5](mode, j, t + h, c, out[: x.size], gradient)
+            value = guard(mode, j, t + h, c, out[: x.size], gradient)
             if value * directions[j] < 0.0:
                 armed[j] = 1
                 sides[j] = -directions[j]
             continue
-        move(functions, mode, t, c, x, h, none, 0, out, none, stages)
-        if not _crossed(functions, mode, j, t + h, c, out[: x.size], gradient, sides[j]):
+        move(field, variation, carried, t, c, x, h, stages, 0, out, stages)
+        if not _crossed(guard, mode, j, t + h, c, out[: x.size], gradient, sides[j]):
             continue
         low = 0.0
         high = h
@@ -119,8 +164,8 @@ def first_event(
             middle = 0.5 * (low + high)
             if middle <= low or middle >= high:
                 break
-            move(functions, mode, t, c, x, middle, none, 0, out, none, stages)
-            if _crossed(functions, mode, j, t + middle, c, out[: x.size], gradient, sides[j]):
+            move(field, variation, carried, t, c, x, middle, stages, 0, out, stages)
+            if _crossed(guard, mode, j, t + middle, c, out[: x.size], gradient, sides[j]):
                 high = middle
             else:
                 low = middle
@@ -131,3 +176,19 @@ def first_event(
         elif high <= best + TIE * h:
             ties += 1
     return best, found, ties
+
+
+@offered
+def evaluate(field, variation, t, c, x, s, carried, stages, out):
+    """States and quadratures after a step of length s."""
+    move(field, variation, carried, t, c, x, s, stages, 0, out, stages)
+
+
+@offered
+def advance(field, variation, t, c, x, s, vectors, carried, carried_f, stages, out):
+    """States and quadratures and, in place, tangents after a step of length s."""
+    live = carried[LIVE]
+    move(field, variation, carried, t, c, x, s, vectors, live, out, stages)
+    for v in range(live):
+        for i in range(x.size):
+            vectors[v, i] = stages[_moved(v), i]

@@ -10,6 +10,7 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.dop853_tables import GUARD_DEGREE, stage_rows
 from chaosdrill.engine.period import check_period
 from chaosdrill.engine.roots import DEPTH
 from chaosdrill.errors import SettingsError
@@ -30,9 +31,11 @@ class Numerics:
     Parameters
     ----------
     method : str
-        ``"taylor"``, or ``"rk4"`` for fixed steps with bisection.
+        ``"taylor"``; ``"dop853"``, adaptive Runge-Kutta of order 8 for right-hand sides that are not analytic; or
+        ``"rk4"`` for fixed steps with bisection.
     tolerance : float
-        Taylor: local error of state (relative to max(1, abs(x))) and tangents a step. rk4: bisection of event times.
+        Adaptive methods: local error a step, of states relative to max(1, abs(x)), of tangents to their length.
+        rk4: bisection of event times.
     steps : int, optional
         Steps a period, for ``"rk4"`` only; default 200.
     """
@@ -55,7 +58,13 @@ class Numerics:
 
     @property
     def order(self) -> int:
-        """Order of the Taylor series: a step costs order**2, and its length grows like tolerance**(1/order)."""
+        """Degree of a guard's polynomial on a step.
+
+        For ``"taylor"`` that is the order of the series: a step costs order**2, and its length grows like
+        tolerance**(1/order).
+        """
+        if self.method != "taylor":
+            return GUARD_DEGREE
         return min(HIGHEST_ORDER, max(8, math.ceil(6 - 0.58 * math.log(self.tolerance))))
 
 
@@ -106,6 +115,7 @@ class Run:
         m = 0 if tangents is None else len(tangents)
         self.system = system
         self.period = period
+        self.method = numerics.method
         self.settings_i = np.zeros(at.SETTINGS_I, dtype=np.int64)
         self.settings_f = np.zeros(at.SETTINGS_F)
         self.settings_i[at.METHOD] = at.METHOD_CODES[numerics.method]
@@ -123,9 +133,10 @@ class Run:
         self.transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
         self.marks = np.zeros((len(kernels.events), guards), dtype=np.int64)
         for row, events in zip(self.marks, kernels.events, strict=True):
-            only = [all(kernels.transition_table[k, 1] for k in e.outcomes) for e in events]
-            losing = [any(k in deficient for k in e.outcomes) for e in events]
-            row[: len(events)] = np.array(only) + 2 * np.array(losing)
+            for j, event in enumerate(events):
+                only = all(kernels.transition_table[k, 1] for k in event.outcomes)
+                losing = any(k in deficient for k in event.outcomes)
+                row[j] = at.MARKS * only + at.LOSES_RANK * losing + at.AFFINE * event.affine
         self.bounds = np.array([system.bounds[s] for s in system.state_names]).T.copy()
         self.c = kernels.constants(system.parameters)
         self.x = np.array([system.initial[s] for s in system.state_names])
@@ -156,7 +167,7 @@ class Run:
             np.zeros((kernels.rows + (m + 1) // 2 * n, COLUMNS)), np.zeros(COLUMNS), np.zeros(COLUMNS),
             np.zeros((DEPTH, COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
             np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros(n),
-            np.zeros((6 + 5 * m, n + q)), np.zeros((m, n)), np.zeros((0, n)),
+            np.zeros((stage_rows(m), n + q)),
         )  # fmt: skip
 
     @property
@@ -179,6 +190,19 @@ class Run:
         """Tangents that no event has removed."""
         return int(self.carried[at.LIVE])
 
+    @property
+    def steps(self) -> int:
+        """Steps since the last ``forget``."""
+        return int(self.carried[at.STEPS])
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the right-hand side since the last ``forget``, those for events and samples included.
+
+        A Taylor step counts as many as its order.
+        """
+        return int(self.carried[at.EVALUATIONS])
+
     def integrals(self) -> np.ndarray:
         """Quadratures since the start of the run, shape (q,)."""
         return self.sums[0] + self.sums[1]
@@ -188,7 +212,7 @@ class Run:
         for array in (self.logs, self.counts, self.sums):
             array[:] = 0
         self.grazing[:] = np.inf
-        self.carried[[at.TIES, at.STEPS]] = 0
+        self.carried[[at.TIES, at.STEPS, at.EVALUATIONS]] = 0
         self.forgotten = self.elapsed
         if self.dead.any():
             self._revive()
@@ -254,6 +278,7 @@ class Run:
             Whether a buffer was filled before the end; ``advance(0, ...)`` goes on to the same target.
         """
         from chaosdrill.engine.flow import flow
+        from chaosdrill.engine.stepper import stepper
 
         if periods:
             self.settings_i[at.TARGET] = self.strobes + periods
@@ -261,6 +286,7 @@ class Run:
         self.carried[[at.SAMPLE_ROWS, at.EVENT_ROWS]] = 0
         code = flow(
             *self.system.kernels.functions,
+            *stepper(self.method),
             *(self.settings_i, self.settings_f, self.system.kernels.mode_table, self.marks, self.transitions),
             *(self.c, self.bounds, self.x, self.sums, self.vectors, self.shifts, self.slots, self.dead, self.logs),
             *(self.carried, self.carried_f, self.sides, self.armed, self.counts, self.grazing),

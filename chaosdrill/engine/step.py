@@ -1,11 +1,15 @@
-"""One step seen from outside of the method: how far, which event first, and the state anywhere in it."""
+"""One step seen from outside of the method: how far, which event first, and the state anywhere in it.
 
-from chaosdrill.engine import guards, rk4, taylor
+``stepper`` holds the functions of ``engine.stepper``, in that order.
+"""
+
+from chaosdrill.engine import guards, taylor
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
     AFTER,
     BEFORE,
     ENDS,
+    EVALUATIONS,
     EVENTS_IN_PERIOD,
     FIRED,
     FRESH,
@@ -14,8 +18,6 @@ from chaosdrill.engine.layout import (
     LIVE,
     METHOD,
     MODE,
-    MOVED,
-    NONE,
     ONGOING,
     ORDER,
     OUT,
@@ -24,6 +26,7 @@ from chaosdrill.engine.layout import (
     PROVEN,
     QUADRATURES,
     RECORD,
+    RK4,
     SAMPLE,
     SAMPLE_ROWS,
     SAMPLES,
@@ -39,19 +42,62 @@ from chaosdrill.engine.layout import (
 
 @inlined
 def prepare(
-    functions, settings_i, settings_f, watch, marks, local, t, c, x, vectors, carried, carried_f, sides, armed, scratch
+    functions,
+    stepper,
+    settings_i,
+    settings_f,
+    watch,
+    marks,
+    local,
+    t,
+    c,
+    x,
+    vectors,
+    carried,
+    carried_f,
+    sides,
+    armed,
+    scratch,
 ):
     """Expand at the present state: (length of the step, time of the first event in it or -1, guard, ties)."""
     mode = carried[MODE]
     count = watch[mode, 0]
-    if settings_i[METHOD] == TAYLOR:
-        ws = scratch[WORKSPACE]
-        first = x.size + settings_i[QUADRATURES]
+    directions = watch[mode, 1:]
+    method = settings_i[METHOD]
+    ws = scratch[WORKSPACE]
+    first = x.size + settings_i[QUADRATURES]
+    if method == TAYLOR:
         h = taylor.expand(functions, first + count, first, settings_i, settings_f, t, c, x, vectors, carried, ws)
+        carried[EVALUATIONS] += settings_i[ORDER]
         if carried[FRESH] != ONGOING or h > 1.3 * carried_f[PROVEN]:
             place, rate, slope = scratch[IMAGE], scratch[BEFORE], scratch[AFTER]
             h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, place, rate, slope)
             carried_f[PROVEN] = h
+    else:
+        h = stepper[0](
+            functions[3],
+            functions[4],
+            functions[5],
+            first,
+            count,
+            marks[mode],
+            settings_i,
+            settings_f,
+            local,
+            t,
+            c,
+            x,
+            vectors,
+            carried,
+            carried_f,
+            ws,
+            scratch[STAGES],
+            scratch[GRADIENT],
+        )
+    te = -1.0
+    j = -1
+    ties = 0
+    if method != RK4:
         floor = 0.0
         for i in range(x.size):
             floor = max(floor, abs(x[i]))
@@ -59,7 +105,7 @@ def prepare(
         te, j, ties = guards.first_event(
             ws,
             first,
-            watch[mode, 1:],
+            directions,
             count,
             marks[mode],
             settings_i[ORDER],
@@ -71,43 +117,45 @@ def prepare(
             armed,
             polynomials,
         )
-    else:
-        h = rk4.next_step(settings_f, local)
-        te, j, ties = rk4.first_event(
-            functions,
-            watch[mode, 1:],
+    if method == RK4 or (method != TAYLOR and te > 0.0):
+        te, j, ties = stepper[1](
+            functions[3],
+            functions[4],
+            functions[5],
+            first,
             count,
+            directions,
             marks[mode],
+            settings_f,
+            te,
+            h,
             t,
             c,
             x,
-            h,
-            settings_f,
             carried,
-            carried[FRESH],
-            carried[FIRED],
             sides,
             armed,
-            scratch[NONE],
-            scratch[OUT],
-            scratch[GRADIENT],
+            ws,
             scratch[STAGES],
+            scratch[GRADIENT],
+            scratch[TIMES],
+            scratch[OUT],
         )
     return h, te, j, ties
 
 
 @inner
-def evaluate(functions, settings_i, t, c, x, s, carried, scratch):
+def evaluate(functions, stepper, settings_i, t, c, x, s, carried, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
     out = scratch[OUT]
     if settings_i[METHOD] == TAYLOR:
         taylor.evaluate(scratch[WORKSPACE], out.size, settings_i[ORDER], s, out)
     else:
-        rk4.move(functions, carried[MODE], t, c, x, s, scratch[NONE], 0, out, scratch[NONE], scratch[STAGES])
+        stepper[2](functions[3], functions[4], t, c, x, s, carried, scratch[STAGES], out)
 
 
 @inlined
-def record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch):
+def record(functions, stepper, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch):
     """Write the samples that fall into the step and count strobes; returns the time of the last strobe in it, or -1."""
     n = x.size
     out = scratch[OUT]
@@ -121,7 +169,7 @@ def record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried,
         if not s <= te:
             return strobe
         if settings_i[RECORD] == 1:
-            evaluate(functions, settings_i, t, c, x, s, carried, scratch)
+            evaluate(functions, stepper, settings_i, t, c, x, s, carried, scratch)
             row = samples[carried[SAMPLE_ROWS]]
             for i in range(n):
                 row[i] = out[i]
@@ -139,7 +187,7 @@ def record(functions, settings_i, settings_f, local, t, c, x, sums, te, carried,
 
 
 @inlined
-def advance(functions, settings_i, t, c, x, s, sums, vectors, carried, scratch):
+def advance(functions, stepper, settings_i, t, c, x, s, sums, vectors, carried, carried_f, scratch):
     """Move state, tangents and quadratures to s; quadratures by a compensated sum (Neumaier 1974)."""
     n = x.size
     out = scratch[OUT]
@@ -148,11 +196,7 @@ def advance(functions, settings_i, t, c, x, s, sums, vectors, carried, scratch):
         taylor.evaluate(scratch[WORKSPACE], out.size, settings_i[ORDER], s, out)
         taylor.evaluate_vectors(scratch[WORKSPACE], settings_i[ORDER], s, live, vectors)
     else:
-        moved = scratch[MOVED]
-        rk4.move(functions, carried[MODE], t, c, x, s, vectors, live, out, moved, scratch[STAGES])
-        for v in range(live):
-            for i in range(n):
-                vectors[v, i] = moved[v, i]
+        stepper[3](functions[3], functions[4], t, c, x, s, vectors, carried, carried_f, scratch[STAGES], out)
     for i in range(n):
         x[i] = out[i]
     for i in range(n, out.size):

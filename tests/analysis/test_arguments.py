@@ -5,6 +5,7 @@ import pytest
 
 import chaosdrill as cd
 from chaosdrill.analysis.registry import ANALYSES, METHODS
+from chaosdrill.engine.layout import METHOD_CODES
 
 SPAN = {"periods": 10}
 FAULTS = [
@@ -19,7 +20,7 @@ FAULTS = [
     ({"periods": float("inf")}, "periods is inf"),
     ({**SPAN, "transient": -1}, "transient is -1; it must be an integer >= 0"),
     ({**SPAN, "transient": 0.5}, "transient is 0.5"),
-    ({**SPAN, "method": "euler"}, "method is 'euler'; expected one of .'rk4', 'taylor'"),
+    ({**SPAN, "method": "euler"}, "method is 'euler'; expected one of .'dop853', 'rk4', 'taylor'"),
     ({**SPAN, "tolerance": 0}, "tolerance is 0; it must lie between 1e-16 and 1e-2"),
     ({**SPAN, "tolerance": 1.0}, "tolerance is 1.0"),
     ({**SPAN, "steps": 100}, "steps is 100, but method 'taylor' chooses its own; leave steps out"),
@@ -109,6 +110,6 @@ def test_every_analysis_of_the_registry_can_be_called():
 
     assert all(callable(getattr(analysis, entry.function)) for entry in ANALYSES.values())
     assert {entry.function for entry in ANALYSES.values()} == set(analysis.__all__)
-    assert set(METHODS) == {"taylor", "rk4"}
+    assert set(METHODS) == set(METHOD_CODES)
     with pytest.raises(AttributeError, match="no attribute 'astrology'"):
         analysis.astrology  # noqa: B018

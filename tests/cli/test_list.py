@@ -31,4 +31,4 @@ def test_effects_with_their_options(call):
 
 
 def test_methods(call):
-    assert {"taylor", "rk4"} <= json.loads(call("list", "methods", "--json").out).keys()
+    assert {"taylor", "dop853", "rk4"} <= json.loads(call("list", "methods", "--json").out).keys()

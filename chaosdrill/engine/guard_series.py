@@ -1,0 +1,62 @@
+"""Guards as polynomials along a step whose states are polynomials: exact if linear, else interpolated.
+
+Value and slope at the start come from the guard itself, so that what vanishes there vanishes to round-off.
+"""
+
+from chaosdrill.engine.dop853_tables import DEGREE, GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
+from chaosdrill.engine.jit import series
+from chaosdrill.engine.layout import AFFINE
+
+
+@series
+def guard_polynomials(guard, mode, count, marks, t, c, x, h, rate, place, gradient, ws, first):
+    """Fill rows ``first``, ... of the workspace from those of the states; returns what the interpolation leaves out."""
+    n = x.size
+    left = 0.0
+    for j in range(count):
+        g = ws[first + j]
+        g[0] = guard(mode, j, t, c, x, gradient)
+        slope = gradient[n]
+        for i in range(n):
+            slope += gradient[i] * rate[i]
+        g[1] = slope
+        for k in range(2, GUARD_DEGREE + 1):
+            g[k] = 0.0
+        if marks[j] & AFFINE:
+            for k in range(2, DEGREE + 1):
+                for i in range(n):
+                    g[k] += gradient[i] * ws[i, k]
+        else:
+            left = max(left, _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g))
+    return left
+
+
+@series
+def _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g):
+    """Coefficients from order 2 on, through Chebyshev nodes; returns the size of the last two to max(1, |g|)."""
+    count = GUARD_DEGREE - 1
+    largest = 1.0
+    for a in range(count):
+        u = NODES[a]
+        s = u * h
+        for i in range(n):
+            y = ws[i, DEGREE]
+            for k in range(DEGREE - 1, -1, -1):
+                y = y * s + ws[i, k]
+            place[i] = y
+        value = guard(mode, j, t + s, c, place[:n], gradient)
+        largest = max(largest, abs(value))
+        value = (value - g[0] - g[1] * s) / (u * u)
+        for k in range(count):
+            g[k + 2] += TO_CHEBYSHEV[k, a] * value
+    left = abs(g[count]) + abs(g[count + 1])
+    for k in range(count):
+        coefficient = g[k + 2]
+        g[k + 2] = 0.0
+        for m in range(k + 1):
+            g[m + 2] += coefficient * TO_POWERS[k, m]
+    power = 1.0
+    for k in range(2, GUARD_DEGREE + 1):
+        power /= h
+        g[k] *= power / h
+    return left / largest
