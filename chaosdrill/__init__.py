@@ -18,6 +18,7 @@ _HOME = {
     "poincare_section": "chaosdrill.analysis",
     "lyapunov_spectrum": "chaosdrill.analysis",
     "bifurcation_diagram": "chaosdrill.analysis",
+    "work_precision": "chaosdrill.analysis",
     "save": "chaosdrill.archive",
     "open": "chaosdrill.archive",
     "verify": "chaosdrill.archive",

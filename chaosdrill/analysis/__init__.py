@@ -8,6 +8,7 @@ _HOME = {
     "poincare_section": "sections",
     "lyapunov_spectrum": "spectra",
     "bifurcation_diagram": "diagrams",
+    "work_precision": "precision",
 }
 
 __all__ = list(_HOME)

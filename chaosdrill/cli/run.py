@@ -42,7 +42,7 @@ def run(scene: str, output: str, workers: int) -> None:
     save(tree, output)
     for name, node in tree.children.items():
         dataset = node.to_dataset()
-        for line in summary(dataset):
+        for line in [*summary(dataset), *dataset.attrs.get("recommendation", "").splitlines()]:
             click.echo(f"{name}: {line}")
         for line in advice(dataset):
             click.echo(f"{name}: {line}", err=True)

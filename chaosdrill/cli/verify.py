@@ -14,7 +14,7 @@ from chaosdrill.cli.progress import Progress
 def verify(archive: str, workers: int, as_json: bool) -> int:
     """Run the scene that OUT.nc holds once more and compare, variable by variable, bit by bit.
 
-    Wall time, history, versions and platform may differ. Exit code 1 and a table if anything else does.
+    What a clock measured, history, versions and platform may differ. Exit code 1 and a table if anything else does.
     """
     from dataclasses import asdict
 

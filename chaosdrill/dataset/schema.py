@@ -35,6 +35,8 @@ class Variable:
         Whether it is stored as a coordinate.
     required : bool
         Whether every dataset of the kind has it.
+    clocked : bool
+        Whether a clock measured it, so that a second run gives other values and no comparison can ask for the same.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Variable:
     flags: str = ""
     coordinate: bool = False
     required: bool = False
+    clocked: bool = False
 
 
 def _need(name: str, dims: str, dtype: str, long_name: str, doc: str, units: str = "1", flags: str = "") -> Variable:
@@ -60,12 +63,17 @@ def _axis(name: str, dims: str, dtype: str, long_name: str, doc: str, required: 
     return Variable(name, tuple(dims.split()), dtype, "1", long_name, doc, coordinate=True, required=required)
 
 
+def _clocked(name: str, dims: str, long_name: str, doc: str) -> Variable:
+    return Variable(name, tuple(dims.split()), "f8", "s", long_name, doc, required=True, clocked=True)
+
+
 _STATE = _axis("state_name", "state", "str", "name of the state", "Label of each entry of the dimension state.", True)
 _STATE_LABEL = _axis("state_long_name", "state", "str", "long name of the state", "What each state is, for people.")
 _EXPONENT = _axis("exponent", "exponent", "i4", "index of the exponent", "Exponents are in descending order, from 1.")
 _ITERATE = _axis("iterate", "iterate", "i4", "index of the iterate", "Number of the crossing of the section, from 0.")
 _SEED = _axis("seed", "seed", "i4", "index of the seed", "Number of the initial state that the point started from.")
 _SPECTRA = f"{SWEEP} seed exponent"
+_CELL = "method tolerance"
 _FORCING = _may("forcing_period", "", "f8", "forcing period", "Period of the forcing, in units of model time.")
 _OUTCOME = ("How the run ended; what each code means is in flag_meanings.", "1", "outcome")
 _GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
@@ -156,6 +164,31 @@ _TABLE: dict[str, tuple[Variable, ...]] = {
         _need("outcome", f"{SWEEP} seed", "i1", "outcome", *_OUTCOME),
         _may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
         _may("forcing_period", SWEEP, "f8", "forcing period", "Period of the forcing at each point of the sweep."),
+    ),
+    "work-precision": (
+        _axis("quantity", "quantity", "str", "quantity", "What the error is an error of.", True),
+        _axis("method", "method", "str", "method", "Numerical method.", True),
+        _axis("tolerance", "tolerance", "f8", "tolerance", "Asked of the method; see steps_per_period too.", True),
+        _STATE,
+        _STATE_LABEL,
+        _need("error", f"quantity {_CELL}", "f8", "error", "NaN if not measured, infinite if events differ."),
+        _need("reference_error", "quantity", "f8", "error of the reference", "What two computations of it differ by."),
+        _clocked("wall_time", _CELL, "time a period", "Median over the rounds; a unit of time if not forced."),
+        _clocked("wall_time_spread", _CELL, "spread of the time a period", "Distance of the quartiles of the rounds."),
+        _need("steps", _CELL, "f8", "steps a period", "Mean; events end steps. A unit of time if not forced."),
+        _need("evaluations", _CELL, "f8", "evaluations a period", "Of the right-hand side; a jet counts as its order."),
+        _need(
+            "steps_per_period", _CELL, "i4", "fixed steps a period", "Or a part of duration; 0: chosen by the method."
+        ),
+        _need("exponent_error_spread", _CELL, "f8", "standard error of the exponent's error", "Over the restarts."),
+        _need("horizon", _CELL, "f8", "trusted time", "Until a chaotic trajectory is 1e-6 off; infinite if it stays."),
+        _need("horizon_expected", "tolerance", "f8", "expected trusted time", "ln(1e-6/tolerance)/exponent, in chaos."),
+        _need("outcome", _CELL, "i1", "outcome", *_OUTCOME),
+        _need("period", "", "i4", "period of the cycle", "In forcing periods; 0 off a cycle."),
+        _need("lyapunov_exponent", "", "f8", "leading Lyapunov exponent", "Of the surveyed stretch of the attractor."),
+        _need("lyapunov_error", "", "f8", "standard error of the exponent", "Statistical; from blocks, not numerics."),
+        _need("start", "state", "f8", "start", "State from which all methods start, at the strobe."),
+        _FORCING,
     ),
 }
 

@@ -53,6 +53,7 @@ PICTURES = (
     Picture("poincare-section", "poincare-section", "chaosdrill.plot.poincare:poincare"),
     Picture("lyapunov-spectrum", "convergence", "chaosdrill.plot.convergence:convergence"),
     Picture("bifurcation-diagram", "bifurcation-diagram", "chaosdrill.plot.bifurcation:bifurcation"),
+    Picture("work-precision", "work-precision", "chaosdrill.plot.work_precision:work_precision"),
 )
 
 

@@ -46,10 +46,27 @@ def check_analyses(raw: Mapping[str, Any], system: CheckedSystem) -> tuple[dict[
             problems.append(Problem((*at, "kind"), f"{fault}; {remedy(str(kind), KINDS)}"))
             continue
         analysis, faults = validate(KINDS[kind], table, at)
-        problems += faults + _check_sweep(table, system, at) + _check_states(table, system, at)
+        problems += (
+            faults + _check_sweep(table, system, at) + _check_states(table, system, at) + _check_methods(table, at)
+        )
         if analysis is not None:
             analyses[name] = analysis
     return analyses, problems
+
+
+def _check_methods(table: Mapping[str, Any], at: Path) -> list[Problem]:
+    """Methods are to exist, and there are as many counts of steps as tolerances."""
+    from chaosdrill.analysis.registry import METHODS
+
+    methods, tolerances, steps = (table.get(key) for key in ("methods", "tolerances", "steps"))
+    problems = [
+        Problem((*at, "methods", index), f"unknown method {name!r:.60}; {remedy(name, METHODS)}")
+        for index, name in enumerate(methods if isinstance(methods, list) else [])
+        if isinstance(name, str) and name not in METHODS
+    ]
+    if isinstance(steps, list) and not (isinstance(tolerances, list) and len(steps) == len(tolerances)):
+        problems.append(Problem((*at, "steps"), "give tolerances too, as many as there are steps, one for each"))
+    return problems
 
 
 def _check_sweep(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> list[Problem]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from chaosdrill.scene.numerics import Numerics
+from chaosdrill.scene.numerics import Numerics, Steps, Tolerance
 from chaosdrill.scene.strict import Strict
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ class Analysis(Strict):
     """What all kinds share."""
 
     parallel: ClassVar[bool] = False
+    own_numerics: ClassVar[bool] = False
+    """Whether the kind names methods and tolerances itself, and takes none from the table numerics."""
 
     kind: str
 
@@ -61,7 +63,9 @@ class Analysis(Strict):
         from chaosdrill.analysis.registry import ANALYSES
 
         function = getattr(chaosdrill.analysis, ANALYSES[self.kind].function)
-        keywords = self.keywords() | numerics.keywords() | ({"workers": workers} if self.parallel else {})
+        keywords = self.keywords() | ({"workers": workers} if self.parallel else {})
+        if not self.own_numerics:
+            keywords |= numerics.keywords()
         result: xr.Dataset = function(system, **keywords, progress=progress)
         return result
 
@@ -120,7 +124,7 @@ class Range(Strict):
         return np.linspace(self.start, self.stop, self.num)
 
 
-def _distinct(values: list[float]) -> list[float]:
+def _distinct(values: list[Any]) -> list[Any]:
     if len(set(values)) < len(values):
         raise PydanticCustomError("distinct", "holds a value twice; each may stand there once")
     return values
@@ -157,9 +161,21 @@ class BifurcationDiagram(Analysis):
         return super().keywords() | {"sweep": sweep}
 
 
+class WorkPrecision(Record):
+    """Keywords of `work_precision`."""
+
+    own_numerics: ClassVar[bool] = True
+
+    methods: Annotated[list[str], Field(min_length=1), AfterValidator(_distinct)] | None = None
+    tolerances: Annotated[list[Tolerance], Field(min_length=1), AfterValidator(_distinct)] | None = None
+    steps: Annotated[list[Steps], Field(min_length=1)] | None = None
+    repeats: Annotated[int, Field(ge=1, le=1000)] | None = None
+
+
 KINDS: dict[str, type[Analysis]] = {
     "trajectory": Trajectory,
     "poincare-section": PoincareSection,
     "lyapunov-spectrum": LyapunovSpectrum,
     "bifurcation-diagram": BifurcationDiagram,
+    "work-precision": WorkPrecision,
 }

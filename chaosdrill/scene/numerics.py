@@ -6,6 +6,9 @@ from pydantic import Field
 
 from chaosdrill.scene.strict import Strict
 
+Tolerance = Annotated[float, Field(ge=1e-16, le=1e-2)]
+Steps = Annotated[int, Field(ge=4, le=10_000_000)]
+
 FIXED_STEP = ("rk4",)
 
 
@@ -13,8 +16,8 @@ class Numerics(Strict):
     """Method, its tolerance, and the steps a period of a method with a fixed step."""
 
     method: str = "taylor"
-    tolerance: Annotated[float, Field(ge=1e-16, le=1e-2)] = 1e-12
-    steps: Annotated[int, Field(ge=4, le=10_000_000)] | None = None
+    tolerance: Tolerance = 1e-12
+    steps: Steps | None = None
 
     def keywords(self) -> dict[str, Any]:
         """Arguments for an analysis function."""

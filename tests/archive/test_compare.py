@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from chaosdrill.archive import compare
 
@@ -86,6 +87,20 @@ def test_dtype(tree, other):
 def test_attribute(tree, other):
     other["first/section"].attrs["units"] = "m"
     assert only(tree, other).variable == "section:units"
+
+
+def test_what_a_clock_measured_does_not_count(tree, other):
+    """Declared so in the table of variables; the shape still counts."""
+    for archive, seconds in ((tree, 1e-5), (other, 2e-5)):
+        archive["third"] = xr.Dataset(
+            {"wall_time": (("method", "tolerance"), [[seconds]]), "error": ("quantity", [0.0])},
+            attrs={"kind": "work-precision", "recommendation": f"{seconds}"},
+        )
+    assert compare(other, tree) == []
+    other["third/error"].values[0] = 1e-9
+    assert only(tree, other).variable == "error"
+    other["third"] = tree["third"].to_dataset().assign(wall_time=("method", [1e-5]))
+    assert only(tree, other).variable == "wall_time"
 
 
 @pytest.mark.parametrize("name", ["history", "wall_time_s", "versions", "platform"])

@@ -37,9 +37,9 @@ def test_unknown_group_is_refused_with_the_names_of_the_others(archive):
 
 def test_an_archive_without_a_suitable_picture_says_what_it_holds(tmp_path, ball):
     path = tmp_path / "other.nc"
-    ball.attrs["kind"] = "work-precision"
+    ball.attrs["kind"] = "periodic-orbit"
     xr.DataTree.from_dict({"orbit": ball}).to_netcdf(path)
-    with pytest.raises(ArchiveError, match=r"no picture for orbit \(work-precision\)"):
+    with pytest.raises(ArchiveError, match=r"no picture for orbit \(periodic-orbit\)"):
         plot_archive(path)
 
 

@@ -10,12 +10,17 @@ from chaosdrill.scene.kinds import KINDS
 from chaosdrill.scene.numerics import FIXED_STEP, Numerics
 
 # what comes from elsewhere: the system, the table numerics, the command line
-ELSEWHERE = {"method", "tolerance", "steps", "progress", "workers"}
+ELSEWHERE = {"progress", "workers"}
+NUMERICS = set(Numerics().keywords())
 
 
 def parameters(kind):
     found = inspect.signature(getattr(chaosdrill.analysis, ANALYSES[kind].function)).parameters
     return dict(list(found.items())[1:])
+
+
+def elsewhere(kind):
+    return ELSEWHERE if KINDS[kind].own_numerics else ELSEWHERE | NUMERICS
 
 
 def test_every_analysis_can_be_asked_for():
@@ -24,7 +29,7 @@ def test_every_analysis_can_be_asked_for():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_same_names(kind):
-    assert KINDS[kind].model_fields.keys() - {"kind"} == parameters(kind).keys() - ELSEWHERE
+    assert KINDS[kind].model_fields.keys() - {"kind"} == parameters(kind).keys() - elsewhere(kind)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -39,8 +44,8 @@ def test_workers_go_to_those_that_take_them(kind):
     assert KINDS[kind].parallel == ("workers" in parameters(kind))
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_numerics_go_to_all(kind):
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if not KINDS[kind].own_numerics])
+def test_numerics_go_to_all_that_do_not_choose_their_own(kind):
     taken = parameters(kind)
     for name, value in Numerics().keywords().items():
         assert taken[name].default == value, name

@@ -1,0 +1,134 @@
+"""What a table of errors and costs says to someone who wants a number of digits."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FEW, MANY, MOST = 4, 8, 12
+SAME = 1.1
+"""Ratio of two times within which they count as the same: as far as a busy machine lets one measure."""
+
+NAMES: Mapping[str, str] = {
+    "strobe": "the strobe point",
+    "event_time": "the event times",
+    "tangent": "the tangent map",
+    "multiplier": "the multipliers",
+    "flow_direction": "the flow direction",
+    "exponent": "the leading exponent",
+}
+
+
+def shown_quantities(ds: "xr.Dataset") -> list[str]:
+    """Quantities that were measured, without those that say the same as another.
+
+    On a cycle the multipliers tell all of the tangent map and of the exponents.
+    """
+    measured = [str(q) for q in ds["quantity"].values if np.isfinite(ds["error"].sel(quantity=q)).any()]
+    covered = {"tangent", "exponent"} if "multiplier" in measured else set()
+    return [q for q in measured if q not in covered]
+
+
+def recommend(ds: "xr.Dataset") -> str:
+    """Advice in words, a sentence a line, from the table alone.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        ``error`` (quantity, method, tolerance), ``wall_time`` (method, tolerance), ``lyapunov_exponent`` and
+        ``lyapunov_error``, ``horizon`` (method, tolerance), ``forcing_period`` if there is one.
+
+    Returns
+    -------
+    str
+        For each quantity what ``MANY`` (and ``MOST``) digits cost over ``FEW``, and which method and tolerance to take
+        for ``MANY``; or how many digits were reached. Then what the statistical error and chaos leave of them.
+    """
+    lines = [_digits(ds, quantity) for quantity in shown_quantities(ds)]
+    lines += [*_statistics(ds), *_horizon(ds)]
+    return "\n".join(lines) if lines else "nothing could be measured; see outcome"
+
+
+def cheapest(ds: "xr.Dataset", quantity: str, digits: float) -> tuple[str, float, float] | None:
+    """Method, tolerance and time of the cheapest cell with an error of at most 10^-digits; None if there is none.
+
+    Of those that cost the same within ``SAME`` it is the most accurate.
+    """
+    reached = (ds["error"].sel(quantity=quantity) <= 10.0**-digits) & np.isfinite(ds["wall_time"])
+    if not reached.any():
+        return None
+    times = ds["wall_time"].where(reached).transpose("method", "tolerance").values
+    errors = ds["error"].sel(quantity=quantity).transpose("method", "tolerance").values
+    among = np.where(times <= SAME * np.nanmin(times), errors, np.inf)
+    row, column = np.unravel_index(int(np.argmin(among)), times.shape)
+    return str(ds["method"].values[row]), float(ds["tolerance"].values[column]), float(times[row, column])
+
+
+def best(ds: "xr.Dataset", quantity: str) -> tuple[str, float, float]:
+    """Method, tolerance and error of the most accurate cell."""
+    errors = ds["error"].sel(quantity=quantity).transpose("method", "tolerance").values
+    row, column = np.unravel_index(int(np.nanargmin(errors)), errors.shape)
+    return str(ds["method"].values[row]), float(ds["tolerance"].values[column]), float(errors[row, column])
+
+
+def _digits(ds: "xr.Dataset", quantity: str) -> str:
+    name = NAMES[quantity]
+    few, many = cheapest(ds, quantity, FEW), cheapest(ds, quantity, MANY)
+    if many is None:
+        method, tolerance, error = best(ds, quantity)
+        return (
+            f"{MANY} digits of {name} are not reached; the best is {max(0.0, -np.log10(error)):.1f} "
+            f"({method} at {tolerance:g})"
+        )
+    method, tolerance, time = many
+    base = few[2] if few else time
+    most = cheapest(ds, quantity, MOST)
+    further = f" ({MOST} digits {most[2] / base:.2g} times)" if most else ""
+    cost = f"{MANY} digits of {name} cost {max(1.0, time / base):.2g} times what {FEW} cost{further}"
+    return f"{cost}; use {method} at {tolerance:g} ({duration(time)} a {unit_name(ds)})"
+
+
+def unit_name(ds: "xr.Dataset") -> str:
+    """What times are given per."""
+    return "period" if "forcing_period" in ds.variables else "unit of time"
+
+
+def _statistics(ds: "xr.Dataset") -> Iterator[str]:
+    if "exponent" not in shown_quantities(ds):
+        return
+    value, error = float(ds["lyapunov_exponent"]), float(ds["lyapunov_error"])
+    if not error > 0 or not np.isfinite(value):
+        return
+    enough = cheapest(ds, "exponent", -np.log10(0.1 * error))
+    advice = f"; {enough[0]} at {enough[1]:g} is exact enough" if enough else ""
+    yield (
+        f"the leading exponent of this run is {value:.3g} +- {error:.1g}: the length of the run limits its digits"
+        f"{advice}"
+    )
+
+
+def _horizon(ds: "xr.Dataset") -> Iterator[str]:
+    horizon = ds["horizon"].transpose("method", "tolerance").values
+    if not np.isfinite(horizon).any():
+        return
+    row, column = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(horizon), horizon, -1.0))), horizon.shape)
+    length = horizon[row, column]
+    forced = "forcing_period" in ds.variables
+    unit, units = (float(ds["forcing_period"]), "periods") if forced else (1.0, "units of time")
+    yield (
+        f"a single trajectory can be trusted to 1e-6 for {length / unit:.3g} {units} at most "
+        f"({ds['method'].values[row]} at {ds['tolerance'].values[column]:g}); beyond that only averages mean something"
+    )
+
+
+def duration(seconds: float) -> str:
+    """A time for people: ``38 us``, ``1.2 ms``."""
+    for factor, unit in ((1e6, "us"), (1e3, "ms")):
+        if seconds * factor < 999.5:
+            return (
+                f"{seconds * factor:.2g}" + f" {unit}" if seconds * factor < 100 else f"{seconds * factor:.0f} {unit}"
+            )
+    return f"{seconds:.2g} s"

@@ -1,0 +1,202 @@
+"""Errors of one method at one tolerance, quantity by quantity."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.analysis.precision_start import Mapped, Place, Survey, find_cycle, run_map
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout as at
+from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.errors import SettingsError
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+QUANTITIES = ("strobe", "event_time", "tangent", "multiplier", "flow_direction", "exponent")
+TARGET = 1e-6
+"""Distance at which a chaotic trajectory has left the true one."""
+
+TIGHTEST = Numerics("taylor", 1e-16)
+_HORIZON_STARTS = 3
+_CYCLE_STEPS = 4
+
+
+@dataclass
+class Errors:
+    """Errors by quantity, NaN for those that could not be measured; the horizon; and how the runs ended."""
+
+    outcome: Outcome = Outcome.OK
+    values: dict[str, float] = field(default_factory=lambda: dict.fromkeys(QUANTITIES, float("nan")))
+    exponent_spread: float = float("nan")
+    horizon: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Yardstick:
+    """What every method is held against.
+
+    Attributes
+    ----------
+    place : Place
+        Start and truth.
+    found : Survey
+        For the restarts.
+    rates : ndarray, shape (restarts,)
+        Growth over the restarts at the tightest tolerance.
+    starts, paths : list of HybridSystem, ndarray
+        Of `true_paths`; without any no horizon is looked for.
+    """
+
+    place: Place
+    found: Survey
+    rates: np.ndarray
+    starts: list["HybridSystem"]
+    paths: np.ndarray
+
+    def exponent(self) -> tuple[float, float]:
+        """Leading exponent and its statistical error, which is 0 where the multipliers of a cycle tell it."""
+        place = self.place
+        if place.truth is None or not place.period:
+            return self.found.exponent
+        largest = float(np.abs(place.truth.multipliers()).max())
+        return float(np.log(largest) / (place.period * place.unit)) if largest > 0 else -np.inf, 0.0
+
+
+def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
+    """All errors of one method at one tolerance.
+
+    Parameters
+    ----------
+    yardstick : Yardstick
+    numerics : Numerics
+        Method and tolerance.
+    """
+    errors, place, found = Errors(), yardstick.place, yardstick.found
+    try:
+        system, mapped = place.system, run_map(place.system, place.unit, place.count, numerics)
+        errors.outcome = mapped.outcome
+        if place.period and mapped.outcome == Outcome.OK:
+            system, own = find_cycle(place.system, place.unit, place.period, numerics, _CYCLE_STEPS)
+            errors.outcome = Outcome.FAILED if own is None else own.outcome
+            mapped = own or mapped
+        if errors.outcome != Outcome.OK:
+            return errors
+        _against_truth(errors.values, place, system, mapped)
+        errors.values["flow_direction"] = flow_direction_error(place.system, place.unit, place.count, numerics)
+        rates = growth(found, place.unit, numerics)
+        if np.isfinite(rates).all() and np.isfinite(yardstick.rates).all():
+            errors.values["exponent"], errors.exponent_spread = _mean_difference(rates, yardstick.rates)
+        if yardstick.starts and numerics.tolerance > 10 * TIGHTEST.tolerance:
+            errors.horizon = trusted_time(yardstick.starts, yardstick.paths, place.unit, numerics)
+    except (SettingsError, np.linalg.LinAlgError):
+        errors.outcome = Outcome.FAILED
+    return errors
+
+
+def _against_truth(values: dict[str, float], place: Place, system: "HybridSystem", mapped: Mapped) -> None:
+    truth = place.truth
+    if truth is None:
+        return
+    # on a cycle the method's own fixed point is compared with the true one, else the ends of the two runs
+    state = np.array([system.initial[name] for name in system.state_names]) if place.period else mapped.state
+    goal = truth.start if place.period else truth.state
+    values["strobe"] = _largest(state, goal) / max(1.0, max(abs(float(a)) for a in goal))
+    if truth.times:
+        same = events_of(mapped) == truth.transitions
+        values["event_time"] = _largest(mapped.found.times, truth.times) / place.unit if same else float("inf")
+    entries = [truth.tangent[i, j] for i in range(len(goal)) for j in range(len(goal))]
+    size = max(1.0, *(abs(float(entry)) for entry in entries))
+    values["tangent"] = _largest(mapped.tangent.ravel(), entries) / size
+    if place.period:
+        values["multiplier"] = multiplier_error(np.linalg.eigvals(mapped.tangent), truth.multipliers())
+
+
+def _largest(found: np.ndarray, exact: list[Any]) -> float:
+    """Largest difference, taken before the exact numbers are rounded."""
+    return float(max(abs(a - float(b)) for a, b in zip(exact, found, strict=True)))
+
+
+def events_of(mapped: Mapped) -> tuple[int, ...]:
+    """Transitions of a stretch, in order."""
+    return tuple(mapped.found.events[:, at.EVENT_KIND].astype(int).tolist())
+
+
+def multiplier_error(found: np.ndarray, exact: np.ndarray) -> float:
+    """Largest distance of multipliers that belong together, relative to the largest if that is above 1."""
+    left = list(np.asarray(found, dtype=complex))
+    worst = 0.0
+    for value in sorted(exact, key=lambda value: -abs(value)):
+        nearest = min(range(len(left)), key=lambda i: abs(left[i] - value))
+        worst = max(worst, abs(left.pop(nearest) - value))
+    return worst / max(1.0, float(np.abs(exact).max()))
+
+
+def flow_direction_error(system: "HybridSystem", unit: float, count: int, numerics: Numerics) -> float:
+    """How far the tangent map leads F at the start away from F at the end, relative to F, in the system with time."""
+    if system.time is not None:
+        if "with time" not in system.shared:
+            system.shared["with time"] = system.augmented(time=True)
+        timed = system.shared["with time"].with_parameters(**system.parameters)
+        system = timed.with_initial(**{**system.initial, system.time.name: 0.0})
+    size = len(system.states) + len(system.quadratures)
+    before, after = np.empty(size), np.empty(size)
+    c = system.kernels.constants(system.parameters)
+    field_of = system.kernels.functions[3]
+    start = np.array([system.initial[name] for name in system.state_names])
+    n = len(start)
+    field_of(system.mode_names.index(system.initial["mode"]), 0.0, c, start, before)
+    run = Run(system, unit, numerics, tangents=before[np.newaxis, :n], orthonormalise=False)
+    outcome, _ = run.advance(count)
+    if outcome != Outcome.OK:
+        return float("nan")
+    field_of(system.mode_names.index(run.mode), run.elapsed, c, run.x, after)
+    return float(np.abs(run.vectors[0] - after[:n]).max() / np.abs(after[:n]).max())
+
+
+def growth(found: Survey, unit: float, numerics: Numerics) -> np.ndarray:
+    """Growth rate of the leading tangent over each restarted unit, shape (restarts,); NaN where a run ended early."""
+    rates = []
+    for i in found.restarts():
+        run = Run(found.systems[i], unit, numerics, tangents=found.tangents[i : i + 1])
+        outcome, _ = run.advance(1)
+        rates.append(run.logs[0] / unit if outcome == Outcome.OK and not run.dead[0] else np.nan)
+    return np.array(rates)
+
+
+def _mean_difference(rates: np.ndarray, exact: np.ndarray) -> tuple[float, float]:
+    """Mean difference of two sets of growth rates from the same starts, in modulus, and its standard error."""
+    apart = rates - exact
+    spread = float(apart.std(ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else float("nan")
+    return float(abs(apart.mean())), spread
+
+
+def true_paths(found: Survey, unit: float, most: int) -> tuple[list["HybridSystem"], np.ndarray]:
+    """Starts and strobe points at the tightest tolerance, shape (starts, units, n); NaN after an early end."""
+    chosen = found.restarts()[:: max(1, len(found.restarts()) // _HORIZON_STARTS)][:_HORIZON_STARTS]
+    starts = [found.systems[i] for i in chosen]
+    return starts, np.array([_path(start, unit, TIGHTEST, most) for start in starts])
+
+
+def _path(start: "HybridSystem", unit: float, numerics: Numerics, most: int) -> np.ndarray:
+    run = Run(start, unit, numerics)
+    path = np.full((most, len(start.states)), np.nan)
+    for point in path:
+        if run.advance(1)[0] != Outcome.OK:
+            break
+        point[:] = run.x
+    return path
+
+
+def trusted_time(starts: list["HybridSystem"], paths: np.ndarray, unit: float, numerics: Numerics) -> float:
+    """Median time up to which a trajectory stays within TARGET of the true one; inf if it does to the end."""
+    times = []
+    for start, path in zip(starts, paths, strict=True):
+        run, parted = Run(start, unit, numerics), float("inf")
+        for k, point in enumerate(path, start=1):
+            if run.advance(1)[0] != Outcome.OK or not np.abs(run.x - point).max() <= TARGET:
+                parted = k * unit
+                break
+        times.append(parted)
+    return float(np.median(times))

@@ -1,0 +1,293 @@
+"""The truth that methods are measured against: the flow with its events in 60-digit arithmetic.
+
+The arcs come from extrapolation, the event times from Newton's method, and the tangents from differences of the flow
+itself at starts 1e-25 apart: neither a variational equation nor a saltation matrix enters. From a run in double
+precision it only takes which events come one after another, and checks that against the guards and conditions.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import mpmath
+import numpy as np
+import sympy
+
+from chaosdrill.analysis.precision_extrapolation import Point, along, arc, extrapolated_step
+from chaosdrill.analysis.precision_special import EXACT
+from chaosdrill.model.derive import pinned_states, reset_map
+from chaosdrill.model.special import SPECIAL
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+DIGITS = 60
+APART = 25
+"""Distance of the starts whose difference makes a tangent, in digits."""
+
+COLUMNS, TOLERANCE = 12, 1e-26
+OTHER_COLUMNS, OTHER_TOLERANCE = 10, 1e-24
+MOST_STEPS = 2000
+CLOSE = 1e-6
+"""How far, in units, an event may lie from where doubles found it."""
+
+_NEWTON = 12
+
+
+class NoReferenceError(ArithmeticError):
+    """The reference cannot be computed, with the reason."""
+
+
+@dataclass(frozen=True)
+class Itinerary:
+    """Events of a stretch in order: strobe count, time since that strobe, transition."""
+
+    strobes: tuple[int, ...]
+    times: tuple[float, ...]
+    transitions: tuple[int, ...]
+
+
+@dataclass
+class Leg:
+    """A stretch without events: its mode, its steps, and the transition at its end (None at a strobe)."""
+
+    mode: str
+    mesh: list[Any]
+    transition: int | None
+
+
+@dataclass(frozen=True)
+class Truth:
+    """State, event times and tangent map after the stretch, rounded to doubles only when compared.
+
+    Attributes
+    ----------
+    start, state : list of mpf
+    times : list of mpf
+        Event times since the start.
+    transitions : tuple of int
+        Transitions taken at these times.
+    tangent : mpmath.matrix, shape (n, n)
+    errors : dict of str to float
+        Disagreement with a second computation of another order, other steps and another distance of the starts.
+    """
+
+    start: Point
+    state: Point
+    times: list[Any]
+    transitions: tuple[int, ...]
+    tangent: Any
+    errors: dict[str, float]
+
+    def multipliers(self) -> np.ndarray:
+        """Eigenvalues of the tangent map, shape (n,)."""
+        with mpmath.workdps(DIGITS):
+            values, _ = mpmath.mp.eig(self.tangent)
+            return np.array([complex(value) for value in values])
+
+
+class Exact:
+    """A system's expressions evaluated with mpmath, and its flow along an itinerary.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        With the parameters and the initial mode.
+    unit : float
+        Time between strobes.
+    """
+
+    def __init__(self, system: "HybridSystem", unit: float) -> None:
+        time = system.time if system.time is not None else sympy.Symbol("t_of_no_expression", real=True)
+        self.system = system
+        self.unit = mpmath.mpf(unit)
+        arguments = [time, *system.states, *(sympy.Symbol(name, real=True) for name in system.parameters)]
+        self._c = [mpmath.mpf(value) for value in system.parameters.values()]
+        if missing := sorted(_special_names(system) - EXACT.keys()):
+            raise NoReferenceError(f"{', '.join(missing)} has no evaluation in extended precision")
+
+        def function(expression: Any) -> Any:
+            return sympy.lambdify(arguments, expression, modules=[EXACT, "mpmath"], cse=True)
+
+        self._rates = {mode: function([f[x] for x in system.states]) for mode, f in system.modes.items()}
+        self._guards = [function(t.guard) for t in system.transitions]
+        self._conditions = [None if t.condition is None else function(t.condition) for t in system.transitions]
+        self._resets = [function(reset_map(system, t)) for t in system.transitions]
+
+    def rate(self, mode: str) -> Any:
+        """Time derivative in a mode, as a function of (time, state)."""
+        compiled, c = self._rates[mode], self._c
+        return lambda t, x: [mpmath.mpf(value) for value in compiled(t, *x, *c)]
+
+    def holds(self, transition: int, t: Any, x: Point) -> bool:
+        """Whether the condition of a transition is met."""
+        condition = self._conditions[transition]
+        return True if condition is None else bool(condition(t, *x, *self._c))
+
+    def follow(self, x: Point, itinerary: Itinerary, count: int, columns: int, tolerance: float) -> "Followed":
+        """Integrate over ``count`` units, choosing the steps; every guard is watched at their ends."""
+        legs: list[Leg] = []
+        times: list[Any] = []
+        mode, length = str(self.system.initial["mode"]), self.unit / 16
+        rows = list(zip(itinerary.strobes, itinerary.times, itinerary.transitions, strict=True))
+        for k in range(count):
+            base, t = k * self.unit, mpmath.mpf(0)
+            for end, transition in [*((e, j) for s, e, j in rows if s == k), (self.unit, None)]:
+                at, stop = self._clock(base, t), max(end - t, mpmath.mpf(0))
+                states, mesh, length = arc(self.rate(mode), at, x, at + stop, columns, tolerance, length, MOST_STEPS)
+                self._watch(mode, at, states, mesh, transition)
+                legs.append(Leg(mode, mesh, transition))
+                x, t = states[-1], t + stop
+                if transition is not None:
+                    x, passed = self._onto_guard(mode, transition, self._clock(base, t), x)
+                    t += passed
+                    times.append(base + t)
+                    x, mode = self._take(mode, transition, self._clock(base, t), x)
+        return Followed(x, times, legs)
+
+    def again(self, x: Point, legs: list[Leg], columns: int) -> Point:
+        """Integrate along the steps that `follow` chose, from another start close by: a smooth function of it."""
+        base = t = mpmath.mpf(0)
+        for leg in legs:
+            mesh = list(leg.mesh)
+            if leg.transition is None:
+                # the events before have moved with the start, the strobe has not
+                mesh[-1] = self.unit - t - mpmath.fsum(mesh[:-1])
+            x = along(self.rate(leg.mode), self._clock(base, t), x, mesh, columns)
+            t += mpmath.fsum(mesh)
+            if leg.transition is None:
+                base, t = base + self.unit, mpmath.mpf(0)
+                continue
+            x, passed = self._onto_guard(leg.mode, leg.transition, self._clock(base, t), x)
+            t += passed
+            x, _ = self._take(leg.mode, leg.transition, self._clock(base, t), x)
+        return x
+
+    def _clock(self, base: Any, t: Any) -> Any:
+        """Time as the expressions see it: since the start, or in a forced system since the last strobe."""
+        return base + t if self.system.period is None else t
+
+    def _onto_guard(self, mode: str, transition: int, t: Any, x: Point) -> tuple[Point, Any]:
+        """Newton's method for the event near the present state: (state, time passed)."""
+        rate, guard = self.rate(mode), self._guards[transition]
+        tiny = mpmath.mpf(10) ** (-DIGITS // 3)
+        total = mpmath.mpf(0)
+        for _ in range(_NEWTON):
+            value = guard(t, *x, *self._c)
+            slope = rate(t, x)
+            ahead = guard(t + tiny, *(a + tiny * b for a, b in zip(x, slope, strict=True)), *self._c)
+            if ahead == value:
+                break
+            dt = -value * tiny / (ahead - value)
+            x, _ = extrapolated_step(rate, t, x, dt, 4)
+            t, total = t + dt, total + dt
+            if abs(total) > CLOSE * self.unit:
+                break
+            if abs(dt) < mpmath.mpf(10) ** (4 - DIGITS):
+                return x, total
+        raise NoReferenceError(f"no crossing of {self.system.transitions[transition].name} near the one found")
+
+    def _take(self, mode: str, transition: int, t: Any, x: Point) -> tuple[Point, str]:
+        """State and mode after an event; the outcome is chosen anew."""
+        transitions = self.system.transitions
+        chosen = next((j for j in self._outcomes(mode, transition) if self.holds(j, t, x)), None)
+        if chosen != transition or transitions[transition].completes is not None:
+            raise NoReferenceError(f"{transitions[transition].name} is not what follows in extended precision")
+        return [mpmath.mpf(value) for value in self._resets[transition](t, *x, *self._c)], transitions[
+            transition
+        ].target
+
+    def _outcomes(self, mode: str, transition: int) -> list[int]:
+        """Transitions that share the event of one, in order of declaration."""
+        one = self.system.transitions[transition]
+        return [
+            j
+            for j, t in enumerate(self.system.transitions)
+            if mode in t.source and t.guard == one.guard and t.direction == one.direction
+        ]
+
+    def _watch(self, mode: str, t: Any, states: list[Point], mesh: list[Any], expected: int | None) -> None:
+        """Raise NoReferenceError if a guard crosses zero within a leg, as its steps see it."""
+        mine = [] if expected is None else self._outcomes(mode, expected)
+        for j, transition in enumerate(self.system.transitions):
+            if mode not in transition.source or j in mine:
+                continue
+            at, before = t, None
+            for h, x in zip(mesh, states[1:], strict=True):
+                at += h
+                value = self._guards[j](at, *x, *self._c)
+                crossed = before is not None and before * value < 0 and transition.direction * value >= 0
+                if crossed and self.holds(j, at, x):
+                    raise NoReferenceError(f"{transition.name} happens in extended precision only")
+                before = value
+
+
+@dataclass(frozen=True)
+class Followed:
+    """End of a stretch, its event times, and the legs to repeat it by."""
+
+    state: Point
+    times: list[Any]
+    legs: list[Leg]
+
+
+def _special_names(system: "HybridSystem") -> set[str]:
+    expressions = [rate for field in system.modes.values() for rate in field.values()]
+    for transition in system.transitions:
+        expressions += [transition.guard, *transition.reset.values()]
+        expressions += [] if transition.condition is None else [transition.condition]
+    return {type(f).__name__ for e in expressions for f in e.atoms(sympy.Function)} & SPECIAL.keys()
+
+
+def find_truth(system: "HybridSystem", unit: float, start: Point, itinerary: Itinerary, count: int) -> Truth:
+    """State, events and tangent map over ``count`` units from a start, in extended precision.
+
+    Raises
+    ------
+    NoReferenceError
+        With the reason why there is none.
+    """
+    n = len(system.states)
+    with mpmath.workdps(DIGITS):
+        exact = Exact(system, unit)
+        base = followed(exact, start, itinerary, count, COLUMNS, TOLERANCE)
+        other = followed(exact, start, itinerary, count, OTHER_COLUMNS, OTHER_TOLERANCE)
+        pinned = pinned_states(system, str(system.initial["mode"]))
+        tangent = mpmath.zeros(n, n)
+        for j in range(n):
+            if j not in pinned:
+                unit_vector = [mpmath.mpf(int(i == j)) for i in range(n)]
+                tangent[:, j] = mpmath.matrix(_difference(exact, start, base, unit_vector, COLUMNS, APART))
+        diagonal = [mpmath.mpf(int(i not in pinned)) for i in range(n)]
+        image = _difference(exact, start, other, diagonal, OTHER_COLUMNS, APART - 1)
+        expected = tangent * mpmath.matrix(diagonal)
+        error = float(max(abs(a - b) for a, b in zip(image, expected, strict=True)))
+        _, basis = np.linalg.eig(np.array(tangent.tolist(), dtype=float))
+        errors = {
+            "strobe": _apart(base.state, other.state),
+            "event_time": _apart(base.times, other.times),
+            "tangent": error,
+            # Bauer and Fike 1960, doi:10.1007/BF01386217
+            "multiplier": error * n * float(np.linalg.cond(basis)),
+        }
+        return Truth(start, base.state, base.times, itinerary.transitions, tangent, errors)
+
+
+def followed(exact: Exact, start: Point, itinerary: Itinerary, count: int, columns: int, tolerance: float) -> Followed:
+    """`Exact.follow`, with every failure of the arithmetic as NoReferenceError."""
+    try:
+        return exact.follow(start, itinerary, count, columns, tolerance)
+    except NoReferenceError:
+        raise
+    except (ArithmeticError, ValueError, TypeError) as fault:
+        raise NoReferenceError(str(fault)) from fault
+
+
+def _difference(exact: Exact, start: Point, base: Followed, direction: Point, columns: int, apart: int) -> Point:
+    """Derivative of the end along a direction of the start."""
+    tiny = mpmath.mpf(10) ** -apart
+    moved = exact.again([a + tiny * b for a, b in zip(start, direction, strict=True)], base.legs, columns)
+    return [(a - b) / tiny for a, b in zip(moved, base.state, strict=True)]
+
+
+def _apart(one: Point, other: Point) -> float:
+    return float(max((abs(a - b) for a, b in zip(one, other, strict=True)), default=mpmath.mpf(0)))

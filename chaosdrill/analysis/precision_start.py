@@ -1,0 +1,218 @@
+"""Where accuracy is measured: a start on the attractor, the cycle through it if there is one, and stored restarts."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import mpmath
+import numpy as np
+
+from chaosdrill.analysis.arguments import Span
+from chaosdrill.analysis.precision_reference import (
+    DIGITS,
+    OTHER_COLUMNS,
+    OTHER_TOLERANCE,
+    Exact,
+    Itinerary,
+    NoReferenceError,
+    Truth,
+    find_truth,
+    followed,
+)
+from chaosdrill.analysis.recording import Record, record
+from chaosdrill.analysis.statistics import find_period, standard_error
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout as at
+from chaosdrill.engine.run import Numerics, Run
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+TIGHT = Numerics("taylor", 1e-15)
+MAX_PERIOD = 16
+"""Longest cycle whose multipliers are measured, in forcing periods."""
+
+RESTARTS = 32
+_NEWTON = 6
+
+
+@dataclass(frozen=True)
+class Survey:
+    """A run along the attractor, unit by unit.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    systems : list of HybridSystem
+        The system at the start of each unit.
+    tangents : ndarray, shape (units, n)
+        Leading tangent there.
+    rates : ndarray, shape (units,)
+        Its growth over the unit per unit of time.
+    events : list of tuple of int
+        Transitions taken in each unit.
+    """
+
+    outcome: Outcome
+    systems: list["HybridSystem"]
+    tangents: np.ndarray
+    rates: np.ndarray
+    events: list[tuple[int, ...]]
+
+    @property
+    def exponent(self) -> tuple[float, float]:
+        """Leading exponent and its standard error."""
+        if not len(self.rates) or not np.isfinite(self.rates).all():
+            return float("nan"), float("nan")
+        return float(self.rates.mean()), float(standard_error(self.rates))
+
+    def restarts(self) -> list[int]:
+        """Numbers of the units that are computed again by every method."""
+        return sorted(set(np.linspace(0, len(self.systems) - 1, RESTARTS).astype(int).tolist()))
+
+    def richest(self) -> int:
+        """Number of the unit with the most kinds of events, and the most events."""
+        return max(range(len(self.events)), key=lambda i: (len(set(self.events[i])), len(self.events[i])))
+
+
+def survey(system: "HybridSystem", plan: Span) -> Survey:
+    """Let the transient pass, then keep the state at the start of every unit."""
+    n = len(system.states)
+    # no direction of a model is likely to be orthogonal to this one
+    direction = np.sqrt(np.arange(2.0, n + 2.0))
+    run = Run(system, plan.unit, TIGHT, tangents=direction[np.newaxis] / np.linalg.norm(direction))
+    outcome = plan.settle(run)
+    systems: list[HybridSystem] = []
+    tangents, rates, events = [], [], []
+    for _ in range(plan.count):
+        if outcome != Outcome.OK:
+            break
+        here = restart(system, run.x, run.mode)
+        tangent, before = run.vectors[0].copy(), run.logs[0]
+        found = record(run, 1, events=True)
+        outcome = found.outcome
+        if outcome == Outcome.OK:
+            systems.append(here)
+            tangents.append(tangent / max(np.linalg.norm(tangent), 1e-300))
+            rates.append(-np.inf if run.dead[0] else (run.logs[0] - before) / plan.unit)
+            events.append(tuple(found.events[:, at.EVENT_KIND].astype(int)))
+    return Survey(outcome, systems, np.array(tangents).reshape(-1, n), np.array(rates), events)
+
+
+def restart(system: "HybridSystem", x: Any, mode: str) -> "HybridSystem":
+    """The system with a state of a run as its initial state."""
+    return system.with_initial(mode=mode, **dict(zip(system.state_names, map(float, x), strict=True)))
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """What one run over the stretch gives: state, tangent map and events."""
+
+    outcome: Outcome
+    state: np.ndarray
+    tangent: np.ndarray
+    found: Record
+    mode: str
+
+
+def run_map(system: "HybridSystem", unit: float, count: int, numerics: Numerics) -> Mapped:
+    """One run from the initial state over ``count`` units with the whole tangent map."""
+    run = Run(system, unit, numerics, tangents=np.eye(len(system.states)), orthonormalise=False)
+    found = record(run, count, events=True)
+    return Mapped(found.outcome, run.x.copy(), run.vectors.T.copy(), found, run.mode)
+
+
+def newton_step(mapped: Mapped, system: "HybridSystem") -> np.ndarray:
+    """Correction of the initial state towards the cycle: (I - M) d = map(x) - x."""
+    start = np.array([system.initial[name] for name in system.state_names])
+    correction: np.ndarray = np.linalg.solve(np.eye(len(start)) - mapped.tangent, mapped.state - start)
+    return correction
+
+
+def find_cycle(
+    system: "HybridSystem", unit: float, period: int, numerics: Numerics, steps: int = _NEWTON
+) -> tuple["HybridSystem", Mapped | None]:
+    """The cycle of one method near the initial state, by Newton's method; None if it leads nowhere."""
+    for _ in range(steps):
+        mapped = run_map(system, unit, period, numerics)
+        if mapped.outcome != Outcome.OK or mapped.mode != system.initial["mode"]:
+            return system, None
+        try:
+            correction = newton_step(mapped, system)
+        except np.linalg.LinAlgError:
+            return system, None
+        x = np.array([system.initial[name] for name in system.state_names])
+        if not np.isfinite(correction).all() or np.abs(correction).max() > 1e-2 * max(1.0, np.abs(x).max()):
+            return system, None
+        system = restart(system, x + correction, mapped.mode)
+        if np.abs(correction).max() <= 1e-15 * max(1.0, np.abs(x).max()):
+            break
+    return system, run_map(system, unit, period, numerics)
+
+
+@dataclass(frozen=True)
+class Place:
+    """The stretch on which methods are compared.
+
+    Attributes
+    ----------
+    system : HybridSystem
+        With the start as its initial state.
+    unit : float
+        Length of a unit of time, the forcing period of a forced system.
+    count : int
+        Units of the stretch: the period of the cycle, or 1.
+    period : int
+        Period of the cycle, 0 if there is none.
+    truth : Truth or None
+        In extended precision.
+    reason : str
+        Why there is no truth.
+    """
+
+    system: "HybridSystem"
+    unit: float
+    count: int
+    period: int
+    truth: Truth | None
+    reason: str = ""
+
+
+def find_place(found: Survey, plan: Span) -> Place:
+    """The cycle that the run has settled on, or else the unit with the most kinds of events, and the truth about it."""
+    states = np.array([[s.initial[name] for name in s.state_names] for s in found.systems])
+    period = find_period(states, MAX_PERIOD) if plan.periodic else 0
+    if period:
+        system, mapped = find_cycle(found.systems[-1], plan.unit, period, TIGHT)
+        if mapped is not None:
+            return _true_place(system, plan.unit, period, period, mapped)
+    system = found.systems[found.richest()]
+    return _true_place(system, plan.unit, 1, 0, run_map(system, plan.unit, 1, TIGHT))
+
+
+def _true_place(system: "HybridSystem", unit: float, count: int, period: int, mapped: Mapped) -> Place:
+    start = [mpmath.mpf(system.initial[name]) for name in system.state_names]
+    try:
+        if period:
+            # the tangent map of doubles is right to 1e-14, so one step of Newton's method gives 28 digits
+            with mpmath.workdps(DIGITS):
+                end = followed(
+                    Exact(system, unit), start, itinerary(mapped.found), count, OTHER_COLUMNS, OTHER_TOLERANCE
+                )
+                inverse = np.linalg.inv(np.eye(len(start)) - mapped.tangent)
+                residual = mpmath.matrix([a - b for a, b in zip(end.state, start, strict=True)])
+                start = [a + b for a, b in zip(start, mpmath.matrix(inverse.tolist()) * residual, strict=True)]
+            system = restart(system, start, mapped.mode)
+        truth = find_truth(system, unit, start, itinerary(mapped.found), count)
+    except NoReferenceError as fault:
+        return Place(system, unit, count, period, None, str(fault))
+    if period:
+        truth.errors["strobe"] = max(float(abs(a - b)) for a, b in zip(truth.state, truth.start, strict=True))
+    return Place(system, unit, count, period, truth)
+
+
+def itinerary(found: Record) -> Itinerary:
+    """Which events a recorded stretch holds, and about when."""
+    columns = found.events[:, [at.EVENT_STROBES, at.EVENT_TIME, at.EVENT_KIND]].T
+    return Itinerary(
+        *(tuple(column.tolist()) for column in (columns[0].astype(int), columns[1], columns[2].astype(int)))
+    )

@@ -1,0 +1,115 @@
+"""What accuracy costs: the same stretch run by every method at every tolerance, round after round."""
+
+import gc
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.structure import examine
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+COUNTED = 16
+"""Units over which steps and evaluations are counted."""
+
+TIMED_S = 0.02
+"""Time that one cell is meant to take in one round: what is shorter, the clock and the machine's other work disturb."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of a unit of time; NaN where the runs came to an early end.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    seconds, spread : float
+        Median over the rounds, and the distance of the quartiles.
+    steps, evaluations : float
+        Mean number of steps and of evaluations of the right-hand side.
+    """
+
+    outcome: Outcome
+    seconds: float = float("nan")
+    spread: float = float("nan")
+    steps: float = float("nan")
+    evaluations: float = float("nan")
+
+
+def measure_costs(
+    system: "HybridSystem",
+    unit: float,
+    count: int,
+    most: int,
+    cells: Sequence[Numerics],
+    repeats: int,
+    report: Callable[[], None] = lambda: None,
+) -> list[Cost]:
+    """Time runs with all tangents and events; the cells take turns, so that a slow moment of the machine meets all.
+
+    A first run of each cell over about ``COUNTED`` units is not timed: it warms the kernels, counts the work, and tells
+    how many units are to be run in a round, and how often (whole cycles, about ``TIMED_S`` in all).
+
+    Parameters
+    ----------
+    system : HybridSystem
+        Its initial state is where all runs begin.
+    unit : float
+        Time between strobes.
+    count : int
+        Units of a cycle.
+    most : int
+        Units that no run exceeds.
+    cells : sequence of Numerics
+        Method and tolerance of each cell.
+    repeats : int
+        Rounds that are timed.
+    report : callable
+        Called after each round.
+    """
+    deficient = examine(system).deficient
+    frame = np.eye(len(system.states))
+
+    def timed(numerics: Numerics, units: int) -> tuple[Outcome, float, Run]:
+        run = Run(system, unit, numerics, tangents=frame, deficient=deficient)
+        begin = perf_counter()
+        outcome, _ = run.advance(units)
+        return outcome, perf_counter() - begin, run
+
+    outcomes, lengths, runs, work = [], [], [], []
+    for numerics in cells:
+        counted = count * max(1, min(COUNTED, most) // count)
+        outcome, seconds, run = timed(numerics, counted)
+        units = TIMED_S / max(seconds / counted, 1e-9)
+        outcomes.append(outcome)
+        lengths.append(count * max(1, min(int(units), most) // count))
+        runs.append(max(1, round(units / lengths[-1])))
+        work.append((run.steps / counted, run.evaluations / counted))
+    times = np.full((repeats, len(cells)), np.nan)
+    for row in times:
+        gc.collect()
+        gc.disable()
+        try:
+            for i, numerics in enumerate(cells):
+                if outcomes[i] != Outcome.OK:
+                    continue
+                ends = [timed(numerics, lengths[i]) for _ in range(runs[i])]
+                if all(outcome == Outcome.OK for outcome, _, _ in ends):
+                    row[i] = sum(seconds for _, seconds, _ in ends) / (lengths[i] * runs[i])
+        finally:
+            gc.enable()
+        report()
+    costs = []
+    for outcome, column, (steps, evaluations) in zip(outcomes, times.T, work, strict=True):
+        if outcome != Outcome.OK:
+            costs.append(Cost(outcome))
+            continue
+        low, middle, high = np.quantile(column, [0.25, 0.5, 0.75])
+        costs.append(Cost(outcome, float(middle), float(high - low), steps, evaluations))
+    return costs

@@ -1,0 +1,158 @@
+"""Work against precision: what each further digit costs, method by method."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
+from chaosdrill.plot.style import PALETTE, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# colours, markers and dashes each tell the methods apart, also on grey paper
+_DASHES = ("-", "--", "-.", ":")
+_MARKERS = ("o", "s", "^", "D")
+_FLAT: tuple[dict[str, Any], ...] = (
+    {"xytext": (0, -6), "ha": "center", "va": "top"},
+    {"xytext": (0, 6), "ha": "center", "va": "bottom"},
+)
+_MOST_DIGITS = 16.5
+
+
+def work_precision(dataset: "xr.Dataset") -> "Figure":
+    """Draw time against correct digits.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``work-precision``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel a quantity, and one for the time over which a chaotic trajectory can be trusted. A line is a method, a
+        point a tolerance, which stands at the point; a ring marks the cell to use for 8 digits. The titles say what a
+        further digit costs.
+    """
+    quantities = shown_quantities(dataset)
+    horizon = bool(np.isfinite(dataset["horizon"]).any())
+    count = max(1, len(quantities) + horizon)
+    rows = (count + 1) // 2
+    figure = new_figure(0.9 + 2.9 * rows)
+    panels = list(np.atleast_1d(figure.subplots(rows, min(count, 2), sharey=True)).ravel())
+    for panel, quantity in zip(panels, quantities, strict=False):
+        _quantity(panel, dataset, quantity)
+    if horizon:
+        _horizon(panels[len(quantities)], dataset)
+    if not quantities and not horizon:
+        panels[0].text(0.5, 0.5, "nothing could be measured; see outcome", ha="center", transform=panels[0].transAxes)
+    for panel in panels[count:]:
+        panel.set_axis_off()
+    columns = min(count, 2)
+    what = "forcing period" if "forcing_period" in dataset.variables else "unit of model time"
+    times = 1e6 * dataset["wall_time"].values
+    if np.isfinite(times).any():
+        # room for the labels under the lowest line
+        panels[0].set_ylim(np.nanmin(times) / 2.5, np.nanmax(times) * 2)
+    for panel in panels[:count:columns]:
+        panel.set_ylabel(f"time per {what} (µs)")
+    figure.suptitle(_heading(dataset), x=0.01, ha="left")
+    return figure
+
+
+def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
+    errors = dataset["error"].sel(quantity=quantity)
+    prices = []
+    for i, (method, error) in enumerate(zip(dataset["method"].values, errors.values, strict=True)):
+        with np.errstate(divide="ignore"):
+            digits = np.clip(-np.log10(error), 0, _MOST_DIGITS)
+        price = _line(panel, dataset, i, np.where(np.isfinite(error), digits, np.nan))
+        if np.isfinite(price):
+            prices.append(f"{method} +{max(price, 0.0):.0%}".replace("%", " %"))
+    _ring(panel, dataset, quantity)
+    _limit(panel, dataset, quantity)
+    panel.set_xlim(0, 17)
+    panel.set_xticks(range(0, 17, 2))
+    panel.set_xlabel("correct digits (error $10^{-digits}$)")
+    name = NAMES[quantity].removeprefix("the ").capitalize()
+    panel.set_title(f"{name}\none more digit: {', '.join(prices)}" if prices else name, fontsize=8)
+
+
+def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> float:
+    """Draw one method; returns the mean growth of its time for a unit of x, less one."""
+    method = str(dataset["method"].values[number])
+    tolerances, time = dataset["tolerance"].values, 1e6 * dataset["wall_time"].values[number]
+    known = np.flatnonzero(np.isfinite(x) & np.isfinite(time))
+    if not known.size:
+        return float("nan")
+    known = known[np.argsort(-tolerances[known], kind="stable")]
+    x, time, tolerances = x[known], time[known], tolerances[known]
+    colour, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
+    panel.plot(x, time, _DASHES[number % len(_DASHES)], marker=marker, color=colour, markersize=4)
+    panel.set_yscale("log")
+    # labels stand beside a steep line, and above or below a flat one
+    steep = np.ptp(np.log10(time)) > 1.0
+    side = {"xytext": (7, -2), "ha": "left", "va": "top"} if steep else _FLAT[number % len(_FLAT)]
+    for i, tolerance in enumerate(tolerances):
+        if steep or i == 0 or abs(x[i] - x[i - 1]) > 0.06 * np.max(x):
+            place = {"textcoords": "offset points", "fontsize": 6, "color": "0.35", **side}
+            panel.annotate(_power(tolerance), (x[i], time[i]), **place)
+    at_start = not steep and x[0] > 0.25 * np.max(x)
+    named = 0 if at_start else len(x) // 2
+    name_place: dict[str, Any] = {"xytext": (-8, 0 if at_start else 5), "va": "center" if at_start else "bottom"}
+    panel.annotate(
+        *(method, (x[named], time[named])),
+        **{"textcoords": "offset points", "color": colour, "fontweight": "bold", "ha": "right", **name_place},
+    )
+    return float(np.exp(np.polyfit(x, np.log(time), 1)[0]) - 1) if np.ptp(x) > 1 else float("nan")
+
+
+def _ring(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
+    """Mark the cell to use for ``MANY`` digits."""
+    found = cheapest(dataset, quantity, MANY)
+    panel.axvline(MANY, color="0.8", linewidth=0.7, zorder=0)
+    if found:
+        method, tolerance, time = found
+        # "method" and "tolerance" as keywords would be taken for those of the look-up itself
+        error = float(dataset["error"].sel({"quantity": quantity, "method": method, "tolerance": tolerance}))
+        digits = min(-np.log10(max(error, 1e-300)), _MOST_DIGITS)
+        panel.plot([digits], [1e6 * time], "o", markersize=11, markerfacecolor="none", markeredgecolor="black")
+
+
+def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
+    """Shade the digits of an exponent that the length of the run does not give."""
+    error = float(dataset["lyapunov_error"])
+    if quantity != "exponent" or not 0 < error < 1:
+        return
+    panel.axvspan(-np.log10(error), 17, color="0.92", zorder=0, linewidth=0)
+    text = "lost in the statistical\nerror of the run"
+    panel.text(-np.log10(error) + 0.2, 0.98, text, transform=panel.get_xaxis_transform(), va="top", fontsize=7)
+
+
+def _horizon(panel: "Axes", dataset: "xr.Dataset") -> None:
+    unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
+    for i in range(dataset.sizes["method"]):
+        times = dataset["horizon"].values[i] / unit
+        _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan))
+    what = "forcing periods" if "forcing_period" in dataset.variables else "units of time"
+    panel.set_xlabel(f"{what} within 1e-6 of the truth")
+    panel.set_title("One trajectory in chaos\nbeyond this time only averages mean something", fontsize=8)
+
+
+def _power(tolerance: float) -> str:
+    """A tolerance as scenes have it, without zeros: ``1e-8``."""
+    mantissa, exponent = f"{tolerance:.2g}".split("e") if tolerance < 1e-4 else f"{tolerance:.0e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def _heading(dataset: "xr.Dataset") -> str:
+    period = int(dataset["period"])
+    where = f"on a cycle of period {period}" if period else "from a state of the attractor"
+    system = str(dataset.attrs.get("system", "")) or "the system"
+    return (
+        f"What a digit costs: {system}, {where}\n"
+        f"Lower is cheaper, right is more exact. Points: tolerances. Ring: use this for {MANY} digits."
+    )

@@ -1,0 +1,100 @@
+"""A cell that fails gets an outcome, and the others go on."""
+
+import numpy as np
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.analysis import precision_errors
+from chaosdrill.dataset import Outcome
+
+CELL = ("method", "tolerance")
+
+
+def measure(system, **options):
+    options = {"periods": 8, "repeats": 1, "tolerances": [1e-4, 1e-8]} | options
+    return cd.work_precision(system, **options)
+
+
+@pytest.fixture(scope="module")
+def stiff():
+    """x relaxes to cos t at the rate 30: too fast for four fixed steps a period, which explode."""
+    x, t = sympy.symbols("x t", real=True)
+    return cd.HybridSystem(
+        name="relaxation",
+        states=(x,),
+        time=t,
+        parameters={},
+        modes={"one": {x: 30 * (sympy.cos(t) - x)}},
+        period=2 * sympy.pi,
+        initial={x: 1.0},
+        bounds={x: (-10, 10)},
+    )
+
+
+def test_one_method_fails_and_the_other_is_measured(stiff):
+    ds = measure(stiff, methods=["rk4", "taylor"], steps=[4, 8])
+    outcomes = ds["outcome"].transpose(*CELL).values
+    assert outcomes[0].tolist() == [Outcome.ESCAPED, Outcome.ESCAPED]
+    assert outcomes[1].tolist() == [Outcome.OK, Outcome.OK]
+    assert np.isnan(ds["error"].sel({"method": "rk4"})).all()
+    assert np.isnan(ds["wall_time"].sel({"method": "rk4"})).all()
+    assert np.isfinite(ds["error"].sel({"method": "taylor", "quantity": "multiplier"})).all()
+    assert "use taylor" in ds.attrs["recommendation"]
+
+
+def test_a_run_that_escapes_leaves_outcomes_only(circle):
+    ds = measure(circle.with_parameters(growth=1.0), methods=["taylor"], periods=20)
+    assert np.all(ds["outcome"] == Outcome.ESCAPED)
+    for name in ("error", "wall_time", "steps", "evaluations", "horizon"):
+        assert np.isnan(ds[name]).all(), name
+    assert ds.attrs["recommendation"] == "nothing could be measured; see outcome"
+
+
+def test_without_a_truth_the_identity_and_the_exponent_are_left(bouncer, monkeypatch):
+    """The reason stands in an attribute."""
+    monkeypatch.setattr("chaosdrill.analysis.precision_reference.MOST_STEPS", 0)
+    ds = measure(bouncer, periods=None, duration=4.0, methods=["taylor"])
+    assert "more than 0 steps" in ds.attrs["reference"]
+    measured = [q for q in precision_errors.QUANTITIES if np.isfinite(ds["error"].sel(quantity=q)).any()]
+    assert measured == ["flow_direction", "exponent"]
+
+
+def test_events_that_differ_make_the_error_infinite():
+    """x = sin t passes 0.999 and is back within a thirtieth of a period, between two of thirty steps."""
+    x, v, t = sympy.symbols("x v t", real=True)
+    hop = cd.HybridSystem(
+        name="hop",
+        states=(x, v),
+        time=t,
+        parameters={},
+        modes={"one": {x: v, v: -x - v + sympy.cos(t)}},
+        transitions=[cd.Transition("up", "one", "one", guard=x - sympy.Rational(999, 1000), direction=+1)],
+        period=2 * sympy.pi,
+        initial={x: 0.0, v: 1.0},
+    )
+    ds = measure(hop, methods=["taylor", "rk4"], steps=[30, 400], transient=20)
+    error = ds["error"].sel(quantity="event_time").transpose(*CELL).values
+    assert np.isposinf(error[1, 0])
+    assert error[1, 1] < 1e-4
+    assert np.all(error[0] < 1e-3)
+    assert np.all(ds["outcome"] == Outcome.OK)
+
+
+def test_settings_are_refused_by_name(duffing):
+    for options, text in [
+        ({"methods": ["tailor"]}, "methods is"),
+        ({"methods": []}, "methods is"),
+        ({"methods": "taylor"}, "methods is"),
+        ({"methods": ["rk4", "rk4"]}, "methods is"),
+        ({"tolerances": [1.0]}, "tolerances is"),
+        ({"tolerances": []}, "tolerances is"),
+        ({"tolerances": ["1e-4"]}, "tolerances is"),
+        ({"tolerances": [1e-4, 1e-4]}, "tolerances is"),
+        ({"steps": [100]}, "steps is"),
+        ({"steps": [100, 3]}, "steps is"),
+        ({"repeats": 0}, "repeats is 0"),
+        ({"periods": None}, "give periods="),
+    ]:
+        with pytest.raises(cd.SettingsError, match=text):
+            measure(duffing, **options)

@@ -1,0 +1,107 @@
+"""Errors of the methods on the drill's cycle at eta = 0.8, whose multipliers are known to 14 digits."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+from chaosdrill.dataset import Outcome
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+
+
+@pytest.fixture(scope="module")
+def measured():
+    calls = []
+    ds = cd.work_precision(
+        cd.drill(eta=0.8),
+        methods=["taylor"],
+        tolerances=TOLERANCES,
+        periods=64,
+        transient=300,
+        repeats=2,
+        progress=lambda *call: calls.append(call),
+    )
+    return ds.assign_attrs(calls=calls)
+
+
+@pytest.fixture(scope="module")
+def fixed_steps():
+    """Steps doubled thrice, the bisection of event times at round-off."""
+    return cd.work_precision(
+        cd.drill(eta=0.8),
+        methods=["rk4"],
+        tolerances=[4e-15, 3e-15, 2e-15, 1e-15],
+        steps=[200, 400, 800, 1600],
+        periods=64,
+        transient=300,
+        repeats=1,
+    )
+
+
+def test_the_start_is_the_strobe_point_of_the_cycle(measured):
+    assert int(measured["period"]) == 1
+    expected = [0.5117707419326684, 0.2579689590074009, 0.3668787222623992]
+    np.testing.assert_allclose(measured["start"], expected, rtol=1e-15)
+    modulus = np.hypot(0.11672896840556, 0.65713468420972)
+    assert float(measured["lyapunov_exponent"]) == pytest.approx(np.log(modulus) * 0.8 / (2 * np.pi), rel=1e-13)
+    assert float(measured["lyapunov_error"]) == 0
+
+
+@pytest.mark.parametrize("quantity", ["strobe", "event_time", "tangent", "multiplier", "flow_direction"])
+def test_error_follows_tolerance(measured, quantity):
+    """Within a factor of 100 from 1e-4 to 1e-12, as far down as doubles go."""
+    ratio = measured["error"].sel(quantity=quantity).values[0] / np.array(TOLERANCES)
+    assert np.all(ratio < 100)
+    assert np.all(ratio > 1e-4)
+
+
+def test_the_truth_is_known_better_than_doubles(measured):
+    errors = measured["reference_error"].sel(quantity=["strobe", "event_time", "tangent", "multiplier"])
+    assert np.all(errors < 1e-21)
+
+
+def test_eight_digits_of_the_multipliers_at_1e10(measured):
+    cell = {"quantity": "multiplier", "method": "taylor", "tolerance": 1e-10}
+    assert float(measured["error"].sel(cell)) < 1e-8
+
+
+@pytest.mark.parametrize("quantity", ["strobe", "tangent", "multiplier", "flow_direction"])
+def test_fixed_steps_have_order_four(fixed_steps, quantity):
+    error = fixed_steps["error"].sel(quantity=quantity).values[0]
+    orders = np.log2(error[:-1] / error[1:])
+    assert np.all(np.abs(orders - 4) < 0.35), orders
+
+
+def test_work_is_counted(measured, fixed_steps):
+    """A step ends at each of the three events of a period; a further one ends nowhere else."""
+    assert np.all(np.abs(fixed_steps["steps"].values[0] - [203, 403, 803, 1603]) <= 1)
+    assert fixed_steps["steps_per_period"].values.tolist() == [[200, 400, 800, 1600]]
+    assert np.all(fixed_steps["evaluations"] >= 4 * fixed_steps["steps"] - 1e-9)
+    assert measured["steps_per_period"].values.tolist() == [[0] * 5]
+    assert np.all(measured["steps"] >= 4)
+    assert np.all(measured["evaluations"] > 5 * measured["steps"])
+
+
+def test_times_are_positive_and_more_steps_take_longer(measured, fixed_steps):
+    assert np.all(measured["wall_time"] > 0)
+    assert np.all(measured["wall_time_spread"] >= 0)
+    times = fixed_steps["wall_time"].values[0]
+    assert times[3] > 3 * times[0]
+
+
+def test_every_cell_came_to_its_end(measured, fixed_steps):
+    assert np.all(measured["outcome"] == Outcome.OK)
+    assert np.all(fixed_steps["outcome"] == Outcome.OK)
+    assert np.isnan(measured["horizon"]).all()
+
+
+def test_progress_ends_at_its_total(measured):
+    calls = measured.attrs["calls"]
+    assert [done for done, _, _ in calls] == list(range(1, 1 + 1 + len(TOLERANCES) + 2))
+    assert {total for _, total, _ in calls} == {len(calls)}
+
+
+def test_advice_names_the_multipliers(measured):
+    lines = measured.attrs["recommendation"].splitlines()
+    assert any("digits of the multipliers cost" in line and "use taylor at 1e-" in line for line in lines)
+    assert not any("exponent" in line or "tangent map" in line for line in lines)
