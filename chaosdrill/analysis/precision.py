@@ -20,7 +20,7 @@ from chaosdrill.analysis.precision_errors import (
 )
 from chaosdrill.analysis.precision_start import TIGHT, Place, Survey, find_place, survey
 from chaosdrill.analysis.precision_timing import Cost, measure_costs
-from chaosdrill.analysis.registry import METHODS
+from chaosdrill.analysis.registry import FIXED_STEP, METHODS
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine.run import Numerics
 from chaosdrill.errors import SettingsError
@@ -160,7 +160,7 @@ def _steps(steps: Any, tolerances: list[float]) -> list[int]:
 
 
 def _numerics(name: str, tolerance: float, steps: int) -> Numerics:
-    return Numerics(name, tolerance, steps if name == "rk4" else None)
+    return Numerics(name, tolerance, steps if name in FIXED_STEP else None)
 
 
 def _yardstick(found: Survey, place: Place, plan: Span) -> Yardstick:

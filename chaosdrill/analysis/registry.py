@@ -27,3 +27,6 @@ METHODS = {
     "dop853": "adaptive Runge-Kutta of order 8, for right-hand sides that are not analytic; events as for taylor",
     "rk4": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
 }
+
+FIXED_STEP = ("rk4",)
+"""Methods that are told how many steps a period has."""

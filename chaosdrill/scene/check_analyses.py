@@ -7,7 +7,7 @@ from typing import Any
 from chaosdrill.scene.check_system import CheckedSystem, check_limits, check_state
 from chaosdrill.scene.kinds import KINDS, Analysis
 from chaosdrill.scene.lines import Path
-from chaosdrill.scene.numerics import FIXED_STEP, Numerics
+from chaosdrill.scene.numerics import Numerics
 from chaosdrill.scene.problems import Problem, remedy
 from chaosdrill.scene.strict import validate
 
@@ -16,7 +16,7 @@ _GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 def check_numerics(raw: Mapping[str, Any]) -> tuple[Numerics | None, list[Problem]]:
     """Check the table ``numerics``."""
-    from chaosdrill.analysis.registry import METHODS
+    from chaosdrill.analysis.registry import FIXED_STEP, METHODS
 
     numerics, problems = validate(Numerics, raw, ("numerics",))
     method = raw.get("method", "taylor")

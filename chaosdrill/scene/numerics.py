@@ -9,8 +9,6 @@ from chaosdrill.scene.strict import Strict
 Tolerance = Annotated[float, Field(ge=1e-16, le=1e-2)]
 Steps = Annotated[int, Field(ge=4, le=10_000_000)]
 
-FIXED_STEP = ("rk4",)
-
 
 class Numerics(Strict):
     """Method, its tolerance, and the steps a period of a method with a fixed step."""

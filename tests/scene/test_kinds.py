@@ -5,9 +5,9 @@ import inspect
 import pytest
 
 import chaosdrill.analysis
-from chaosdrill.analysis.registry import ANALYSES, METHODS
+from chaosdrill.analysis.registry import ANALYSES, FIXED_STEP, METHODS
 from chaosdrill.scene.kinds import KINDS
-from chaosdrill.scene.numerics import FIXED_STEP, Numerics
+from chaosdrill.scene.numerics import Numerics
 
 # what comes from elsewhere: the system, the table numerics, the command line
 ELSEWHERE = {"progress", "workers"}
