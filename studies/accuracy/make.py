@@ -1,0 +1,98 @@
+"""What accuracy costs: the package beside other programs, and the paper's method beside the package's.
+
+    python studies/accuracy/make.py [PART ...] [--against NAME COMMAND] [--rounds N]
+    (or: python3 studies/run.py accuracy ...)
+
+Parts (all of them if none is named) and what they write into ``studies/accuracy/out/``:
+
+    ratios         time of a forcing period by several programs, in one interleaved run  ratios.md, ratios.csv
+    start_up       time to the first result with empty and with warm caches              start_up.md
+    paper_method   digits and verdicts of the paper's method on its four cases           paper_method.md, .png
+    exponents      error of exponents over that of event times; cost over tolerance      exponents.md, .png
+    effects_cost   an absent effect against a system without it                          effects_cost.md
+    long_run       a million periods against a thousand runs of a thousand               long_run.md
+
+``--against`` adds a program to the ratios: its name, and a command in which ``{eta}``, ``{periods}`` and
+``{tolerance}`` stand for numbers and ``[--lyap]`` for the flag that asks for two tangents. It prints one line of JSON
+with ``us_per_period`` and, if it can, the last ``strobe``. ``--keep`` writes the ratios beside this script, too.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import effects_cost
+import exponents
+import long_run
+import paper_method
+import ratios
+import start_up
+from programs import Outside
+
+from chaosdrill.plot.style import style
+
+HERE = Path(__file__).resolve().parent
+OUT = HERE / "out"
+
+
+def make_ratios(given: argparse.Namespace) -> str:
+    """Run the comparison on one core."""
+    ratios.one_core()
+    against = [Outside(name, command) for name, command in given.against]
+    results = ratios.compare(against, given.rounds, say)
+    if given.keep:
+        ratios.write(HERE, results, given.rounds)
+    return ratios.write(OUT, results, given.rounds)
+
+
+def make_paper_method(given: argparse.Namespace) -> str:
+    """Tabulate the errors, scan steps and bisections, draw."""
+    with style():
+        paper_method.draw(paper_method.scan()).savefig(OUT / "paper_method.png")
+    return paper_method.table()
+
+
+def make_exponents(given: argparse.Namespace) -> str:
+    """Measure the exponents' errors and the cost of a tolerance, draw."""
+    late, cost = exponents.late_events(), exponents.cost()
+    with style():
+        exponents.draw(late, cost).savefig(OUT / "exponents.png")
+    return exponents.table(late, cost)
+
+
+PARTS = {
+    "start_up": lambda given: start_up.table(start_up.start_up()),
+    "effects_cost": lambda given: effects_cost.table(effects_cost.compare(given.rounds)),
+    "long_run": lambda given: long_run.table(long_run.compare()),
+    "paper_method": make_paper_method,
+    "exponents": make_exponents,
+    "ratios": make_ratios,
+}
+
+
+def main() -> int:
+    """Run the parts that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--against", nargs=2, action="append", default=[], metavar=("NAME", "COMMAND"))
+    parser.add_argument("--rounds", type=int, default=7, help="interleaved rounds of a comparison")
+    parser.add_argument("--keep", action="store_true", help="write the ratios beside the script, too")
+    given = parser.parse_args()
+    OUT.mkdir(exist_ok=True)
+    for part in given.parts or PARTS:
+        begin = time.monotonic()
+        say(part)
+        text = PARTS[part](given)
+        (OUT / f"{part}.md").write_text(text, encoding="utf-8")
+        print(f"## {part}\n\n{text}", flush=True)
+        say(f"{part}: {time.monotonic() - begin:.0f} s")
+    return 0
+
+
+def say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
