@@ -24,7 +24,8 @@ MULTIPLIERS = {
 """First multiplier of each cycle in quadruple precision."""
 
 CHAOS = 0.448
-LARGEST, ITS_ERROR = 0.01510, 0.00001
+LARGEST = 0.01510
+"""Largest exponent in chaos, known to one unit of the last digit."""
 STEPS = (20, 50, 100, 200, 500, 1000, 2000)
 BISECTIONS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12)
 VERDICTS = ("right", "another period", "no period, no chaos", "chaos that is not there", "chaos lost", "escaped")
