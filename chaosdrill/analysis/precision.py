@@ -53,7 +53,7 @@ def work_precision(
     """Error of what matters against time, steps and evaluations, for every method and tolerance.
 
     After the transient the run looks for a cycle. If it has settled on one, the methods are compared over that cycle;
-    else over the one period (of those recorded) that has the most kinds of events. The truth about this stretch comes
+    else over one of the surveyed periods with the most kinds of events. The truth about this stretch comes
     from 60-digit arithmetic: extrapolation for the arcs (Bulirsch and Stoer 1966, doi:10.1007/BF02165234), Newton's
     method for the events, differences of the flow for the tangents. It shares no formula with the methods.
 

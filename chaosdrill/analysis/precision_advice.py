@@ -47,7 +47,10 @@ def recommend(ds: "xr.Dataset") -> str:
         For each quantity what ``MANY`` (and ``MOST``) digits cost over ``FEW``, and which method and tolerance to take
         for ``MANY``; or how many digits were reached. Then what the statistical error and chaos leave of them.
     """
-    lines = [_digits(ds, quantity) for quantity in shown_quantities(ds)]
+    advice: dict[str, list[str]] = {}
+    for quantity in shown_quantities(ds):
+        advice.setdefault(_digits(ds, quantity), []).append(NAMES[quantity])
+    lines = [f"{MANY} digits of {_listed(names)} {text}" for text, names in advice.items()]
     lines += [*_statistics(ds), *_horizon(ds)]
     return "\n".join(lines) if lines else "nothing could be measured; see outcome"
 
@@ -75,20 +78,21 @@ def best(ds: "xr.Dataset", quantity: str) -> tuple[str, float, float]:
 
 
 def _digits(ds: "xr.Dataset", quantity: str) -> str:
-    name = NAMES[quantity]
-    few, many = cheapest(ds, quantity, FEW), cheapest(ds, quantity, MANY)
+    """What ``MANY`` digits of a quantity cost."""
+    few, many, most = (cheapest(ds, quantity, digits) for digits in (FEW, MANY, MOST))
     if many is None:
         method, tolerance, error = best(ds, quantity)
-        return (
-            f"{MANY} digits of {name} are not reached; the best is {max(0.0, -np.log10(error)):.1f} "
-            f"({method} at {tolerance:g})"
-        )
+        digits = max(0.0, -np.log10(error))
+        return f"are not reached; the best is {digits:.1f} ({method} at {tolerance:g})"
     method, tolerance, time = many
     base = few[2] if few else time
-    most = cheapest(ds, quantity, MOST)
-    further = f" ({MOST} digits {most[2] / base:.2g} times)" if most else ""
-    cost = f"{MANY} digits of {name} cost {max(1.0, time / base):.2g} times what {FEW} cost{further}"
-    return f"{cost}; use {method} at {tolerance:g} ({duration(time)} a {unit_name(ds)})"
+    cost = f"{time / base:.2g} times what {FEW} cost" if time > SAME * base else f"no more than {FEW}"
+    further = f" ({MOST} digits {max(1.0, most[2] / base):.2g} times)" if most else ""
+    return f"cost {cost}{further}; use {method} at {tolerance:g} ({duration(time)} a {unit_name(ds)})"
+
+
+def _listed(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def unit_name(ds: "xr.Dataset") -> str:

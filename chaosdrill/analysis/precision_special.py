@@ -41,6 +41,36 @@ def hunt_crossley_peak(v: Any, lam: Any, n: Any, k: Any) -> Any:
         return k * depth**n * (1 + lam * low)
 
 
+def hunt_crossley_duration(v: Any, lam: Any, n: Any, k: Any) -> Any:
+    """Duration of the contact, the integral of dx/speed on both branches with x = depth (1 - s^2)."""
+    with mpmath.workdps(mpmath.mp.dps + GUARD_DIGITS):
+        whole = _potential(v, lam)
+        depth = ((n + 1) * whole / k) ** (1 / (n + 1))
+
+        def slowness(s: Any) -> Any:
+            left = whole * (-mpmath.expm1((n + 1) * mpmath.log1p(-s * s)) if s < 1 else 1)
+            return 2 * depth * s * (1 / _speed(left, lam, 1) + 1 / _speed(left, lam, -1))
+
+        return mpmath.quad(slowness, [0, 1])
+
+
+def _speed(left: Any, lam: Any, way: int) -> Any:
+    """Speed on the way in (1) or out (-1) at which G(way speed) = left, by Newton's method."""
+    digits = mpmath.mp.dps
+    speed = mpmath.sqrt(2 * left)
+    if lam * speed < mpmath.mpf(10) ** (-digits // 2):
+        return speed * (1 + way * lam * speed / 3)
+    if way < 0:
+        speed = min(speed, -mpmath.expm1(-1 - lam * lam * left) / lam)
+    with _work(speed, lam):
+        for _ in range(100):
+            change = (_potential(way * speed, lam) - left) * (1 + way * lam * speed) / speed
+            speed -= change
+            if abs(change) <= speed * mpmath.mpf(10) ** -digits:
+                return speed
+    raise ArithmeticError("no speed of the contact found")
+
+
 def positive_power(d: Any, n: Any) -> Any:
     """max(d, 0)^n."""
     return d**n if d > 0 else mpmath.mpf(0)
@@ -49,6 +79,7 @@ def positive_power(d: Any, n: Any) -> Any:
 EXACT: dict[str, Callable[..., Any]] = {
     "hunt_crossley_exit": hunt_crossley_exit,
     "hunt_crossley_peak": hunt_crossley_peak,
+    "hunt_crossley_duration": hunt_crossley_duration,
     "positive_power": positive_power,
 }
 """Name of the sympy function -> its evaluation with mpmath."""

@@ -36,6 +36,15 @@ _NEWTON = 6
 
 
 @dataclass(frozen=True)
+class UnitEvents:
+    """Transitions of a unit in order, their distance in time from its ends, and the smallest normal speed."""
+
+    transitions: tuple[int, ...]
+    inside: float
+    slowest: float
+
+
+@dataclass(frozen=True)
 class Survey:
     """A run along the attractor, unit by unit.
 
@@ -48,15 +57,15 @@ class Survey:
         Leading tangent there.
     rates : ndarray, shape (units,)
         Its growth over the unit per unit of time.
-    events : list of tuple of int
-        Transitions taken in each unit.
+    events : list of UnitEvents
+        What happens in each unit.
     """
 
     outcome: Outcome
     systems: list["HybridSystem"]
     tangents: np.ndarray
     rates: np.ndarray
-    events: list[tuple[int, ...]]
+    events: list[UnitEvents]
 
     @property
     def exponent(self) -> tuple[float, float]:
@@ -69,9 +78,16 @@ class Survey:
         """Numbers of the units that are computed again by every method."""
         return sorted(set(np.linspace(0, len(self.systems) - 1, RESTARTS).astype(int).tolist()))
 
-    def richest(self) -> int:
-        """Number of the unit with the most kinds of events, and the most events."""
-        return max(range(len(self.events)), key=lambda i: (len(set(self.events[i])), len(self.events[i])))
+    def typical(self) -> int:
+        """Number of a unit that has as many kinds of events, and as many events, as any, and is typical of those.
+
+        Of the half whose events lie farther inside of the unit (one at its very start would say little of the arc
+        before it) it is the one in the middle by its smallest normal speed.
+        """
+        most = max((len(set(e.transitions)), len(e.transitions)) for e in self.events)
+        rich = [i for i, e in enumerate(self.events) if (len(set(e.transitions)), len(e.transitions)) == most]
+        inner = sorted(rich, key=lambda i: -self.events[i].inside)[: (len(rich) + 1) // 2]
+        return sorted(inner, key=lambda i: self.events[i].slowest)[len(inner) // 2]
 
 
 def survey(system: "HybridSystem", plan: Span) -> Survey:
@@ -94,8 +110,16 @@ def survey(system: "HybridSystem", plan: Span) -> Survey:
             systems.append(here)
             tangents.append(tangent / max(np.linalg.norm(tangent), 1e-300))
             rates.append(-np.inf if run.dead[0] else (run.logs[0] - before) / plan.unit)
-            events.append(tuple(found.events[:, at.EVENT_KIND].astype(int)))
+            events.append(_unit_events(found, found.times - (run.elapsed - plan.unit), plan.unit))
     return Survey(outcome, systems, np.array(tangents).reshape(-1, n), np.array(rates), events)
+
+
+def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
+    if not len(times):
+        return UnitEvents((), 0.0, 0.0)
+    transitions = tuple(found.events[:, at.EVENT_KIND].astype(int).tolist())
+    inside = float(min(times.min(), unit - times.max()))
+    return UnitEvents(transitions, inside, float(np.abs(found.events[:, at.EVENT_SPEED]).min()))
 
 
 def restart(system: "HybridSystem", x: Any, mode: str) -> "HybridSystem":
@@ -178,14 +202,14 @@ class Place:
 
 
 def find_place(found: Survey, plan: Span) -> Place:
-    """The cycle that the run has settled on, or else the unit with the most kinds of events, and the truth about it."""
+    """The cycle that the run has settled on, or else a unit with many events, and the truth about it."""
     states = np.array([[s.initial[name] for name in s.state_names] for s in found.systems])
     period = find_period(states, MAX_PERIOD) if plan.periodic else 0
     if period:
         system, mapped = find_cycle(found.systems[-1], plan.unit, period, TIGHT)
         if mapped is not None:
             return _true_place(system, plan.unit, period, period, mapped)
-    system = found.systems[found.richest()]
+    system = found.systems[found.typical()]
     return _true_place(system, plan.unit, 1, 0, run_map(system, plan.unit, 1, TIGHT))
 
 

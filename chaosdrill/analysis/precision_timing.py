@@ -15,11 +15,11 @@ from chaosdrill.engine.structure import examine
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
-COUNTED = 16
-"""Units over which steps and evaluations are counted."""
+COUNTED, TIMED = 16, 64
+"""Units over which steps and evaluations are counted, and of a run that is timed."""
 
-TIMED_S = 0.02
-"""Time that one cell is meant to take in one round: what is shorter, the clock and the machine's other work disturb."""
+ROUND_S, LONGEST_S = 0.02, 0.1
+"""Time that one cell is meant to take in one round: short runs are repeated, long ones have fewer units."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Cost:
     ----------
     outcome : Outcome
     seconds, spread : float
-        Median over the rounds, and the distance of the quartiles.
+        Median over all runs, and the distance of the quartiles.
     steps, evaluations : float
         Mean number of steps and of evaluations of the right-hand side.
     """
@@ -54,7 +54,8 @@ def measure_costs(
     """Time runs with all tangents and events; the cells take turns, so that a slow moment of the machine meets all.
 
     A first run of each cell over about ``COUNTED`` units is not timed: it warms the kernels, counts the work, and tells
-    how many units are to be run in a round, and how often (whole cycles, about ``TIMED_S`` in all).
+    how many units a run may have (``TIMED`` if they do not take too long), and a round how many runs. Only whole cycles
+    are run.
 
     Parameters
     ----------
@@ -86,30 +87,28 @@ def measure_costs(
     for numerics in cells:
         counted = count * max(1, min(COUNTED, most) // count)
         outcome, seconds, run = timed(numerics, counted)
-        units = TIMED_S / max(seconds / counted, 1e-9)
+        each = max(seconds / counted, 1e-9)
         outcomes.append(outcome)
-        lengths.append(count * max(1, min(int(units), most) // count))
-        runs.append(max(1, round(units / lengths[-1])))
+        lengths.append(count * max(1, min(TIMED, most, int(LONGEST_S / each)) // count))
+        runs.append(max(1, int(ROUND_S / (each * lengths[-1]))))
         work.append((run.steps / counted, run.evaluations / counted))
-    times = np.full((repeats, len(cells)), np.nan)
-    for row in times:
+    samples: list[list[float]] = [[] for _ in cells]
+    for _ in range(repeats):
         gc.collect()
         gc.disable()
         try:
             for i, numerics in enumerate(cells):
-                if outcomes[i] != Outcome.OK:
-                    continue
-                ends = [timed(numerics, lengths[i]) for _ in range(runs[i])]
-                if all(outcome == Outcome.OK for outcome, _, _ in ends):
-                    row[i] = sum(seconds for _, seconds, _ in ends) / (lengths[i] * runs[i])
+                for _ in range(runs[i] if outcomes[i] == Outcome.OK else 0):
+                    outcome, seconds, _ = timed(numerics, lengths[i])
+                    samples[i].append(seconds / lengths[i] if outcome == Outcome.OK else np.nan)
         finally:
             gc.enable()
         report()
     costs = []
-    for outcome, column, (steps, evaluations) in zip(outcomes, times.T, work, strict=True):
+    for outcome, sample, (steps, evaluations) in zip(outcomes, samples, work, strict=True):
         if outcome != Outcome.OK:
             costs.append(Cost(outcome))
             continue
-        low, middle, high = np.quantile(column, [0.25, 0.5, 0.75])
+        low, middle, high = np.quantile(sample, [0.25, 0.5, 0.75])
         costs.append(Cost(outcome, float(middle), float(high - low), steps, evaluations))
     return costs

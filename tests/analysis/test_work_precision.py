@@ -103,5 +103,5 @@ def test_progress_ends_at_its_total(measured):
 
 def test_advice_names_the_multipliers(measured):
     lines = measured.attrs["recommendation"].splitlines()
-    assert any("digits of the multipliers cost" in line and "use taylor at 1e-" in line for line in lines)
+    assert any("the multipliers" in line and " cost " in line and "use taylor at 1e-" in line for line in lines)
     assert not any("exponent" in line or "tangent map" in line for line in lines)
