@@ -56,8 +56,9 @@ def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-u
     n = x.size
     for _ in range(50):
         value = guard(mode, j, t, c, x, gradient)
-        square = gradient[:n] @ gradient[:n]
-        if not np.isfinite(value) or square == 0:
+        with np.errstate(over="ignore"):
+            square = gradient[:n] @ gradient[:n]
+        if not np.isfinite(value + square) or square == 0:
             return False
         if abs(value) <= 1e-14 * (1 + np.abs(x).max()):
             return True

@@ -133,8 +133,8 @@ def _check_completes(system: "HybridSystem", transition: Any) -> None:
     rebound = found[0]
     if (rebound.guard, rebound.direction) != (transition.guard, transition.direction) or rebound.direction == 0:
         raise ModelError(f"{where}: both must have the same guard and the same direction, +1 or -1")
-    if not set(transition.source) <= set(rebound.source) or set(transition.source) != {rebound.target}:
-        raise ModelError(f"{where}: that one must lead from the mode {transition.source[0]!r} back into it")
+    if not set(transition.source) <= set(rebound.source):
+        raise ModelError(f"{where}: that one must start from the mode {transition.source[0]!r} too")
     if transition.target in transition.source:
         raise ModelError(f"{where}: its target must be another mode, one that holds the contact")
 

@@ -11,10 +11,20 @@ CHOICES = [dict(zip(systems.EFFECTS, options, strict=True)) for options in produ
 POSSIBLE = [c for c in CHOICES if c["rock"] == "moving" or c["friction"] == "none"]
 OWN = {
     "drive": {"harmonic": {"a", "eta", "phi"}, "lobes": {"a", "lobes", "spin", "phi"}},
-    "friction": {"coulomb": {"mu"}, "stribeck": {"mu", "g"}},
+    "friction": {
+        "coulomb": {"mu"},
+        "stribeck": {"mu", "g"},
+        "coulomb-two-sided": {"mu"},
+        "stribeck-two-sided": {"mu", "g"},
+    },
     "rock": {"moving": {"eps"}},
-    "contact": {"newton": {"r", "e"}, "hunt-crossley": {"r", "lam"}},
+    "contact": {
+        "newton": {"r", "e"},
+        **dict.fromkeys(("hunt-crossley", "hunt-crossley-timed", "compliant"), {"r", "lam", "n", "k"}),
+    },
 }
+PHASES = {"none": "", "newton": "held", "hunt-crossley": "held", "hunt-crossley-timed": "held contact", "compliant": "contact"}
+"""Modes of a contact besides free flight."""
 
 
 def label(effects):
@@ -35,8 +45,6 @@ def symbols(system):
 @pytest.mark.parametrize("effects", POSSIBLE, ids=label)
 def test_parameters_are_those_of_the_chosen_effects(effects):
     expected = {"b", "xi"}.union(*(OWN[effect].get(option, set()) for effect, option in effects.items()))
-    if effects["contact"] == "hunt-crossley" and effects["friction"] != "none":
-        expected |= {"n", "k"}
     system = systems.build("percussive-drill", effects=effects)
     assert set(system.parameters) == expected == set(systems.parameters("percussive-drill", effects))
     assert symbols(system) - set(system.state_names) - {"t"} == expected
@@ -51,9 +59,24 @@ def test_what_is_left_out_leaves_no_trace(effects):
     assert ("w" in system.state_names) == bool(system.quadratures) == (effects["rock"] == "moving")
     assert ("impact" in kinds) == (effects["contact"] != "none")
     assert ({"slip", "stick"} <= kinds) == (effects["friction"] != "none")
-    assert set(system.modes) == (
-        {"stick"} if effects["rock"] == "fixed" else {"stick", "slip"} if effects["friction"] != "none" else {"slip"}
-    )
+    assert ("turn" in kinds) == effects["friction"].endswith("two-sided")
+    assert ("timer" in system.state_names) == (effects["contact"] == "hunt-crossley-timed")
+
+
+@pytest.mark.parametrize("effects", POSSIBLE, ids=label)
+def test_modes_are_those_of_the_rock_in_every_phase_of_the_contact(effects):
+    rests = effects["friction"] != "none" or effects["rock"] == "fixed"
+    rock = ["stick"] * rests + ["slip"] * (effects["rock"] == "moving")
+    rock += ["slip-back"] * effects["friction"].endswith("two-sided")
+    expected = {*rock, *(f"{mode}-{phase}" for mode in rock for phase in PHASES[effects["contact"]].split())}
+    if effects["contact"] == "hunt-crossley-timed":
+        # which way the rock goes on is decided when the contact is over
+        expected -= {"slip-back-contact"}
+    system = systems.build("percussive-drill", effects=effects)
+    assert set(system.modes) == expected
+    reached = {system.initial["mode"], *(t.target for t in system.transitions)}
+    if effects["drive"] != "none":
+        assert reached == expected
 
 
 @pytest.mark.parametrize("effects", [c for c in CHOICES if c not in POSSIBLE], ids=label)
@@ -72,7 +95,8 @@ def test_an_absent_effect_is_not_simulated():
 def test_without_a_choice_the_paper_is_simulated():
     assert systems.parameters("percussive-drill") == cd.drill().parameters
     assert cd.drill().parameters["xi"] == 0.06
-    assert {t.name for t in cd.drill().transitions} == {"release", "stick", "weak-hit", "strong-hit", "hit"}
+    held = {"hold-stick", "hold-slip", "part-stick", "part-slip", "release-held", "stick-held"}
+    assert {t.name for t in cd.drill().transitions} == {"release", "stick", "weak-hit", "strong-hit", "hit"} | held
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
     y' = u - w
     u' = b + load(t) - l                 l = y + 2 xi (u - w): force of spring and damper
     w' = eps (l - f(w))                  stick: w = 0 while l <= 1
-    stop: y <= r
+    stop: y <= r, by a law of impact or by a force beyond it
 
 y is the stretch of the spring, u and w are the speeds of bit and rock; the penetration (integral of w) enters no force
 and is a quadrature. Displacements are in units of mu_e F_N / K, time in units of sqrt(m1 / K). Source: equations (1) to
@@ -17,18 +17,19 @@ from chaosdrill.errors import ModelError
 from chaosdrill.systems.drill import contact, drive, effects, friction, rock
 
 if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import HybridSystem
 
 NAME = "percussive-drill"
 
 # Beyond w = 25 friction is at its kinetic value to 1e-32 and a static load above it accelerates for ever; the other
 # bounds only catch an overflow on its way.
-BOUNDS = {"y": (-1e3, 1e3), "u": (-1e3, 1e3), "w": (-25.0, 25.0)}
+BOUNDS = {"y": (-1e3, 1e3), "u": (-1e3, 1e3), "w": (-25.0, 25.0), "timer": None}
 
 LABELS = {
     "y": "stretch of the spring",
     "u": "speed of the bit",
     "w": "speed of the rock-side mass",
+    "timer": "time that the contact still lasts",
     "penetration": "penetration of the rock-side mass",
     "b": "static load over the static friction force",
     "xi": "damping ratio",
@@ -55,14 +56,14 @@ def drill(
     ----------
     drive : {"harmonic", "lobes", "none"}
         Dynamic load on the bit.
-    friction : {"stribeck", "coulomb", "none"}
-        Friction between rock-side mass and rock, one-sided.
+    friction : {"stribeck", "coulomb", "stribeck-two-sided", "coulomb-two-sided", "none"}
+        Friction between rock-side mass and rock, one-sided unless it says otherwise.
     rock : {"moving", "fixed"}
         Whether the rock-side mass moves; where it does, its penetration is a quadrature.
-    contact : {"hunt-crossley", "newton", "none"}
-        Hit at the stop.
+    contact : {"hunt-crossley", "hunt-crossley-timed", "compliant", "newton", "none"}
+        Contact at the stop.
     initial : mapping, optional
-        ``mode``, ``y``, ``u``, ``w`` that differ from rest.
+        ``mode``, ``y``, ``u``, ``w`` that differ from rest (``timer`` too where the contact is timed).
     name : str, optional
         Name of the system; default ``"percussive-drill"``.
     **parameters : float
@@ -72,7 +73,8 @@ def drill(
     Returns
     -------
     HybridSystem
-        Modes ``stick`` and ``slip``, as far as the effects make them reachable.
+        Modes ``stick``, ``slip`` and ``slip-back``, and those of the contact (``-held``, ``-contact``), as far as the
+        effects make them reachable.
 
     Raises
     ------
@@ -94,71 +96,39 @@ def system(chosen: Mapping[str, str] | None = None) -> "HybridSystem":
 
 
 def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
-    import sympy
-
     from chaosdrill.model import HybridSystem
+    from chaosdrill.systems.drill import compliant, held, hits
+    from chaosdrill.systems.drill.balance import REST, Balance
+    from chaosdrill.systems.drill.phases import stick_slip
 
-    y, u, w, t, b, xi, r = sympy.symbols("y u w t b xi r", real=True)
-    moves, held = chosen["rock"] == "moving", chosen["friction"] != "none"
-    load, period = drive.load(chosen["drive"], t)
-    states = (y, u, w) if moves else (y, u)
-    modes: dict[str, dict[Any, Any]] = {}
-    if held or not moves:
-        force = y + 2 * xi * u
-        modes["stick"] = {y: u, u: b + load - force} | ({w: sympy.Integer(0)} if moves else {})
-    if moves:
-        force = y + 2 * xi * (u - w)
-        resistance = friction.resistance(chosen["friction"], w)
-        modes["slip"] = {y: u - w, u: b + load - force, w: rock.acceleration(force, resistance)}
-    transitions = _slips(y + 2 * xi * u - friction.STATIC, w) if held else []
-    if chosen["contact"] != "none":
-        transitions += _hits(chosen["contact"], y - r, u, w, held, moves)
+    option = chosen["contact"]
+    balance = Balance(chosen)
+    clock = {balance.timer: 0} if contact.lasts(option) else {}
+    modes = {mode: balance.apart(mode) for mode in balance.modes}
+    transitions = stick_slip(balance, balance.spring(REST), "", clock, {})
+    if contact.jumps(option):
+        modes |= hits.hit_modes(balance, option) | held.held_modes(balance, option)
+        transitions += hits.hits(balance, option) + held.held(balance, option)
+    elif option != "none":
+        modes |= compliant.contact_modes(balance)
+        transitions += compliant.contacts(balance)
+    states = (balance.y, balance.u, *((balance.w,) if balance.moves else ()), *clock)
     parameters = effects.parameters(chosen)
-    quadratures = {"penetration": w} if moves else {}
+    quadratures = {"penetration": balance.w} if balance.moves else {}
     kept = {*(s.name for s in states), *parameters, *quadratures}
     return HybridSystem(
         name=name,
         states=states,
-        time=None if period is None else t,
+        time=None if balance.period is None else balance.t,
         parameters=parameters,
-        modes=modes,
+        modes={mode: {**clock, **field} for mode, field in modes.items()},
         transitions=transitions,
-        period=period,
+        period=balance.period,
         quadratures=quadratures,
         bounds={s.name: BOUNDS[s.name] for s in states},
         description="percussive drill: " + ", ".join(f"{effect} {option}" for effect, option in chosen.items()),
         labels={key: label for key, label in LABELS.items() if key in kept},
     )
-
-
-def _slips(excess: Any, w: Any) -> list["Transition"]:
-    from chaosdrill.model import Transition
-
-    return [
-        Transition("release", source="stick", target="slip", guard=excess, direction=+1, kind="slip"),
-        Transition("stick", source="slip", target="stick", guard=w, direction=-1, reset={w: 0}),
-    ]
-
-
-def _hits(option: str, gap: Any, u: Any, w: Any, held: bool, moves: bool) -> list["Transition"]:
-    """Transitions of the stop; they act before a release at the same instant, which then follows from the hit."""
-    from chaosdrill.model import Transition
-
-    event = {"guard": gap, "direction": +1, "priority": 1, "kind": "impact"}
-    if not moves:
-        return [Transition("hit", source="stick", target="stick", reset={u: -contact.exit_speed(option, u)}, **event)]
-    hits = []
-    if held:
-        weak = contact.holds(option, u)
-        if weak is not None:
-            reset = {u: -contact.exit_speed(option, u)}
-            hits.append(Transition("weak-hit", source="stick", target="stick", reset=reset, condition=weak, **event))
-        after = contact.exchange(option, u, 0)
-        reset = dict(zip((u, w), after, strict=True))
-        hits.append(Transition("strong-hit", source="stick", target="slip", reset=reset, **event))
-    after = contact.exchange(option, u, w)
-    hits.append(Transition("hit", source="slip", target="slip", reset=dict(zip((u, w), after, strict=True)), **event))
-    return hits
 
 
 def _unused(key: str, chosen: Mapping[str, str], used: Mapping[str, float]) -> str:

@@ -1,9 +1,8 @@
 """What happens at the stop: the bit hits the rock-side mass after closing the gap r.
 
-A contact acts at once. It gives the rebound speed s of the relative motion from the approach speed v; impulse and
-momentum balance give the rest. With J = (v + s)/(1 + eps) the bit loses J and the rock gains eps J, so the momentum
-eps u + w is kept to round-off whatever s is. Source: equations (5), (9) of the paper; Hunt and Crossley 1975,
-doi:10.1115/1.3423596.
+A hit gives the rebound speed s of the relative motion from the approach speed v; impulse and momentum balance give the
+rest. With J = (v + s)/(1 + eps) the bit loses J and the rock gains eps J, so the momentum eps u + w is kept to round-off
+whatever s is. Source: equations (4), (5), (9) of the paper; Hunt and Crossley 1975, doi:10.1115/1.3423596.
 """
 
 from typing import Any
@@ -12,19 +11,18 @@ OPTIONS = {
     "none": "no stop: the gap never closes",
     "newton": "instantaneous, constant restitution e",
     "hunt-crossley": "instantaneous, exact exit speed of the force k d^n (1 + lam d')",
+    "hunt-crossley-timed": "the same, and the contact's duration passes before the new speeds hold",
+    "compliant": "a phase of its own, in which the force k d^n (1 + lam d') acts on both masses",
 }
+
+_LAW = {"r": 1.0, "lam": 0.6, "n": 1.0, "k": 12e5}
 
 PARAMETERS: dict[str, dict[str, float]] = {
     "none": {},
     "newton": {"r": 1.0, "e": 0.8},
-    "hunt-crossley": {"r": 1.0, "lam": 0.6},
-}
-
-# the force of a contact only matters where friction may hold the rock against it
-FORCE_PARAMETERS: dict[str, dict[str, float]] = {
-    "none": {},
-    "newton": {},
-    "hunt-crossley": {"n": 1.0, "k": 12e5},
+    "hunt-crossley": _LAW,
+    "hunt-crossley-timed": _LAW,
+    "compliant": _LAW,
 }
 
 LABELS = {
@@ -34,6 +32,16 @@ LABELS = {
     "n": "exponent of the contact force",
     "k": "stiffness of the contact over the static friction force",
 }
+
+
+def lasts(option: str) -> bool:
+    """Whether a hit takes time as an event of its own, kept by a timer."""
+    return option == "hunt-crossley-timed"
+
+
+def jumps(option: str) -> bool:
+    """Whether a hit changes the speeds by a law, not by a force."""
+    return option in ("newton", "hunt-crossley", "hunt-crossley-timed")
 
 
 def exit_speed(option: str, approach: Any) -> Any:
@@ -53,7 +61,7 @@ def exchange(option: str, bit: Any, rock: Any) -> tuple[Any, Any]:
     Parameters
     ----------
     option : str
-        ``"newton"`` or ``"hunt-crossley"``.
+        An option that jumps.
     bit, rock : sympy expressions
         Speeds before the hit; ``bit - rock`` is the approach speed.
 
@@ -69,22 +77,56 @@ def exchange(option: str, bit: Any, rock: Any) -> tuple[Any, Any]:
     return bit - impulse, rock + eps * impulse
 
 
+def peak(approach: Any, *, free: bool) -> Any:
+    """Largest force of a Hunt-Crossley hit, over the static friction force.
+
+    Parameters
+    ----------
+    approach : sympy expression
+        Approach speed.
+    free : bool
+        Whether the rock gives way. The relative mass is then 1/(1 + eps) and the stiffness per unit of it (1 + eps) k
+        (equation 4 of the paper); against a rock at rest the bit's own mass 1 counts.
+    """
+    import sympy
+
+    from chaosdrill.model.special import hunt_crossley_peak
+
+    lam, n, k, eps = sympy.symbols("lam n k eps", real=True)
+    if free:
+        return hunt_crossley_peak(approach, lam, n, (1 + eps) * k) / (1 + eps)
+    return hunt_crossley_peak(approach, lam, n, k)
+
+
 def holds(option: str, approach: Any) -> Any:
     """Whether friction holds a resting rock through the hit; None where nothing can.
 
-    The peak force is that of the relative mass 1/(1 + eps), of stiffness (1 + eps) k per unit mass (equation 4 of the
-    paper). A Newtonian hit has an infinite force, which no friction holds.
+    The paper asks for the peak force of the free masses. A Newtonian hit has an infinite force, which no friction holds.
 
     Returns
     -------
     sympy relation or None
     """
-    import sympy
-
-    from chaosdrill.model.special import hunt_crossley_peak
     from chaosdrill.systems.drill.friction import STATIC
 
-    if option == "newton":
-        return None
+    return None if option == "newton" else peak(approach, free=True) <= STATIC
+
+
+def duration(approach: Any, *, free: bool) -> Any:
+    """Time that a Hunt-Crossley hit takes; arguments as for `peak`."""
+    import sympy
+
+    from chaosdrill.model.special import hunt_crossley_duration
+
     lam, n, k, eps = sympy.symbols("lam n k eps", real=True)
-    return hunt_crossley_peak(approach, lam, n, (1 + eps) * k) / (1 + eps) <= STATIC
+    return hunt_crossley_duration(approach, lam, n, (1 + eps) * k if free else k)
+
+
+def force(depth: Any, rate: Any) -> Any:
+    """Force k d^n (1 + lam d') between bit and rock, over the static friction force."""
+    import sympy
+
+    from chaosdrill.model.special import positive_power
+
+    lam, n, k = sympy.symbols("lam n k", real=True)
+    return k * positive_power(depth, n) * (1 + lam * rate)

@@ -51,14 +51,14 @@ def parameters(effects: Mapping[str, str] | None = None) -> dict[str, float]:
     values = {"b": 0.7, "xi": 0.06}
     for effect, part in (("drive", drive), ("rock", rock), ("friction", friction), ("contact", contact)):
         values |= part.PARAMETERS[chosen[effect]]
-    if chosen["friction"] != "none":
-        values |= contact.FORCE_PARAMETERS[chosen["contact"]]
     return values
 
 
 def states(effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
-    """Names of the states: the rock's speed w is one only where the rock moves."""
-    return ("y", "u", "w") if complete(effects)["rock"] == "moving" else ("y", "u")
+    """Names of the states: the rock's speed w is one only where the rock moves, a timer where a contact is timed."""
+    chosen = complete(effects)
+    rock_speed = ("w",) if chosen["rock"] == "moving" else ()
+    return ("y", "u", *rock_speed, *(("timer",) if contact.lasts(chosen["contact"]) else ()))
 
 
 def remedy(word: str, known: Mapping[str, object]) -> str:

@@ -1,6 +1,8 @@
-"""What holds the rock: one-sided dry friction, in units of the static friction force mu_e F_N.
+"""What holds the rock: dry friction, in units of the static friction force mu_e F_N.
 
-Source: equations (3) and (8) of the paper, the latter read as mu + (1 - mu) exp(-g w), which is 1 at rest.
+One-sided friction is the paper's: the rock advances or rests, and nothing pushes it back. Two-sided friction holds
+the rock against either direction and opposes sliding either way. Source: equations (3) and (8) of the paper, the latter
+read as mu + (1 - mu) exp(-g w), which is 1 at rest.
 """
 
 from typing import Any
@@ -9,12 +11,16 @@ OPTIONS = {
     "none": "nothing holds the rock: it moves freely, both ways",
     "coulomb": "static friction 1, kinetic friction mu at any speed; one-sided",
     "stribeck": "friction mu + (1 - mu) exp(-g w), 1 at rest; one-sided",
+    "coulomb-two-sided": "static friction 1, kinetic friction mu, against sliding either way",
+    "stribeck-two-sided": "friction mu + (1 - mu) exp(-g abs(w)), 1 at rest, against sliding either way",
 }
 
 PARAMETERS: dict[str, dict[str, float]] = {
     "none": {},
     "coulomb": {"mu": 0.6},
     "stribeck": {"mu": 0.6, "g": 3.0},
+    "coulomb-two-sided": {"mu": 0.6},
+    "stribeck-two-sided": {"mu": 0.6, "g": 3.0},
 }
 
 LABELS = {
@@ -23,17 +29,23 @@ LABELS = {
 }
 
 STATIC = 1
+SUFFIX = "-two-sided"
+
+
+def two_sided(option: str) -> bool:
+    """Whether the rock can slide back."""
+    return option.endswith(SUFFIX)
 
 
 def resistance(option: str, speed: Any) -> Any:
-    """Friction force on the sliding rock.
+    """Friction force on the sliding rock, against its motion.
 
     Parameters
     ----------
     option : str
         A name of `OPTIONS`.
     speed : sympy expression
-        Speed of the rock, positive forward.
+        Speed at which the rock slides, positive.
 
     Returns
     -------
@@ -45,6 +57,6 @@ def resistance(option: str, speed: Any) -> Any:
     if option == "none":
         return sympy.Integer(0)
     mu, g = sympy.symbols("mu g", real=True)
-    if option == "coulomb":
+    if option.removesuffix(SUFFIX) == "coulomb":
         return mu
     return mu + (1 - mu) * sympy.exp(-g * speed)

@@ -1,0 +1,100 @@
+"""Forces and accelerations of bit and rock, in free flight and in contact.
+
+    y' = u - w
+    u' = b + load(t) - l - F             l = y + 2 xi (u - w): force of spring and damper, F: force of the contact
+    w' = eps (l + F - f(w))              stick: w = 0 while l + F <= 1 (two-sided friction: abs(l + F) <= 1)
+
+Where bit and rock move together at the stop, y = r, the contact force follows from u' = w':
+
+    N = [b + load(t) - r - eps (r - f(w))]/(1 + eps),    at rest N = b + load(t) - r.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from chaosdrill.systems.drill import drive, friction, rock
+
+REST = "stick"
+
+
+class Balance:
+    """Symbols, forces and equations of motion of a drill with these effects.
+
+    Parameters
+    ----------
+    effects : mapping of str to str
+        Every effect with its option.
+
+    Attributes
+    ----------
+    rests : bool
+        Whether the rock can be at rest: the mode ``stick`` exists.
+    slides : dict of str to int
+        Modes in which the rock moves, and the direction in which it does.
+    """
+
+    def __init__(self, effects: Mapping[str, str]) -> None:
+        import sympy
+
+        self.y, self.u, self.w, self.t, self.timer = sympy.symbols("y u w t timer", real=True)
+        self.xi, self.r, self.eps = sympy.symbols("xi r eps", real=True)
+        load, self.period = drive.load(effects["drive"], self.t)
+        self.thrust = sympy.Symbol("b", real=True) + load
+        self.option = effects["friction"]
+        self.moves = effects["rock"] == "moving"
+        self.grips = self.option != "none"
+        self.rests = self.grips or not self.moves
+        self.slides: dict[str, int] = {"slip": 1} if self.moves else {}
+        if friction.two_sided(self.option):
+            self.slides["slip-back"] = -1
+
+    @property
+    def modes(self) -> tuple[str, ...]:
+        """Modes of the rock."""
+        return (*((REST,) if self.rests else ()), *self.slides)
+
+    def speed(self, mode: str) -> Any:
+        """Speed of the rock."""
+        return 0 if mode == REST else self.w
+
+    def spring(self, mode: str) -> Any:
+        """Force of spring and damper."""
+        return self.y + 2 * self.xi * (self.u - self.speed(mode))
+
+    def friction(self, mode: str) -> Any:
+        """Friction force on the sliding rock, backward positive."""
+        way = self.slides[mode]
+        return way * friction.resistance(self.option, way * self.w)
+
+    def apart(self, mode: str, push: Any = 0) -> dict[Any, Any]:
+        """Equations of motion of two masses that move on their own, under a contact force ``push``."""
+        spring = self.spring(mode)
+        field = {self.y: self.u - self.speed(mode), self.u: self.thrust - spring - push}
+        if self.moves:
+            field[self.w] = 0 if mode == REST else rock.acceleration(spring + push, self.friction(mode))
+        return field
+
+    def together(self, mode: str) -> dict[Any, Any]:
+        """Equations of motion of two masses that move as one at the stop."""
+        if mode == REST:
+            return {self.y: 0, self.u: 0} | ({self.w: 0} if self.moves else {})
+        common = self.eps * (self.thrust - self.friction(mode)) / (1 + self.eps)
+        return {self.y: 0, self.u: common, self.w: common}
+
+    def pressing(self, mode: str) -> Any:
+        """Force N that presses the masses together at the stop."""
+        if mode == REST:
+            return self.thrust - self.r
+        return (self.thrust - self.r - self.eps * (self.r - self.friction(mode))) / (1 + self.eps)
+
+    def at_rest(self, mode: str) -> dict[Any, Any]:
+        """Reset that goes with every way into the mode: a rock at rest has no speed, so no tangent in it either."""
+        return {self.w: 0} if mode == REST and self.moves else {}
+
+    def common_speed(self, mode: str) -> Any:
+        """Speed of both masses after a hit without rebound."""
+        return 0 if mode == REST else (self.eps * self.u + self.w) / (1 + self.eps)
+
+    def varies(self, expression: Any) -> bool:
+        """Whether the expression can cross zero: it names a state or time, not only parameters."""
+        return bool(expression.free_symbols & {self.y, self.u, self.w, self.t})
