@@ -34,7 +34,7 @@ _DRILL = {
     "mu": Limit("the friction ratio mu_d/mu_e", high=1.0),
     "g": Limit("the decay rate of friction"),
     "lam": Limit("the contact's damping"),
-    "n": Limit("the contact's exponent", open_below=True),
+    "n": Limit("the contact's exponent", low=1.0),
     "k": Limit("the contact's stiffness", open_below=True),
     "e": Limit("the coefficient of restitution", high=1.0),
 }

@@ -20,7 +20,8 @@ def test_equations_of_what_is_simulated(call, scene):
 def test_what_is_left_out(call, scene):
     text = call("check", scene).out
     block = text[text.index("left out") : text.index("states")]
-    assert block.split() == ["left", "out", "contact", "choose", "from", "newton,", "hunt-crossley"]
+    offered = "newton, hunt-crossley, hunt-crossley-timed, compliant"
+    assert block.split() == ["left", "out", "contact", "choose", "from", *offered.split()]
     assert "impact" not in text
     assert " r " not in text
 
@@ -32,7 +33,7 @@ def test_json(call, scene):
     assert list(described["states"]) == ["y", "u", "w"]
     assert described["modes"]["stick"]["dw/dt"] == "0"
     assert described["events"]["stick"]["direction"] == -1
-    assert described["left_out"] == {"contact": "choose from newton, hunt-crossley"}
+    assert described["left_out"] == {"contact": "choose from newton, hunt-crossley, hunt-crossley-timed, compliant"}
     assert described["analyses"] == {"motion": {"kind": "trajectory", "periods": 3}}
 
 

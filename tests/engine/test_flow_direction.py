@@ -18,7 +18,7 @@ EVENTS = [
     for source in t.source
 ]
 
-CHANGES = {"bouncing-ball": {"amplitude": 1.3}}
+CHANGES = {"bouncing-ball": {"amplitude": 1.3}, "percussive-drill": {"r": 0.5, "a": 0.5}}
 """Parameters at which every event of a system happens."""
 
 

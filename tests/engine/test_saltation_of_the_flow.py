@@ -19,7 +19,16 @@ EVENTS = [
 ]
 NUMERICS = Numerics(tolerance=1e-15)
 LENGTH = 0.1
-CHANGES = {("bouncing-ball", "rest"): {"e": 0.0}, ("bouncing-ball", "lift-off"): {"amplitude": 1.3}}
+CHANGES = {
+    ("bouncing-ball", "rest"): {"e": 0.0},
+    ("bouncing-ball", "lift-off"): {"amplitude": 1.3},
+    ("percussive-drill", "hold-stick"): {"r": 0.3, "k": 1e-3},
+    ("percussive-drill", "hold-slip"): {"r": 0.3, "k": 1e-3},
+    ("percussive-drill", "part-stick"): {"r": 0.7},
+    ("percussive-drill", "part-slip"): {"r": 0.7},
+    ("percussive-drill", "release-held"): {"r": 0.3, "a": 0.5},
+    ("percussive-drill", "stick-held"): {"r": 0.3},
+}
 """Parameters at which an event happens to states that differ by a finite step."""
 SPEED = 0.05
 """Smallest normal speed that finite differences can do with."""
@@ -52,8 +61,9 @@ def moved(system, mode, x, length, tangents=None):
 
 
 def held(system, source):
-    """Speeds that a mode holds: they have no freedom there, so no tangent."""
-    return [i for i, s in enumerate(system.states) if system.modes[source][s] == 0 and s.name in ("w", "x4", "v")]
+    """States that a mode holds: they have no freedom there, so no tangent."""
+    names = ("y", "u", "w") if source.endswith("-held") else ("w", "x4", "v")
+    return [i for i, s in enumerate(system.states) if system.modes[source][s] == 0 and s.name in names]
 
 
 def candidates(system, source, event):

@@ -20,10 +20,16 @@ OWN = {
     "rock": {"moving": {"eps"}},
     "contact": {
         "newton": {"r", "e"},
-        **dict.fromkeys(("hunt-crossley", "hunt-crossley-timed", "compliant"), {"r", "lam", "n", "k"}),
+        **{law: {"r", "lam", "n", "k"} for law in ("hunt-crossley", "hunt-crossley-timed", "compliant")},
     },
 }
-PHASES = {"none": "", "newton": "held", "hunt-crossley": "held", "hunt-crossley-timed": "held contact", "compliant": "contact"}
+PHASES = {
+    "none": "",
+    "newton": "held",
+    "hunt-crossley": "held",
+    "hunt-crossley-timed": "held contact",
+    "compliant": "contact",
+}
 """Modes of a contact besides free flight."""
 
 

@@ -34,7 +34,7 @@ def test_a_bit_on_a_fixed_rock_without_drive_or_stop_settles_at_the_static_stret
     np.testing.assert_allclose(run["state"].values[:, 0], y, rtol=0, atol=1e-12)
 
 
-# the gap keeps the spring below friction and the load below the spring: the bit hits the rock and is never pressed on it
+# the gap keeps the spring below friction, and the load below the spring: the bit is never pressed on the rock it hits
 HITTING = {"r": 0.8, "b": 0.4, "a": 0.4, "eta": 0.9}
 
 

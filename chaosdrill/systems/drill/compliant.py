@@ -25,9 +25,7 @@ def contacts(balance: Balance) -> list["Transition"]:
     found = []
     for mode in balance.modes:
         both = {"guard": gap, "reset": balance.at_rest(mode)}
-        found.append(
-            Transition(f"touch-{mode}", mode, mode + CONTACT, direction=+1, priority=1, kind="impact", **both)
-        )
+        found.append(Transition(f"touch-{mode}", mode, mode + CONTACT, direction=+1, priority=1, kind="impact", **both))
         found.append(Transition(f"part-{mode}", mode + CONTACT, mode, direction=-1, kind="part", **both))
     return found + stick_slip(balance, balance.spring(REST) + _push(balance, REST), CONTACT, {}, {})
 

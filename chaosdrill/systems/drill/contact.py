@@ -1,8 +1,8 @@
 """What happens at the stop: the bit hits the rock-side mass after closing the gap r.
 
 A hit gives the rebound speed s of the relative motion from the approach speed v; impulse and momentum balance give the
-rest. With J = (v + s)/(1 + eps) the bit loses J and the rock gains eps J, so the momentum eps u + w is kept to round-off
-whatever s is. Source: equations (4), (5), (9) of the paper; Hunt and Crossley 1975, doi:10.1115/1.3423596.
+rest. With J = (v + s)/(1 + eps) the bit loses J and the rock gains eps J, so the momentum eps u + w is kept to
+round-off whatever s is. Source: equations (4), (5), (9) of the paper; Hunt and Crossley 1975, doi:10.1115/1.3423596.
 """
 
 from typing import Any
@@ -101,7 +101,7 @@ def peak(approach: Any, *, free: bool) -> Any:
 def holds(option: str, approach: Any) -> Any:
     """Whether friction holds a resting rock through the hit; None where nothing can.
 
-    The paper asks for the peak force of the free masses. A Newtonian hit has an infinite force, which no friction holds.
+    The paper asks for the peak force of free masses. A Newtonian hit has an infinite force, which no friction holds.
 
     Returns
     -------

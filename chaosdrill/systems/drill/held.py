@@ -1,8 +1,8 @@
 """Bit and rock that stay together at the stop until the force between them changes sign.
 
-Newtonian rebounds that would end within a negligible time end in a held contact. A Hunt-Crossley contact loses ever less
-of ever weaker hits, so its rebounds need not end; but its law is that of free masses, and where the peak force of a hit
-is no larger than the force N that presses the masses together, it is beyond its validity. Such a hit is held.
+Newtonian rebounds that would end within a negligible time end in a held contact. A Hunt-Crossley contact loses ever
+less of ever weaker hits, so its rebounds need not end; but its law is that of free masses, and where the peak force of
+a hit is no larger than the force N that presses the masses together, it is beyond its validity. Such a hit is held.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -38,21 +38,21 @@ def stick_slip(
         return []
     rest, slip, back = (mode + suffix for mode in (REST, "slip", "slip-back"))
     stopped = {**always, **at_rest, balance.w: 0}
-    way = {"guard": balance.w, "direction": -1, "reset": stopped}
+    way: Any = {"guard": balance.w, "direction": -1, "reset": stopped}
     two_sided = len(balance.slides) == 2
     found = []
     if balance.varies(demand):
-        off = {"source": rest, "reset": always, "kind": "slip"}
+        off: Any = {"source": rest, "reset": always, "kind": "slip"}
         found.append(Transition("release" + suffix, target=slip, guard=demand - STATIC, direction=+1, **off))
         if two_sided:
             found.append(Transition("release-back" + suffix, target=back, guard=demand + STATIC, direction=-1, **off))
     if not two_sided:
         return [*found, Transition("stick" + suffix, slip, rest, kind="stick", **way)]
-    yaw = {**way, "direction": +1}
+    back_way = {**way, "direction": +1}
     return [
         *found,
         Transition("stick" + suffix, slip, rest, condition=demand >= -STATIC, kind="stick", **way),
         Transition("turn-back" + suffix, slip, back, kind="turn", **way),
-        Transition("stick-from-back" + suffix, back, rest, condition=demand <= STATIC, kind="stick", **yaw),
-        Transition("turn-forward" + suffix, back, slip, kind="turn", **yaw),
+        Transition("stick-from-back" + suffix, back, rest, condition=demand <= STATIC, kind="stick", **back_way),
+        Transition("turn-forward" + suffix, back, slip, kind="turn", **back_way),
     ]
