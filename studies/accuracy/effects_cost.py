@@ -1,8 +1,8 @@
 """What an effect costs that a scene leaves out: the drill without it against a system written by hand without it.
 
-Two scenes: a bit on fixed rock with a Newtonian stop (no rock-side mass, no friction), and a drill without a stop. The
-systems by hand hold what is left, and no more; both are run in turn, and the ratio of their times is one if nothing is
-paid for what is absent.
+Two scenes: a bit on fixed rock with a Newtonian stop (no rock-side mass, no friction), and a drill without a stop.
+The systems by hand hold what is left, and no more; both are run in turn, and the ratio of their times is one if
+nothing is paid for what is absent.
 """
 
 import math

@@ -1,7 +1,8 @@
 """A hybrid system written out for another solver: rates with tangents, guards, and what an event does to all of it.
 
-The expressions come from the package (``chaosdrill.model.derive``), so that every solver does the same work: the same
-right-hand side, the same events, the same saltation matrices. States that a mode holds at zero are left out there.
+The expressions come from the package (``chaosdrill.model.derive``), so that every solver does the same work: the
+same right-hand side, the same events, the same saltation matrices. States that a mode holds at zero are left out
+there.
 """
 
 import math

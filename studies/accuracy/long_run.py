@@ -1,7 +1,7 @@
 """A million forcing periods of the chaotic drill against a thousand runs of a thousand periods from stored states.
 
-Each short run starts at phase zero from the state that the long one has reached, so that nothing accumulates in it: no
-count of periods, no sum. A digit that the long run has lost in its time would be torn apart by chaos within a few
+Each short run starts at phase zero from the state that the long one has reached, so that nothing accumulates in it:
+no count of periods, no sum. A digit that the long run has lost in its time would be torn apart by chaos within a few
 hundred periods, and the states at the end of the piece would differ.
 """
 

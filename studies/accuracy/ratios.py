@@ -1,7 +1,8 @@
 """What a forcing period of the drill costs, by several programs that do equal work: one interleaved run on one core.
 
-Every round runs all programs one after the other, so that a change of the machine's speed meets all of them; the ratios
-are medians over the rounds. The error beside the time is that of the strobe point of the period-4 cycle at eta 0.63.
+Every round runs all programs one after the other, so that a change of the machine's speed meets all of them; the
+ratios are medians over the rounds. The error beside the time is that of the strobe point of the period-4 cycle at
+eta 0.63.
 """
 
 import csv
