@@ -1,4 +1,4 @@
-"""A hybrid system written out for another solver: rates with tangents, guards, and what an event does to all of it.
+"""The drill written out for another solver: rates with tangents, guards, and what an event does to all of it.
 
 The expressions come from the package (``chaosdrill.model.derive``), so that every solver does the same work: the
 same right-hand side, the same events, the same saltation matrices. States that a mode holds at zero are left out
@@ -45,11 +45,15 @@ class Mode:
     events: tuple[Event, ...]
 
 
+MODES = ("stick", "slip")
+"""Modes that occur where no contact is held; the others are left out, which saves the other solvers some work."""
+
+
 def write_out(system: "cd.HybridSystem", tangents: int) -> dict[str, Mode]:
-    """Return the modes of a system at its present parameters, with so many tangents beside the state."""
+    """Return ``MODES`` of the drill at its present parameters, with so many tangents beside the state."""
     numbers = {sympy.Symbol(name, real=True): value for name, value in system.parameters.items()}
     vectors = [[sympy.Symbol(f"{s.name}_{v}", real=True) for s in system.states] for v in range(tangents)]
-    moving = {name: [s for s in system.states if field[s] != 0] for name, field in system.modes.items()}
+    moving = {name: [s for s in system.states if system.modes[name][s] != 0] for name in MODES}
 
     def held(mode: str) -> dict[Any, int]:
         still = [i for i, s in enumerate(system.states) if s not in moving[mode]]
@@ -60,12 +64,13 @@ def write_out(system: "cd.HybridSystem", tangents: int) -> dict[str, Mode]:
         return [sympy.sympify(part[i]).subs(numbers).subs(held(source)) for part in full for i in kept]
 
     modes = {}
-    for name, field in system.modes.items():
+    for name in MODES:
+        field = system.modes[name]
         slope = jacobian(system, name)
         rates = [[field[s] for s in system.states], *(list(slope * sympy.Matrix(d)) for d in vectors)]
         grouped: dict[Any, list[Any]] = {}
         for transition in system.transitions:
-            if name in transition.source:
+            if name in transition.source and transition.target in MODES:
                 grouped.setdefault((transition.guard, transition.direction), []).append(transition)
         events = []
         for (guard, direction), transitions in grouped.items():
