@@ -1,6 +1,7 @@
 """What accuracy costs: errors against time, over methods and tolerances."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from chaosdrill.analysis.precision_errors import (
     measure,
     true_paths,
 )
-from chaosdrill.analysis.precision_start import TIGHT, Place, Survey, find_place, survey
+from chaosdrill.analysis.precision_start import Place, Survey, find_place, survey
 from chaosdrill.analysis.precision_timing import Cost, measure_costs
 from chaosdrill.analysis.registry import FIXED_STEP, METHODS
 from chaosdrill.dataset import Outcome, label
@@ -169,7 +170,7 @@ def _yardstick(found: Survey, place: Place, plan: Span) -> Yardstick:
     if not place.period and exponent > 3 * error > 0:
         most = min(_LONGEST_HORIZON, int(3 * np.log(TARGET / 1e-15) / (exponent * plan.unit)))
     starts, paths = true_paths(found, plan.unit, most) if most else ([], np.empty(0))
-    return Yardstick(place, found, growth(found, plan.unit, TIGHTEST), starts, paths)
+    return Yardstick(place, found, growth(found, plan.unit, replace(found.numerics, tolerance=TIGHTEST)), starts, paths)
 
 
 def _reference_errors(yardstick: Yardstick) -> dict[str, float]:
@@ -178,7 +179,7 @@ def _reference_errors(yardstick: Yardstick) -> dict[str, float]:
     errors = dict.fromkeys(QUANTITIES, float("nan"))
     if truth is not None:
         errors |= {name: value for name, value in truth.errors.items() if period or name != "multiplier"}
-    apart = growth(yardstick.found, yardstick.place.unit, TIGHT) - yardstick.rates
+    apart = growth(yardstick.found, yardstick.place.unit, yardstick.found.numerics) - yardstick.rates
     return errors | {"exponent": float(abs(apart.mean())), "flow_direction": 0.0}
 
 

@@ -1,6 +1,6 @@
 """Errors of one method at one tolerance, quantity by quantity."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +18,7 @@ QUANTITIES = ("strobe", "event_time", "tangent", "multiplier", "flow_direction",
 TARGET = 1e-6
 """Distance at which a chaotic trajectory has left the true one."""
 
-TIGHTEST = Numerics("taylor", 1e-16)
+TIGHTEST = 1e-16
 _HORIZON_STARTS = 3
 _CYCLE_STEPS = 4
 
@@ -88,7 +88,7 @@ def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
         rates = growth(found, place.unit, numerics)
         if np.isfinite(rates).all() and np.isfinite(yardstick.rates).all():
             errors.values["exponent"], errors.exponent_spread = _mean_difference(rates, yardstick.rates)
-        if yardstick.starts and numerics.tolerance > 10 * TIGHTEST.tolerance:
+        if yardstick.starts and numerics.tolerance > 10 * TIGHTEST:
             errors.horizon = trusted_time(yardstick.starts, yardstick.paths, place.unit, numerics)
     except (SettingsError, np.linalg.LinAlgError):
         errors.outcome = Outcome.FAILED
@@ -176,7 +176,8 @@ def true_paths(found: Survey, unit: float, most: int) -> tuple[list["HybridSyste
     """Starts and strobe points at the tightest tolerance, shape (starts, units, n); NaN after an early end."""
     chosen = found.restarts()[:: max(1, len(found.restarts()) // _HORIZON_STARTS)][:_HORIZON_STARTS]
     starts = [found.systems[i] for i in chosen]
-    return starts, np.array([_path(start, unit, TIGHTEST, most) for start in starts])
+    numerics = replace(found.numerics, tolerance=TIGHTEST)
+    return starts, np.array([_path(start, unit, numerics, most) for start in starts])
 
 
 def _path(start: "HybridSystem", unit: float, numerics: Numerics, most: int) -> np.ndarray:

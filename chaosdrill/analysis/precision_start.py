@@ -7,10 +7,11 @@ import mpmath
 import numpy as np
 
 from chaosdrill.analysis.arguments import Span
+from chaosdrill.analysis.precision_extrapolation import Point
 from chaosdrill.analysis.precision_reference import (
+    COLUMNS,
     DIGITS,
-    OTHER_COLUMNS,
-    OTHER_TOLERANCE,
+    TOLERANCE,
     Exact,
     Itinerary,
     NoReferenceError,
@@ -27,7 +28,10 @@ from chaosdrill.engine.run import Numerics, Run
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
-TIGHT = Numerics("taylor", 1e-15)
+TIGHT = 1e-15
+TIGHT_METHODS = ("taylor", "dop853")
+"""Methods that survey an attractor, in order of preference: the first may fail where a field is not analytic."""
+
 MAX_PERIOD = 16
 """Longest cycle whose multipliers are measured, in forcing periods."""
 
@@ -59,6 +63,8 @@ class Survey:
         Its growth over the unit per unit of time.
     events : list of UnitEvents
         What happens in each unit.
+    numerics : Numerics
+        Method that has come to the end, at a tight tolerance.
     """
 
     outcome: Outcome
@@ -66,6 +72,7 @@ class Survey:
     tangents: np.ndarray
     rates: np.ndarray
     events: list[UnitEvents]
+    numerics: Numerics
 
     @property
     def exponent(self) -> tuple[float, float]:
@@ -92,10 +99,18 @@ class Survey:
 
 def survey(system: "HybridSystem", plan: Span) -> Survey:
     """Let the transient pass, then keep the state at the start of every unit."""
+    for method in TIGHT_METHODS:
+        found = _survey(system, plan, Numerics(method, TIGHT))
+        if found.outcome == Outcome.OK:
+            break
+    return found
+
+
+def _survey(system: "HybridSystem", plan: Span, numerics: Numerics) -> Survey:
     n = len(system.states)
     # no direction of a model is likely to be orthogonal to this one
     direction = np.sqrt(np.arange(2.0, n + 2.0))
-    run = Run(system, plan.unit, TIGHT, tangents=direction[np.newaxis] / np.linalg.norm(direction))
+    run = Run(system, plan.unit, numerics, tangents=direction[np.newaxis] / np.linalg.norm(direction))
     outcome = plan.settle(run)
     systems: list[HybridSystem] = []
     tangents, rates, events = [], [], []
@@ -111,7 +126,7 @@ def survey(system: "HybridSystem", plan: Span) -> Survey:
             tangents.append(tangent / max(np.linalg.norm(tangent), 1e-300))
             rates.append(-np.inf if run.dead[0] else (run.logs[0] - before) / plan.unit)
             events.append(_unit_events(found, found.times - (run.elapsed - plan.unit), plan.unit))
-    return Survey(outcome, systems, np.array(tangents).reshape(-1, n), np.array(rates), events)
+    return Survey(outcome, systems, np.array(tangents).reshape(-1, n), np.array(rates), events, numerics)
 
 
 def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
@@ -206,25 +221,18 @@ def find_place(found: Survey, plan: Span) -> Place:
     states = np.array([[s.initial[name] for name in s.state_names] for s in found.systems])
     period = find_period(states, MAX_PERIOD) if plan.periodic else 0
     if period:
-        system, mapped = find_cycle(found.systems[-1], plan.unit, period, TIGHT)
+        system, mapped = find_cycle(found.systems[-1], plan.unit, period, found.numerics)
         if mapped is not None:
             return _true_place(system, plan.unit, period, period, mapped)
     system = found.systems[found.typical()]
-    return _true_place(system, plan.unit, 1, 0, run_map(system, plan.unit, 1, TIGHT))
+    return _true_place(system, plan.unit, 1, 0, run_map(system, plan.unit, 1, found.numerics))
 
 
 def _true_place(system: "HybridSystem", unit: float, count: int, period: int, mapped: Mapped) -> Place:
     start = [mpmath.mpf(system.initial[name]) for name in system.state_names]
     try:
         if period:
-            # the tangent map of doubles is right to 1e-14, so one step of Newton's method gives 28 digits
-            with mpmath.workdps(DIGITS):
-                end = followed(
-                    Exact(system, unit), start, itinerary(mapped.found), count, OTHER_COLUMNS, OTHER_TOLERANCE
-                )
-                inverse = np.linalg.inv(np.eye(len(start)) - mapped.tangent)
-                residual = mpmath.matrix([a - b for a, b in zip(end.state, start, strict=True)])
-                start = [a + b for a, b in zip(start, mpmath.matrix(inverse.tolist()) * residual, strict=True)]
+            start = _onto_cycle(system, unit, start, count, mapped)
             system = restart(system, start, mapped.mode)
         truth = find_truth(system, unit, start, itinerary(mapped.found), count)
     except NoReferenceError as fault:
@@ -232,6 +240,20 @@ def _true_place(system: "HybridSystem", unit: float, count: int, period: int, ma
     if period:
         truth.errors["strobe"] = max(float(abs(a - b)) for a, b in zip(truth.state, truth.start, strict=True))
     return Place(system, unit, count, period, truth)
+
+
+def _onto_cycle(system: "HybridSystem", unit: float, start: Point, count: int, mapped: Mapped) -> Point:
+    """Newton's method for the cycle in extended precision, with the tangent map of doubles; a step or two."""
+    inverse = mpmath.matrix(np.linalg.inv(np.eye(len(start)) - mapped.tangent).tolist())
+    with mpmath.workdps(DIGITS):
+        for _ in range(_NEWTON):
+            end = followed(Exact(system, unit), start, itinerary(mapped.found), count, COLUMNS, TOLERANCE)
+            residual = [a - b for a, b in zip(end.state, start, strict=True)]
+            start = [a + b for a, b in zip(start, inverse * mpmath.matrix(residual), strict=True)]
+            # the next residual is smaller by the relative error of the tangent map, 1e-8 at worst
+            if max(abs(a) for a in residual) < 1e-16:
+                break
+    return start
 
 
 def itinerary(found: Record) -> Itinerary:

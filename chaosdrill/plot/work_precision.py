@@ -97,16 +97,15 @@ def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> f
     steep = np.ptp(np.log10(time)) > 1.0
     side = {"xytext": (7, -2), "ha": "left", "va": "top"} if steep else _FLAT[number % len(_FLAT)]
     for i, tolerance in enumerate(tolerances):
-        if steep or i == 0 or abs(x[i] - x[i - 1]) > 0.06 * np.max(x):
+        if steep or i == 0 or abs(x[i] - x[i - 1]) > 0.09 * np.max(x):
             place = {"textcoords": "offset points", "fontsize": 6, "color": "0.35", **side}
             panel.annotate(_power(tolerance), (x[i], time[i]), **place)
     at_start = not steep and x[0] > 0.25 * np.max(x)
     named = 0 if at_start else len(x) // 2
-    name_place: dict[str, Any] = {"xytext": (-8, 0 if at_start else 5), "va": "center" if at_start else "bottom"}
-    panel.annotate(
-        *(method, (x[named], time[named])),
-        **{"textcoords": "offset points", "color": colour, "fontweight": "bold", "ha": "right", **name_place},
-    )
+    lift = 0 if at_start else 14 if side["va"] == "bottom" else 5
+    name_style: dict[str, Any] = {"textcoords": "offset points", "color": colour, "fontweight": "bold", "ha": "right"}
+    name_style |= {"xytext": (-8, lift), "va": "center" if at_start else "bottom"}
+    panel.annotate(method, (x[named], time[named]), **name_style)
     return float(np.exp(np.polyfit(x, np.log(time), 1)[0]) - 1) if np.ptp(x) > 1 else float("nan")
 
 

@@ -10,6 +10,7 @@ from chaosdrill.analysis.arguments import span
 from chaosdrill.analysis.precision_reference import DIGITS, Itinerary, NoReferenceError, find_truth
 from chaosdrill.analysis.precision_special import EXACT
 from chaosdrill.analysis.precision_start import TIGHT, find_place, itinerary, run_map, survey
+from chaosdrill.engine.run import Numerics
 from chaosdrill.model.special import SPECIAL
 
 
@@ -30,7 +31,7 @@ def free_fall(e=0.75, g=2.0):
 
 
 def truth_of(system, unit, count=1):
-    mapped = run_map(system, unit, count, TIGHT)
+    mapped = run_map(system, unit, count, Numerics("taylor", TIGHT))
     start = [mpmath.mpf(system.initial[name]) for name in system.state_names]
     return find_truth(system, unit, start, itinerary(mapped.found), count)
 
