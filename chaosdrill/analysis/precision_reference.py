@@ -26,7 +26,9 @@ APART = 25
 
 COLUMNS, TOLERANCE = 12, 1e-26
 OTHER_COLUMNS, OTHER_TOLERANCE = 10, 1e-24
-MOST_STEPS = 2000
+MOST_STEPS = 500
+"""Steps of one arc; a field that needs more is too stiff for an explicit rule."""
+
 CLOSE = 1e-6
 """How far, in units, an event may lie from where doubles found it."""
 

@@ -238,7 +238,8 @@ def _true_place(system: "HybridSystem", unit: float, count: int, period: int, ma
     except NoReferenceError as fault:
         return Place(system, unit, count, period, None, str(fault))
     if period:
-        truth.errors["strobe"] = max(float(abs(a - b)) for a, b in zip(truth.state, truth.start, strict=True))
+        open_by = max(float(abs(a - b)) for a, b in zip(truth.state, truth.start, strict=True))
+        truth.errors["strobe"] = max(truth.errors["strobe"], open_by)
     return Place(system, unit, count, period, truth)
 
 
