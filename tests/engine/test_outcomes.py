@@ -6,6 +6,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.engine import run as engine_run
+from chaosdrill.engine.layout import METHOD_CODES
 from chaosdrill.engine.run import Numerics, Run
 
 X, Y = sympy.symbols("x y", real=True)
@@ -52,7 +53,7 @@ def end(system, method="taylor", bounds=None, **initial):
     return run, run.advance(3)[0]
 
 
-@pytest.mark.parametrize("method", ["taylor", "rk4"])
+@pytest.mark.parametrize("method", METHOD_CODES)
 def test_escaped(system, method):
     run, outcome = end(system, method, {"x": (-50.0, 50.0)}, mode="grow", x=1.0)
     assert outcome == cd.Outcome.ESCAPED
@@ -67,7 +68,7 @@ def test_a_start_outside_of_the_bounds_has_escaped(system):
     assert end(system, mode="clock", y=11.0)[1] == cd.Outcome.ESCAPED
 
 
-@pytest.mark.parametrize("method", ["taylor", "rk4"])
+@pytest.mark.parametrize("method", METHOD_CODES)
 def test_stalled(system, method):
     """The reset of each transition lands on the guard of the other."""
     run, outcome = end(system, method, mode="ping", x=0.5)
@@ -76,9 +77,10 @@ def test_stalled(system, method):
     assert run.elapsed == pytest.approx(0.5, abs=1e-6)
 
 
-def test_chatter_ends_by_name(system):
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_chatter_ends_by_name(system, method):
     """Bounces of half the speed end at time 4 from unit speed."""
-    run, outcome = end(system, mode="fall", x=0.0, y=1.0)
+    run, outcome = end(system, method, mode="fall", x=0.0, y=1.0)
     assert outcome in (cd.Outcome.STALLED, cd.Outcome.EVENT_LIMIT)
     assert run.elapsed == pytest.approx(4.0, abs=1e-6)
 
@@ -90,16 +92,18 @@ def test_event_limit(system):
     assert run.counts.sum() == 10_001
 
 
-def test_nonfinite(system):
+@pytest.mark.parametrize("method", METHOD_CODES)
+def test_nonfinite(system, method):
     """The logarithm of a negative number."""
-    _run, outcome = end(system, mode="logarithm", x=1.0)
+    _run, outcome = end(system, method, mode="logarithm", x=1.0)
     assert outcome == cd.Outcome.NONFINITE
 
 
 @pytest.mark.parametrize(("mode", "start", "when"), [("explode", 1.0, 1.0), ("shrink", 1.0, 0.5), ("pole", 0.0, 1.0)])
-def test_a_singularity_ends_the_run_where_it_is(system, mode, start, when):
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_a_singularity_ends_the_run_where_it_is(system, method, mode, start, when):
     """x' = x^2 reaches infinity at 1/x0, x' = -1/x reaches zero at x0^2/2."""
-    run, outcome = end(system, mode=mode, x=start)
+    run, outcome = end(system, method, mode=mode, x=start)
     assert outcome in (cd.Outcome.STEP_UNDERFLOW, cd.Outcome.NONFINITE, cd.Outcome.ESCAPED)
     assert run.elapsed == pytest.approx(when, abs=1e-3)
 
@@ -108,7 +112,7 @@ def test_step_underflow(system):
     assert end(system, mode="shrink", x=1.0)[1] == cd.Outcome.STEP_UNDERFLOW
 
 
-@pytest.mark.parametrize("method", ["taylor", "rk4"])
+@pytest.mark.parametrize("method", METHOD_CODES)
 def test_invalid_start(system, method):
     assert end(system, method, mode="ping", x=1.5)[1] == cd.Outcome.INVALID_START
 

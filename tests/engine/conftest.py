@@ -1,0 +1,26 @@
+"""Solutions in closed form, found once for all tests."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from closed_forms import CASES
+
+
+@pytest.fixture(scope="session")
+def solved():
+    """Solutions found so far, by case."""
+    return {}
+
+
+@pytest.fixture(params=CASES, ids=lambda make: make.__name__)
+def closed_form(request, solved):
+    """A case and its solution: state, event times, tangent map."""
+    make = request.param
+    if make not in solved:
+        case = make()
+        solved[make] = case, case.solve()
+    return solved[make]
