@@ -60,7 +60,7 @@ from chaosdrill.engine.tangents import orthonormalise
 STALL_LIMIT = 50
 """Events in succession without time passing before a run is called stalled."""
 
-SMALLEST_STEP = 1e-13
+SMALLEST_STEP = 1e-15
 """Shortest step, as a part of the longest one taken so far."""
 
 LARGE_GROWTH = 1e4

@@ -30,8 +30,8 @@ SETTINGS_F = 3
 CARRIED_I = 16
 
 # carried, doubles
-TIME, BASE, LONGEST, PROVEN, NEXT_STEP, TRIED = range(6)
-CARRIED_F = 6
+TIME, BASE, LONGEST, PROVEN, NEXT_STEP, TRIED, STRENGTH = range(7)
+CARRIED_F = 7
 
 # columns of the event buffer before the states
 EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED = range(5)

@@ -59,10 +59,13 @@ def _refine(a, n, low, high):
             high = u
         step = f / d if d > 0.0 else np.inf
         following = u - step
-        if not low <= following <= high:
+        if abs(step) <= 1.2e-16 * high:
+            return min(max(following, low), high)
+        # an end of the bracket is no root only because a Newton step leads there
+        if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - u) <= 1.2e-16 * high or following in (low, high):
-            return following
+            if following in (low, high):
+                return following
         u = following
     return u
 

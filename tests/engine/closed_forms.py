@@ -144,7 +144,9 @@ def ball_on_a_table() -> Case:
         ],
         initial={X: 1.0, V: 0.0},
     )
-    return Case("ball on a table", system, ("1", "0"), 6.0, arc, lambda t, s: high * mpmath.sin(omega * t) - s[0], reset)
+    return Case(
+        "ball on a table", system, ("1", "0"), 6.0, arc, lambda t, s: high * mpmath.sin(omega * t) - s[0], reset
+    )
 
 
 def growth_with_harvest() -> Case:

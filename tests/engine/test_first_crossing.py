@@ -3,6 +3,8 @@
 Polynomials are built from known roots, or numpy's companion matrix finds them and mpmath refines.
 """
 
+import itertools
+
 import mpmath
 import numpy as np
 import pytest
@@ -203,6 +205,20 @@ def test_flat_multiple_roots_end_too(degree, place):
     g = np.ascontiguousarray(np.poly([place] * degree)[::-1])
     found = search(g, up=bool(g[0] < 0))
     assert found == -1.0 or 0.0 < found <= 1.0
+
+
+@pytest.mark.parametrize("h", [1.0, 4.0])
+def test_small_whole_coefficients(h):
+    """Newton steps from the middle of an interval then often lead exactly to its ends."""
+    for a, b, c in itertools.product(range(-12, 0), range(-24, 25), range(-24, 25)):
+        g = np.array([a, b, c], dtype=float)
+        square = b * b - 4 * a * c
+        roots = [-a / b] if c == 0 and b else [(-b + s * square**0.5) / (2 * c) for s in (1, -1) if c and square > 0]
+        inside = [r for r in roots if 0 < r < h]
+        found = search(g, up=True, h=h)
+        if square == 0 or any(abs(r - h) < 1e-12 for r in roots):
+            continue
+        assert found == (pytest.approx(min(inside), abs=1e-13) if inside else -1.0), g
 
 
 def test_numpy_agrees_where_roots_are_well_separated():
