@@ -67,6 +67,7 @@ def test_what_is_left_out_leaves_no_trace(effects):
     assert ({"slip", "stick"} <= kinds) == (effects["friction"] != "none")
     assert ("turn" in kinds) == effects["friction"].endswith("two-sided")
     assert ("timer" in system.state_names) == (effects["contact"] == "hunt-crossley-timed")
+    assert ("depth" in system.state_names) == (effects["contact"] == "compliant")
 
 
 @pytest.mark.parametrize("effects", POSSIBLE, ids=label)

@@ -23,13 +23,14 @@ NAME = "percussive-drill"
 
 # Beyond w = 25 friction is at its kinetic value to 1e-32 and a static load above it accelerates for ever; the other
 # bounds only catch an overflow on its way.
-BOUNDS = {"y": (-1e3, 1e3), "u": (-1e3, 1e3), "w": (-25.0, 25.0), "timer": None}
+BOUNDS = {"y": (-1e3, 1e3), "u": (-1e3, 1e3), "w": (-25.0, 25.0), "timer": None, "depth": (-1e3, 1e3)}
 
 LABELS = {
     "y": "stretch of the spring",
     "u": "speed of the bit",
     "w": "speed of the rock-side mass",
     "timer": "time that the contact still lasts",
+    "depth": "depth of the contact",
     "penetration": "penetration of the rock-side mass",
     "b": "static load over the static friction force",
     "xi": "damping ratio",
@@ -63,7 +64,7 @@ def drill(
     contact : {"hunt-crossley", "hunt-crossley-timed", "compliant", "newton", "none"}
         Contact at the stop.
     initial : mapping, optional
-        ``mode``, ``y``, ``u``, ``w`` that differ from rest (``timer`` too where the contact is timed).
+        ``mode``, ``y``, ``u``, ``w`` that differ from rest (and ``timer`` or ``depth`` of a contact that takes time).
     name : str, optional
         Name of the system; default ``"percussive-drill"``.
     **parameters : float
@@ -103,16 +104,15 @@ def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
 
     option = chosen["contact"]
     balance = Balance(chosen)
-    clock = {balance.timer: 0} if contact.lasts(option) else {}
     modes = {mode: balance.apart(mode) for mode in balance.modes}
-    transitions = stick_slip(balance, balance.spring(REST), "", clock, {})
+    transitions = stick_slip(balance, balance.spring(REST), "", balance.free, {})
     if contact.jumps(option):
-        modes |= hits.hit_modes(balance, option) | held.held_modes(balance, option)
-        transitions += hits.hits(balance, option) + held.held(balance, option)
+        modes |= hits.hit_modes(balance) | held.held_modes(balance, option)
+        transitions += hits.hits(balance, option) + held.held(balance)
     elif option != "none":
         modes |= compliant.contact_modes(balance)
         transitions += compliant.contacts(balance)
-    states = (balance.y, balance.u, *((balance.w,) if balance.moves else ()), *clock)
+    states = (balance.y, balance.u, *((balance.w,) if balance.moves else ()), *balance.free)
     parameters = effects.parameters(chosen)
     quadratures = {"penetration": balance.w} if balance.moves else {}
     kept = {*(s.name for s in states), *parameters, *quadratures}
@@ -121,7 +121,7 @@ def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
         states=states,
         time=None if balance.period is None else balance.t,
         parameters=parameters,
-        modes={mode: {**clock, **field} for mode, field in modes.items()},
+        modes={mode: {**balance.free, **field} for mode, field in modes.items()},
         transitions=transitions,
         period=balance.period,
         quadratures=quadratures,

@@ -12,7 +12,7 @@ Where bit and rock move together at the stop, y = r, the contact force follows f
 from collections.abc import Mapping
 from typing import Any
 
-from chaosdrill.systems.drill import drive, friction, rock
+from chaosdrill.systems.drill import contact, drive, friction, rock
 
 REST = "stick"
 
@@ -31,12 +31,14 @@ class Balance:
         Whether the rock can be at rest: the mode ``stick`` exists.
     slides : dict of str to int
         Modes in which the rock moves, and the direction in which it does.
+    added : sympy.Symbol or None
+        The state that the contact adds.
     """
 
     def __init__(self, effects: Mapping[str, str]) -> None:
         import sympy
 
-        self.y, self.u, self.w, self.t, self.timer = sympy.symbols("y u w t timer", real=True)
+        self.y, self.u, self.w, self.t = sympy.symbols("y u w t", real=True)
         self.xi, self.r, self.eps = sympy.symbols("xi r eps", real=True)
         load, self.period = drive.load(effects["drive"], self.t)
         self.thrust = sympy.Symbol("b", real=True) + load
@@ -44,9 +46,16 @@ class Balance:
         self.moves = effects["rock"] == "moving"
         self.grips = self.option != "none"
         self.rests = self.grips or not self.moves
+        added = contact.STATES.get(effects["contact"])
+        self.added = None if added is None else sympy.Symbol(added, real=True)
         self.slides: dict[str, int] = {"slip": 1} if self.moves else {}
         if friction.two_sided(self.option):
             self.slides["slip-back"] = -1
+
+    @property
+    def free(self) -> dict[Any, Any]:
+        """Reset that goes with every way into free flight or a held contact: what the contact added is 0."""
+        return {} if self.added is None else {self.added: 0}
 
     @property
     def modes(self) -> tuple[str, ...]:
@@ -97,4 +106,4 @@ class Balance:
 
     def varies(self, expression: Any) -> bool:
         """Whether the expression can cross zero: it names a state or time, not only parameters."""
-        return bool(expression.free_symbols & {self.y, self.u, self.w, self.t})
+        return bool(expression.free_symbols & {self.y, self.u, self.w, self.t, self.added})

@@ -1,4 +1,9 @@
-"""A contact that is a phase of its own: its force acts on bit and rock while the bit is beyond the stop."""
+"""A contact that is a phase of its own: its force acts on bit and rock while the bit is beyond the stop.
+
+In contact y stays at the stop and a state of its own, the depth, goes on from 0; the spring is stretched by their sum.
+A depth of 1e-7 beside a stretch of 1 would lose nine of its digits, and a stiff force would turn the rest into noise:
+in the force, in the tangents, and at the threshold of friction, where the rock would then stick and slip without end.
+"""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,21 +19,36 @@ CONTACT = "-contact"
 
 def contact_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
     """Equations of the modes in which the bit is beyond the stop."""
-    return {mode + CONTACT: balance.apart(mode, _push(balance, mode)) for mode in balance.modes}
+    modes = {}
+    for mode in balance.modes:
+        field = balance.apart(mode, _push(balance, mode))
+        closing = field.pop(balance.y)
+        modes[mode + CONTACT] = {balance.y: 0, balance.added: closing} | {x: _in(balance, f) for x, f in field.items()}
+    return modes
 
 
 def contacts(balance: Balance) -> list["Transition"]:
     """Transitions into, within and out of the contact; the force is zero at both ends, so nothing jumps."""
     from chaosdrill.model import Transition
 
-    gap = balance.y - balance.r
+    y, r, depth = balance.y, balance.r, balance.added
     found = []
     for mode in balance.modes:
-        both = {"guard": gap, "reset": balance.at_rest(mode)}
-        found.append(Transition(f"touch-{mode}", mode, mode + CONTACT, direction=+1, priority=1, kind="impact", **both))
-        found.append(Transition(f"part-{mode}", mode + CONTACT, mode, direction=-1, kind="part", **both))
-    return found + stick_slip(balance, balance.spring(REST) + _push(balance, REST), CONTACT, {}, {})
+        rest = balance.at_rest(mode)
+        on: Any = {"guard": y - r, "direction": +1, "reset": {y: r, depth: y - r, **rest}}
+        off: Any = {"guard": depth, "direction": -1, "reset": {y: r + depth, depth: 0, **rest}}
+        found.append(Transition(f"touch-{mode}", mode, mode + CONTACT, priority=1, kind="impact", **on))
+        found.append(Transition(f"part-{mode}", mode + CONTACT, mode, kind="part", **off))
+    demand = _in(balance, balance.spring(REST) + _push(balance, REST))
+    return found + stick_slip(balance, demand, CONTACT, {y: r}, {})
 
 
 def _push(balance: Balance, mode: str) -> Any:
-    return contact.force(balance.y - balance.r, balance.u - balance.speed(mode))
+    return contact.force(balance.added, balance.u - balance.speed(mode))
+
+
+def _in(balance: Balance, expression: Any) -> Any:
+    """An expression of the stretch, in contact."""
+    import sympy
+
+    return sympy.sympify(expression).subs(balance.y, balance.y + balance.added)

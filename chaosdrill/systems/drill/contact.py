@@ -34,9 +34,8 @@ LABELS = {
 }
 
 
-def lasts(option: str) -> bool:
-    """Whether a hit takes time as an event of its own, kept by a timer."""
-    return option == "hunt-crossley-timed"
+STATES = {"hunt-crossley-timed": "timer", "compliant": "depth"}
+"""The state that a contact which takes time adds; it is 0 in free flight."""
 
 
 def jumps(option: str) -> bool:

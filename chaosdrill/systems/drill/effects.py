@@ -55,10 +55,11 @@ def parameters(effects: Mapping[str, str] | None = None) -> dict[str, float]:
 
 
 def states(effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
-    """Names of the states: the rock's speed w is one only where the rock moves, a timer where a contact is timed."""
+    """Names of the states: the rock's speed w is one only where the rock moves; a contact that takes time adds one."""
     chosen = complete(effects)
     rock_speed = ("w",) if chosen["rock"] == "moving" else ()
-    return ("y", "u", *rock_speed, *(("timer",) if contact.lasts(chosen["contact"]) else ()))
+    added = (contact.STATES[chosen["contact"]],) if chosen["contact"] in contact.STATES else ()
+    return ("y", "u", *rock_speed, *added)
 
 
 def remedy(word: str, known: Mapping[str, object]) -> str:

@@ -36,20 +36,18 @@ def hold(balance: Balance, option: str, mode: str, rebound: str, event: Any) -> 
         # speeds that meet while the rock slides back but go forward together belong to another mode
         tests += [speed <= 0] if balance.slides[mode] < 0 else []
     reset = {balance.y: balance.r, balance.u: speed} | ({balance.w: speed} if balance.moves else {})
-    reset |= {balance.timer: 0} if contact.lasts(option) else {}
-    how = {"source": mode, "target": mode + HELD, "reset": reset, "kind": "hold", **event}
+    how = {"source": mode, "target": mode + HELD, "reset": {**reset, **balance.free}, "kind": "hold", **event}
     if option == "newton":
         return [Transition(f"hold-{mode}", completes=rebound, condition=sympy.And(*tests), **how)]
     peak = contact.peak(balance.u - balance.speed(mode), free=mode != REST)
     return [Transition(f"hold-{mode}", condition=sympy.And(*tests, peak <= pressing), **how)]
 
 
-def held(balance: Balance, option: str) -> list["Transition"]:
+def held(balance: Balance) -> list["Transition"]:
     """Transitions out of and between the modes of a held contact."""
     from chaosdrill.model import Transition
 
     y, u, w, r = balance.y, balance.u, balance.w, balance.r
-    clock = {balance.timer: 0} if contact.lasts(option) else {}
     found = [
         Transition(
             f"part-{mode}",
@@ -57,7 +55,7 @@ def held(balance: Balance, option: str) -> list["Transition"]:
             mode,
             guard=balance.pressing(mode),
             direction=-1,
-            reset={**clock, **balance.at_rest(mode)},
+            reset={**balance.free, **balance.at_rest(mode)},
             kind="part",
         )
         for mode in balance.modes
@@ -66,10 +64,10 @@ def held(balance: Balance, option: str) -> list["Transition"]:
     if balance.grips and not balance.varies(balance.pressing(REST)):
         # no guard can watch a force that never changes
         loose = balance.pressing(REST) <= 0
-        reset = {u: 0, w: 0, **clock}
+        reset = {u: 0, w: 0, **balance.free}
         found.append(
             Transition(
                 "part-at-rest", "slip" + HELD, REST, guard=w, direction=-1, reset=reset, condition=loose, kind="part"
             )
         )
-    return found + stick_slip(balance, balance.thrust, HELD, {y: r, **clock}, {u: 0})
+    return found + stick_slip(balance, balance.thrust, HELD, {y: r, **balance.free}, {u: 0})

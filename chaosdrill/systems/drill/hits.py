@@ -16,18 +16,19 @@ if TYPE_CHECKING:
 CONTACT = "-contact"
 
 
-def hit_modes(balance: Balance, option: str) -> dict[str, dict[Any, Any]]:
+def hit_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
     """Equations of the modes in which a contact lasts; none where it takes no time."""
-    if not contact.lasts(option):
+    timer = balance.added
+    if timer is None:
         return {}
-    still = dict.fromkeys((balance.y, balance.u, *((balance.w,) if balance.moves else ())), 0) | {balance.timer: -1}
+    still = dict.fromkeys((balance.y, balance.u, *((balance.w,) if balance.moves else ())), 0) | {timer: -1}
     return {mode + CONTACT: still for mode in (REST, "slip") if mode in balance.modes}
 
 
 def hits(balance: Balance, option: str) -> list["Transition"]:
     """Transitions of the stop; they act before a release at the same instant, which then follows from the hit."""
     event = {"guard": balance.y - balance.r, "direction": +1, "priority": 1}
-    if contact.lasts(option):
+    if balance.added is not None:
         return _timed(balance, option, {**event, "kind": "impact"}, event)
     return _instant(balance, option, {**event, "kind": "impact"}, event)
 
@@ -60,8 +61,8 @@ def _instant(balance: Balance, option: str, impact: Any, event: Any) -> list["Tr
 def _timed(balance: Balance, option: str, impact: Any, event: Any) -> list["Transition"]:
     from chaosdrill.model import Transition
 
-    u, w, timer = balance.u, balance.w, balance.timer
-    over = {"guard": timer, "direction": -1, "kind": "rebound"}
+    u, w, timer = balance.u, balance.w, balance.added
+    over: Any = {"guard": timer, "direction": -1, "kind": "rebound"}
     thrown = {u: -contact.exit_speed(option, u), timer: 0, **balance.at_rest(REST)}
     against_rest = {timer: contact.duration(u, free=False), **balance.at_rest(REST)}
     found = []
