@@ -58,15 +58,14 @@ def recommend(ds: "xr.Dataset") -> str:
 def cheapest(ds: "xr.Dataset", quantity: str, digits: float) -> tuple[str, float, float] | None:
     """Method, tolerance and time of the cheapest cell with an error of at most 10^-digits; None if there is none.
 
-    Of those that cost the same within ``SAME`` it is the most accurate.
+    Of those that cost the same within ``SAME`` it is the one with the tightest tolerance.
     """
     reached = (ds["error"].sel(quantity=quantity) <= 10.0**-digits) & np.isfinite(ds["wall_time"])
     if not reached.any():
         return None
     times = ds["wall_time"].where(reached).transpose("method", "tolerance").values
-    errors = ds["error"].sel(quantity=quantity).transpose("method", "tolerance").values
-    among = np.where(times <= SAME * np.nanmin(times), errors, np.inf)
-    row, column = np.unravel_index(int(np.argmin(among)), times.shape)
+    tolerances = np.where(times <= SAME * np.nanmin(times), ds["tolerance"].values, np.inf)
+    row, column = np.unravel_index(int(np.argmin(tolerances)), times.shape)
     return str(ds["method"].values[row]), float(ds["tolerance"].values[column]), float(times[row, column])
 
 

@@ -60,7 +60,7 @@ class Yardstick:
         place = self.place
         if place.truth is None or not place.period:
             return self.found.exponent
-        largest = float(np.abs(place.truth.multipliers()).max())
+        largest = float(np.abs(place.truth.multipliers).max())
         return float(np.log(largest) / (place.period * place.unit)) if largest > 0 else -np.inf, 0.0
 
 
@@ -110,7 +110,7 @@ def _against_truth(values: dict[str, float], place: Place, system: "HybridSystem
     size = max(1.0, *(abs(float(entry)) for entry in entries))
     values["tangent"] = _largest(mapped.tangent.ravel(), entries) / size
     if place.period:
-        values["multiplier"] = multiplier_error(np.linalg.eigvals(mapped.tangent), truth.multipliers())
+        values["multiplier"] = multiplier_error(np.linalg.eigvals(mapped.tangent), truth.multipliers)
 
 
 def _largest(found: np.ndarray, exact: list[Any]) -> float:
@@ -152,14 +152,15 @@ def flow_direction_error(system: "HybridSystem", unit: float, count: int, numeri
     if outcome != Outcome.OK:
         return float("nan")
     field_of(system.mode_names.index(run.mode), run.elapsed, c, run.x, after)
-    return float(np.abs(run.vectors[0] - after[:n]).max() / np.abs(after[:n]).max())
+    size_of_field = np.abs(after[:n]).max()
+    return float(np.abs(run.vectors[0] - after[:n]).max() / size_of_field) if size_of_field > 0 else float("nan")
 
 
 def growth(found: Survey, unit: float, numerics: Numerics) -> np.ndarray:
     """Growth rate of the leading tangent over each restarted unit, shape (restarts,); NaN where a run ended early."""
     rates = []
     for i in found.restarts():
-        run = Run(found.systems[i], unit, numerics, tangents=found.tangents[i : i + 1])
+        run = Run(found.start(i), unit, numerics, tangents=found.tangents[i : i + 1])
         outcome, _ = run.advance(1)
         rates.append(run.logs[0] / unit if outcome == Outcome.OK and not run.dead[0] else np.nan)
     return np.array(rates)
@@ -175,7 +176,7 @@ def _mean_difference(rates: np.ndarray, exact: np.ndarray) -> tuple[float, float
 def true_paths(found: Survey, unit: float, most: int) -> tuple[list["HybridSystem"], np.ndarray]:
     """Starts and strobe points at the tightest tolerance, shape (starts, units, n); NaN after an early end."""
     chosen = found.restarts()[:: max(1, len(found.restarts()) // _HORIZON_STARTS)][:_HORIZON_STARTS]
-    starts = [found.systems[i] for i in chosen]
+    starts = [found.start(i) for i in chosen]
     numerics = replace(found.numerics, tolerance=TIGHTEST)
     return starts, np.array([_path(start, unit, numerics, most) for start in starts])
 

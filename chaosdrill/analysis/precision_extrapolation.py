@@ -71,7 +71,7 @@ def arc(
     first : mpf
         Length to try first.
     most : int
-        Largest number of steps.
+        Largest number of steps, those included that were too long.
 
     Returns
     -------
@@ -89,14 +89,15 @@ def arc(
     """
     states: list[Point] = [x]
     mesh: list[Any] = []
-    length = first
+    length, tries = first, 0
     while t < end:
+        tries += 1
         h = min(length, end - t)
         # two steps of equal length, not a long one and a sliver
         if h < end - t < 2 * h:
             h = (end - t) / 2
         moved, error = extrapolated_step(rate, t, states[-1], h, columns)
-        if error != error or len(mesh) >= most:
+        if error != error or tries > most:
             raise ArithmeticError(f"the reference needs more than {most} steps, or has no value")
         factor = min(4.0, SAFETY * (tolerance / max(error, 1e-300)) ** (1 / (2 * columns - 1)))
         if error > tolerance:

@@ -69,6 +69,8 @@ class Truth:
     transitions : tuple of int
         Transitions taken at these times.
     tangent : mpmath.matrix, shape (n, n)
+    multipliers : ndarray, shape (n,)
+        Eigenvalues of the tangent map.
     errors : dict of str to float
         Disagreement with a second computation of another order, other steps and another distance of the starts.
     """
@@ -78,13 +80,8 @@ class Truth:
     times: list[Any]
     transitions: tuple[int, ...]
     tangent: Any
+    multipliers: np.ndarray
     errors: dict[str, float]
-
-    def multipliers(self) -> np.ndarray:
-        """Eigenvalues of the tangent map, shape (n,)."""
-        with mpmath.workdps(DIGITS):
-            values, _ = mpmath.mp.eig(self.tangent)
-            return np.array([complex(value) for value in values])
 
 
 class Exact:
@@ -190,13 +187,12 @@ class Exact:
 
     def _take(self, mode: str, transition: int, t: Any, x: Point) -> tuple[Point, str]:
         """State and mode after an event; the outcome is chosen anew."""
-        transitions = self.system.transitions
-        chosen = next((j for j in self._outcomes(mode, transition) if self.holds(j, t, x)), None)
-        if chosen != transition or transitions[transition].completes is not None:
-            raise NoReferenceError(f"{transitions[transition].name} is not what follows in extended precision")
-        return [mpmath.mpf(value) for value in self._resets[transition](t, *x, *self._c)], transitions[
-            transition
-        ].target
+        taken = self.system.transitions[transition]
+        if taken.completes is not None:
+            raise NoReferenceError(f"{taken.name} stands for infinitely many events, for which there is no reference")
+        if next((j for j in self._outcomes(mode, transition) if self.holds(j, t, x)), None) != transition:
+            raise NoReferenceError(f"{taken.name} is not what follows in extended precision")
+        return [mpmath.mpf(value) for value in self._resets[transition](t, *x, *self._c)], taken.target
 
     def _outcomes(self, mode: str, transition: int) -> list[int]:
         """Transitions that share the event of one, in order of declaration."""
@@ -246,13 +242,15 @@ def find_truth(system: "HybridSystem", unit: float, start: Point, itinerary: Iti
     Raises
     ------
     NoReferenceError
-        With the reason why there is none.
+        If the events are not those of the itinerary, or a function has no evaluation.
+    ArithmeticError, ValueError, TypeError
+        If a number cannot be computed.
     """
     n = len(system.states)
     with mpmath.workdps(DIGITS):
         exact = Exact(system, unit)
-        base = followed(exact, start, itinerary, count, COLUMNS, TOLERANCE)
-        other = followed(exact, start, itinerary, count, OTHER_COLUMNS, OTHER_TOLERANCE)
+        base = exact.follow(start, itinerary, count, COLUMNS, TOLERANCE)
+        other = exact.follow(start, itinerary, count, OTHER_COLUMNS, OTHER_TOLERANCE)
         pinned = pinned_states(system, str(system.initial["mode"]))
         tangent = mpmath.zeros(n, n)
         for j in range(n):
@@ -263,6 +261,7 @@ def find_truth(system: "HybridSystem", unit: float, start: Point, itinerary: Iti
         image = _difference(exact, start, other, diagonal, OTHER_COLUMNS, APART - 1)
         expected = tangent * mpmath.matrix(diagonal)
         error = float(max(abs(a - b) for a, b in zip(image, expected, strict=True)))
+        values, _ = mpmath.mp.eig(tangent)
         _, basis = np.linalg.eig(np.array(tangent.tolist(), dtype=float))
         errors = {
             "strobe": _apart(base.state, other.state),
@@ -271,17 +270,8 @@ def find_truth(system: "HybridSystem", unit: float, start: Point, itinerary: Iti
             # Bauer and Fike 1960, doi:10.1007/BF01386217
             "multiplier": error * n * float(np.linalg.cond(basis)),
         }
-        return Truth(start, base.state, base.times, itinerary.transitions, tangent, errors)
-
-
-def followed(exact: Exact, start: Point, itinerary: Itinerary, count: int, columns: int, tolerance: float) -> Followed:
-    """`Exact.follow`, with every failure of the arithmetic as NoReferenceError."""
-    try:
-        return exact.follow(start, itinerary, count, columns, tolerance)
-    except NoReferenceError:
-        raise
-    except (ArithmeticError, ValueError, TypeError) as fault:
-        raise NoReferenceError(str(fault)) from fault
+        multipliers = np.array([complex(value) for value in values])
+        return Truth(start, base.state, base.times, itinerary.transitions, tangent, multipliers, errors)
 
 
 def _difference(exact: Exact, start: Point, base: Followed, direction: Point, columns: int, apart: int) -> Point:

@@ -14,10 +14,8 @@ from chaosdrill.analysis.precision_reference import (
     TOLERANCE,
     Exact,
     Itinerary,
-    NoReferenceError,
     Truth,
     find_truth,
-    followed,
 )
 from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.statistics import find_period, standard_error
@@ -54,9 +52,10 @@ class Survey:
 
     Attributes
     ----------
+    system : HybridSystem
     outcome : Outcome
-    systems : list of HybridSystem
-        The system at the start of each unit.
+    states, modes : ndarray of shape (units, n), list of str
+        At the start of each unit.
     tangents : ndarray, shape (units, n)
         Leading tangent there.
     rates : ndarray, shape (units,)
@@ -67,8 +66,10 @@ class Survey:
         Method that has come to the end, at a tight tolerance.
     """
 
+    system: "HybridSystem"
     outcome: Outcome
-    systems: list["HybridSystem"]
+    states: np.ndarray
+    modes: list[str]
     tangents: np.ndarray
     rates: np.ndarray
     events: list[UnitEvents]
@@ -83,7 +84,11 @@ class Survey:
 
     def restarts(self) -> list[int]:
         """Numbers of the units that are computed again by every method."""
-        return sorted(set(np.linspace(0, len(self.systems) - 1, RESTARTS).astype(int).tolist()))
+        return sorted(set(np.linspace(0, len(self.states) - 1, RESTARTS).astype(int).tolist()))
+
+    def start(self, i: int) -> "HybridSystem":
+        """The system with the state at the start of a unit as its initial state."""
+        return restart(self.system, self.states[i], self.modes[i])
 
     def typical(self) -> int:
         """Number of a unit that has as many kinds of events, and as many events, as any, and is typical of those.
@@ -112,21 +117,21 @@ def _survey(system: "HybridSystem", plan: Span, numerics: Numerics) -> Survey:
     direction = np.sqrt(np.arange(2.0, n + 2.0))
     run = Run(system, plan.unit, numerics, tangents=direction[np.newaxis] / np.linalg.norm(direction))
     outcome = plan.settle(run)
-    systems: list[HybridSystem] = []
-    tangents, rates, events = [], [], []
+    states, modes, tangents, rates, events = [], [], [], [], []
     for _ in range(plan.count):
         if outcome != Outcome.OK:
             break
-        here = restart(system, run.x, run.mode)
-        tangent, before = run.vectors[0].copy(), run.logs[0]
+        state, mode, tangent, before = run.x.copy(), run.mode, run.vectors[0].copy(), run.logs[0]
         found = record(run, 1, events=True)
         outcome = found.outcome
         if outcome == Outcome.OK:
-            systems.append(here)
+            states.append(state)
+            modes.append(mode)
             tangents.append(tangent / max(np.linalg.norm(tangent), 1e-300))
             rates.append(-np.inf if run.dead[0] else (run.logs[0] - before) / plan.unit)
             events.append(_unit_events(found, found.times - (run.elapsed - plan.unit), plan.unit))
-    return Survey(outcome, systems, np.array(tangents).reshape(-1, n), np.array(rates), events, numerics)
+    rows = (np.array(vectors).reshape(-1, n) for vectors in (states, tangents))
+    return Survey(system, outcome, next(rows), modes, next(rows), np.array(rates), events, numerics)
 
 
 def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
@@ -198,8 +203,6 @@ class Place:
         With the start as its initial state.
     unit : float
         Length of a unit of time, the forcing period of a forced system.
-    count : int
-        Units of the stretch: the period of the cycle, or 1.
     period : int
         Period of the cycle, 0 if there is none.
     truth : Truth or None
@@ -210,45 +213,50 @@ class Place:
 
     system: "HybridSystem"
     unit: float
-    count: int
     period: int
     truth: Truth | None
     reason: str = ""
 
+    @property
+    def count(self) -> int:
+        """Units of the stretch: the period of the cycle, or 1."""
+        return max(self.period, 1)
+
 
 def find_place(found: Survey, plan: Span) -> Place:
     """The cycle that the run has settled on, or else a unit with many events, and the truth about it."""
-    states = np.array([[s.initial[name] for name in s.state_names] for s in found.systems])
-    period = find_period(states, MAX_PERIOD) if plan.periodic else 0
+    period = find_period(found.states, MAX_PERIOD) if plan.periodic else 0
     if period:
-        system, mapped = find_cycle(found.systems[-1], plan.unit, period, found.numerics)
+        system, mapped = find_cycle(found.start(-1), plan.unit, period, found.numerics)
         if mapped is not None:
-            return _true_place(system, plan.unit, period, period, mapped)
-    system = found.systems[found.typical()]
-    return _true_place(system, plan.unit, 1, 0, run_map(system, plan.unit, 1, found.numerics))
+            return _true_place(system, plan.unit, period, mapped)
+    system = found.start(found.typical())
+    return _true_place(system, plan.unit, 0, run_map(system, plan.unit, 1, found.numerics))
 
 
-def _true_place(system: "HybridSystem", unit: float, count: int, period: int, mapped: Mapped) -> Place:
+def _true_place(system: "HybridSystem", unit: float, period: int, mapped: Mapped) -> Place:
     start = [mpmath.mpf(system.initial[name]) for name in system.state_names]
     try:
         if period:
-            start = _onto_cycle(system, unit, start, count, mapped)
+            start = _onto_cycle(system, unit, start, period, mapped)
             system = restart(system, start, mapped.mode)
-        truth = find_truth(system, unit, start, itinerary(mapped.found), count)
-    except NoReferenceError as fault:
-        return Place(system, unit, count, period, None, str(fault))
+        truth = find_truth(system, unit, start, itinerary(mapped.found), max(period, 1))
+    # arithmetic can fail in many ways far outside of what a system is made for
+    except (ArithmeticError, ValueError, TypeError, np.linalg.LinAlgError) as fault:
+        return Place(system, unit, period, None, str(fault))
     if period:
         open_by = max(float(abs(a - b)) for a, b in zip(truth.state, truth.start, strict=True))
         truth.errors["strobe"] = max(truth.errors["strobe"], open_by)
-    return Place(system, unit, count, period, truth)
+    return Place(system, unit, period, truth)
 
 
-def _onto_cycle(system: "HybridSystem", unit: float, start: Point, count: int, mapped: Mapped) -> Point:
+def _onto_cycle(system: "HybridSystem", unit: float, start: Point, period: int, mapped: Mapped) -> Point:
     """Newton's method for the cycle in extended precision, with the tangent map of doubles; a step or two."""
     inverse = mpmath.matrix(np.linalg.inv(np.eye(len(start)) - mapped.tangent).tolist())
     with mpmath.workdps(DIGITS):
+        exact = Exact(system, unit)
         for _ in range(_NEWTON):
-            end = followed(Exact(system, unit), start, itinerary(mapped.found), count, COLUMNS, TOLERANCE)
+            end = exact.follow(start, itinerary(mapped.found), period, COLUMNS, TOLERANCE)
             residual = [a - b for a, b in zip(end.state, start, strict=True)]
             start = [a + b for a, b in zip(start, inverse * mpmath.matrix(residual), strict=True)]
             # the next residual is smaller by the relative error of the tangent map, 1e-8 at worst

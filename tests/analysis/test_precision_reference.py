@@ -141,7 +141,7 @@ def test_multipliers_of_the_paper():
         mode="slip", y=0.5117707419326684, u=0.2579689590074009, w=0.3668787222623992
     )
     truth = truth_of(system, system.forcing_period())
-    found = sorted(truth.multipliers(), key=lambda value: (abs(value), value.imag))
+    found = sorted(truth.multipliers, key=lambda value: (abs(value), value.imag))
     np.testing.assert_allclose(found[0], 0, atol=1e-20)
     np.testing.assert_allclose(
         found[1:], [0.11672896840556 - 0.65713468420972j, 0.11672896840556 + 0.65713468420972j], atol=1e-13

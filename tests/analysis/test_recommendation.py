@@ -38,7 +38,7 @@ def test_the_cheapest_cell_that_reaches_the_digits():
     assert cheapest(table(), "exponent", 1) is None
 
 
-def test_of_equal_prices_the_most_accurate_is_taken():
+def test_of_equal_prices_the_tightest_is_taken():
     times = np.array([[10e-6, 10.1e-6, 10.5e-6], [5e-6, 500e-6, 0.05]])
     assert cheapest(table(wall_time=(("method", "tolerance"), times)), "multiplier", 4) == ("series", 1e-12, 10.5e-6)
 
