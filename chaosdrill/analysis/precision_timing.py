@@ -3,7 +3,7 @@
 import gc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,8 +18,15 @@ if TYPE_CHECKING:
 COUNTED, TIMED = 16, 64
 """Units over which steps and evaluations are counted, and of a run that is timed."""
 
-ROUND_S, LONGEST_S = 0.02, 0.1
+ROUND_S, LONGEST_S = 0.02, 0.02
 """Time that one cell is meant to take in one round: short runs are repeated, long ones have fewer units."""
+
+UNDISTURBED = 0.95
+"""Share of a run's time for which it must have had the processor to count, if there is such a run.
+
+Other work on the machine would otherwise lengthen long runs more often than short ones, and so one method more than
+another.
+"""
 
 
 @dataclass(frozen=True)
@@ -30,7 +37,7 @@ class Cost:
     ----------
     outcome : Outcome
     seconds, spread : float
-        Median over all runs, and the distance of the quartiles.
+        Median over the runs, and the distance of their quartiles.
     steps, evaluations : float
         Mean number of steps and of evaluations of the right-hand side.
     """
@@ -77,30 +84,31 @@ def measure_costs(
     deficient = examine(system).deficient
     frame = np.eye(len(system.states))
 
-    def timed(numerics: Numerics, units: int) -> tuple[Outcome, float, Run]:
+    def timed(numerics: Numerics, units: int) -> tuple[Outcome, float, float, Run]:
         run = Run(system, unit, numerics, tangents=frame, deficient=deficient)
-        begin = perf_counter()
+        begin, begin_computing = perf_counter(), thread_time()
         outcome, _ = run.advance(units)
-        return outcome, perf_counter() - begin, run
+        computing, seconds = thread_time() - begin_computing, perf_counter() - begin
+        return outcome, seconds, computing / seconds, run
 
     outcomes, lengths, runs, work = [], [], [], []
     for numerics in cells:
         counted = count * max(1, min(COUNTED, most) // count)
-        outcome, seconds, run = timed(numerics, counted)
+        outcome, seconds, _, run = timed(numerics, counted)
         each = max(seconds / counted, 1e-9)
         outcomes.append(outcome)
         lengths.append(count * max(1, min(TIMED, most, int(LONGEST_S / each)) // count))
         runs.append(max(1, int(ROUND_S / (each * lengths[-1]))))
         work.append((run.steps / counted, run.evaluations / counted))
-    samples: list[list[float]] = [[] for _ in cells]
+    samples: list[list[tuple[float, float]]] = [[] for _ in cells]
     for _ in range(repeats):
         gc.collect()
         gc.disable()
         try:
             for i, numerics in enumerate(cells):
                 for _ in range(runs[i] if outcomes[i] == Outcome.OK else 0):
-                    outcome, seconds, _ = timed(numerics, lengths[i])
-                    samples[i].append(seconds / lengths[i] if outcome == Outcome.OK else np.nan)
+                    outcome, seconds, share, _ = timed(numerics, lengths[i])
+                    samples[i].append((seconds / lengths[i] if outcome == Outcome.OK else np.nan, share))
         finally:
             gc.enable()
         report()
@@ -109,6 +117,8 @@ def measure_costs(
         if outcome != Outcome.OK:
             costs.append(Cost(outcome))
             continue
-        low, middle, high = np.quantile(sample, [0.25, 0.5, 0.75])
+        times, shares = np.array(sample).T
+        undisturbed = shares >= min(UNDISTURBED, shares.max())
+        low, middle, high = np.quantile(times[undisturbed], [0.25, 0.5, 0.75])
         costs.append(Cost(outcome, float(middle), float(high - low), steps, evaluations))
     return costs

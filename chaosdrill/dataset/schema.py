@@ -173,7 +173,7 @@ _TABLE: dict[str, tuple[Variable, ...]] = {
         _STATE_LABEL,
         _need("error", f"quantity {_CELL}", "f8", "error", "NaN if not measured, infinite if events differ."),
         _need("reference_error", "quantity", "f8", "error of the reference", "What two computations of it differ by."),
-        _clocked("wall_time", _CELL, "time a period", "Median over all runs; a unit of time if not forced."),
+        _clocked("wall_time", _CELL, "time a period", "Median over the runs; a unit of time if not forced."),
         _clocked("wall_time_spread", _CELL, "spread of the time a period", "Distance of the quartiles of the runs."),
         _need("steps", _CELL, "f8", "steps a period", "Mean; events end steps. A unit of time if not forced."),
         _need("evaluations", _CELL, "f8", "evaluations a period", "Of the right-hand side; a jet counts as its order."),
