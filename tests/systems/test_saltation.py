@@ -5,20 +5,29 @@ import random
 import numpy as np
 import pytest
 
-from chaosdrill import systems
+from chaosdrill import drill, systems
 from chaosdrill.model.derive import saltation
 
+DRILLS = [
+    *({"friction": "stribeck", "contact": contact} for contact in ("newton", "hunt-crossley-timed", "compliant")),
+    *({"friction": "coulomb-two-sided", "contact": contact} for contact in systems.EFFECTS["contact"]),
+    {"rock": "fixed", "friction": "none", "contact": "compliant"},
+]
+"""Choices of effects that among them have every transition of the drill, beside the one that is built by default."""
+
+SYSTEMS = {name: systems.build(name) for name in sorted(systems.REGISTRY)}
+SYSTEMS |= {" ".join(effects.values()): drill(**effects) for effects in DRILLS}
 EVENTS = [
     pytest.param(name, transition.name, source, id=f"{name}: {transition.name}")
-    for name in sorted(systems.REGISTRY)
-    for transition in systems.build(name).transitions
+    for name, system in SYSTEMS.items()
+    for transition in system.transitions
     for source in transition.source
 ]
 
 
 @pytest.mark.parametrize(("name", "event", "source"), EVENTS)
 def test_flow_direction_survives(number, name, event, source):
-    system = systems.build(name).augmented(time=True)
+    system = SYSTEMS[name].augmented(time=True)
     transition = next(t for t in system.transitions if t.name == event)
     rng = random.Random(f"{name} {event}")
     here = {**system.parameters, **{s: rng.uniform(0.2, 0.9) for s in system.state_names}}
