@@ -1,10 +1,11 @@
-"""Figures 3 to 6 of the paper, drawn from the archives alone."""
+"""Figures 2 to 6 of the paper, drawn from the archives alone."""
 
 import json
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from contact import CONTACTS
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -17,6 +18,47 @@ _GAP, _SPEED = "relative displacement x₁ − x₃", "bit speed x₂"
 def _open(out: Path, case: str, group: str) -> xr.Dataset:
     with xr.open_datatree(out / f"{case}.nc") as tree:
         return tree[group].to_dataset().load()
+
+
+def _figure2(out: Path) -> Figure:
+    """The contact: force over time at several approach speeds, and an impact that takes time."""
+    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    with xr.open_datatree(out / "contact.nc") as tree:
+        hits = {name: group.to_dataset().load() for name, group in tree.children.items()}
+    impacts = {name: hits.pop(name) for name in CONTACTS}
+    for hit in hits.values():
+        law = json.loads(hit.attrs["parameters"])
+        y, u, w = hit["state"].values.T
+        depth = np.maximum(y - law["r"], 0.0)
+        force = law["k"] * depth ** law["n"] * (1 + law["lam"] * (u - w))
+        touching = depth > 0
+        last = np.flatnonzero(touching)[-1] + 2
+        left.plot(1e3 * hit["time"].values[:last], force[:last], color=PALETTE[0])
+        top = int(force.argmax())
+        left.annotate(
+            f"{u[0]:g}", (1e3 * hit["time"].values[top], force[top]), (0, 2), textcoords="offset points", ha="center"
+        )
+    left.set_xlabel("time since they meet (10⁻³/ω₀)")
+    left.set_ylabel("contact force over static friction")
+    left.set_title("at five approach speeds")
+    left.margins(y=0.08)
+    for (name, orbit), line in zip(impacts.items(), ("-", (0, (3, 1.5))), strict=True):
+        curve = join(orbit)
+        for column, (state, label) in enumerate(((1, "bit x₂"), (2, "rock x₄"))):
+            right.plot(
+                1e3 * curve.time,
+                curve.state[:, state],
+                color=PALETTE[column],
+                linestyle=line,
+                label=f"{label}, {name.rpartition('-')[2]}",
+            )
+    right.set_xlabel("time since they meet (10⁻³/ω₀)")
+    right.set_ylabel("speed")
+    right.legend(loc="center right", handlelength=1.5)
+    _letter(left, "a")
+    _letter(right, "b")
+    return figure
 
 
 def _figure3(out: Path) -> Figure:
@@ -114,7 +156,7 @@ def _letter(axes: Axes, letter: str) -> None:
     axes.set_title(f"{letter})", loc="right")
 
 
-FIGURES = {"figure3": _figure3, "figure4": _figure4, "figure5": _figure5, "figure6": _figure6}
+FIGURES = {"figure2": _figure2, "figure3": _figure3, "figure4": _figure4, "figure5": _figure5, "figure6": _figure6}
 
 
 def draw(name: str, out: Path) -> Path:

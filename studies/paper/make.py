@@ -1,4 +1,4 @@
-"""The paper's cases, from scenes to archives, figures 3 to 6, a table of regimes and a bifurcation diagram.
+"""The paper's cases, from scenes to archives, figures 2 to 6, a table of regimes and a bifurcation diagram.
 
     python studies/paper/make.py          (or: python3 studies/run.py paper)
 
@@ -11,6 +11,7 @@ import sysconfig
 import time
 from pathlib import Path
 
+from contact import simulate
 from figures import FIGURES, draw
 from regimes import write_table
 
@@ -31,6 +32,8 @@ def main() -> int:
         code = chaosdrill("run", HERE / f"{scene}.toml", "-o", OUT / f"{scene}.nc", "--workers", "2")
         if code:
             return code
+    say("contact")
+    simulate(OUT)
     say("figures")
     for figure in FIGURES:
         draw(figure, OUT)
