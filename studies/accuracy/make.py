@@ -9,6 +9,7 @@ Parts (all of them if none is named) and what they write into ``studies/accuracy
     start_up       time to the first result with empty and with warm caches              start_up.md
     paper_method   digits and verdicts of the paper's method on its four cases           paper_method.md, .png
     exponents      error of exponents over that of event times; cost over tolerance      exponents.md, .png
+    stiff_contact  a mapped against a resolved contact, and tangents through it          stiff_contact.md, .png
     effects_cost   an absent effect against a system without it                          effects_cost.md
     long_run       a million periods against a thousand runs of a thousand               long_run.md
 
@@ -28,6 +29,7 @@ import long_run
 import paper_method
 import ratios
 import start_up
+import stiff_contact
 from programs import Outside
 
 from chaosdrill.plot.style import style
@@ -61,12 +63,21 @@ def make_exponents(given: argparse.Namespace) -> str:
     return exponents.table(late, cost)
 
 
+def make_stiff_contact(given: argparse.Namespace) -> str:
+    """Measure both contacts and the ways through one, draw."""
+    found, ways = stiff_contact.over_stiffness(), stiff_contact.through()
+    with style():
+        stiff_contact.draw(found, ways).savefig(OUT / "stiff_contact.png")
+    return stiff_contact.table(found, ways)
+
+
 PARTS = {
     "start_up": lambda given: start_up.table(start_up.start_up()),
     "effects_cost": lambda given: effects_cost.table(effects_cost.compare(given.rounds)),
     "long_run": lambda given: long_run.table(long_run.compare()),
     "paper_method": make_paper_method,
     "exponents": make_exponents,
+    "stiff_contact": make_stiff_contact,
     "ratios": make_ratios,
 }
 

@@ -19,17 +19,16 @@ def test_a_contact_that_has_no_series(case, tangent_map):
     stiff = case(8)
     later = stiff.contact_time(1e8, 1.5) + 1e-5
     state, matrix = tangent_map(stiff.pressed(1e8, 1.5), later, method="dop853")
-    # to first order in the duration, which is 2e-3
-    assert matrix[1, 0] == pytest.approx(stiff.entry(1e8, 1.5), abs=1e-6)
+    assert matrix[1, 0] == pytest.approx(stiff.entry(1e8, 1.5), abs=1e-9)
     np.testing.assert_allclose(matrix @ [stiff.SPEED, stiff.LOAD], [state[1], stiff.LOAD], atol=1e-9)
     assert np.linalg.det(matrix) == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(("k", "n"), [(1e12, 1.0), (1e8, 1.5)])
-def test_a_fixed_step_that_is_good_to_five_digits_in_the_state_is_not_in_the_tangent(k, n, case):
+def test_a_fixed_step_that_is_good_to_four_digits_in_the_state_is_not_in_the_tangent(k, n, case):
     stiff = case(8)
     speed, derivative = stiff.runge_kutta(k, n)
-    assert speed == pytest.approx(-stiff.SPEED, abs=1e-5)
+    assert speed == pytest.approx(-stiff.SPEED, abs=1e-4)
     assert abs(derivative - stiff.entry(k, n)) > 1
 
 

@@ -90,6 +90,16 @@ def test_the_paper_method_is_judged_by_what_is_known(module):
     assert all(1e-8 < e.strobe < 1e-5 for e in errors)
 
 
+def test_steps_through_a_contact_are_judged_by_the_exact_derivative(module):
+    stiff = module("stiff_contact")
+    way = stiff._way("taylor", stiff.Numerics("taylor", 1e-10), 1.0)
+    assert way.speed < 1e-12
+    assert way.derivative < 1e-9
+    coarse = stiff._way("rk4", stiff.Numerics("rk4", 1e-16, 26), 1.5)
+    assert coarse.speed < 1e-4
+    assert coarse.derivative > 1
+
+
 def test_every_study_is_told_of_in_the_readme(module):
     sys.modules.pop("make", None)
     parts = module("make").PARTS
