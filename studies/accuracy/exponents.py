@@ -91,7 +91,11 @@ def draw(late: list[Late], cost: list[Cost]) -> Figure:
     left.loglog(bisections, [row.cycle for row in late], "o-", color=PALETTE[0], label="cycle, η 0.63")
     chaos = [(row.bisection, *row.chaos) for row in late if row.chaos is not None]
     at, values, errors = (np.array(column) for column in zip(*chaos, strict=True))
-    left.errorbar(at, np.abs(values - LARGEST), yerr=errors, fmt="s", color=PALETTE[1], label="chaos, η 0.448 (± 1σ)")
+    off = np.abs(values - LARGEST)
+    seen = off > 2 * errors
+    left.errorbar(at[seen], off[seen], yerr=errors[seen], fmt="s", color=PALETTE[1], label="chaos, η 0.448")
+    bound = 2 * errors[~seen]
+    left.errorbar(at[~seen], bound, yerr=bound / 2, fmt="_", uplims=True, color=PALETTE[1], label="below its 2σ")
     left.loglog(bisections, bisections, color="0.6", linestyle="--", label="slope 1")
     left.set_xlabel("event times within")
     left.set_title("Error of the largest exponent")
