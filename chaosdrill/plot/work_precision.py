@@ -101,7 +101,7 @@ def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> f
             place = {"textcoords": "offset points", "fontsize": 6, "color": "0.35", **side}
             panel.annotate(_power(tolerance), (x[i], time[i]), **place)
     at_start = not steep and x[0] > 0.25 * np.max(x)
-    named = 0 if at_start else len(x) // 2
+    named = 0 if at_start else len(x) // 2 if steep else 3 * len(x) // 4
     lift = 0 if at_start else 14 if side["va"] == "bottom" else 5
     name_style: dict[str, Any] = {"textcoords": "offset points", "color": colour, "fontweight": "bold", "ha": "right"}
     name_style |= {"xytext": (-8, lift), "va": "center" if at_start else "bottom"}
