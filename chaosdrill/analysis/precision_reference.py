@@ -124,6 +124,9 @@ class Exact:
 
     def follow(self, x: Point, itinerary: Itinerary, count: int, columns: int, tolerance: float) -> "Followed":
         """Integrate over ``count`` units, choosing the steps; every guard is watched at their ends."""
+        for taken in (self.system.transitions[j] for j in itinerary.transitions):
+            if taken.completes is not None:
+                raise NoReferenceError(f"{taken.name} stands for infinitely many events; there is no reference for it")
         legs: list[Leg] = []
         times: list[Any] = []
         mode, length = str(self.system.initial["mode"]), self.unit / 16
@@ -188,8 +191,6 @@ class Exact:
     def _take(self, mode: str, transition: int, t: Any, x: Point) -> tuple[Point, str]:
         """State and mode after an event; the outcome is chosen anew."""
         taken = self.system.transitions[transition]
-        if taken.completes is not None:
-            raise NoReferenceError(f"{taken.name} stands for infinitely many events, for which there is no reference")
         if next((j for j in self._outcomes(mode, transition) if self.holds(j, t, x)), None) != transition:
             raise NoReferenceError(f"{taken.name} is not what follows in extended precision")
         return [mpmath.mpf(value) for value in self._resets[transition](t, *x, *self._c)], taken.target

@@ -77,7 +77,9 @@ class Survey:
 
     @property
     def exponent(self) -> tuple[float, float]:
-        """Leading exponent and its standard error."""
+        """Leading exponent and its standard error; -inf without an error if events leave no tangent."""
+        if np.isneginf(self.rates).any():
+            return float("-inf"), float("nan")
         if not len(self.rates) or not np.isfinite(self.rates).all():
             return float("nan"), float("nan")
         return float(self.rates.mean()), float(standard_error(self.rates))

@@ -123,3 +123,15 @@ def test_a_field_that_is_not_analytic_is_surveyed_by_another_method():
     assert np.all(error[:, 1] < 1e-3 * error[:, 0])
     assert np.all(error[:, 1] < 1e-7)
     assert np.all(ds["reference_error"].sel(quantity=["strobe", "event_time"]) < 1e-20)
+
+
+def test_completed_chatter_has_no_truth_and_no_tangent():
+    """A ball of restitution 0.2 on a table comes to rest in every period, which leaves no freedom."""
+    ball = cd.build("bouncing-ball", {"amplitude": 1.5, "e": 0.2})
+    ds = measure(ball, methods=["taylor"], periods=16, transient=40)
+    assert int(ds["period"]) == 1
+    assert np.all(ds["outcome"] == Outcome.OK)
+    assert "infinitely many events" in ds.attrs["reference"]
+    assert np.isneginf(ds["lyapunov_exponent"])
+    assert np.isnan(ds["error"].sel(quantity=["strobe", "event_time", "tangent", "multiplier", "exponent"])).all()
+    assert np.all(ds["error"].sel(quantity="flow_direction") < 1e-3)
