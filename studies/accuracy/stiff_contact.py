@@ -6,6 +6,7 @@ many steps does a method need there, for the speed and for its derivative?
 """
 
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,13 +48,13 @@ class Through:
     derivative: float
 
 
-def over_stiffness() -> list[Resolved]:
-    """Return the distance of both contacts for exponents 1 and 1.5."""
+def over_stiffness(exponents: Iterable[float] = METHODS, stiffnesses: Iterable[float] = STIFFNESSES) -> list[Resolved]:
+    """Return the distance of both contacts, every exponent at every stiffness."""
     point, trace = _cycle(cd.drill(eta=0.8), "taylor")
     found = []
-    for n, method in METHODS.items():
-        for k in STIFFNESSES:
-            other, its_trace = _cycle(cd.drill(eta=0.8, contact="compliant", k=k, n=n), method)
+    for n in exponents:
+        for k in stiffnesses:
+            other, its_trace = _cycle(cd.drill(eta=0.8, contact="compliant", k=k, n=n), METHODS[n])
             found.append(Resolved(n, k, float(np.abs(other - point).max()), abs(its_trace - trace)))
     return found
 
@@ -62,7 +63,7 @@ def _cycle(system: "cd.HybridSystem", method: str) -> tuple[np.ndarray, float]:
     section = cd.poincare_section(system, periods=16, transient=600, method=method)
     if int(section["period"]) != 1:
         raise RuntimeError(f"period {int(section['period'])} where 1 was expected")
-    return section["section"].values[-1], float(section["multiplier_real"].sum())
+    return section["section"].values[-1, :3], float(section["multiplier_real"].sum())
 
 
 def through() -> list[Through]:

@@ -4,6 +4,7 @@ The force comes from the contact that is integrated (``compliant``). The impact 
 paper has it (``hunt-crossley-timed``): the contact's duration passes, then the new speeds hold.
 """
 
+import json
 import tomllib
 from pathlib import Path
 
@@ -35,6 +36,14 @@ def hit(speed: float, parameters: dict[str, float]) -> xr.Dataset:
     return cd.trajectory(
         cd.drill(drive="none", contact="compliant", initial=start, **constant), duration=3e-3, samples=600
     )
+
+
+def force(hit: xr.Dataset) -> np.ndarray:
+    """Return the contact force of a hit over time, in units of the static friction."""
+    law = json.loads(hit.attrs["parameters"])
+    state = dict(zip(hit["state_name"].values, hit["state"].values.T, strict=True))
+    depth = np.maximum(state["depth"], 0.0)
+    return law["k"] * depth ** law["n"] * (1 + law["lam"] * (state["u"] - state["w"]))
 
 
 def impact(contact: str, parameters: dict[str, float]) -> xr.Dataset:

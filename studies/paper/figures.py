@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from contact import CONTACTS
+from contact import CONTACTS, force
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -27,18 +27,13 @@ def _figure2(out: Path) -> Figure:
     with xr.open_datatree(out / "contact.nc") as tree:
         hits = {name: group.to_dataset().load() for name, group in tree.children.items()}
     impacts = {name: hits.pop(name) for name in CONTACTS}
-    for hit in hits.values():
-        law = json.loads(hit.attrs["parameters"])
-        y, u, w = hit["state"].values.T
-        depth = np.maximum(y - law["r"], 0.0)
-        force = law["k"] * depth ** law["n"] * (1 + law["lam"] * (u - w))
-        touching = depth > 0
-        last = np.flatnonzero(touching)[-1] + 2
-        left.plot(1e3 * hit["time"].values[:last], force[:last], color=PALETTE[0])
-        top = int(force.argmax())
-        left.annotate(
-            f"{u[0]:g}", (1e3 * hit["time"].values[top], force[top]), (0, 2), textcoords="offset points", ha="center"
-        )
+    for name, hit in hits.items():
+        pushes = force(hit)
+        last, top = np.flatnonzero(pushes)[-1] + 2, int(pushes.argmax())
+        left.plot(1e3 * hit["time"].values[:last], pushes[:last], color=PALETTE[0])
+        peak = 1e3 * hit["time"].values[top], pushes[top]
+        speed = name.removeprefix("hit_")
+        left.annotate(speed, peak, (0, 2), textcoords="offset points", ha="center")
     left.set_xlabel("time since they meet (10⁻³/ω₀)")
     left.set_ylabel("contact force over static friction")
     left.set_title("at five approach speeds")

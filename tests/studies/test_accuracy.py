@@ -100,6 +100,12 @@ def test_steps_through_a_contact_are_judged_by_the_exact_derivative(module):
     assert coarse.derivative > 1
 
 
+def test_a_stiffer_contact_is_nearer_to_the_mapped_one(module):
+    stiff = module("stiff_contact")
+    found = stiff.over_stiffness([1.0], [1e8, 1e10])
+    assert stiff.slope(found, 1.0) == pytest.approx(-0.5, abs=1e-3)
+
+
 def test_every_study_is_told_of_in_the_readme(module):
     sys.modules.pop("make", None)
     parts = module("make").PARTS
