@@ -6,9 +6,10 @@
     x4' = eps [(x1 - x3) + 2 xi (x2 - x4) - f(x4)]                 stick: 0
     x5' = eta
 
-The same physics as the reduced drill, with two more exponents, both 0: nothing changes if x1 and x3 move together, and
-the phase x5 only counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form avoids. Source:
-equation (7) of the paper "System for percussive drilling with rock model", misprints mended as the theory page tells.
+It keeps to the paper's effects: one-sided friction, and hits that act at once and are never held. The same physics as
+the reduced drill, with two more exponents, both 0: nothing changes if x1 and x3 move together, and the phase x5 only
+counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form avoids. Source: equation (7) of the paper
+"System for percussive drilling with rock model", misprints mended as the theory page tells.
 """
 
 from typing import TYPE_CHECKING
