@@ -19,7 +19,7 @@ SIGNATURES = {
 
 * ``jet(mode, order, t, c, x, ws)`` Taylor coefficients of states, quadratures and guards
 * ``jacobian_jet(mode, order, c, ws)`` coefficients of the Jacobian's entries
-* ``tangent(mode, order, c, first, second, ws, row)`` coefficients of two tangent vectors, side by side
+* ``tangent(mode, order, c, first, second, ws, row)`` coefficients of two tangent vectors, one after the other
 * ``field(mode, t, c, x, out)`` time derivatives of states, then integrands of quadratures
 * ``variation(mode, t, c, x, d, out)`` Jacobian times a vector
 * ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative

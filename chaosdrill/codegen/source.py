@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.expression import ExpressionPrinter, special_imports, statements
-from chaosdrill.codegen.taylor import Constants, ModeSource
+from chaosdrill.codegen.taylor import ModeSource
+from chaosdrill.codegen.variational import tangent
 from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import guard_gradient, jacobian, rebound, reset_jacobian, reset_map
 
@@ -73,12 +75,12 @@ def write_source(system: "HybridSystem") -> SystemSource:
     jets = (
         ("jet", "order, t, c, x, ws", [m.jet() for m in modes]),
         ("jacobian_jet", "order, c, ws", [m.jacobian_jet() for m in modes]),
-        ("tangent", "order, c, first, second, ws, row", [m.tangent() for m in modes]),
+        ("tangent", "order, c, first, second, ws, row", [tangent(m, constants) for m in modes]),
     )
     for name, arguments, bodies in jets:
         for index, body in enumerate(bodies):
             parts.append(_function(f"_{name}_{index}", arguments, body, decorator="@helper"))
-        parts.append(_dispatch(name, arguments, len(bodies)))
+        parts.append(_dispatch(name, arguments, len(bodies), packed=name == "tangent"))
     parts += _pointwise(system, printer, events)
     extra = [f"c[{constants.first + i}] = {printer.doprint(e)}" for i, e in enumerate(constants.expressions)]
     parameters = [f"c[{i}] = p[{i}]" for i in range(len(system.parameters))]
@@ -163,12 +165,13 @@ def _function(name: str, arguments: str, body: list[str], decorator: str | None 
     return "\n".join([decorator, f"def {name}({arguments}):", *(f"    {line}" for line in body)])
 
 
-def _dispatch(name: str, arguments: str, count: int) -> str:
+def _dispatch(name: str, arguments: str, count: int, packed: bool) -> str:
     lines = []
     for index in range(count):
         word = "if" if index == 0 else "elif"
         lines += [f"{word} mode == {index}:", f"    _{name}_{index}({arguments})"]
-    return _function(name, f"mode, {arguments}", lines)
+    decorator = f'@kernel(SIGNATURES["{name}"], packed={packed})'
+    return _function(name, f"mode, {arguments}", lines, decorator)
 
 
 def _branches(name: str, arguments: str, selector: str, bodies: list[list[str]]) -> str:

@@ -9,6 +9,7 @@ from numba import uint64
 
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import ARMED, BEGIN, FIRE, INVALID, MARKS, ONGOING, PASSED, SAME_MODE
+from chaosdrill.engine.polynomial import keeps_side
 from chaosdrill.engine.roots import first_crossing, recrossing
 
 ZERO = 1e-13
@@ -85,7 +86,7 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
 
     ``ws[row + j]`` holds the polynomial of guard j; ``sides`` and ``armed`` are carried from step to step.
     """
-    a, shifted, stack, ends, times = polynomials
+    a, shifted, stack, ends, times, power = polynomials
     for j in range(count):
         g = ws[row + j]
         direction = directions[j]
@@ -107,6 +108,8 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
             fire = g[0] * sides[j] <= 0.0
         if fire:
             times[j] = 0.0
+        elif armed[j] == 1 and order == 0 and keeps_side(g, power, sides[j] < 0):
+            times[j] = -1.0
         elif armed[j] == 1:
             times[j] = first_crossing(g, order, n - order, h, sides[j] < 0, a, stack, ends)
         else:

@@ -6,7 +6,7 @@ in its callers; here the key holds the content of all numerical code. Where no f
 
 import contextlib
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -31,14 +31,29 @@ class ContentCache(FunctionCache):
         return (*super()._index_key(sig, codegen), code_key())
 
 
-def compiled(signature: Any, **options: Any) -> Callable[[Any], Any]:
+@contextlib.contextmanager
+def _packing(wanted: bool) -> Iterator[None]:
+    """Let the compiler pack equal operations on neighbouring numbers into vector instructions, or not.
+
+    numba leaves this off. It pays where sums of fixed length are added up, and costs where a number is read soon after
+    it was written, as from order to order of a Taylor series.
+    """
+    before = numba.config.SLP_VECTORIZE
+    numba.config.SLP_VECTORIZE = int(wanted)
+    try:
+        yield
+    finally:
+        numba.config.SLP_VECTORIZE = before
+
+
+def compiled(signature: Any, packed: bool = True) -> Callable[[Any], Any]:
     """Compile for one signature, from the disk cache if it is there; releases the interpreter lock."""
 
     def decorate(function: Any) -> Any:
-        dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False, **options)(function)
+        dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
         with contextlib.suppress(RuntimeError):
             dispatcher._cache = ContentCache(function)
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _packing(packed):
             warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
             dispatcher.compile(signature)
         dispatcher.disable_compile()
@@ -51,9 +66,9 @@ def compiled(signature: Any, **options: Any) -> Callable[[Any], Any]:
     return decorate
 
 
-def kernel(signature: Any) -> Callable[[Any], Any]:
+def kernel(signature: Any, packed: bool = False) -> Callable[[Any], Any]:
     """Compile one function of a system."""
-    return compiled(signature)
+    return compiled(signature, packed)
 
 
 def helper(function: Any) -> Any:
@@ -69,6 +84,11 @@ def inlined(function: Any) -> Any:
 def series(function: Any) -> Any:
     """A function of the engine that evaluates polynomials, where multiplications and additions may be fused."""
     return numba.njit(error_model="numpy", _nrt=False, fastmath={"contract"})(function)
+
+
+def reordered(function: Any) -> Any:
+    """A sum of fixed length whose terms may be added in any order, several at a time."""
+    return numba.njit(error_model="numpy", _nrt=False, fastmath={"contract", "reassoc", "nsz"})(function)
 
 
 def inner(function: Any) -> Any:

@@ -62,7 +62,11 @@ METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
     RESET_JACOBIAN,
     JUMP,
     STAGES,
-) = range(14)
+    POWERS,
+) = range(15)
+
+COLUMNS = 32
+"""Length of a workspace row; beyond the order it holds zeros, so that sums over all of it have a fixed length."""
 
 # what a call of the engine ends with; values from 4 on are those of dataset.Outcome
 DONE, FULL = range(2)

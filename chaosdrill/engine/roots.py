@@ -44,15 +44,33 @@ def _value(a, n, u):
 
 
 @series
-def _refine(a, n, low, high):
-    """Root in [low, high] of a polynomial that is negative at low and not negative at high."""
-    u = 0.5 * (low + high)
+def _value_and_slope(a, n, u):
+    """Value and derivative, the even and the odd terms apart: two short chains for one long."""
+    square = u * u
+    top = n - n % 2
+    f = a[top]
+    d = 0.0
+    g = a[top + 1] if n % 2 == 1 else 0.0
+    e = 0.0
+    for j in range(top // 2):
+        k = top - 2 - 2 * j
+        d = d * square + f
+        f = f * square + a[uint64(k)]
+        e = e * square + g
+        g = g * square + a[uint64(k + 1)]
+    return f + u * g, 2.0 * u * (d + u * e) + g
+
+
+@series
+def _refine(a, n, low, high, guess):
+    """Root in [low, high] of a polynomial that is negative at low and not negative at high.
+
+    Newton steps inside of the bracket; the last one is known to be right from how the two before it shrank.
+    """
+    u = guess if low < guess < high else 0.5 * (low + high)
+    before = 0.0
     for _ in range(100):
-        f = a[n]
-        d = 0.0
-        for j in range(n):
-            d = d * u + f
-            f = f * u + a[uint64(n - 1 - j)]
+        f, d = _value_and_slope(a, n, u)
         if f < 0.0:
             low = u
         else:
@@ -64,20 +82,14 @@ def _refine(a, n, low, high):
         # an end of the bracket is no root only because a Newton step leads there
         if not low < following < high:
             following = 0.5 * (low + high)
+            step = 0.0
             if following in (low, high):
                 return following
+        elif abs(step) ** 3 <= 1e-17 * high * before * before:
+            return following
+        before = step
         u = following
     return u
-
-
-@series
-def _value_and_slope(a, n, u):
-    f = a[n]
-    d = 0.0
-    for j in range(n):
-        d = d * u + f
-        f = f * u + a[uint64(n - 1 - j)]
-    return f, d
 
 
 @series
@@ -98,7 +110,7 @@ def _concave_crossing(a, n, left, right):
             return -1.0
         f, d = _value_and_slope(a, n, u)
         if f >= 0.0:
-            return _refine(a, n, left, u)
+            return _refine(a, n, left, u, left)
         if d > 0.0:
             low = u
             f_low = f
@@ -110,6 +122,17 @@ def _concave_crossing(a, n, left, right):
         else:
             return -1.0
     return -1.0
+
+
+@series
+def _meeting(b, degree, f):
+    """Where in an interval a polynomial meets zero, about: the parabola through its slopes at both ends."""
+    first = degree * (b[1] - b[0])
+    bend = 0.5 * (degree * (b[degree] - b[degree - 1]) - first)
+    t = -b[0] / (f - b[0])
+    for _ in range(2):
+        t -= (b[0] + t * (first + t * bend)) / (first + 2.0 * t * bend)
+    return t
 
 
 @series
@@ -158,15 +181,17 @@ def _search(a, n, degree, budget, stack, ends):
             before = d
         bound = tail_slope * reach * right * width / degree
         if rise > bound:
-            if _value(a, n, right) >= 0.0:
-                return _refine(a, n, left, right)
+            f = _value(a, n, right)
+            if f >= 0.0:
+                return _refine(a, n, left, right, left + width * _meeting(b, degree, f))
             continue
         if fall < -bound:
             continue
         bound = tail_bend * reach * width * width / (degree * (degree - 1))
         if bend_high < -bound or bend_low > bound:
-            if _value(a, n, right) >= 0.0:
-                return _refine(a, n, left, right)
+            f = _value(a, n, right)
+            if f >= 0.0:
+                return _refine(a, n, left, right, left + width * _meeting(b, degree, f))
             if bend_high < -bound:
                 u = _concave_crossing(a, n, left, right)
                 if u >= 0.0:
@@ -203,7 +228,7 @@ def _search_whole(a, n, stack, ends):
             b[j] += b[j - 1]
     u = _search(a, n, n, WHOLE_BUDGET, stack, ends)
     if u == -2.0:
-        return _refine(a, n, 0.0, 1.0) if _value(a, n, 1.0) >= 0.0 else -1.0
+        return _refine(a, n, 0.0, 1.0, 0.5) if _value(a, n, 1.0) >= 0.0 else -1.0
     return u
 
 

@@ -19,9 +19,8 @@ from chaosdrill.model.derive import pinned_states
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
-HIGHEST_ORDER = 38
-COLUMNS = 2 * HIGHEST_ORDER + 4
-"""Length of a workspace row: two tangents stand side by side."""
+ORDERS = np.arange(7, 28, 4)
+"""Orders of the Taylor series: its coefficients are computed four at a time."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ class Numerics:
         """
         if self.method != "taylor":
             return GUARD_DEGREE
-        return min(HIGHEST_ORDER, max(8, math.ceil(6 - 0.58 * math.log(self.tolerance))))
+        return int(ORDERS[np.argmin(np.abs(ORDERS - (6 - 0.58 * math.log(self.tolerance))))])
 
 
 def _is_real(value: object) -> bool:
@@ -164,10 +163,10 @@ class Run:
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
         self._scratch = (
-            np.zeros((kernels.rows + (m + 1) // 2 * n, COLUMNS)), np.zeros(COLUMNS), np.zeros(COLUMNS),
-            np.zeros((DEPTH, COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
+            np.zeros((kernels.rows + (m + m % 2) * n, at.COLUMNS)), np.zeros(at.COLUMNS), np.zeros(at.COLUMNS),
+            np.zeros((DEPTH, at.COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
             np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros(n),
-            np.zeros((stage_rows(m), n + q)),
+            np.zeros((stage_rows(m), n + q)), np.zeros(at.COLUMNS),
         )  # fmt: skip
 
     @property

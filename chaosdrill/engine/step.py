@@ -23,6 +23,7 @@ from chaosdrill.engine.layout import (
     OUT,
     PERIOD,
     POLYNOMIAL,
+    POWERS,
     PROVEN,
     QUADRATURES,
     RECORD,
@@ -38,6 +39,7 @@ from chaosdrill.engine.layout import (
     TIMES,
     WORKSPACE,
 )
+from chaosdrill.engine.polynomial import powers
 
 
 @inlined
@@ -101,7 +103,9 @@ def prepare(
         floor = 0.0
         for i in range(x.size):
             floor = max(floor, abs(x[i]))
-        polynomials = (scratch[POLYNOMIAL], scratch[SHIFTED], scratch[STACK], scratch[ENDS], scratch[TIMES])
+        power = scratch[POWERS]
+        powers(h, power)
+        polynomials = (scratch[POLYNOMIAL], scratch[SHIFTED], scratch[STACK], scratch[ENDS], scratch[TIMES], power)
         te, j, ties = guards.first_event(
             ws,
             first,
@@ -149,7 +153,8 @@ def evaluate(functions, stepper, settings_i, t, c, x, s, carried, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
     out = scratch[OUT]
     if settings_i[METHOD] == TAYLOR:
-        taylor.evaluate(scratch[WORKSPACE], out.size, settings_i[ORDER], s, out)
+        powers(s, scratch[POWERS])
+        taylor.evaluate(scratch[WORKSPACE], out.size, scratch[POWERS], out)
     else:
         stepper[2](functions[3], functions[4], t, c, x, s, carried, scratch[STAGES], out)
 
@@ -193,8 +198,9 @@ def advance(functions, stepper, settings_i, t, c, x, s, sums, vectors, carried, 
     out = scratch[OUT]
     live = carried[LIVE]
     if settings_i[METHOD] == TAYLOR:
-        taylor.evaluate(scratch[WORKSPACE], out.size, settings_i[ORDER], s, out)
-        taylor.evaluate_vectors(scratch[WORKSPACE], settings_i[ORDER], s, live, vectors)
+        powers(s, scratch[POWERS])
+        taylor.evaluate(scratch[WORKSPACE], out.size, scratch[POWERS], out)
+        taylor.evaluate_vectors(scratch[WORKSPACE], scratch[POWERS], live, vectors)
     else:
         stepper[3](functions[3], functions[4], t, c, x, s, vectors, carried, carried_f, scratch[STAGES], out)
     for i in range(n):

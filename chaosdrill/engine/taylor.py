@@ -2,28 +2,54 @@
 
 import math
 
+import numpy as np
 from numba import uint64
 
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import LIVE, MODE, ORDER, PERIOD, TOLERANCE
+from chaosdrill.engine.polynomial import value
 
 SMALLEST = 1e-300
+
+LONGEST = 1e9
+"""Longest step, so that no power of it overflows."""
 
 DEFECT = 100.0
 """Defect at the end of a step, times its length, in units of the tolerance, above which the step is shortened."""
 
 
 @inner
-def _reach(largest, tolerance, k):
-    """Step at which a coefficient of order k contributes the tolerated error."""
-    return math.exp(math.log(tolerance / max(largest, SMALLEST)) / k)
+def _log2(x):
+    """Binary logarithm of a positive number to 1e-3, from its bits."""
+    bits = np.float64(x).view(np.int64)
+    m = np.int64((bits & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000).view(np.float64)
+    return (bits >> 52) - 1023 + (-2.153620718 + m * (3.047884161 + m * (-1.051874866 + m * 0.158248848)))
+
+
+@inner
+def _exp2(y):
+    """2**y to 2e-4."""
+    whole = math.floor(y)
+    r = y - whole
+    return np.int64((np.int64(whole) + 1023) << 52).view(np.float64) * (
+        1.0 + r * (0.695502 + r * (0.226170 + r * 0.0780245))
+    )
+
+
+@inner
+def _reach(last, last_but_one, tolerance, order):
+    """Step at which neither of the last two coefficients contributes more than the tolerated error."""
+    most = _log2(tolerance)
+    a = (most - _log2(max(last, SMALLEST))) / order
+    b = (most - _log2(max(last_but_one, SMALLEST))) / (order - 1)
+    return min(_exp2(min(a, b)), LONGEST)
 
 
 @inner
 def _first_row(ws, vectors, v):
-    """Row from which tangents v and v + 1 stand side by side."""
+    """Row from which the series of tangent v stand."""
     m, n = vectors.shape
-    return ws.shape[0] - (m + 1) // 2 * n + v // 2 * n
+    return ws.shape[0] - (m + m % 2) * n + v * n
 
 
 @series
@@ -111,54 +137,32 @@ def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, ca
         for v in range(0, live, 2):
             row = _first_row(ws, vectors, v)
             functions[2](mode, order, c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
-            for half in range(2):
-                size = 0.0
-                a = 0.0
-                b = 0.0
-                for i in range(row, row + n):
-                    size = max(size, abs(ws[i, half]))
-                    a = max(a, abs(ws[i, 2 * order + half]))
-                    b = max(b, abs(ws[i, 2 * order - 2 + half]))
-                last = max(last, a / size)
-                last_but_one = max(last_but_one, b / size)
-    tolerance = settings_f[TOLERANCE]
-    return min(_reach(last, tolerance, order), _reach(last_but_one, tolerance, order - 1), settings_f[PERIOD])
+        for v in range(live):
+            row = _first_row(ws, vectors, v)
+            size = 0.0
+            a = 0.0
+            b = 0.0
+            for i in range(row, row + n):
+                size = max(size, abs(ws[i, 0]))
+                a = max(a, abs(ws[i, order]))
+                b = max(b, abs(ws[i, order - 1]))
+            last = max(last, a / size)
+            last_but_one = max(last_but_one, b / size)
+    return min(_reach(last, last_but_one, settings_f[TOLERANCE], order), settings_f[PERIOD])
 
 
-@series
-def evaluate(ws, count, order, s, out):
-    """Polynomials of the first ``count`` rows at s."""
-    i = 0
-    while i < count:
-        second = min(i + 1, count - 1)
-        third = min(i + 2, count - 1)
-        a = ws[i, order]
-        b = ws[second, order]
-        c = ws[third, order]
-        for j in range(order):
-            k = uint64(order - 1 - j)
-            a = a * s + ws[i, k]
-            b = b * s + ws[second, k]
-            c = c * s + ws[third, k]
-        out[i] = a
-        out[second] = b
-        out[third] = c
-        i += 3
+@inner
+def evaluate(ws, count, power, out):
+    """Polynomials of the first ``count`` rows, from the powers of their argument."""
+    for i in range(count):
+        out[i] = value(ws, uint64(i), power)
 
 
-@series
-def evaluate_vectors(ws, order, s, live, vectors):
-    """Live tangents at s, in place."""
+@inner
+def evaluate_vectors(ws, power, live, vectors):
+    """Live tangents, in place."""
     n = vectors.shape[1]
-    for v in range(0, live, 2):
+    for v in range(live):
         row = _first_row(ws, vectors, v)
         for i in range(n):
-            a = ws[row + i, 2 * order]
-            b = ws[row + i, 2 * order + 1]
-            for j in range(order):
-                k = 2 * (order - 1 - j)
-                a = a * s + ws[row + i, uint64(k)]
-                b = b * s + ws[row + i, uint64(k + 1)]
-            vectors[v, i] = a
-            if v + 1 < live:
-                vectors[v + 1, i] = b
+            vectors[v, i] = value(ws, uint64(row + i), power)

@@ -6,6 +6,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.codegen.source import write_source
+from chaosdrill.engine.layout import COLUMNS
 
 X = sympy.Symbol("x", real=True)
 ORDER = 8
@@ -16,7 +17,7 @@ def test_series_at_zero(interpreted, exponent):
     """x' = 1 + x^m from 0: x = s + s^(m + 1)/(m + 1) + ... (x = e^s - 1 for m = 1)."""
     system = cd.HybridSystem(name="power", states=(X,), parameters={}, modes={"on": {X: 1 + X**exponent}})
     source = write_source(system)
-    ws = np.zeros((source.rows, ORDER + 2))
+    ws = np.zeros((source.rows, COLUMNS))
     interpreted(source.text)["jet"](0, ORDER, 0.0, np.zeros(1), np.array([0.0]), ws)
     m = int(exponent)
     found = ws[0, : m + 2]

@@ -1,0 +1,74 @@
+"""Taylor coefficients of two solutions of the variational equation of one mode, as Python source."""
+
+from typing import Any
+
+import sympy
+
+from chaosdrill.codegen.constants import Constants, with_constants
+from chaosdrill.codegen.recurrence import PASS
+from chaosdrill.codegen.taylor import ModeSource
+
+
+def tangent(mode: ModeSource, constants: Constants) -> list[str]:
+    """Body of ``tangent``: the rows from ``row`` hold the n series of one vector, then those of the other.
+
+    The Jacobian's series is known, so that a pass sums all older coefficients of four orders at once; what is left
+    between one order and the next is a product with the Jacobian at the start, whose entries wait in registers.
+    """
+    n = mode.n
+    pairs = sorted({(mode.rows[index], j) for (_, j), terms in mode.products.items() for index, _ in terms})
+    lines = [f"h{r} = ws[{r}]" for r in sorted({row for row, _ in pairs})]
+    for i in range(n):
+        lines += [f"a{i} = first[{i}]", f"b{i} = second[{i}]"]
+        lines += [f"wa{i} = ws[row + {i}]", f"wb{i} = ws[row + {n + i}]", f"wa{i}[0] = a{i}", f"wb{i}[0] = b{i}"]
+    lines += [f"h{r}_{k} = h{r}[{k}]" for r in sorted({row for row, _ in pairs}) for k in range(PASS)]
+    start: dict[tuple[int, int], list[str]] = {}
+    for place, entry in mode.linear.items():
+        start.setdefault(place, []).append(constants.text(entry))
+    for place, terms in mode.products.items():
+        for index, weight in terms:
+            start.setdefault(place, []).append(f"{mode.source.times(weight)}h{mode.rows[index]}_0")
+    lines += [f"j{i}_{j} = {' + '.join(terms)}" for (i, j), terms in start.items()]
+    loop: list[str] = []
+    for row, j in pairs:
+        loop += [f"p{row}_{j}_{lane} = 0.0" for lane in range(PASS)]
+        loop += [f"q{row}_{j}_{lane} = 0.0" for lane in range(PASS)]
+        loop += ["for i in range(base):", f"    d = wa{j}[i]", f"    e = wb{j}[i]"]
+        for lane in range(PASS):
+            loop.append(f"    f = h{row}[uint64(base - i + {lane})]")
+            loop += [f"    p{row}_{j}_{lane} += f * d", f"    q{row}_{j}_{lane} += f * e"]
+    for lane in range(PASS):
+        loop += [f"k = base + {lane}", "ik = RECIPROCAL[uint64(k + 1)]"]
+        loop += [f"i{i}_{j} = ik * j{i}_{j}" for i, j in start]
+        for letter, sums in (("a", "p"), ("b", "q")):
+            for i in range(n):
+                loop.append(f"n{letter}{i} = {_next(mode, i, letter, sums, lane)}")
+        for letter in "ab":
+            for i in range(n):
+                # coefficients of this pass, by their place in it
+                loop += [f"{letter}{i}_{lane} = {letter}{i}"] if any(j == i for _, j in pairs) else []
+                loop += [f"{letter}{i} = n{letter}{i}", f"w{letter}{i}[k + 1] = {letter}{i}"]
+    return with_constants([*lines, f"for base in range(0, order, {PASS}):", *(f"    {line}" for line in loop)])
+
+
+def _next(mode: ModeSource, i: int, letter: str, sums: str, lane: int) -> str:
+    """Coefficient k + 1 of entry i: what is old first, the product with the Jacobian at the start last."""
+    old: list[str] = []
+    for (a, j), terms in mode.products.items():
+        if a != i:
+            continue
+        for index, weight in terms:
+            row = mode.rows[index]
+            inner = [f"{sums}{row}_{j}_{lane}", *(f"h{row}_{lane - m} * {letter}{j}_{m}" for m in range(lane))]
+            old.append(_times(mode, weight, f"({' + '.join(inner)})"))
+    newest = [f"i{a}_{j} * {letter}{j}" for a, j in _entries(mode) if a == i]
+    terms = [f"ik * ({' + '.join(old)})"] * bool(old) + newest
+    return " + ".join(terms) if terms else "0.0"
+
+
+def _entries(mode: ModeSource) -> list[tuple[int, int]]:
+    return sorted({*mode.linear, *mode.products})
+
+
+def _times(mode: ModeSource, weight: Any, text: str) -> str:
+    return text if weight == sympy.Integer(1) else f"{mode.source.times(weight)}{text}"
