@@ -114,6 +114,10 @@ class Recurrences:
         """A factor and its multiplication sign."""
         return "" if weight == 1 else f"{self.constants.text(weight)} * "
 
+    def factor(self, weight: Any) -> str:
+        """A multiplication sign and a factor."""
+        return "" if weight == 1 else f" * {self.constants.text(weight)}"
+
     def start(self, index: int) -> str:
         """Source of coefficient 0."""
         node = self.tape.nodes[index]
@@ -172,8 +176,7 @@ class Recurrences:
         if node.op == "time":
             return [f"{out} = {'1.0' if first else '0.0'}"]
         if node.op == "linear":
-            terms = sorted(zip(node.weights, node.args, strict=True), key=lambda term: self.depth(term[1]))
-            return [f"{out} = {' + '.join(f'{self.times(w)}v{i}' for w, i in terms)}"]
+            return [f"{out} = {' + '.join(f'{self.times(w)}v{i}' for w, i in self.terms(index))}"]
         if node.op in ("mul", "square"):
             b = node.args[-1]
             return [f"{out} = {inner} + z{node.args[0]} * v{b} + v{node.args[0]} * z{b}"]
@@ -196,14 +199,36 @@ class Recurrences:
         rate = self.affine(index)
         if rate is not None:
             return [f"{out} = {minus}ik * {self.constants.text(rate)} * o{slope}"]
-        return [f"{out} = {minus}(ik * ({inner}) + v{node.args[0]} * z{slope})"]
+        scaled = self.scaled(index)
+        newest = f"v{node.args[0]} * z{slope}" if scaled is None else f"v{scaled[0]} * x{index}"
+        return [f"{out} = {minus}(ik * ({inner}) + {newest})"]
+
+    def scaled(self, index: int) -> tuple[int, str] | None:
+        """Of a function of a multiple of one node: that node, and the factor between their newest coefficients.
+
+        The factor, the multiple times the slope at the start, is the same at every order, so that the function need not
+        wait for its argument.
+        """
+        node = self.tape.nodes[index]
+        if node.op != "integral" or self.affine(index) is not None:
+            return None
+        argument = self.tape.nodes[node.args[0]]
+        if argument.op != "linear" or len(argument.args) != 1:
+            return None
+        return argument.args[0], f"{self.times(argument.weights[0])}z{self.tape.slopes[index][0]}"
+
+    def terms(self, index: int) -> list[tuple[Any, int]]:
+        """Weights and nodes of a sum, those that come late at the end."""
+        node = self.tape.nodes[index]
+        return sorted(zip(node.weights, node.args, strict=True), key=lambda term: self.depth(term[1]))
 
     def depth(self, index: int) -> int:
         """How many operations a node's newest coefficient waits for."""
         node = self.tape.nodes[index]
         if node.op in ("state", "time") or self.affine(index) is not None or self.is_number(index):
             return 0
-        return 1 + max(self.depth(a) for a in node.args)
+        scaled = self.scaled(index)
+        return 1 + max(self.depth(a) for a in (node.args if scaled is None else scaled[:1]))
 
 
 def _sum(term: str) -> list[str]:
@@ -243,6 +268,7 @@ def passes(
         return lines + after + [line for c in convolutions for line in c.shift()]
 
     lines = [f"z{i} = v{i}" for i in sorted({i for index in nodes for i in recurrences.factors(index)})]
+    lines += [f"x{i} = {scaled[1]}" for i in nodes if (scaled := recurrences.scaled(i)) is not None]
     lines += [line for c in convolutions for line in c.begin()]
     for k in range(1, PASS):
         lines += [f"k = {k}", f"ik = {1.0 / k!r}", *one_order(k, k)]

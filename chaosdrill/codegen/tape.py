@@ -87,15 +87,26 @@ class Tape:
                 constant += term
                 continue
             weight, rest = term.as_independent(*self._moving(), as_Add=False)
-            index = self.lower(rest)
-            terms[index] = terms.get(index, sympy.Integer(0)) + weight
+            offset, parts = self._parts(self.lower(rest))
+            constant += weight * offset
+            for index, part in parts.items():
+                terms[index] = terms.get(index, sympy.Integer(0)) + weight * part
         terms = {index: weight for index, weight in terms.items() if weight != 0}
         return self.add(Node("linear", tuple(terms), value=constant, weights=tuple(terms.values())))
+
+    def _parts(self, index: int) -> tuple[Any, dict[int, Any]]:
+        """A node as a constant and weighted nodes: sums of sums become one, which waits for less."""
+        node = self.nodes[index]
+        if node.op == "linear":
+            return node.value, dict(zip(node.args, node.weights, strict=True))
+        return sympy.Integer(0), {index: sympy.Integer(1)}
 
     def _product(self, expression: Any) -> int:
         weight, rest = expression.as_independent(*self._moving(), as_Add=False)
         if weight != 1:
-            return self.add(Node("linear", (self.lower(rest),), value=sympy.Integer(0), weights=(weight,)))
+            offset, parts = self._parts(self.lower(rest))
+            weights = tuple(weight * part for part in parts.values())
+            return self.add(Node("linear", tuple(parts), value=weight * offset, weights=weights))
         above = [f for f in rest.args if not _is_denominator(f)]
         below = [1 / f for f in rest.args if _is_denominator(f)]
         index = self._chain(above) if above else None

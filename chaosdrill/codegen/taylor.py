@@ -26,8 +26,8 @@ class ModeSource:
     ----------
     linear : dict of (int, int) to expression
         Entries of the Jacobian that depend on parameters only.
-    products : dict of (int, int) to list of (int, expression)
-        Nodes and their weights, of which the other entries are sums.
+    products : dict of (int, int) to (int, expression)
+        Node and weight, whose product the other entries have besides.
     """
 
     def __init__(self, system: "HybridSystem", mode: str, guards: list[Any], constants: Constants) -> None:
@@ -42,13 +42,13 @@ class ModeSource:
         self.source = Recurrences(self.tape, self.rows, self.slope_rows, constants)
         self.in_jet = self._reach([*self.rates, *self.guards])
         self._lower_jacobian(system, mode)
-        wanted = {index for terms in self.products.values() for index, _ in terms}
+        wanted = {index for index, _ in self.products.values()}
         self.in_jacobian = self._reach(sorted(wanted)) - self.in_jet
         self.row_count = self._assign_rows(wanted)
 
     def _lower_jacobian(self, system: "HybridSystem", mode: str) -> None:
         self.linear: dict[tuple[int, int], Any] = {}
-        self.products: dict[tuple[int, int], list[tuple[int, Any]]] = {}
+        self.products: dict[tuple[int, int], tuple[int, Any]] = {}
         matrix = jacobian(system, mode)
         for i in range(self.n):
             for j in range(self.n):
@@ -59,13 +59,15 @@ class ModeSource:
                     self.linear[i, j] = entry
                     continue
                 index = self.tape.lower(entry)
-                node = self.tape.nodes[index]
-                if node.op == "linear" and len(node.args) == 1:
-                    if node.value != 0:
-                        self.linear[i, j] = node.value
-                    self.products[i, j] = [(node.args[0], node.weights[0])]
-                else:
-                    self.products[i, j] = [(index, sympy.Integer(1))]
+                weight, constant = sympy.Integer(1), sympy.Integer(0)
+                while self.tape.nodes[index].op == "linear" and len(self.tape.nodes[index].args) == 1:
+                    node = self.tape.nodes[index]
+                    constant += weight * node.value
+                    weight *= node.weights[0]
+                    index = node.args[0]
+                if constant != 0:
+                    self.linear[i, j] = constant
+                self.products[i, j] = (index, weight)
 
     def _reach(self, roots: list[int]) -> set[int]:
         seen: set[int] = set()
@@ -116,7 +118,10 @@ class ModeSource:
         kept = [i for i in sorted(nodes) if not self.source.is_number(i)]
         if not order:
             return kept
-        used = {i for i in kept if i in self.rates or i in self.guards or i in self.rows}
+        used = {i for i in kept if i in self.guards or i in self.rows}
+        for rate in self.rates:
+            node = self.tape.nodes[rate]
+            used.update(node.args if node.op == "linear" else (rate,))
         for i in reversed(kept):
             if i in used:
                 used.update(self.tape.nodes[i].args if self.source.affine(i) is None else ())
@@ -155,12 +160,23 @@ class ModeSource:
         lines += [f"h{i}[0] = {f'x[{i}]' if i < self.n else '0.0'}" for i in range(count)]
         lines += self._begin(self.in_jet)
         lines += [f"h{first_guard + j}[0] = {value(g)}" for j, g in enumerate(self.guards)]
-        lines += [f"r{i} = {value(rate)}" for i, rate in enumerate(self.rates)]
-        before = [line for i in range(count) for line in (f"y{i} = r{i} * ik", f"h{i}[k] = y{i}")]
+        lines += [f"n{i} = {value(rate)}" for i, rate in enumerate(self.rates)]
+        before = [line for i in range(count) for line in (f"y{i} = n{i}", f"h{i}[k] = y{i}")]
         after = [f"h{first_guard + j}[k] = {'0.0' if number(g) else f'v{g}'}" for j, g in enumerate(self.guards)]
-        after += [f"r{i} = {'0.0' if number(rate) else f'v{rate}'}" for i, rate in enumerate(self.rates)]
+        after += [
+            "jk = RECIPROCAL[uint64(k + 1)]",
+            *(f"n{i} = {self._next(rate)}" for i, rate in enumerate(self.rates)),
+        ]
         nodes = self._ordered(self.in_jet, order=True)
         return with_constants(lines + passes(nodes, self.source, before, after, self._store(nodes)))
+
+    def _next(self, rate: int) -> str:
+        """Coefficient k + 1 of a state; every term is divided by k + 1 on its own, so that the last one need not wait."""
+        if self.source.is_number(rate):
+            return "0.0"
+        if self.tape.nodes[rate].op != "linear":
+            return f"jk * v{rate}"
+        return " + ".join(f"jk{self.source.factor(w)} * v{i}" for w, i in self.source.terms(rate))
 
     def jacobian_jet(self) -> list[str]:
         """Body of ``jacobian_jet``: coefficients of the Jacobian's entries that the jet does not already hold."""

@@ -1,9 +1,5 @@
 """Taylor coefficients of two solutions of the variational equation of one mode, as Python source."""
 
-from typing import Any
-
-import sympy
-
 from chaosdrill.codegen.constants import Constants, with_constants
 from chaosdrill.codegen.recurrence import PASS
 from chaosdrill.codegen.taylor import ModeSource
@@ -16,7 +12,7 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
     between one order and the next is a product with the Jacobian at the start, whose entries wait in registers.
     """
     n = mode.n
-    pairs = sorted({(mode.rows[index], j) for (_, j), terms in mode.products.items() for index, _ in terms})
+    pairs = sorted({(mode.rows[index], j) for (_, j), (index, _) in mode.products.items()})
     lines = [f"h{r} = ws[{r}]" for r in sorted({row for row, _ in pairs})]
     for i in range(n):
         lines += [f"a{i} = first[{i}]", f"b{i} = second[{i}]"]
@@ -25,18 +21,24 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
     start: dict[tuple[int, int], list[str]] = {}
     for place, entry in mode.linear.items():
         start.setdefault(place, []).append(constants.text(entry))
-    for place, terms in mode.products.items():
-        for index, weight in terms:
-            start.setdefault(place, []).append(f"{mode.source.times(weight)}h{mode.rows[index]}_0")
+    for place, (index, weight) in mode.products.items():
+        start.setdefault(place, []).append(f"{mode.source.times(weight)}h{mode.rows[index]}_0")
     lines += [f"j{i}_{j} = {' + '.join(terms)}" for (i, j), terms in start.items()]
     loop: list[str] = []
     for row, j in pairs:
-        loop += [f"p{row}_{j}_{lane} = 0.0" for lane in range(PASS)]
-        loop += [f"q{row}_{j}_{lane} = 0.0" for lane in range(PASS)]
-        loop += ["for i in range(base):", f"    d = wa{j}[i]", f"    e = wb{j}[i]"]
+        name = f"{row}_{j}"
+        loop += [f"{sums}{name}_{lane} = 0.0" for sums in "pqrs" for lane in range(PASS)]
+        loop += ["for i in range(0, base, 2):", f"    d = wa{j}[i]", f"    e = wb{j}[i]"]
+        loop += [f"    f = wa{j}[i + 1]", f"    g = wb{j}[i + 1]", f"    u = h{row}[uint64(base - i - 1)]"]
         for lane in range(PASS):
-            loop.append(f"    f = h{row}[uint64(base - i + {lane})]")
-            loop += [f"    p{row}_{j}_{lane} += f * d", f"    q{row}_{j}_{lane} += f * e"]
+            # two chains a sum: the even and the odd terms
+            loop += [
+                f"    r{name}_{lane} += u * f",
+                f"    s{name}_{lane} += u * g",
+                f"    u = h{row}[uint64(base - i + {lane})]",
+            ]
+            loop += [f"    p{name}_{lane} += u * d", f"    q{name}_{lane} += u * e"]
+        loop += [f"{a}{name}_{lane} += {b}{name}_{lane}" for a, b in ("pr", "qs") for lane in range(PASS)]
     for lane in range(PASS):
         loop += [f"k = base + {lane}", "ik = RECIPROCAL[uint64(k + 1)]"]
         loop += [f"i{i}_{j} = ik * j{i}_{j}" for i, j in start]
@@ -54,13 +56,11 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
 def _next(mode: ModeSource, i: int, letter: str, sums: str, lane: int) -> str:
     """Coefficient k + 1 of entry i: what is old first, the product with the Jacobian at the start last."""
     old: list[str] = []
-    for (a, j), terms in mode.products.items():
-        if a != i:
-            continue
-        for index, weight in terms:
+    for (a, j), (index, weight) in mode.products.items():
+        if a == i:
             row = mode.rows[index]
             inner = [f"{sums}{row}_{j}_{lane}", *(f"h{row}_{lane - m} * {letter}{j}_{m}" for m in range(lane))]
-            old.append(_times(mode, weight, f"({' + '.join(inner)})"))
+            old.append(f"{mode.source.times(weight)}({' + '.join(inner)})")
     newest = [f"i{a}_{j} * {letter}{j}" for a, j in _entries(mode) if a == i]
     terms = [f"ik * ({' + '.join(old)})"] * bool(old) + newest
     return " + ".join(terms) if terms else "0.0"
@@ -68,7 +68,3 @@ def _next(mode: ModeSource, i: int, letter: str, sums: str, lane: int) -> str:
 
 def _entries(mode: ModeSource) -> list[tuple[int, int]]:
     return sorted({*mode.linear, *mode.products})
-
-
-def _times(mode: ModeSource, weight: Any, text: str) -> str:
-    return text if weight == sympy.Integer(1) else f"{mode.source.times(weight)}{text}"

@@ -68,7 +68,7 @@ LARGE_GROWTH = 1e4
 
 _integer_matrix = int64[:, ::1]
 _scratch = types.Tuple(
-    (matrix, vector, vector, matrix, matrix, *[vector] * 6, matrix, vector, matrix, vector)
+    (matrix, vector, vector, matrix, matrix, *[vector] * 6, matrix, vector, matrix)
 )  # in the order of engine.layout
 _signature = int64(
     *KERNEL_TYPES,

@@ -9,7 +9,7 @@ from numba import uint64
 
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import ARMED, BEGIN, FIRE, INVALID, MARKS, ONGOING, PASSED, SAME_MODE
-from chaosdrill.engine.polynomial import keeps_side
+from chaosdrill.engine.polynomial import keeps_side, size
 from chaosdrill.engine.roots import first_crossing, recrossing
 
 ZERO = 1e-13
@@ -20,14 +20,10 @@ TIE = 1e-12
 
 
 @inlined
-def vanishing_order(g, n, h, floor):
+def vanishing_order(ws, i, n, h, floor):
     """Number of leading coefficients that are zero to round-off; n + 1 if all are, or if they are no numbers."""
-    variation = 0.0
-    power = 1.0
-    for k in range(n + 1):
-        variation += abs(g[k]) * power
-        power *= h
-    limit = ZERO * variation + floor
+    g = ws[i]
+    limit = ZERO * size(ws, uint64(i), h, 0) + floor
     if limit != limit:
         return n + 1
     order = 0
@@ -86,14 +82,14 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
 
     ``ws[row + j]`` holds the polynomial of guard j; ``sides`` and ``armed`` are carried from step to step.
     """
-    a, shifted, stack, ends, times, power = polynomials
+    a, shifted, stack, ends, times = polynomials
     for j in range(count):
         g = ws[row + j]
         direction = directions[j]
         order = 0
         fire = False
         if fresh != ONGOING:
-            order = vanishing_order(g, n, h, floor)
+            order = vanishing_order(ws, row + j, n, h, floor)
             if order > n:
                 armed[j] = 0
                 times[j] = -1.0
@@ -108,7 +104,7 @@ def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, si
             fire = g[0] * sides[j] <= 0.0
         if fire:
             times[j] = 0.0
-        elif armed[j] == 1 and order == 0 and keeps_side(g, power, sides[j] < 0):
+        elif armed[j] == 1 and order == 0 and keeps_side(ws, uint64(row + j), h, -float(sides[j])):
             times[j] = -1.0
         elif armed[j] == 1:
             times[j] = first_crossing(g, order, n - order, h, sides[j] < 0, a, stack, ends)

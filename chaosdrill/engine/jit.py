@@ -86,11 +86,6 @@ def series(function: Any) -> Any:
     return numba.njit(error_model="numpy", _nrt=False, fastmath={"contract"})(function)
 
 
-def reordered(function: Any) -> Any:
-    """A sum of fixed length whose terms may be added in any order, several at a time."""
-    return numba.njit(error_model="numpy", _nrt=False, fastmath={"contract", "reassoc", "nsz"})(function)
-
-
 def inner(function: Any) -> Any:
     """A function of the engine, compiled into its caller with strict rounding."""
     return numba.njit(error_model="numpy", _nrt=False)(function)

@@ -5,8 +5,8 @@ METHOD, ORDER, QUADRATURES, SAMPLES, RECORD, ORTHOGONALISE, ABSOLUTE_TIME, MAX_E
 SETTINGS_I = 9
 
 # settings, doubles
-TOLERANCE, PERIOD, STEP = range(3)
-SETTINGS_F = 3
+TOLERANCE, PERIOD, STEP, REACH = range(4)
+SETTINGS_F = 4
 
 # carried, integers
 (
@@ -62,11 +62,13 @@ METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
     RESET_JACOBIAN,
     JUMP,
     STAGES,
-    POWERS,
-) = range(15)
+) = range(14)
 
-COLUMNS = 32
-"""Length of a workspace row; beyond the order it holds zeros, so that sums over all of it have a fixed length."""
+WIDTH = 28
+"""Coefficients of a series, at most; beyond the order a row holds zeros, so that sums over all of it have one length."""
+
+COLUMNS = WIDTH + 4
+"""Length of a workspace row: the last pass over four orders may write beyond the highest."""
 
 # what a call of the engine ends with; values from 4 on are those of dataset.Outcome
 DONE, FULL = range(2)

@@ -1,54 +1,58 @@
-"""Polynomials in rows of fixed length, zero beyond their order: all of their terms are added up at once."""
+"""Polynomials in rows of fixed length, zero beyond their order.
 
-from chaosdrill.engine.jit import inner, reordered, series
-from chaosdrill.engine.layout import COLUMNS
+The coefficients of every fourth power are summed apart, by Horner's rule in the fourth power of the argument: four short
+chains at once, for which the compiler takes one vector instruction a step.
+"""
+
+from chaosdrill.engine.jit import series
+from chaosdrill.engine.layout import WIDTH
 
 
 @series
-def powers(s, out):
-    """Powers of s, by their exponents."""
-    a = 1.0
-    b = s
-    c = s * s
-    d = c * s
-    fourth = c * c
-    for k in range(0, COLUMNS, 4):
-        out[k] = a
-        out[k + 1] = b
-        out[k + 2] = c
-        out[k + 3] = d
-        a *= fourth
-        b *= fourth
-        c *= fourth
-        d *= fourth
+def _join(a, b, c, d, s):
+    return (a + b * s) + (c + d * s) * (s * s)
 
 
-@reordered
-def value(rows, i, power):
-    """Value of row i, from the powers of its argument."""
-    total = 0.0
-    for k in range(COLUMNS):
-        total += rows[i, k] * power[k]
-    return total
+@series
+def value(rows, i, s):
+    """Value of the polynomial in row i."""
+    fourth = (s * s) * (s * s)
+    a = b = c = d = 0.0
+    for m in range(WIDTH // 4):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + rows[i, k]
+        b = b * fourth + rows[i, k + 1]
+        c = c * fourth + rows[i, k + 2]
+        d = d * fourth + rows[i, k + 3]
+    return _join(a, b, c, d, s)
 
 
-@reordered
-def _rises(row, power):
-    total = 0.0
-    for k in range(1, COLUMNS):
-        total += max(row[k] * power[k], 0.0)
-    return total
+@series
+def size(rows, i, s, first):
+    """Sum of the sizes of the terms of row i at s > 0, from order ``first`` on, a multiple of four."""
+    fourth = (s * s) * (s * s)
+    a = b = c = d = 0.0
+    for m in range((WIDTH - first) // 4):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + abs(rows[i, k])
+        b = b * fourth + abs(rows[i, k + 1])
+        c = c * fourth + abs(rows[i, k + 2])
+        d = d * fourth + abs(rows[i, k + 3])
+    return _join(a, b, c, d, s) * fourth ** (first // 4)
 
 
-@reordered
-def _falls(row, power):
-    total = 0.0
-    for k in range(1, COLUMNS):
-        total += min(row[k] * power[k], 0.0)
-    return total
+@series
+def keeps_side(rows, i, s, sign):
+    """Whether no term of the sign opposite to that of its value at 0 can bring a polynomial to zero up to s > 0.
 
-
-@inner
-def keeps_side(row, power, below):
-    """Whether the signs of its terms alone keep a polynomial below (or above) zero up to the argument of the powers."""
-    return row[0] + _rises(row, power) < 0.0 if below else row[0] + _falls(row, power) > 0.0
+    ``sign`` is -1.0 for a polynomial above zero, 1.0 for one below.
+    """
+    fourth = (s * s) * (s * s)
+    a = b = c = d = 0.0
+    for m in range(WIDTH // 4):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + max(sign * rows[i, k], 0.0)
+        b = b * fourth + max(sign * rows[i, k + 1], 0.0)
+        c = c * fourth + max(sign * rows[i, k + 2], 0.0)
+        d = d * fourth + max(sign * rows[i, k + 3], 0.0)
+    return sign * rows[i, 0] + _join(a, b, c, d, s) < 0.0

@@ -125,6 +125,8 @@ class Run:
         self.settings_i[at.ABSOLUTE_TIME] = int(system.period is None)
         self.settings_i[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
         self.settings_f[at.TOLERANCE] = numerics.tolerance
+        # a step of this part of the radius of convergence leaves out a term of the size of the tolerance
+        self.settings_f[at.REACH] = numerics.tolerance ** (1 / (numerics.order + 1))
         self.settings_f[at.PERIOD] = period
         self.settings_f[at.STEP] = period / (numerics.steps or 200)
         self.transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
@@ -166,7 +168,7 @@ class Run:
             np.zeros((kernels.rows + (m + m % 2) * n, at.COLUMNS)), np.zeros(at.COLUMNS), np.zeros(at.COLUMNS),
             np.zeros((DEPTH, at.COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
             np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros(n),
-            np.zeros((stage_rows(m), n + q)), np.zeros(at.COLUMNS),
+            np.zeros((stage_rows(m), n + q)),
         )  # fmt: skip
 
     @property

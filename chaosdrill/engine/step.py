@@ -23,7 +23,6 @@ from chaosdrill.engine.layout import (
     OUT,
     PERIOD,
     POLYNOMIAL,
-    POWERS,
     PROVEN,
     QUADRATURES,
     RECORD,
@@ -39,7 +38,6 @@ from chaosdrill.engine.layout import (
     TIMES,
     WORKSPACE,
 )
-from chaosdrill.engine.polynomial import powers
 
 
 @inlined
@@ -72,8 +70,8 @@ def prepare(
         h = taylor.expand(functions, first + count, first, settings_i, settings_f, t, c, x, vectors, carried, ws)
         carried[EVALUATIONS] += settings_i[ORDER]
         if carried[FRESH] != ONGOING or h > 1.3 * carried_f[PROVEN]:
-            place, rate, slope = scratch[IMAGE], scratch[BEFORE], scratch[AFTER]
-            h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, place, rate, slope)
+            spare = (scratch[IMAGE], scratch[BEFORE], scratch[AFTER])
+            h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spare)
             carried_f[PROVEN] = h
     else:
         h = stepper[0](
@@ -103,9 +101,7 @@ def prepare(
         floor = 0.0
         for i in range(x.size):
             floor = max(floor, abs(x[i]))
-        power = scratch[POWERS]
-        powers(h, power)
-        polynomials = (scratch[POLYNOMIAL], scratch[SHIFTED], scratch[STACK], scratch[ENDS], scratch[TIMES], power)
+        polynomials = (scratch[POLYNOMIAL], scratch[SHIFTED], scratch[STACK], scratch[ENDS], scratch[TIMES])
         te, j, ties = guards.first_event(
             ws,
             first,
@@ -153,8 +149,7 @@ def evaluate(functions, stepper, settings_i, t, c, x, s, carried, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
     out = scratch[OUT]
     if settings_i[METHOD] == TAYLOR:
-        powers(s, scratch[POWERS])
-        taylor.evaluate(scratch[WORKSPACE], out.size, scratch[POWERS], out)
+        taylor.evaluate(scratch[WORKSPACE], out.size, s, out)
     else:
         stepper[2](functions[3], functions[4], t, c, x, s, carried, scratch[STAGES], out)
 
@@ -198,9 +193,8 @@ def advance(functions, stepper, settings_i, t, c, x, s, sums, vectors, carried, 
     out = scratch[OUT]
     live = carried[LIVE]
     if settings_i[METHOD] == TAYLOR:
-        powers(s, scratch[POWERS])
-        taylor.evaluate(scratch[WORKSPACE], out.size, scratch[POWERS], out)
-        taylor.evaluate_vectors(scratch[WORKSPACE], scratch[POWERS], live, vectors)
+        taylor.evaluate(scratch[WORKSPACE], out.size, s, out)
+        taylor.evaluate_vectors(scratch[WORKSPACE], s, live, vectors)
     else:
         stepper[3](functions[3], functions[4], t, c, x, s, vectors, carried, carried_f, scratch[STAGES], out)
     for i in range(n):

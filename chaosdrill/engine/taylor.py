@@ -6,13 +6,16 @@ import numpy as np
 from numba import uint64
 
 from chaosdrill.engine.jit import inlined, inner, series
-from chaosdrill.engine.layout import LIVE, MODE, ORDER, PERIOD, TOLERANCE
-from chaosdrill.engine.polynomial import value
+from chaosdrill.engine.layout import LIVE, MODE, ORDER, PERIOD, REACH, TOLERANCE
+from chaosdrill.engine.polynomial import size, value
 
 SMALLEST = 1e-300
 
 LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
+
+GAP = 1000.0
+"""Sum of the late terms at the radius of convergence, relative to the states, that raises suspicion."""
 
 DEFECT = 100.0
 """Defect at the end of a step, times its length, in units of the tolerance, above which the step is shortened."""
@@ -37,12 +40,9 @@ def _exp2(y):
 
 
 @inner
-def _reach(last, last_but_one, tolerance, order):
-    """Step at which neither of the last two coefficients contributes more than the tolerated error."""
-    most = _log2(tolerance)
-    a = (most - _log2(max(last, SMALLEST))) / order
-    b = (most - _log2(max(last_but_one, SMALLEST))) / (order - 1)
-    return min(_exp2(min(a, b)), LONGEST)
+def _radius(last, last_but_one, order):
+    """Radius of convergence that the last two coefficients show."""
+    return _exp2(min(-_log2(max(last, SMALLEST)) / order, -_log2(max(last_but_one, SMALLEST)) / (order - 1)))
 
 
 @inner
@@ -82,18 +82,30 @@ def _values_and_rates(ws, count, order, s, values, rates):
         i += 3
 
 
+@inner
+def _has_gap(ws, n, radius, scale):
+    """Whether a coefficient is larger than the radius of convergence lets expect, which then may be wrong."""
+    total = 0.0
+    for i in range(n):
+        total += size(ws, uint64(i), radius, 8)
+    return not total <= GAP * scale
+
+
 @inlined
-def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, place, rate, slope):
+def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spare):
     """The step h, shortened until the series obeys the equation at its end.
 
     The last coefficients may lie in a gap of the series (the solution of x'' = -x**3 from x = 0 has every fourth one
-    only) and promise a step far beyond its radius; the defect tells.
+    only) and promise a step far beyond its radius; earlier ones show that, and the defect tells how far it goes.
     """
+    place, rate, slope = spare
     n = x.size
     order = settings_i[ORDER]
     scale = 1.0
     for i in range(n):
         scale = max(scale, abs(x[i]))
+    if not _has_gap(ws, n, h / settings_f[REACH], scale):
+        return h
     for _ in range(100):
         _values_and_rates(ws, n, order, h, place, slope)
         functions[3](carried[MODE], t + h, c, place, rate)
@@ -112,8 +124,8 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, plac
 def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, carried, ws):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last two coefficients bound the local error, relative to max(1, |x|) over all states for the state and to its
-    length for every tangent.
+    The last two coefficients tell the first one left out, relative to max(1, |x|) over all states for the state and
+    to its length for every tangent.
     """
     n = x.size
     order = settings_i[ORDER]
@@ -148,21 +160,21 @@ def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, ca
                 b = max(b, abs(ws[i, order - 1]))
             last = max(last, a / size)
             last_but_one = max(last_but_one, b / size)
-    return min(_reach(last, last_but_one, settings_f[TOLERANCE], order), settings_f[PERIOD])
+    return min(_radius(last, last_but_one, order) * settings_f[REACH], settings_f[PERIOD], LONGEST)
 
 
 @inner
-def evaluate(ws, count, power, out):
-    """Polynomials of the first ``count`` rows, from the powers of their argument."""
+def evaluate(ws, count, s, out):
+    """Polynomials of the first ``count`` rows at s."""
     for i in range(count):
-        out[i] = value(ws, uint64(i), power)
+        out[i] = value(ws, uint64(i), s)
 
 
 @inner
-def evaluate_vectors(ws, power, live, vectors):
-    """Live tangents, in place."""
+def evaluate_vectors(ws, s, live, vectors):
+    """Live tangents at s, in place."""
     n = vectors.shape[1]
     for v in range(live):
         row = _first_row(ws, vectors, v)
         for i in range(n):
-            vectors[v, i] = value(ws, uint64(row + i), power)
+            vectors[v, i] = value(ws, uint64(row + i), s)
