@@ -200,7 +200,7 @@ class Recurrences:
         if rate is not None:
             return [f"{out} = {minus}ik * {self.constants.text(rate)} * o{slope}"]
         scaled = self.scaled(index)
-        newest = f"v{node.args[0]} * z{slope}" if scaled is None else f"v{scaled[0]} * x{index}"
+        newest = f"v{node.args[0]} * z{slope}" if scaled is None else f"v{scaled[0]} * w{index}"
         return [f"{out} = {minus}(ik * ({inner}) + {newest})"]
 
     def scaled(self, index: int) -> tuple[int, str] | None:
@@ -268,7 +268,7 @@ def passes(
         return lines + after + [line for c in convolutions for line in c.shift()]
 
     lines = [f"z{i} = v{i}" for i in sorted({i for index in nodes for i in recurrences.factors(index)})]
-    lines += [f"x{i} = {scaled[1]}" for i in nodes if (scaled := recurrences.scaled(i)) is not None]
+    lines += [f"w{i} = {scaled[1]}" for i in nodes if (scaled := recurrences.scaled(i)) is not None]
     lines += [line for c in convolutions for line in c.begin()]
     for k in range(1, PASS):
         lines += [f"k = {k}", f"ik = {1.0 / k!r}", *one_order(k, k)]

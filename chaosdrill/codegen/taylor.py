@@ -171,7 +171,7 @@ class ModeSource:
         return with_constants(lines + passes(nodes, self.source, before, after, self._store(nodes)))
 
     def _next(self, rate: int) -> str:
-        """Coefficient k + 1 of a state; every term is divided by k + 1 on its own, so that the last one need not wait."""
+        """Coefficient k + 1 of a state; every term is divided on its own, so that the last one need not wait."""
         if self.source.is_number(rate):
             return "0.0"
         if self.tape.nodes[rate].op != "linear":

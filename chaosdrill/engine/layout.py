@@ -65,7 +65,7 @@ METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
 ) = range(14)
 
 WIDTH = 28
-"""Coefficients of a series, at most; beyond the order a row holds zeros, so that sums over all of it have one length."""
+"""Coefficients of a series, at most; beyond the order a row holds zeros, so that all sums have one length."""
 
 COLUMNS = WIDTH + 4
 """Length of a workspace row: the last pass over four orders may write beyond the highest."""

@@ -1,7 +1,7 @@
 """Polynomials in rows of fixed length, zero beyond their order.
 
-The coefficients of every fourth power are summed apart, by Horner's rule in the fourth power of the argument: four short
-chains at once, for which the compiler takes one vector instruction a step.
+The coefficients of every fourth power are summed apart, by Horner's rule in the fourth power of the argument: four
+short chains at once, for which the compiler takes one vector instruction a step.
 """
 
 from chaosdrill.engine.jit import series

@@ -28,7 +28,7 @@ def contact(n, force=D**N):
 @pytest.mark.parametrize("force", [D**N, positive_power(D, N)], ids=str)
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_a_contact_of_whole_exponent_starts_at_no_depth(n, force):
-    run = cd.trajectory(contact(n, force), duration=1.0)
+    run = cd.trajectory(contact(n, force), duration=1.0, tolerance=1e-13)
     assert run["event_time"].values == pytest.approx([hunt_crossley_duration(1.0, 0.0, float(n), 1e6)], rel=1e-12)
     assert run["event_state_before"].values[0, 1] == pytest.approx(-1.0, rel=1e-12)
 
