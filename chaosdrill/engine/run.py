@@ -125,8 +125,8 @@ class Run:
         self.settings_i[at.ABSOLUTE_TIME] = int(system.period is None)
         self.settings_i[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
         self.settings_f[at.TOLERANCE] = numerics.tolerance
-        # a step of this part of the radius of convergence leaves out a term of the size of the tolerance
-        self.settings_f[at.REACH] = numerics.tolerance ** (1 / (numerics.order + 1))
+        # at this part of the radius of convergence the last term is of the size of the tolerance
+        self.settings_f[at.REACH] = numerics.tolerance ** (1 / numerics.order)
         self.settings_f[at.PERIOD] = period
         self.settings_f[at.STEP] = period / (numerics.steps or 200)
         self.transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)

@@ -124,8 +124,8 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spar
 def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, carried, ws):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last two coefficients tell the first one left out, relative to max(1, |x|) over all states for the state and
-    to its length for every tangent.
+    The last term is to be of the size of the tolerance, relative to max(1, |x|) over all states for the state and to
+    its length for every tangent.
     """
     n = x.size
     order = settings_i[ORDER]
