@@ -27,43 +27,36 @@ _ZERO = 1e-11
 
 
 @inner
-def _moved(v):
-    return 11 + 6 * v
+def _mean(stages, first, i):
+    return (stages[first, i] + 2.0 * (stages[first + 1, i] + stages[first + 2, i]) + stages[first + 3, i]) / 6.0
 
 
 @inner
 def move(field, variation, carried, t, c, x, s, vectors, live, out, stages):
-    """States and quadratures (``out``) and tangents (row ``_moved(v)`` of ``stages``) after a step of length s."""
+    """States and quadratures (``out``) and tangents (row 10 + 6 v of ``stages``) after a step of length s."""
     n = x.size
-    m = out.size
     mode = carried[MODE]
     carried[EVALUATIONS] += 4
     place = stages[0]
-    for i in range(m):
-        out[i] = x[i] if i < n else 0.0
-    for v in range(live):
+    for k in range(4):
+        part = 0.0 if k == 0 else (s if k == 3 else 0.5 * s)
         for i in range(n):
-            stages[_moved(v), i] = vectors[v, i]
-    for stage in range(4):
-        part = 0.0 if stage == 0 else (s if stage == 3 else 0.5 * s)
-        weight = s / 6.0 if stage in (0, 3) else s / 3.0
-        before = stages[1 + stage]
-        for i in range(n):
-            place[i] = x[i] + (part * before[i] if stage > 0 else 0.0)
-        rate = stages[2 + stage]
-        field(mode, t + part, c, place, rate)
-        for i in range(m):
-            out[i] += weight * rate[i]
+            place[i] = x[i] + (part * stages[k, i] if k > 0 else 0.0)
+        field(mode, t + part, c, place, stages[1 + k])
         for v in range(live):
-            base = 6 + 6 * v
-            direction = stages[base]
-            last = stages[base + stage]
+            row = 5 + 6 * v
+            direction = stages[row]
             for i in range(n):
-                direction[i] = vectors[v, i] + (part * last[i] if stage > 0 else 0.0)
-            image = stages[base + 1 + stage]
-            variation(mode, t + part, c, place, direction, image)
-            for i in range(n):
-                stages[_moved(v), i] += weight * image[i]
+                direction[i] = vectors[v, i] + (part * stages[row + k, i] if k > 0 else 0.0)
+            variation(mode, t + part, c, place, direction, stages[row + 1 + k])
+    for i in range(n):
+        out[i] = x[i] + s * _mean(stages, 1, i)
+    for i in range(n, out.size):
+        out[i] = s * _mean(stages, 1, i)
+    for v in range(live):
+        row = 5 + 6 * v
+        for i in range(n):
+            stages[row + 5, i] = vectors[v, i] + s * _mean(stages, row + 1, i)
 
 
 @inner
@@ -191,4 +184,4 @@ def advance(field, variation, t, c, x, s, vectors, carried, carried_f, stages, o
     move(field, variation, carried, t, c, x, s, vectors, live, out, stages)
     for v in range(live):
         for i in range(x.size):
-            vectors[v, i] = stages[_moved(v), i]
+            vectors[v, i] = stages[10 + 6 * v, i]
