@@ -12,6 +12,7 @@ Parts (all of them if none is named) and what they write into ``studies/accuracy
     stiff_contact  a mapped against a resolved contact, and tangents through it          stiff_contact.md, .png
     effects_cost   an absent effect against a system without it                          effects_cost.md
     long_run       a million periods against a thousand runs of a thousand               long_run.md
+    exact_flow     the closed form of a linear mode in the place of its series           exact_flow.md
 
 ``--against`` adds a program to the ratios: its name, and a command in which ``{eta}``, ``{periods}`` and
 ``{tolerance}`` stand for numbers and ``[--lyap]`` for the flag that asks for two tangents. It prints one line of JSON
@@ -71,6 +72,13 @@ def make_stiff_contact(given: argparse.Namespace) -> str:
     return stiff_contact.table(found, ways)
 
 
+def make_exact_flow(given: argparse.Namespace) -> str:
+    """Compare the two; what is compiled for it is compiled now."""
+    import exact_flow
+
+    return exact_flow.table(exact_flow.compare(given.rounds))
+
+
 PARTS = {
     "start_up": lambda given: start_up.table(start_up.start_up()),
     "effects_cost": lambda given: effects_cost.table(effects_cost.compare(given.rounds)),
@@ -78,6 +86,7 @@ PARTS = {
     "paper_method": make_paper_method,
     "exponents": make_exponents,
     "stiff_contact": make_stiff_contact,
+    "exact_flow": make_exact_flow,
     "ratios": make_ratios,
 }
 
