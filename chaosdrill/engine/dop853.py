@@ -11,6 +11,7 @@ import math
 from chaosdrill.engine.dop853_step import attempt, dense_output, error_of, first_length, size
 from chaosdrill.engine.dop853_tables import (
     END,
+    GUARD_DEGREE,
     PLACE,
     ROWS_A_VECTOR,
     STAGES,
@@ -127,7 +128,7 @@ def expand(
             left = guard_polynomials(
                 guard, mode, count, marks, t, c, x, h, stages[0], stages[PLACE], gradient, ws, first
             )
-            if left > max(tolerance, INTERPOLATED) and halvings < 6:
+            if left == math.inf or (left > max(tolerance, INTERPOLATED) and halvings < 6):
                 halvings += 1
                 rejected = True
                 h *= 0.5
@@ -163,7 +164,7 @@ def _newton(field, variation, guard, j, s, h, t, c, x, carried, g, stages, gradi
         for i in range(n):
             slope += gradient[i] * rate[i]
         bend = 0.0
-        for k in range(g.size - 1, 1, -1):
+        for k in range(GUARD_DEGREE, 1, -1):
             bend = bend * s + k * (k - 1) * g[k]
         square = slope * slope - 2.0 * bend * value
         if slope == 0.0 or not square >= 0.0:

@@ -3,6 +3,8 @@
 Value and slope at the start come from the guard itself, so that what vanishes there vanishes to round-off.
 """
 
+import math
+
 from chaosdrill.engine.dop853_tables import DEGREE, GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.layout import AFFINE
@@ -10,7 +12,10 @@ from chaosdrill.engine.layout import AFFINE
 
 @series
 def guard_polynomials(guard, mode, count, marks, t, c, x, h, rate, place, gradient, ws, first):
-    """Fill rows ``first``, ... of the workspace from those of the states; returns what the interpolation leaves out."""
+    """Fill rows ``first``, ... of the workspace from those of the states; returns what the interpolation leaves out.
+
+    That is infinite where a polynomial is not finite: the step has touched what the guard or the field cannot bear.
+    """
     n = x.size
     left = 0.0
     for j in range(count):
@@ -28,6 +33,11 @@ def guard_polynomials(guard, mode, count, marks, t, c, x, h, rate, place, gradie
                     g[k] += gradient[i] * ws[i, k]
         else:
             left = max(left, _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g))
+        total = 0.0
+        for k in range(GUARD_DEGREE + 1):
+            total += g[k]
+        if not math.isfinite(total):
+            return math.inf
     return left
 
 
