@@ -17,14 +17,14 @@ X, V = sympy.symbols("x v", real=True)
 METHODS = ("RK45", "DOP853", "LSODA", "Radau")
 
 
-def parabola(gap: float) -> "cd.HybridSystem":
-    """A parabola that reaches ``gap`` above zero at time 1."""
+def parabola(gap: float, direction: int = 0) -> "cd.HybridSystem":
+    """A parabola that reaches ``gap`` above zero at time 1, and what sees it cross."""
     return cd.HybridSystem(
         name="parabola",
         states=(X, V),
         parameters={},
         modes={"flight": {X: V, V: -2}},
-        transitions=[cd.Transition("cross", "flight", "flight", guard=X, direction=0)],
+        transitions=[cd.Transition("cross", "flight", "flight", guard=X, direction=direction)],
         initial={"mode": "flight", X: -1 + gap, V: 2.0},
     )
 

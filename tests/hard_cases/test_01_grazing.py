@@ -1,25 +1,8 @@
 """Case 1: a slow hit stretches without bound; the tangent is not clipped and the smallest normal speed is told."""
 
 import pytest
-import sympy
 
 import chaosdrill as cd
-
-X, V = sympy.symbols("x v", real=True)
-
-
-def thrown(depth):
-    """A ball thrown to a ceiling that it would overshoot by ``depth``, one time unit after the start."""
-    return cd.HybridSystem(
-        name="thrown ball",
-        states=(X, V),
-        parameters={"e": 0.8},
-        modes={"flight": {X: V, V: -1}},
-        transitions=[
-            cd.Transition("impact", "flight", "flight", guard=X, direction=+1, reset={V: -sympy.Symbol("e") * V})
-        ],
-        initial={"mode": "flight", X: -0.5 + depth, V: 1.0},
-    )
 
 
 def landing(depth):
@@ -32,22 +15,28 @@ def landing(depth):
 @pytest.mark.parametrize(
     ("depth", "entry", "digits"), [(1e-4, -129.9, 0.05), (1e-6, -1275.4, 0.05), (1e-8, -12730.0, 1.0)]
 )
-def test_stretching_grows_as_the_inverse_speed(depth, entry, digits, tangent_entries):
+def test_stretching_grows_as_the_inverse_speed(depth, entry, digits, tangent_entries, case):
     shrink = 0.5 / abs(entry)
-    found = tangent_entries(thrown(depth), 2.0, landing(depth), [[shrink, 0], [0, 0]])
+    found = tangent_entries(case(1).thrown(depth), 2.0, landing(depth), [[shrink, 0], [0, 0]])
     stretch = min(found.real) / shrink
     assert stretch == pytest.approx(entry, abs=digits)
-    # the overshoot itself is rounded where the ball starts, half a unit below the ceiling
-    exact = -1.8 / (2 * depth) ** 0.5 - 2.6
-    assert stretch == pytest.approx(exact, rel=max(1e-11, 1e-15 / depth))
+    # a position rounded to 1e-16 at the ceiling is a speed rounded to 1e-16 over itself
+    assert stretch == pytest.approx(case(1).exact(depth), rel=max(1e-11, 2e-16 / depth))
+
+
+@pytest.mark.parametrize("depth", [1e-4, 1e-6, 1e-8])
+def test_the_tangent_of_the_start_has_six_digits_and_more(depth, tangent_map, case):
+    state, matrix = tangent_map(case(1).thrown(depth), 2.0)
+    assert matrix[0, 0] == pytest.approx(case(1).exact(depth), rel=max(1e-11, 2e-16 / depth))
+    assert state == pytest.approx(landing(depth), abs=1e-13 / depth**0.5)
 
 
 @pytest.mark.parametrize("depth", [1e-4, 1e-8])
-def test_the_smallest_normal_speed_is_reported(depth):
-    spectrum = cd.lyapunov_spectrum(thrown(depth), duration=2.0)
+def test_the_smallest_normal_speed_is_reported(depth, case):
+    spectrum = cd.lyapunov_spectrum(case(1).thrown(depth), duration=2.0)
     assert float(spectrum["closest_grazing"]) == pytest.approx((2 * depth) ** 0.5, rel=1e-6)
 
 
-def test_a_ball_that_stays_below_does_not_hit():
-    run = cd.trajectory(thrown(-1e-8), duration=2.0)
+def test_a_ball_that_stays_below_does_not_hit(case):
+    run = cd.trajectory(case(1).thrown(-1e-8), duration=2.0)
     assert run.sizes["event"] == 0

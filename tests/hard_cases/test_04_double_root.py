@@ -2,27 +2,13 @@
 
 import numpy as np
 import pytest
-import sympy
 
 import chaosdrill as cd
 
-X, V = sympy.symbols("x v", real=True)
-
-
-def parabola(gap, direction=0):
-    return cd.HybridSystem(
-        name="parabola",
-        states=(X, V),
-        parameters={},
-        modes={"flight": {X: V, V: -2}},
-        transitions=[cd.Transition("cross", "flight", "flight", guard=X, direction=direction)],
-        initial={"mode": "flight", X: -1 + gap, V: 2.0},
-    )
-
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-6, 1e-10])
-def test_both_crossings_are_found(gap):
-    run = cd.trajectory(parabola(gap), duration=2.0, samples=2)
+def test_both_crossings_are_found(gap, case):
+    run = cd.trajectory(case(4).parabola(gap), duration=2.0, samples=2)
     half = np.sqrt(gap)
     # a start rounded to 1e-16 moves a crossing at speed 2 sqrt(gap) by this much
     slack = 1e-15 / half
@@ -30,10 +16,10 @@ def test_both_crossings_are_found(gap):
 
 
 @pytest.mark.parametrize(("direction", "sign"), [(+1, -1), (-1, +1)])
-def test_a_direction_picks_one_of_them(direction, sign):
-    run = cd.trajectory(parabola(1e-6, direction), duration=2.0, samples=2)
+def test_a_direction_picks_one_of_them(direction, sign, case):
+    run = cd.trajectory(case(4).parabola(1e-6, direction), duration=2.0, samples=2)
     np.testing.assert_allclose(run["event_time"].values, [1 + sign * 1e-3], rtol=0, atol=1e-12)
 
 
-def test_a_parabola_that_stays_below_crosses_nothing():
-    assert cd.trajectory(parabola(-1e-10), duration=2.0, samples=2).sizes["event"] == 0
+def test_a_parabola_that_stays_below_crosses_nothing(case):
+    assert cd.trajectory(case(4).parabola(-1e-10), duration=2.0, samples=2).sizes["event"] == 0

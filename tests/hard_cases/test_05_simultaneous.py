@@ -2,37 +2,15 @@
 
 import numpy as np
 import pytest
-import sympy
 
 import chaosdrill as cd
-
-P, Q = sympy.symbols("p q", real=True)
-FIELDS = {"none": (1, 1), "first": (1, 2), "second": (2, 1), "both": (1, 1)}
-
-
-def corner(first, second):
-    """Two switches that are met together at the origin."""
-    return cd.HybridSystem(
-        name="corner",
-        states=(P, Q),
-        parameters={},
-        modes={mode: {P: p, Q: q} for mode, (p, q) in FIELDS.items()},
-        transitions=[
-            cd.Transition("p-first", "none", "first", guard=P, direction=+1, priority=first),
-            cd.Transition("q-first", "none", "second", guard=Q, direction=+1, priority=second),
-            cd.Transition("q-last", "first", "both", guard=Q, direction=+1),
-            cd.Transition("p-last", "second", "both", guard=P, direction=+1),
-        ],
-        initial={"mode": "none", P: -1.0, Q: -1.0},
-    )
-
 
 ORDERS = [((1, 0), ["p-first", "q-last"], [[1, 0], [0.5, 0.5]]), ((0, 1), ["q-first", "p-last"], [[0.5, 0.5], [0, 1]])]
 
 
 @pytest.mark.parametrize(("priorities", "order", "matrix"), ORDERS)
-def test_priority_decides_the_order(priorities, order, matrix):
-    run = cd.trajectory(corner(*priorities), duration=2.0, samples=4)
+def test_priority_decides_the_order(priorities, order, matrix, case):
+    run = cd.trajectory(case(5).corner(*priorities), duration=2.0, samples=4)
     names = run["event_kind"].attrs["flag_meanings"].split()
     assert [names[k] for k in run["event_kind"].values] == order
     np.testing.assert_allclose(run["event_time"].values, 1.0, rtol=0, atol=1e-14)
@@ -40,14 +18,14 @@ def test_priority_decides_the_order(priorities, order, matrix):
 
 
 @pytest.mark.parametrize(("priorities", "order", "matrix"), ORDERS)
-def test_the_order_decides_the_tangent(priorities, order, matrix, tangent_entries):
+def test_the_order_decides_the_tangent(priorities, order, matrix, tangent_entries, case):
     probe = np.array([[0.3, 0.2], [0.1, 0.4]])
-    found = tangent_entries(corner(*priorities), 2.0, (1.0, 1.0), probe.tolist())
+    found = tangent_entries(case(5).corner(*priorities), 2.0, (1.0, 1.0), probe.tolist())
     np.testing.assert_allclose(np.sort(found), np.sort(np.linalg.eigvals(probe @ matrix)), atol=1e-9)
 
 
-def test_ties_are_counted():
-    spectrum = cd.lyapunov_spectrum(corner(1, 0), duration=2.0)
+def test_ties_are_counted(case):
+    spectrum = cd.lyapunov_spectrum(case(5).corner(1, 0), duration=2.0)
     assert int(spectrum["tie_count"]) == 1
 
 

@@ -7,42 +7,30 @@ import sympy
 
 import chaosdrill as cd
 
-X, Y, Z, S = sympy.symbols("x y z s", real=True)
+X, Y, Z = sympy.symbols("x y z", real=True)
 FULL = 1000
-
-
-def every_unit(states, reset):
-    """A map applied at every time unit, with a clock beside it."""
-    return cd.HybridSystem(
-        name="map",
-        states=(*states, S),
-        parameters={},
-        modes={"hold": {**dict.fromkeys(states, 0), S: 1}},
-        transitions=[cd.Transition("map", "hold", "hold", guard=S - 1, direction=+1, reset={**reset, S: 0})],
-        initial={"mode": "hold", S: 0.5},
-    )
 
 
 def exponents(system):
     return cd.lyapunov_spectrum(system, duration=FULL, transient=10)["lyapunov_exponent"].values
 
 
-def test_projection_and_rotation():
+def test_projection_and_rotation(case):
     c, s = cos(0.7), sin(0.7)
-    found = exponents(every_unit((X, Y), {X: c * X, Y: s * X}))
+    found = exponents(case(6).every_unit((X, Y), {X: c * X, Y: s * X}))
     np.testing.assert_allclose(found[:2], [0.0, log(c)], atol=1e-10)
     assert found[2] == -np.inf
 
 
-def test_the_same_direction_lost_again_counts_once():
-    found = exponents(every_unit((X, Y, Z), {X: X / 2, Y: Y / 3, Z: 0}))
+def test_the_same_direction_lost_again_counts_once(case):
+    found = exponents(case(6).every_unit((X, Y, Z), {X: X / 2, Y: Y / 3, Z: 0}))
     np.testing.assert_allclose(found[:3], [0.0, -log(2), -log(3)], atol=1e-10)
     assert found[3] == -np.inf
 
 
-def test_a_shift_loses_in_two_steps_what_one_step_keeps():
+def test_a_shift_loses_in_two_steps_what_one_step_keeps(case):
     # one step has rank 2, two steps have rank 1: (x, y, z) -> (x/2, z, 0)
-    found = exponents(every_unit((X, Y, Z), {X: X / 2, Y: Z, Z: 0}))
+    found = exponents(case(6).every_unit((X, Y, Z), {X: X / 2, Y: Z, Z: 0}))
     np.testing.assert_allclose(found[:2], [0.0, -log(2)], atol=1e-10)
     assert list(found[2:]) == [-np.inf, -np.inf]
 
