@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
-from chaosdrill.plot.style import PALETTE, new_figure
+from chaosdrill.plot.style import PALETTE, flag_names, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ _FLAT: tuple[dict[str, Any], ...] = (
     {"xytext": (0, -6), "ha": "center", "va": "top"},
     {"xytext": (0, 6), "ha": "center", "va": "bottom"},
 )
-_MOST_DIGITS = 16.5
+_MOST_DIGITS, _WIDTH = 16.5, 17
 
 
 def work_precision(dataset: "xr.Dataset") -> "Figure":
@@ -69,20 +69,20 @@ def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     for i, (method, error) in enumerate(zip(dataset["method"].values, errors.values, strict=True)):
         with np.errstate(divide="ignore"):
             digits = np.clip(-np.log10(error), 0, _MOST_DIGITS)
-        price = _line(panel, dataset, i, np.where(np.isfinite(error), digits, np.nan))
+        price = _line(panel, dataset, i, np.where(np.isfinite(error), digits, np.nan), _WIDTH)
         if np.isfinite(price):
             prices.append(f"{method} +{max(price, 0.0):.0%}".replace("%", " %"))
     _ring(panel, dataset, quantity)
     _limit(panel, dataset, quantity)
-    panel.set_xlim(0, 17)
+    panel.set_xlim(0, _WIDTH)
     panel.set_xticks(range(0, 17, 2))
     panel.set_xlabel("correct digits (error $10^{-digits}$)")
     name = NAMES[quantity].removeprefix("the ").capitalize()
-    panel.set_title(f"{name}\none more digit: {', '.join(prices)}" if prices else name, fontsize=8)
+    panel.set_title(f"{name}\neach digit: {', '.join(prices)}" if prices else name, fontsize=8)
 
 
-def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> float:
-    """Draw one method; returns the mean growth of its time for a unit of x, less one."""
+def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray, width: float) -> float:
+    """Draw one method on an axis from 0 to ``width``; returns the mean growth of its time for a unit of x, less one."""
     method = str(dataset["method"].values[number])
     tolerances, time = dataset["tolerance"].values, 1e6 * dataset["wall_time"].values[number]
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(time))
@@ -97,15 +97,14 @@ def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> f
     steep = np.ptp(np.log10(time)) > 1.0
     side = {"xytext": (7, -2), "ha": "left", "va": "top"} if steep else _FLAT[number % len(_FLAT)]
     for i, tolerance in enumerate(tolerances):
-        if steep or i == 0 or abs(x[i] - x[i - 1]) > 0.09 * np.max(x):
+        if steep or i == 0 or abs(x[i] - x[i - 1]) > 0.08 * width:
             place = {"textcoords": "offset points", "fontsize": 6, "color": "0.35", **side}
             panel.annotate(_power(tolerance), (x[i], time[i]), **place)
-    at_start = not steep and x[0] > 0.25 * np.max(x)
-    named = 0 if at_start else len(x) // 2 if steep else 3 * len(x) // 4
-    lift = 0 if at_start else 14 if side["va"] == "bottom" else 5
+    # the name stands before the first point where there is room, else above the last one
+    room = x[0] > 0.22 * width
     name_style: dict[str, Any] = {"textcoords": "offset points", "color": colour, "fontweight": "bold", "ha": "right"}
-    name_style |= {"xytext": (-8, lift), "va": "center" if at_start else "bottom"}
-    panel.annotate(method, (x[named], time[named]), **name_style)
+    name_style |= {"xytext": (-8, 0) if room or steep else (-16, 13), "va": "center"}
+    panel.annotate(method, (x[0 if room else -1], time[0 if room else -1]), **name_style)
     return float(np.exp(np.polyfit(x, np.log(time), 1)[0]) - 1) if np.ptp(x) > 1 else float("nan")
 
 
@@ -126,16 +125,18 @@ def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     error = float(dataset["lyapunov_error"])
     if quantity != "exponent" or not 0 < error < 1:
         return
-    panel.axvspan(-np.log10(error), 17, color="0.92", zorder=0, linewidth=0)
+    panel.axvspan(-np.log10(error), _WIDTH, color="0.92", zorder=0, linewidth=0)
     text = "lost in the statistical\nerror of the run"
     panel.text(-np.log10(error) + 0.2, 0.98, text, transform=panel.get_xaxis_transform(), va="top", fontsize=7)
 
 
 def _horizon(panel: "Axes", dataset: "xr.Dataset") -> None:
     unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
+    lengths = dataset["horizon"].values
+    width = float(lengths[np.isfinite(lengths)].max()) / unit
     for i in range(dataset.sizes["method"]):
         times = dataset["horizon"].values[i] / unit
-        _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan))
+        _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan), width)
     what = "forcing periods" if "forcing_period" in dataset.variables else "units of time"
     panel.set_xlabel(f"{what} within 1e-6 of the truth")
     panel.set_title("One trajectory in chaos\nbeyond this time only averages mean something", fontsize=8)
@@ -151,7 +152,18 @@ def _heading(dataset: "xr.Dataset") -> str:
     period = int(dataset["period"])
     where = f"on a cycle of period {period}" if period else "from a state of the attractor"
     system = str(dataset.attrs.get("system", "")) or "the system"
+    missing = "; ".join(_missing(dataset))
     return (
-        f"What a digit costs: {system}, {where}\n"
+        f"What a digit costs: {system}, {where}{f' (not measured: {missing})' if missing else ''}\n"
         f"Lower is cheaper, right is more exact. Points: tolerances. Ring: use this for {MANY} digits."
     )
+
+
+def _missing(dataset: "xr.Dataset") -> list[str]:
+    """Methods that came to an early end at every tolerance, with their outcome."""
+    codes, names = dataset["outcome"].transpose("method", "tolerance").values, flag_names(dataset["outcome"])
+    return [
+        f"{method}, {names[int(row[0])]}"
+        for method, row in zip(dataset["method"].values, codes, strict=True)
+        if all(names[int(code)] != "ok" for code in row)
+    ]

@@ -6,6 +6,7 @@ import xarray as xr
 
 from chaosdrill.plot.work_precision import work_precision
 
+FLAGS = {"flag_values": np.arange(8, dtype=np.int8), "flag_meanings": "ok a b c escaped e f nonfinite"}
 QUANTITIES = ["strobe", "event_time", "tangent", "multiplier", "flow_direction", "exponent"]
 
 
@@ -25,6 +26,7 @@ def table():
             "lyapunov_exponent": -0.1,
             "lyapunov_error": 0.0,
             "period": 1,
+            "outcome": (("method", "tolerance"), np.zeros((2, 6), dtype=np.int8), FLAGS),
             "forcing_period": 2.0,
         },
         {"quantity": QUANTITIES, "method": ["series", "steps"], "tolerance": tolerances},
@@ -39,8 +41,8 @@ def texts(panel):
 def test_a_panel_a_quantity_with_the_price_of_a_digit(table):
     figure = work_precision(table)
     assert [panel.get_title(loc="left") or panel.get_title() for panel in figure.axes] == [
-        "Strobe point\none more digit: series +3 %, steps +100 %",
-        "Multipliers\none more digit: series +3 %, steps +100 %",
+        "Strobe point\neach digit: series +3 %, steps +100 %",
+        "Multipliers\neach digit: series +3 %, steps +100 %",
     ]
     assert figure.axes[0].get_ylabel() == "time per forcing period (µs)"
     assert figure.get_suptitle().startswith("What a digit costs: oscillator, on a cycle of period 1\n")
@@ -92,6 +94,17 @@ def test_a_cell_without_a_number_is_left_out(table):
     error[0, 1, 0] = np.inf
     panel = work_precision(table.assign(error=(("quantity", "method", "tolerance"), error))).axes[0]
     assert [len(line.get_xdata()) for line in panel.lines[:2]] == [5, 5]
+
+
+def test_a_method_without_a_result_is_named(table):
+    codes = table["outcome"].copy()
+    codes[0] = 7
+    codes[1, 0] = 4
+    assert (
+        work_precision(table.assign(outcome=codes))
+        .get_suptitle()
+        .startswith("What a digit costs: oscillator, on a cycle of period 1 (not measured: series, nonfinite)\n")
+    )
 
 
 def test_nothing_measured_is_said(table):
