@@ -238,6 +238,8 @@ def flow(
             )
             if carried[EVENTS_IN_PERIOD] > settings_i[MAX_EVENTS]:
                 return EVENT_LIMIT
+            if largest == math.inf:
+                return NONFINITE
             if largest > LARGE_GROWTH:
                 carried[QR_SINCE] = carried[QR_WAIT]
         if settings_i[ORTHOGONALISE] == 1 and (carried[RANK_CHECK] == 1 or carried[QR_SINCE] >= carried[QR_WAIT]):

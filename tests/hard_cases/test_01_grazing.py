@@ -1,6 +1,8 @@
 """Case 1: a slow hit stretches without bound; the tangent is not clipped and the smallest normal speed is told."""
 
+import numpy as np
 import pytest
+import sympy
 
 import chaosdrill as cd
 
@@ -40,3 +42,21 @@ def test_the_smallest_normal_speed_is_reported(depth, case):
 def test_a_ball_that_stays_below_does_not_hit(case):
     run = cd.trajectory(case(1).thrown(-1e-8), duration=2.0)
     assert run.sizes["event"] == 0
+
+
+def test_a_jump_at_exactly_no_speed_has_no_tangent_and_no_exponent():
+    x, v = sympy.symbols("x v", real=True)
+    kicked = cd.HybridSystem(
+        name="kicked from rest",
+        states=(x, v),
+        parameters={},
+        modes={"all": {x: v, v: 1 - x}},
+        transitions=[cd.Transition("kick", "all", "all", guard=x, direction=+1, reset={v: -1})],
+        initial={"mode": "all", x: 0.0, v: 0.0},
+    )
+    spectrum = cd.lyapunov_spectrum(kicked, duration=2.0)
+    assert int(spectrum["outcome"]) == cd.Outcome.NONFINITE
+    assert np.isnan(spectrum["lyapunov_exponent"].values).all()
+    assert float(spectrum["closest_grazing"]) == 0.0
+    # the motion itself is as good as any
+    assert cd.trajectory(kicked, duration=2.0)["event_time"].values == pytest.approx([0.0, np.pi / 2], abs=1e-14)
