@@ -22,7 +22,7 @@ ROUND_S, LONGEST_S = 0.02, 0.02
 """Time that one cell is meant to take in one round: short runs are repeated, long ones have fewer units."""
 
 UNDISTURBED = 0.95
-"""Share of a run's time for which it must have had the processor to count, if there is such a run.
+"""Share of a run's time for which it must have had the processor to count, if half of the runs had.
 
 Other work on the machine would otherwise lengthen long runs more often than short ones, and so one method more than
 another.
@@ -118,7 +118,7 @@ def measure_costs(
             costs.append(Cost(outcome))
             continue
         times, shares = np.array(sample).T
-        undisturbed = shares >= min(UNDISTURBED, shares.max())
+        undisturbed = shares >= min(UNDISTURBED, float(np.median(shares)))
         low, middle, high = np.quantile(times[undisturbed], [0.25, 0.5, 0.75])
         costs.append(Cost(outcome, float(middle), float(high - low), steps, evaluations))
     return costs
