@@ -33,7 +33,7 @@ class Transition:
     priority : int, default 0
         Of guards that reach zero together the one with the larger priority acts first.
     completes : str, optional
-        Name of an outcome of the same event that leads back into its mode, such as the rebound of a ball. Where
+        Name of an outcome of the same event that throws the state back, such as the rebound of a ball. Where
         rebounds follow each other ever faster and would all be over within a negligible time, this transition is taken
         instead: its reset puts the state at rest on the guard, its target holds the contact.
     kind : str, optional
