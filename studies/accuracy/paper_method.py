@@ -124,7 +124,7 @@ def scan(steps: tuple[int, ...] = STEPS, bisections: tuple[float, ...] = BISECTI
     return np.array([[verdicts(fixed(n, tolerance)) for tolerance in bisections] for n in steps])
 
 
-def table(periods: int = 20_000) -> str:
+def table(periods: int = 10_000) -> str:
     """Return the errors of all settings as Markdown."""
     head = ["", *(f"η {eta}: point, multiplier, exponent" for eta, p in CASES.items() if p), "η 0.448: λ₁"]
     lines = [head, ["---"] * len(head)]

@@ -48,10 +48,17 @@ def test_a_strobe_error_is_the_distance_from_the_nearest_point(module):
 
 
 def test_a_program_from_outside_is_asked_and_heard(module):
-    command = f"{sys.executable} -c \"import sys, json; print(json.dumps({{{{'us_per_period': len(sys.argv)}}}}))\""
-    other = module("programs").Outside("echo", command + " {eta} {periods} {tolerance} [--lyap]")
-    assert other.measure(0.8, 100, 1e-12, 0) == (4.0, None)
-    assert other.measure(0.8, 100, 1e-12, 2) == (5.0, None)
+    script = (
+        "import sys, json; print(json.dumps({{'us_per_period': 1e3, 'strobe': [float(v) for v in sys.argv[1:4]]}}))"
+    )
+    other = module("programs").Outside(
+        "echo", f'{sys.executable} -c "{script}" {{eta}} {{periods}} {{tolerance}} [--lyap]'
+    )
+    speed, strobe = other.measure(0.8, 100, 1e-12, 2)
+    assert 0 < speed <= 1e3
+    assert strobe == [0.8, 100.0, 1e-12]
+    busy = module("programs").Outside("sleeper", f'{sys.executable} -c "import time; time.sleep(1); {script}" 1 2 3')
+    assert busy.measure(0.8, 100, 1e-12, 0)[0] < 800
 
 
 def test_ratios_are_medians_of_rounds(module):
