@@ -33,6 +33,8 @@ class Kernels:
         Per mode the guards it watches.
     rows : int
         Workspace rows before those of the tangents.
+    own_jacobian : bool
+        Whether the Jacobian needs series that the jet does not hold.
     mode_table : ndarray of int64, shape (modes, 1 + guards)
         Number of guards, then their directions.
     transition_table : ndarray of int64, shape (transitions, 2)
@@ -45,6 +47,7 @@ class Kernels:
     path: Path
     events: tuple[tuple[Event, ...], ...]
     rows: int
+    own_jacobian: bool
     mode_table: np.ndarray
     transition_table: np.ndarray
 
@@ -74,6 +77,7 @@ def compile_system(system: "HybridSystem") -> Kernels:
         path=path,
         events=source.events,
         rows=source.rows,
+        own_jacobian=source.own_jacobian,
         mode_table=mode_table,
         transition_table=_transition_table(system, source),
     )

@@ -45,6 +45,7 @@ class SystemSource:
     text: str
     events: tuple[tuple[Event, ...], ...]
     rows: int
+    own_jacobian: bool
     constants: int
 
 
@@ -92,6 +93,7 @@ def write_source(system: "HybridSystem") -> SystemSource:
         text=text,
         events=events,
         rows=max(m.row_count for m in modes),
+        own_jacobian=any(m.in_jacobian for m in modes),
         constants=constants.first + len(constants.expressions),
     )
 

@@ -37,15 +37,21 @@ _WEIGHTS = _bernstein_weights()
 
 @series
 def _value(a, n, u):
-    s = a[n]
-    for j in range(n):
-        s = s * u + a[uint64(n - 1 - j)]
-    return s
+    """Value, the even and the odd terms apart: two short chains for one long."""
+    square = u * u
+    top = n - n % 2
+    f = a[top]
+    g = a[top + 1] if n % 2 == 1 else 0.0
+    for j in range(top // 2):
+        k = top - 2 - 2 * j
+        f = f * square + a[uint64(k)]
+        g = g * square + a[uint64(k + 1)]
+    return f + u * g
 
 
 @series
 def _value_and_slope(a, n, u):
-    """Value and derivative, the even and the odd terms apart: two short chains for one long."""
+    """Value and derivative, in the same way."""
     square = u * u
     top = n - n % 2
     f = a[top]
@@ -239,20 +245,33 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
     The coefficients are g[start], ..., g[start + n]; the value at 0 must be on the side from which zero is reached.
     ``a`` (n + 1 or longer), ``stack`` (DEPTH, more than n and DEGREE) and ``ends`` (DEPTH, 2) are scratch.
     """
-    power = 1.0 if up else -1.0
+    even = 1.0 if up else -1.0
+    odd = even * h
+    square = h * h
     most = 0.0
-    for k in range(n + 1):
-        a[k] = g[start + k] * power
-        power *= h
-        if k > 0:
+    rest = 0.0
+    for m in range((n + 1) // 2):
+        k = uint64(2 * m)
+        a[k] = g[uint64(start + 2 * m)] * even
+        a[uint64(2 * m + 1)] = g[uint64(start + 2 * m + 1)] * odd
+        if m > 0:
             most += max(a[k], 0.0)
-    if a[0] + most < 0.0:
+        rest += max(a[uint64(2 * m + 1)], 0.0)
+        even *= square
+        odd *= square
+    if n % 2 == 0:
+        a[n] = g[start + n] * even
+        if n > 0:
+            most += max(a[n], 0.0)
+    if a[0] + most + rest < 0.0:
         return -1.0
-    degree = min(n, DEGREE)
+    for k in range(n + 1, DEGREE + 1):
+        a[k] = 0.0
     for j in range(DEGREE + 1):
-        stack[0, j] = 0.0
-        for k in range(degree + 1):
-            stack[0, j] += _WEIGHTS[j, k] * a[k]
+        b = 0.0
+        for k in range(j + 1):
+            b += _WEIGHTS[j, k] * a[k]
+        stack[0, j] = b
     u = _search(a, n, DEGREE, BUDGET, stack, ends)
     if u == -2.0:
         u = _search_whole(a, n, stack, ends)

@@ -123,6 +123,7 @@ class Run:
         self.settings_i[at.SAMPLES] = samples
         self.settings_i[at.ORTHOGONALISE] = int(orthonormalise and m > 0)
         self.settings_i[at.ABSOLUTE_TIME] = int(system.period is None)
+        self.settings_i[at.JACOBIAN] = int(kernels.own_jacobian)
         self.settings_i[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
         self.settings_f[at.TOLERANCE] = numerics.tolerance
         # at this part of the radius of convergence the last term is of the size of the tolerance

@@ -5,14 +5,17 @@ import math
 import numpy as np
 from numba import uint64
 
-from chaosdrill.engine.jit import inlined, inner, series
-from chaosdrill.engine.layout import LIVE, MODE, ORDER, PERIOD, REACH, TOLERANCE
+from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, series
+from chaosdrill.engine.layout import JACOBIAN, LIVE, MODE, ORDER, PERIOD, REACH, TOLERANCE
 from chaosdrill.engine.polynomial import size, value
 
 SMALLEST = 1e-300
 
 LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
+
+TANGENT = 3.0
+"""The last term of a series over the first one left out, about."""
 
 GAP = 1000.0
 """Sum of the late terms at the radius of convergence, relative to the states, that raises suspicion."""
@@ -42,7 +45,9 @@ def _exp2(y):
 @inner
 def _radius(last, last_but_one, order):
     """Radius of convergence that the last two coefficients show."""
-    return _exp2(min(-_log2(max(last, SMALLEST)) / order, -_log2(max(last_but_one, SMALLEST)) / (order - 1)))
+    a = _log2(max(last, SMALLEST)) * RECIPROCAL[uint64(order)]
+    b = _log2(max(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
+    return _exp2(-max(a, b))
 
 
 @inner
@@ -124,8 +129,8 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spar
 def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, carried, ws):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last term is to be of the size of the tolerance, relative to max(1, |x|) over all states for the state and to
-    its length for every tangent.
+    The last term of the state is to be of the size of the tolerance, relative to max(1, |x|) over all states, the first
+    term left out of a tangent likewise, relative to its length.
     """
     n = x.size
     order = settings_i[ORDER]
@@ -145,7 +150,8 @@ def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, ca
     last_but_one /= scale
     live = carried[LIVE]
     if live > 0:
-        functions[1](mode, order, c, ws)
+        if settings_i[JACOBIAN] == 1:
+            functions[1](mode, order, c, ws)
         for v in range(0, live, 2):
             row = _first_row(ws, vectors, v)
             functions[2](mode, order, c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
@@ -158,8 +164,8 @@ def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, ca
                 size = max(size, abs(ws[i, 0]))
                 a = max(a, abs(ws[i, order]))
                 b = max(b, abs(ws[i, order - 1]))
-            last = max(last, a / size)
-            last_but_one = max(last_but_one, b / size)
+            last = max(last, a / (TANGENT * size))
+            last_but_one = max(last_but_one, b / (TANGENT * size))
     return min(_radius(last, last_but_one, order) * settings_f[REACH], settings_f[PERIOD], LONGEST)
 
 
