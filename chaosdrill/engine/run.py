@@ -64,7 +64,7 @@ class Numerics:
         """
         if self.method != "taylor":
             return GUARD_DEGREE
-        return int(ORDERS[np.argmin(np.abs(ORDERS - (6 - 0.58 * math.log(self.tolerance))))])
+        return int(ORDERS[np.argmin(np.abs(ORDERS - (6 - 0.62 * math.log(self.tolerance))))])
 
 
 def _is_real(value: object) -> bool:
@@ -126,8 +126,8 @@ class Run:
         self.settings_i[at.JACOBIAN] = int(kernels.own_jacobian)
         self.settings_i[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
         self.settings_f[at.TOLERANCE] = numerics.tolerance
-        # at this part of the radius of convergence the last term is of the size of the tolerance
-        self.settings_f[at.REACH] = numerics.tolerance ** (1 / numerics.order)
+        # at this part of the radius of convergence the last term is a quarter of the tolerance
+        self.settings_f[at.REACH] = (numerics.tolerance / 4) ** (1 / numerics.order)
         self.settings_f[at.PERIOD] = period
         self.settings_f[at.STEP] = period / (numerics.steps or 200)
         self.transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)

@@ -14,9 +14,6 @@ SMALLEST = 1e-300
 LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
 
-TANGENT = 3.0
-"""The last term of a series over the first one left out, about."""
-
 GAP = 1000.0
 """Sum of the late terms at the radius of convergence, relative to the states, that raises suspicion."""
 
@@ -129,8 +126,8 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spar
 def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, carried, ws):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last term of the state is to be of the size of the tolerance, relative to max(1, |x|) over all states, the first
-    term left out of a tangent likewise, relative to its length.
+    The last term is to be a part of the tolerance, relative to max(1, |x|) over all states for the state and to its
+    length for every tangent.
     """
     n = x.size
     order = settings_i[ORDER]
@@ -164,8 +161,8 @@ def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, ca
                 size = max(size, abs(ws[i, 0]))
                 a = max(a, abs(ws[i, order]))
                 b = max(b, abs(ws[i, order - 1]))
-            last = max(last, a / (TANGENT * size))
-            last_but_one = max(last_but_one, b / (TANGENT * size))
+            last = max(last, a / size)
+            last_but_one = max(last_but_one, b / size)
     return min(_radius(last, last_but_one, order) * settings_f[REACH], settings_f[PERIOD], LONGEST)
 
 
