@@ -35,10 +35,10 @@ def test_a_rising_demand_lets_go_at_once(u, case):
 def test_a_falling_demand_sticks_until_it_comes_back(u, case):
     # in stick the demand follows a damped oscillation, which is back at its threshold after half a turn
     back = pi / sqrt(1 - case(10).XI ** 2)
-    run = cd.trajectory(case(10).drill(u, "stick"), duration=4.0, samples=10)
+    run = cd.trajectory(case(10).drill(u, "stick"), duration=4.0, samples=10, tolerance=1e-14)
     assert names(run) == ["release"]
     assert run["event_time"].values[0] == pytest.approx(back, abs=1e-15 / abs(u) + 1e-13)
-    run = cd.trajectory(case(10).drill(u, "slip"), duration=4.0, samples=10)
+    run = cd.trajectory(case(10).drill(u, "slip"), duration=4.0, samples=10, tolerance=1e-14)
     assert names(run) == ["stick", "release"]
     assert run["event_time"].values == pytest.approx([0.0, back], abs=1e-15 / abs(u) + 1e-13)
 
