@@ -12,7 +12,7 @@ from chaosdrill.engine.layout import LIVE, QR_SINCE, QR_WAIT, RANK_CHECK
 RANK_TOLERANCE = 1e-13
 """At an event of deficient rank a tangent is lost if less than this part of its image is new."""
 
-LONGEST_WAIT = 8
+LONGEST_WAIT = 4
 """Steps between two orthonormalisations, at most: contraction may set in at any time."""
 
 
