@@ -5,7 +5,7 @@ import pytest
 
 import chaosdrill as cd
 
-TOLERANCES = np.array([1e-5, 1e-8, 1e-11])
+TOLERANCES = np.array([1e-4, 1e-8, 1e-11])
 
 
 @pytest.fixture(scope="module")
