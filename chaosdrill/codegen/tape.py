@@ -138,6 +138,8 @@ class Tape:
             return self._function(sympy.exp(exponent, evaluate=False))
         if exponent.is_Float and float(exponent).is_integer():
             exponent = sympy.Integer(int(exponent))
+        if exponent == 0:
+            return self.lower(sympy.Integer(1))
         if exponent.is_Integer and exponent > 0:
             index = self.lower(base)
             result = index if exponent % 2 else None

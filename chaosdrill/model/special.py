@@ -85,16 +85,17 @@ class hunt_crossley_duration_n(sympy.Function):
 class positive_power(sympy.Function):
     """max(d, 0)^n, a force that pushes and never pulls, with its derivative n max(d, 0)^(n - 1).
 
-    It is for modes that hold while d >= 0: with a whole number n >= 1 it is the polynomial d^n, which is analytic
-    through d = 0. A parameter whose value is whole counts as one in compiled code.
+    It is for modes that hold while d >= 0: with a whole number n >= 0, written 2 or 2.0, it is the polynomial d^n,
+    which is analytic through d = 0. A parameter whose value is whole counts as one in compiled code.
     """
 
     nargs = 2
 
     @classmethod
     def eval(cls, d: Any, n: Any) -> Any:
-        """d^n for whole n >= 1."""
-        return d**n if n.is_Integer and n >= 1 else None
+        """d^n for whole n >= 0."""
+        whole = sympy.Integer(int(n)) if n.is_Float and float(n).is_integer() else n
+        return d**whole if whole.is_Integer and whole >= 0 else None
 
     def fdiff(self, argindex: int = 1) -> Any:
         """Derivative by d or by n; the logarithm in the latter wants d > 0."""

@@ -16,7 +16,6 @@ from chaosdrill.codegen.source import write_source
 from chaosdrill.engine.layout import COLUMNS
 
 X, Y, T, P, Q, W = sympy.symbols("x y t p q w", real=True)
-HALF = sympy.Rational(1, 2)
 
 EXPRESSIONS = {
     "exp": sympy.exp(-X * Y),
