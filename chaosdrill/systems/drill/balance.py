@@ -15,6 +15,8 @@ from typing import Any
 from chaosdrill.systems.drill import contact, drive, friction, rock
 
 REST = "stick"
+CONTACT = "-contact"
+"""What the names of modes end with in which a contact lasts."""
 
 
 class Balance:

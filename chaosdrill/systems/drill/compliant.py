@@ -8,13 +8,11 @@ in the force, in the tangents, and at the threshold of friction, where the rock 
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.systems.drill import contact
-from chaosdrill.systems.drill.balance import REST, Balance
+from chaosdrill.systems.drill.balance import CONTACT, REST, Balance
 from chaosdrill.systems.drill.phases import stick_slip
 
 if TYPE_CHECKING:
     from chaosdrill.model import Transition
-
-CONTACT = "-contact"
 
 
 def contact_modes(balance: Balance) -> dict[str, dict[Any, Any]]:

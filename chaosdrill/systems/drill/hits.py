@@ -7,13 +7,11 @@ speeds at which they met, so that the penetration goes on at the rock's. Then th
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.systems.drill import contact
-from chaosdrill.systems.drill.balance import REST, Balance
+from chaosdrill.systems.drill.balance import CONTACT, REST, Balance
 from chaosdrill.systems.drill.held import hold
 
 if TYPE_CHECKING:
     from chaosdrill.model import Transition
-
-CONTACT = "-contact"
 
 
 def hit_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
