@@ -66,9 +66,7 @@ class Span:
         return outcome
 
 
-def span(
-    system: "HybridSystem", periods: Any, duration: Any, transient: Any, *, units: int = 1, at_least: int = 1
-) -> Span:
+def span(system: "HybridSystem", periods: Any, duration: Any, transient: Any, *, units: int = 1) -> Span:
     """Check periods or duration and transient of an analysis; ``units`` parts make a duration."""
     period = system.forcing_period()
     if (periods is None) == (duration is None):
@@ -87,7 +85,7 @@ def span(
             f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r}{hint}"
         )
     if period is not None:
-        count = whole("periods", periods, at_least)
+        count = whole("periods", periods, 1)
         return Span(period, count, whole("transient", transient, 0), True)
     length, settle = positive("duration", duration), real(transient)
     if not 0 <= settle < np.inf:

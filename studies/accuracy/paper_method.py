@@ -119,9 +119,9 @@ def verdicts(setting: Setting, periods: int = 600, transient: int = 600) -> list
     return found
 
 
-def scan(steps: tuple[int, ...] = STEPS, bisections: tuple[float, ...] = BISECTIONS) -> np.ndarray:
+def scan() -> np.ndarray:
     """Return the verdicts over steps and bisections, shape (steps, bisections, cases)."""
-    return np.array([[verdicts(fixed(n, tolerance)) for tolerance in bisections] for n in steps])
+    return np.array([[verdicts(fixed(n, tolerance)) for tolerance in BISECTIONS] for n in STEPS])
 
 
 def table(periods: int = 10_000) -> str:

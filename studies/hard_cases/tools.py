@@ -86,12 +86,12 @@ def event_names(run: object) -> list[str]:
     return [names[code] for code in run["event_kind"].values]
 
 
-def listed(values: Iterable[float], digits: int = 4) -> str:
+def listed(values: Iterable[float]) -> str:
     """Return numbers as a list for a table."""
-    return ", ".join(show(float(value), digits) for value in values)
+    return ", ".join(show(float(value), 4) for value in values)
 
 
-def scipy_ball(e: float, most: int, rtol: float = 1e-12) -> tuple[list[float], float]:
+def scipy_ball(e: float, most: int) -> tuple[list[float], float]:
     """Bounce a ball (gravity 1, upward speed 1) with scipy's terminal events, as its documentation shows.
 
     Returns
@@ -110,7 +110,7 @@ def scipy_ball(e: float, most: int, rtol: float = 1e-12) -> tuple[list[float], f
     time, state, times = 0.0, np.array([0.0, 1.0]), []
     while time < 5.0 and len(times) < most:
         leg = solve_ivp(
-            lambda t, s: [s[1], -1.0], (time, 5.0), state, method="DOP853", rtol=rtol, atol=1e-14, events=floor
+            lambda t, s: [s[1], -1.0], (time, 5.0), state, method="DOP853", rtol=1e-12, atol=1e-14, events=floor
         )
         time, state = leg.t[-1], leg.y[:, -1]
         if leg.status == 1:
