@@ -165,8 +165,8 @@ class Recurrences:
             return list(node.args)
         return [self.tape.slopes[index][0]] if node.op == "integral" and self.affine(index) is None else []
 
-    def order(self, index: int, inner: str, first: bool) -> list[str]:
-        """Source of coefficient k >= 1; ``inner`` is the value of its convolution, ``first`` tells k = 1."""
+    def order(self, index: int, inner: str, time: str) -> list[str]:
+        """Source of coefficient k >= 1; ``inner`` is the value of its convolution, ``time`` coefficient k of time."""
         node = self.tape.nodes[index]
         out = f"v{index}"
         row = f"h{self.rows[index]}" if index in self.rows else ""
@@ -174,7 +174,7 @@ class Recurrences:
         if node.op == "state":
             return [f"{out} = y{node.value}"]
         if node.op == "time":
-            return [f"{out} = {'1.0' if first else '0.0'}"]
+            return [f"{out} = {time}"]
         if node.op == "linear":
             return [f"{out} = {' + '.join(f'{self.times(w)}v{i}' for w, i in self.terms(index))}"]
         if node.op in ("mul", "square"):
@@ -259,21 +259,24 @@ def passes(
     convolutions = {c.name: c for c in found.values()}.values()
     turning = [recurrences.tape.slopes[i][0] for i in nodes if recurrences.affine(i) is not None]
 
-    def one_order(k: int | None, lane: int) -> list[str]:
+    def one_order(k: int | None, lane: int, time: str) -> list[str]:
         lines = [*before, *(f"o{i} = v{i}" for i in turning)]
         for index in nodes:
             c = found.get(index)
             inner = "" if c is None else c.first(k) if k is not None else c.later(lane)
-            lines += [*recurrences.order(index, inner, k == 1), *store.get(index, [])]
+            lines += [*recurrences.order(index, inner, time), *store.get(index, [])]
         return lines + after + [line for c in convolutions for line in c.shift()]
 
     lines = [f"z{i} = v{i}" for i in sorted({i for index in nodes for i in recurrences.factors(index)})]
     lines += [f"w{i} = {scaled[1]}" for i in nodes if (scaled := recurrences.scaled(i)) is not None]
+    if not convolutions:
+        loop = ["ik = RECIPROCAL[uint64(k)]", *one_order(None, 0, "1.0 if k == 1 else 0.0")]
+        return [*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)]
     lines += [line for c in convolutions for line in c.begin()]
     for k in range(1, PASS):
-        lines += [f"k = {k}", f"ik = {1.0 / k!r}", *one_order(k, k)]
+        lines += [f"k = {k}", f"ik = {1.0 / k!r}", *one_order(k, k, "1.0" if k == 1 else "0.0")]
     lines += [line for c in convolutions for line in c.keep()]
     loop = [line for c in convolutions for line in c.old()]
     for lane in range(PASS):
-        loop += [f"k = base + {lane}", "ik = RECIPROCAL[uint64(k)]", *one_order(None, lane)]
+        loop += [f"k = base + {lane}", "ik = RECIPROCAL[uint64(k)]", *one_order(None, lane, "0.0")]
     return [*lines, f"for base in range({PASS}, order + 1, {PASS}):", *(f"    {line}" for line in loop)]

@@ -39,7 +39,8 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
             ]
             loop += [f"    p{name}_{lane} += u * d", f"    q{name}_{lane} += u * e"]
         loop += [f"{a}{name}_{lane} += {b}{name}_{lane}" for a, b in ("pr", "qs") for lane in range(PASS)]
-    for lane in range(PASS):
+    lanes = PASS if pairs else 1
+    for lane in range(lanes):
         loop += [f"k = base + {lane}", "ik = RECIPROCAL[uint64(k + 1)]"]
         loop += [f"i{i}_{j} = ik * j{i}_{j}" for i, j in start]
         for letter, sums in (("a", "p"), ("b", "q")):
@@ -50,7 +51,7 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
                 # coefficients of this pass, by their place in it
                 loop += [f"{letter}{i}_{lane} = {letter}{i}"] if any(j == i for _, j in pairs) else []
                 loop += [f"{letter}{i} = n{letter}{i}", f"w{letter}{i}[k + 1] = {letter}{i}"]
-    return with_constants([*lines, f"for base in range(0, order, {PASS}):", *(f"    {line}" for line in loop)])
+    return with_constants([*lines, f"for base in range(0, order, {lanes}):", *(f"    {line}" for line in loop)])
 
 
 def _next(mode: ModeSource, i: int, letter: str, sums: str, lane: int) -> str:

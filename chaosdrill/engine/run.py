@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen.ahead import await_engine
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, stage_rows
@@ -279,6 +280,7 @@ class Run:
         full : bool
             Whether a buffer was filled before the end; ``advance(0, ...)`` goes on to the same target.
         """
+        await_engine()
         from chaosdrill.engine.flow import flow
         from chaosdrill.engine.stepper import stepper
 
