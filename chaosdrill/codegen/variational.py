@@ -8,6 +8,8 @@ from chaosdrill.codegen.taylor import ModeSource
 def tangent(mode: ModeSource, constants: Constants) -> list[str]:
     """Body of ``tangent``: the rows from ``row`` hold the n series of one vector, then those of the other.
 
+    All modes fill the rows up to ``order`` + 1, for one polynomial must not end in what another mode has left.
+
     The Jacobian's series is known, so that a pass sums all older coefficients of four orders at once; what is left
     between one order and the next is a product with the Jacobian at the start, whose entries wait in registers.
     """
@@ -51,7 +53,7 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
                 # coefficients of this pass, by their place in it
                 loop += [f"{letter}{i}_{lane} = {letter}{i}"] if any(j == i for _, j in pairs) else []
                 loop += [f"{letter}{i} = n{letter}{i}", f"w{letter}{i}[k + 1] = {letter}{i}"]
-    return with_constants([*lines, f"for base in range(0, order, {lanes}):", *(f"    {line}" for line in loop)])
+    return with_constants([*lines, f"for base in range(0, order + 1, {lanes}):", *(f"    {line}" for line in loop)])
 
 
 def _next(mode: ModeSource, i: int, letter: str, sums: str, lane: int) -> str:
