@@ -46,6 +46,7 @@ def own_programs() -> dict[str, Callable[[float, int], Program]]:
     """Return how the programs of our own making are built, from eta and the number of tangents."""
     made: dict[str, Callable[[float, int], Program]] = {
         "chaosdrill taylor, 1e-12": lambda eta, m: Own(eta, TOLERANCE, m),
+        "chaosdrill taylor, 1e-11": lambda eta, m: Own(eta, 1e-11, m),
         "chaosdrill taylor, 1e-14": lambda eta, m: Own(eta, 1e-14, m),
         "chaosdrill rk4, 4000 steps a period, 1e-12": lambda eta, m: Own(eta, TOLERANCE, m, "rk4", 4000),
         "chaosdrill rk4, 200 steps a period, 1e-6": lambda eta, m: Own(eta, 1e-6, m, "rk4", 200),
