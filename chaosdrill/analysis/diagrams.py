@@ -11,7 +11,7 @@ from chaosdrill.analysis.arguments import Progress, real, section_transitions, s
 from chaosdrill.analysis.points import Point, PointTask, run_point
 from chaosdrill.analysis.workers import ordered_map
 from chaosdrill.dataset import Outcome, label
-from chaosdrill.engine.run import Numerics
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.check import RESERVED
 

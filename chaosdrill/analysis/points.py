@@ -10,7 +10,8 @@ from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.spectra import mean_exponents
 from chaosdrill.analysis.statistics import classify, find_period
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.run import Numerics, Run, event_rates, rate_names
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 

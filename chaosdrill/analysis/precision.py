@@ -23,7 +23,7 @@ from chaosdrill.analysis.precision_start import Place, Survey, find_place, surve
 from chaosdrill.analysis.precision_timing import Cost, measure_costs
 from chaosdrill.analysis.registry import FIXED_STEP, METHODS
 from chaosdrill.dataset import Outcome, label
-from chaosdrill.engine.run import Numerics
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ import numpy as np
 from chaosdrill.analysis.precision_start import Mapped, Place, Survey, find_cycle, run_map
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:

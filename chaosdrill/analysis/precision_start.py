@@ -21,7 +21,8 @@ from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.statistics import find_period, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ from chaosdrill.analysis.recording import record
 from chaosdrill.analysis.statistics import find_period
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout
-from chaosdrill.engine.run import Numerics, Run, event_rates
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from chaosdrill.analysis.arguments import Progress, Span, settings, span, tangen
 from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run, event_rates
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from chaosdrill.analysis.arguments import Progress, settings, span, whole
 from chaosdrill.analysis.recording import record
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem

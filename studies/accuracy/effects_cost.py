@@ -12,7 +12,8 @@ import sympy
 from programs import timed
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 Y, U, W, T = sympy.symbols("y u w t", real=True)
 A, B, XI, ETA, MU, G, R, E, PHI = sympy.symbols("a b xi eta mu g r e phi", real=True)

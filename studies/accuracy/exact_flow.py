@@ -17,7 +17,8 @@ import numpy as np
 
 import chaosdrill as cd
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.engine.stepper import offered
 
 TOLERANCE = 1e-12

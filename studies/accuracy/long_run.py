@@ -13,7 +13,8 @@ import numpy as np
 
 import chaosdrill as cd
 from chaosdrill.engine import layout
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 ETA = 0.448
 

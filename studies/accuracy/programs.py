@@ -13,7 +13,8 @@ from typing import Any, Protocol
 import numpy as np
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
 
 SETTLE = 300

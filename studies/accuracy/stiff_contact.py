@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 
 import chaosdrill as cd
 from chaosdrill.engine import layout
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.plot.style import PALETTE, WIDTH
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "hard_cases"))

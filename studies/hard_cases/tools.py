@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from chaosdrill.analysis.arguments import span
 from chaosdrill.analysis.precision_reference import DIGITS, Itinerary, NoReferenceError, find_truth
 from chaosdrill.analysis.precision_special import EXACT
 from chaosdrill.analysis.precision_start import TIGHT, find_place, itinerary, run_map, survey
-from chaosdrill.engine.run import Numerics
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.special import SPECIAL
 
 

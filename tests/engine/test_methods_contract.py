@@ -7,7 +7,8 @@ from closed_forms import growth_with_harvest, impact_oscillator
 from chaosdrill.analysis.registry import FIXED_STEP
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14]
 ADAPTIVE = sorted(set(at.METHOD_CODES) - set(FIXED_STEP))

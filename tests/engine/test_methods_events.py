@@ -8,7 +8,8 @@ import sympy
 import chaosdrill as cd
 from chaosdrill.analysis.registry import FIXED_STEP
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 X, Y, T = sympy.symbols("x y t", real=True)
 RATE, BEND, FAST = sympy.symbols("rate bend fast", real=True)

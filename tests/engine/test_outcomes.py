@@ -7,7 +7,8 @@ import sympy
 import chaosdrill as cd
 from chaosdrill.engine import run as engine_run
 from chaosdrill.engine.layout import METHOD_CODES
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 X, Y = sympy.symbols("x y", real=True)
 

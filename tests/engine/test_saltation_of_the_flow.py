@@ -9,7 +9,8 @@ import pytest
 
 from chaosdrill import systems
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 EVENTS = [
     pytest.param(name, t.name, source, id=f"{name}: {t.name} from {source}")

@@ -6,7 +6,8 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.model.special import positive_power
 
 X, V, K, B = sympy.symbols("x v k b", real=True)

@@ -7,7 +7,8 @@ from scipy.linalg import expm
 
 import chaosdrill as cd
 from chaosdrill.engine.layout import METHOD_CODES
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 X, Y, Z, T, K = sympy.symbols("x y z t k", real=True)
 MATRIX = np.array([[-0.2, 1.1, 0.0], [-1.0, -0.3, 0.4], [0.5, 0.0, -0.7]])

@@ -6,7 +6,8 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 X, Y, S = sympy.symbols("x y s", real=True)
 

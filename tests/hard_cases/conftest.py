@@ -9,7 +9,8 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 
 @pytest.fixture(scope="session")

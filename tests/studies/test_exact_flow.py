@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 FOLDER = Path(__file__).parents[2] / "studies" / "accuracy"
 

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 STIFFNESSES = np.array([1e4, 1e6, 1e8, 1e10])
 METHODS = [("taylor", 1.0), ("dop853", 1.0), ("dop853", 1.5)]

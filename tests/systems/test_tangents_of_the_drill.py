@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.engine.run import Numerics, Run
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 NUMERICS = Numerics(tolerance=1e-15)
 STEP = 1e-5

@@ -1,0 +1,62 @@
+"""How a run is computed: method, tolerance, and what follows from them."""
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+
+from chaosdrill.engine import layout as at
+from chaosdrill.engine.dop853_tables import GUARD_DEGREE
+from chaosdrill.errors import SettingsError
+
+ORDERS = np.arange(7, 28, 4)
+"""Orders of the Taylor series: its coefficients are computed four at a time."""
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """How a run is computed.
+
+    Parameters
+    ----------
+    method : str
+        ``"taylor"``; ``"dop853"``, adaptive Runge-Kutta of order 8 for right-hand sides that are not analytic; or
+        ``"rk4"`` for fixed steps with bisection.
+    tolerance : float
+        Adaptive methods: local error a step, of states relative to max(1, abs(x)), of tangents to their length.
+        rk4: bisection of event times.
+    steps : int, optional
+        Steps a period, for ``"rk4"`` only; default 200.
+    """
+
+    method: str = "taylor"
+    tolerance: float = 1e-12
+    steps: int | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.method, str) or self.method not in at.METHOD_CODES:
+            raise SettingsError(f"method is {self.method!r}; expected one of {sorted(at.METHOD_CODES)}")
+        if not _is_real(self.tolerance) or not 1e-16 <= self.tolerance <= 1e-2:
+            raise SettingsError(f"tolerance is {self.tolerance!r}; it must lie between 1e-16 and 1e-2")
+        if self.steps is not None and self.method != "rk4":
+            raise SettingsError(f"steps is {self.steps!r}, but method {self.method!r} chooses its own; leave steps out")
+        if self.steps is not None and not (
+            _is_real(self.steps) and 4 <= self.steps <= 10_000_000 and self.steps == int(self.steps)
+        ):
+            raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period, whole")
+
+    @property
+    def order(self) -> int:
+        """Degree of a guard's polynomial on a step.
+
+        For ``"taylor"`` that is the order of the series: a step costs order**2, and its length grows like
+        tolerance**(1/order).
+        """
+        if self.method != "taylor":
+            return GUARD_DEGREE
+        return int(ORDERS[np.argmin(np.abs(ORDERS - (6 - 0.62 * math.log(self.tolerance))))])
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
