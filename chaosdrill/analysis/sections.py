@@ -11,7 +11,7 @@ from chaosdrill.analysis.statistics import find_period
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run, event_rates
+from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def poincare_section(
     multipliers = np.full(n, complex(np.nan, np.nan))
     if period and chosen is None and outcome == Outcome.OK:
         multipliers = cycle_multipliers(system, run, period, numerics)
+    rates = event_rates(run) if outcome == Outcome.OK else dict.fromkeys(rate_names(system), np.nan)
     variables = {
         "section": (("iterate", "state"), points[:, :n]),
         "mode": ("iterate", modes.astype(np.int8)),
@@ -89,7 +90,7 @@ def poincare_section(
         "multiplier_real": ("multiplier", multipliers.real),
         "multiplier_imag": ("multiplier", multipliers.imag),
         "outcome": ((), np.int8(Outcome.PERIODIC if period and outcome == Outcome.OK else outcome)),
-        **{name: ((), value) for name, value in event_rates(run).items()},
+        **{name: ((), value) for name, value in rates.items()},
     }
     if chosen is None:
         variables |= {name: ("iterate", points[:, n + i]) for i, name in enumerate(system.quadratures)}

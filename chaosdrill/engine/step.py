@@ -14,7 +14,6 @@ from chaosdrill.engine.layout import (
     FIRED,
     FRESH,
     GRADIENT,
-    IMAGE,
     LIVE,
     METHOD,
     MODE,
@@ -67,10 +66,10 @@ def prepare(
     ws = scratch[WORKSPACE]
     first = x.size + settings_i[QUADRATURES]
     if method == TAYLOR:
-        h = taylor.expand(functions, first + count, first, settings_i, settings_f, t, c, x, vectors, carried, ws)
+        h = taylor.expand(functions, first + count, settings_i, settings_f, t, c, x, vectors, carried, ws)
         carried[EVALUATIONS] += settings_i[ORDER]
         if carried[FRESH] != ONGOING or h > 1.3 * carried_f[PROVEN]:
-            spare = (scratch[IMAGE], scratch[BEFORE], scratch[AFTER])
+            spare = (scratch[OUT], scratch[BEFORE], scratch[AFTER])
             h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spare)
             carried_f[PROVEN] = h
     else:

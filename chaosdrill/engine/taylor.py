@@ -101,10 +101,10 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spar
     only) and promise a step far beyond its radius; earlier ones show that, and the defect tells how far it goes.
     """
     place, rate, slope = spare
-    n = x.size
+    n = place.size
     order = settings_i[ORDER]
     scale = 1.0
-    for i in range(n):
+    for i in range(x.size):
         scale = max(scale, abs(x[i]))
     if not _has_gap(ws, n, h / settings_f[REACH], scale):
         return h
@@ -123,11 +123,11 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spar
 
 
 @inlined
-def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, carried, ws):
+def expand(functions, rows, settings_i, settings_f, t, c, x, vectors, carried, ws):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last term is to be a part of the tolerance, relative to max(1, |x|) over all states for the state and to its
-    length for every tangent.
+    The last term is to be a part of the tolerance, relative to max(1, |x|) over all states for states, integrals and
+    guards, and to its length for every tangent.
     """
     n = x.size
     order = settings_i[ORDER]
@@ -140,7 +140,7 @@ def expand(functions, rows, guards, settings_i, settings_f, t, c, x, vectors, ca
         scale = max(scale, abs(x[i]))
         last = max(last, abs(ws[i, order]))
         last_but_one = max(last_but_one, abs(ws[i, order - 1]))
-    for j in range(guards, rows):
+    for j in range(n, rows):
         last = max(last, abs(ws[j, order]))
         last_but_one = max(last_but_one, abs(ws[j, order - 1]))
     last /= scale

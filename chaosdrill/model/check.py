@@ -131,6 +131,9 @@ def _check_completes(system: "HybridSystem", transition: Any) -> None:
     if not found:
         raise ModelError(f"{where}, which is no transition; there are {[t.name for t in system.transitions]}")
     rebound = found[0]
+    rivals = [t for t in system.transitions if t.completes == transition.completes and t is not transition]
+    if any(set(t.source) & set(transition.source) for t in rivals) or rebound.completes is not None:
+        raise ModelError(f"{where}: one transition completes a rebound, and is none itself; leave one out")
     if (rebound.guard, rebound.direction) != (transition.guard, transition.direction) or rebound.direction == 0:
         raise ModelError(f"{where}: both must have the same guard and the same direction, +1 or -1")
     if not set(transition.source) <= set(rebound.source):

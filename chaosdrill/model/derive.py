@@ -138,23 +138,26 @@ def frozen_states(system: "HybridSystem") -> list[Any]:
 
 
 def pinned_states(system: "HybridSystem", mode: str) -> tuple[int, ...]:
-    """States that a mode holds at a constant: their rate is zero there and every way in resets them to it.
+    """States that a mode holds at a constant or leads along a function of time.
 
-    While such a mode holds, the state has no freedom in that direction, so no tangent either. A state whose value is
-    carried into the mode is frozen, not pinned.
+    Every way in resets them to a number, or to a function of time whose derivative is their rate there, so that they
+    follow it whenever the mode began: the state has no freedom in that direction, so no tangent either. A state whose
+    value is carried into the mode is frozen, not pinned.
     """
     ways_in = [t for t in system.transitions if t.target == mode and set(t.source) != {mode}]
     within = [t for t in system.transitions if t.target == mode and t not in ways_in]
-    moving = set(system.states) | {system.time}
 
-    def constant(x: Any, t: "Transition") -> bool:
-        return x in t.reset and not t.reset[x].free_symbols & moving
+    def follows(x: Any, t: "Transition") -> bool:
+        value = t.reset.get(x)
+        if value is None or value.free_symbols & set(system.states):
+            return False
+        gap = time_derivative(system, value) - system.modes[mode][x]
+        return bool(gap == 0 or (not gap.free_symbols & set(system.states) and sympy.simplify(gap) == 0))
 
     return tuple(
         i
         for i, x in enumerate(system.states)
-        if system.modes[mode][x] == 0
-        and ways_in
-        and all(constant(x, t) for t in ways_in)
-        and all(constant(x, t) or t.reset.get(x, x) == x for t in within)
+        if ways_in
+        and all(follows(x, t) for t in ways_in)
+        and all(follows(x, t) or t.reset.get(x, x) == x for t in within)
     )

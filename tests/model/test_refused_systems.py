@@ -27,11 +27,24 @@ def hit(**changes):
     return [cd.Transition("hit", **{**given, **changes})]
 
 
+def rests(*changes):
+    """The hit, and transitions that complete it, with these changes."""
+    given = {"source": "free", "target": "held", "guard": X - 1, "direction": +1, "reset": {V: 0}, "completes": "hit"}
+    rest = [cd.Transition(f"rest{i}", **{**given, **change}) for i, change in enumerate(changes)]
+    modes = {"free": {X: V, V: -K * X}, "held": {X: 0, V: 0}}
+    return {"modes": modes, "transitions": [*hit(), *rest], "time": None, "period": None}
+
+
 def test_the_system_that_all_faults_are_made_of_is_accepted():
     assert build().state_names == ("x", "v")
 
 
 FAULTS = {
+    "completes nothing": (rests({"completes": "hop"}), ["'rest0' completes 'hop'", "no transition"]),
+    "completes itself": (rests({"completes": "rest0"}), ["'rest0' completes 'rest0'", "leave one out"]),
+    "completes twice": (rests({}, {}), ["completes 'hit'", "leave one out"]),
+    "completes within the mode": (rests({"target": "free"}), ["'rest0'", "another mode"]),
+    "completes at another guard": (rests({"guard": X - 2}), ["'rest0'", "same guard"]),
     "symbol in a rate": ({"modes": {"free": {X: V, V: -STRANGER * X}}}, ["mode 'free', dv/dt", "'stranger'", "'k'"]),
     "symbol in a guard": ({"transitions": hit(guard=X - STRANGER)}, ["'hit', guard", "'stranger'", "'omega'"]),
     "symbol in a reset": ({"transitions": hit(reset={V: STRANGER})}, ["'hit', reset of v", "'stranger'", "'x'"]),
