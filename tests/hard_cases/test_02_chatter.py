@@ -71,3 +71,9 @@ def test_a_ball_that_starts_at_rest_rests():
     run = cd.trajectory(ball(0.5).with_initial(x=0.0, v=0.0), duration=1.0)
     assert events(run, "rest").sum() == 1
     assert int(run["outcome"]) == cd.Outcome.OK
+
+
+def test_a_hold_that_began_before_the_averages_leaves_no_tangent_either():
+    system = cd.build("bouncing-ball", {"amplitude": 0.0, "e": 0.5}, initial={"x": 0.0, "v": 1.0})
+    spectrum = cd.lyapunov_spectrum(system, periods=10, transient=10)
+    assert spectrum["lyapunov_exponent"].values.tolist() == [-np.inf, -np.inf]
