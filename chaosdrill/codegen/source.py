@@ -81,7 +81,9 @@ def write_source(system: "HybridSystem") -> SystemSource:
     for name, arguments, bodies in jets:
         for index, body in enumerate(bodies):
             parts.append(_function(f"_{name}_{index}", arguments, body, decorator="@helper"))
-        parts.append(_dispatch(name, arguments, len(bodies), packed=name == "tangent"))
+        calls = [[f"_{name}_{index}({arguments})"] for index in range(len(bodies))]
+        decorator = f'@kernel(SIGNATURES["{name}"], packed={name == "tangent"})'
+        parts.append(_branches(name, f"mode, {arguments}", "mode", calls, decorator))
     parts += _pointwise(system, printer, events)
     extra = [f"c[{constants.first + i}] = {printer.doprint(e)}" for i, e in enumerate(constants.expressions)]
     parameters = [f"c[{i}] = p[{i}]" for i in range(len(system.parameters))]
@@ -167,20 +169,11 @@ def _function(name: str, arguments: str, body: list[str], decorator: str | None 
     return "\n".join([decorator, f"def {name}({arguments}):", *(f"    {line}" for line in body)])
 
 
-def _dispatch(name: str, arguments: str, count: int, packed: bool) -> str:
-    lines = []
-    for index in range(count):
-        word = "if" if index == 0 else "elif"
-        lines += [f"{word} mode == {index}:", f"    _{name}_{index}({arguments})"]
-    decorator = f'@kernel(SIGNATURES["{name}"], packed={packed})'
-    return _function(name, f"mode, {arguments}", lines, decorator)
-
-
-def _branches(name: str, arguments: str, selector: str, bodies: list[list[str]]) -> str:
+def _branches(name: str, arguments: str, selector: str, bodies: list[list[str]], decorator: str | None = None) -> str:
     lines = []
     for index, body in enumerate(bodies):
         lines += [f"{'if' if index == 0 else 'elif'} {selector} == {index}:", *(f"    {line}" for line in body)]
-    return _function(name, arguments, lines or ["return"])
+    return _function(name, arguments, lines or ["return"], decorator)
 
 
 def _nested(name: str, arguments: str, head: list[str], bodies: list[list[list[str]]], last: str) -> str:

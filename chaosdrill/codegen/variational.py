@@ -47,7 +47,7 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
         loop += [f"i{i}_{j} = ik * j{i}_{j}" for i, j in start]
         for letter, sums in (("a", "p"), ("b", "q")):
             for i in range(n):
-                loop.append(f"n{letter}{i} = {_next(mode, i, letter, sums, lane)}")
+                loop.append(f"n{letter}{i} = {_next(mode, sorted(start), i, letter, sums, lane)}")
         for letter in "ab":
             for i in range(n):
                 # coefficients of this pass, by their place in it
@@ -56,7 +56,7 @@ def tangent(mode: ModeSource, constants: Constants) -> list[str]:
     return with_constants([*lines, f"for base in range(0, order + 1, {lanes}):", *(f"    {line}" for line in loop)])
 
 
-def _next(mode: ModeSource, i: int, letter: str, sums: str, lane: int) -> str:
+def _next(mode: ModeSource, entries: list[tuple[int, int]], i: int, letter: str, sums: str, lane: int) -> str:
     """Coefficient k + 1 of entry i: what is old first, the product with the Jacobian at the start last."""
     old: list[str] = []
     for (a, j), (index, weight) in mode.products.items():
@@ -64,10 +64,6 @@ def _next(mode: ModeSource, i: int, letter: str, sums: str, lane: int) -> str:
             row = mode.rows[index]
             inner = [f"{sums}{row}_{j}_{lane}", *(f"h{row}_{lane - m} * {letter}{j}_{m}" for m in range(lane))]
             old.append(f"{mode.source.times(weight)}({' + '.join(inner)})")
-    newest = [f"i{a}_{j} * {letter}{j}" for a, j in _entries(mode) if a == i]
+    newest = [f"i{a}_{j} * {letter}{j}" for a, j in entries if a == i]
     terms = [f"ik * ({' + '.join(old)})"] * bool(old) + newest
     return " + ".join(terms) if terms else "0.0"
-
-
-def _entries(mode: ModeSource) -> list[tuple[int, int]]:
-    return sorted({*mode.linear, *mode.products})
