@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 
-from chaosdrill.codegen.cache import cache_folder, code_key
+from chaosdrill.codegen.cache import code_key, lasting_folder
 
 ENGINE = "chaosdrill.engine.flow"
 
@@ -18,8 +18,11 @@ _started: list[subprocess.Popen[bytes]] = []
 
 
 def compile_ahead() -> None:
-    """Begin to compile the engine, unless it is loaded or cached."""
-    mark = cache_folder() / f"engine-{code_key()}"
+    """Begin to compile the engine, unless it is loaded or cached, or nothing of it would last."""
+    folder = lasting_folder()
+    if folder is None:
+        return
+    mark = folder / f"engine-{code_key()}"
     if _started or ENGINE in sys.modules or mark.exists() or (os.cpu_count() or 1) < 2 or not sys.executable:
         return
     script = f"import {ENGINE}, pathlib, sys; pathlib.Path(sys.argv[1]).touch()"

@@ -9,9 +9,8 @@ from pathlib import Path
 PACKAGE = Path(__file__).resolve().parent.parent
 
 
-@cache
-def cache_folder() -> Path:
-    """A folder that can be written: ``CHAOSDRILL_CACHE_DIR``, else the user's cache folder, else a temporary one."""
+def lasting_folder() -> Path | None:
+    """``CHAOSDRILL_CACHE_DIR``, else the user's cache folder; None if it cannot be written."""
     named = os.environ.get("CHAOSDRILL_CACHE_DIR")
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "chaosdrill"
     for folder in [Path(named)] if named else [base]:
@@ -21,7 +20,13 @@ def cache_folder() -> Path:
                 return folder
         except (OSError, RuntimeError):
             continue
-    return Path(tempfile.mkdtemp(prefix="chaosdrill-"))
+    return None
+
+
+@cache
+def cache_folder() -> Path:
+    """A folder that can be written: the lasting one, else a temporary one."""
+    return lasting_folder() or Path(tempfile.mkdtemp(prefix="chaosdrill-"))
 
 
 @cache
