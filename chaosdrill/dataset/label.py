@@ -26,7 +26,8 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
     system : HybridSystem
         The system that was run.
     settings : mapping
-        Arguments of the analysis; ``settings["sweep"]`` names the swept parameters, if any.
+        Arguments of the analysis; ``settings["sweep"]`` names the swept parameters, ``settings["grid"]`` the
+        states of a grid of initial states, if any.
 
     Returns
     -------
@@ -38,7 +39,8 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
     ChaosdrillError
         A variable that the table does not know, one that is missing, other dimensions, or values that do not fit.
     """
-    ds = describe(ds, kind, system=system, sweep=tuple(str(name) for name in settings.get("sweep") or ()))
+    axes = settings.get("sweep") or settings.get("grid") or ()
+    ds = describe(ds, kind, system=system, sweep=tuple(str(name) for name in axes))
     ds.attrs = {"kind": kind, **provenance(f"{kind} of {system.name}", action=kind, system=system, settings=settings)}
     return ds
 

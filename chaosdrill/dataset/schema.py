@@ -2,9 +2,10 @@
 
 Attributes, checks, documentation and tests all follow from ``SCHEMA``: kind of analysis -> name -> ``Variable``.
 
-Three things depend on the system at hand and stand in the table as placeholders: ``SWEEP`` (each swept parameter, as a
-dimension and as its coordinate), ``QUADRATURE`` (each integral that the system carries along), and the states (as the
-dimension ``state`` with the coordinate ``state_name``, since a variable ``state`` with more dimensions exists too).
+Three things depend on the system at hand and stand in the table as placeholders: ``SWEEP`` (each swept parameter, or
+each state that spans a grid of initial states, as a dimension and as its coordinate), ``QUADRATURE`` (each integral
+that the system carries along), and the states (as the dimension ``state`` with the coordinate ``state_name``, since a
+variable ``state`` with more dimensions exists too).
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ class Variable:
     name : str
         Name in the dataset, or ``SWEEP`` / ``QUADRATURE`` for one that the system or the sweep names.
     dims : tuple of str
-        Dimensions in order; ``SWEEP`` stands for all swept parameters in their order.
+        Dimensions in order; ``SWEEP`` stands for all swept parameters, or states of a grid, in order.
     dtype : str
         NumPy code that is stored; ``"str"`` for text.
     units : str
@@ -72,8 +73,10 @@ _STATE_LABEL = _axis("state_long_name", "state", "str", "long name of the state"
 _EXPONENT = _axis("exponent", "exponent", "i4", "index of the exponent", "Exponents are in descending order, from 1.")
 _ITERATE = _axis("iterate", "iterate", "i4", "index of the iterate", "Number of the crossing of the section, from 0.")
 _SEED = _axis("seed", "seed", "i4", "index of the seed", "Number of the initial state that the point started from.")
+_SEED_NAME = _axis("seed_name", "seed", "str", "name of the seed", "How it starts: fixed, random, forward, backward.")
 _SPECTRA = f"{SWEEP} seed exponent"
 _CELL = "method tolerance"
+_TABLED = "attractor_number"
 _FORCING = _may("forcing_period", "", "f8", "forcing period", "Period of the forcing, in units of model time.")
 _OUTCOME = ("How the run ended; what each code means is in flag_meanings.", "1", "outcome")
 _GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
@@ -153,6 +156,7 @@ _TABLE: dict[str, tuple[Variable, ...]] = {
         _STATE,
         _STATE_LABEL,
         _SEED,
+        _SEED_NAME,
         _ITERATE,
         _EXPONENT,
         _need("section", f"{SWEEP} seed iterate state", "f8", "state on the section", "NaN where there is no result."),
@@ -164,6 +168,41 @@ _TABLE: dict[str, tuple[Variable, ...]] = {
         _need("outcome", f"{SWEEP} seed", "i1", "outcome", *_OUTCOME),
         _may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
         _may("forcing_period", SWEEP, "f8", "forcing period", "Period of the forcing at each point of the sweep."),
+    ),
+    "parameter-chart": (
+        _axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+        _STATE,
+        _STATE_LABEL,
+        _SEED,
+        _SEED_NAME,
+        _EXPONENT,
+        _need("period", f"{SWEEP} seed", "i2", "period found", "In iterates of the section; 0 when none was found."),
+        _may("lyapunov_exponent", _SPECTRA, "f8", "Lyapunov exponent", "Per unit of model time; -inf is rank loss."),
+        _may("lyapunov_error", _SPECTRA, "f8", "standard error of the exponent", "From blocks of several lengths."),
+        *_rates(f"{SWEEP} seed"),
+        _may("closest_grazing", f"{SWEEP} seed", "f8", "smallest normal speed", _GRAZING),
+        _need("attractor_count", SWEEP, "i2", "number of attractors", "Different ones among the seeds; 0: none found."),
+        _need("outcome", f"{SWEEP} seed", "i1", "outcome", *_OUTCOME),
+        _may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
+        _may("forcing_period", SWEEP, "f8", "forcing period", "Period of the forcing at each point of the chart."),
+    ),
+    "basins": (
+        _axis(SWEEP, SWEEP, "f8", "initial state", "Values of the state from which the runs start.", True),
+        _STATE,
+        _STATE_LABEL,
+        _EXPONENT,
+        _axis("attractor_number", _TABLED, "i4", "number of the attractor", "Place in the table, from 1.", True),
+        _need("attractor", SWEEP, "i2", "attractor", "Number of the attractor that a start leads to; 0: none."),
+        _need("outcome", SWEEP, "i1", "outcome", *_OUTCOME),
+        _need("attractor_period", _TABLED, "i2", "period of the attractor", "In iterates of the section, or 0."),
+        _need("attractor_outcome", _TABLED, "i1", "kind of the attractor", *_OUTCOME),
+        _may("attractor_exponent", f"{_TABLED} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
+        _may("attractor_error", f"{_TABLED} exponent", "f8", "standard error of the exponent", "From blocks."),
+        _may("attractor_rate", _TABLED, "f8", "mean progression rate", "Penetration per unit of model time."),
+        _need("attractor_state", f"{_TABLED} state", "f8", "state on the attractor", "A point of it on the section."),
+        _need("fraction", _TABLED, "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
+        _need("fraction_error", _TABLED, "f8", "standard error of the fraction", "sqrt(p(1 - p)/N) for N starts."),
+        _FORCING,
     ),
     "work-precision": (
         _axis("quantity", "quantity", "str", "quantity", "What the error is an error of.", True),
