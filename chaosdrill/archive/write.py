@@ -1,12 +1,11 @@
 """Write an archive whole, or leave what was there."""
 
 import os
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from uuid import uuid4
 
 from chaosdrill.errors import ArchiveError
+from chaosdrill.files import draft_of, replacing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,18 +42,12 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     check_writable(target)
     if isinstance(tree, xr.Dataset):
         tree = xr.DataTree(tree)
-    beside = _beside(target)
     try:
-        tree.to_netcdf(beside, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
-        _flush(beside)
-        os.replace(beside, target)
-        _flush(target.parent)
+        with replacing(target) as draft:
+            tree.to_netcdf(draft, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
     except (OSError, RuntimeError) as fault:
         reason = f"cannot write the archive: {_reason(fault)}; an earlier file is as it was"
         raise ArchiveError(f"{target}: {reason}") from fault
-    finally:
-        with suppress(OSError):
-            beside.unlink(missing_ok=True)
     return target
 
 
@@ -71,17 +64,12 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise ArchiveError(f"{target}: is a folder; name a file, as in {target / 'result.nc'}")
     if not target.parent.is_dir():
         raise ArchiveError(f"{target}: the folder {target.parent} does not exist; make it first")
-    trial = _beside(target)
+    trial = draft_of(target)
     try:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as fault:
         raise ArchiveError(f"{target}: cannot write into {target.parent}: {_reason(fault)}") from fault
-
-
-def _beside(target: Path) -> Path:
-    """A name in the same folder, so that the move into place is one step of the file system."""
-    return target.with_name(f".{target.name[:80]}.{uuid4().hex[:12]}.part")
 
 
 def _encoding(tree: "xr.DataTree") -> dict[str, dict[str, dict[str, Any]]]:
@@ -99,15 +87,6 @@ def _encoding(tree: "xr.DataTree") -> dict[str, dict[str, dict[str, Any]]]:
             if chosen:
                 encoding[node.path][str(name)] = chosen
     return encoding
-
-
-def _flush(path: Path) -> None:
-    """Have the file system write a file or folder to the disk."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _reason(fault: Exception) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from copy import copy
+from threading import RLock
 from typing import Any
 
 import sympy
@@ -13,6 +14,19 @@ from chaosdrill.model.reading import read_expression, read_mapping, read_name, r
 from chaosdrill.model.transition import Transition
 
 DEFAULT_BOUND = 1e9
+
+# several threads may ask for the kernels of one system at once, and each would compile them
+_compiling = RLock()
+
+
+class Shared(dict[Any, Any]):
+    """What copies of a system have in common: compiled kernels and what was derived from the equations.
+
+    Another process, to which a system is sent, begins with an empty one, shared again by the copies sent together.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Shared, ()
 
 
 class HybridSystem:
@@ -90,7 +104,7 @@ class HybridSystem:
         start = read_mapping(f"{name}: initial", {} if initial is None else initial, "{'mode': 'free', x: 0.1}")
         self._set_initial({str(key): value for key, value in start.items()})
         self._exponents = exponent_parameters(self)
-        self.shared: dict[Any, Any] = {}
+        self.shared = Shared()
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -113,7 +127,9 @@ class HybridSystem:
         if key not in self.shared:
             from chaosdrill.codegen import compile_system
 
-            self.shared[key] = compile_system(specialise(self, whole) if whole else self)
+            with _compiling:
+                if key not in self.shared:
+                    self.shared[key] = compile_system(specialise(self, whole) if whole else self)
         return self.shared[key]
 
     def forcing_period(self) -> float | None:

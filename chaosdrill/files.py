@@ -1,0 +1,38 @@
+"""Files that are written whole or not at all."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from uuid import uuid4
+
+
+@contextmanager
+def replacing(target: Path) -> Iterator[Path]:
+    """Name of a file to write beside ``target``; it takes the target's place when the block ends without a fault.
+
+    The file is flushed to the disk before, so that a full disk, an interrupt or a kill leaves the earlier file whole.
+    """
+    beside = draft_of(target)
+    try:
+        yield beside
+        flush(beside)
+        os.replace(beside, target)
+        flush(target.parent)
+    finally:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+def draft_of(target: Path) -> Path:
+    """A name in the same folder, so that the move into place is one step of the file system."""
+    return target.with_name(f".{target.name[:80]}.{uuid4().hex[:12]}.part")
+
+
+def flush(path: Path) -> None:
+    """Have the file system write a file or folder to the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,89 @@
+"""How work is cut into chunks: by what the last ones cost."""
+
+from collections.abc import Iterable
+
+AIM_S = 1.0
+"""Seconds that a chunk is to take: long beside what it costs to hand it out and keep it, short enough to lose."""
+
+FINE_S = 0.05
+"""Seconds of the last chunks of a sweep, by which workers may end apart."""
+
+BUNDLE = 64
+"""Units that kernels step together without loss; a chunk is not cut below that where it is cheap enough."""
+
+GROWTH = 4
+"""A chunk has at most this many times as many units as the largest one before it."""
+
+MOST_UNITS = 4096
+MOST_BYTES = 2**24
+"""Results of one chunk, of which several are under way at once."""
+
+
+class ChunkSizes:
+    """Sizes of the chunks to come.
+
+    The first chunks are of one unit, since nobody knows what a unit costs. Then sizes grow until a chunk takes about
+    a second, shrink at once when units become expensive, and shrink towards the end so that all workers end together.
+
+    Parameters
+    ----------
+    unit_bytes : int
+        Size of the results of one unit.
+    """
+
+    def __init__(self, unit_bytes: int) -> None:
+        self.most = max(1, min(MOST_UNITS, MOST_BYTES // max(unit_bytes, 1)))
+        self.cost = 0.0
+        self.largest = 0
+
+    def learn(self, count: int, seconds: float) -> None:
+        """Take note of what a chunk has cost: dearer units count at once, cheaper ones step by step.
+
+        What the first chunk spends on compiling is forgotten within a few chunks.
+        """
+        cost = seconds / count
+        self.cost = max(cost, (cost + self.cost) / 2)
+        self.largest = max(self.largest, count)
+
+    def next(self, left: int, workers: int) -> int:
+        """Number of units of the next chunk, of ``left`` that no worker has yet."""
+        if not self.largest:
+            return 1
+        cost = max(self.cost, 1e-9)
+        fine = max(1.0, min(BUNDLE, FINE_S / cost))
+        share = left / (2 * workers) if workers > 1 else left
+        size = min(AIM_S / cost, max(share, fine), GROWTH * self.largest, self.most)
+        return max(1, min(int(size), left))
+
+
+class Gaps:
+    """Units that are still to be computed, handed out from the first on.
+
+    Parameters
+    ----------
+    units : int
+        Number of units in all.
+    finished : iterable of (first, count)
+        Chunks that are there already, in any order; they may overlap.
+    """
+
+    def __init__(self, units: int, finished: Iterable[tuple[int, int]] = ()) -> None:
+        self.spans: list[tuple[int, int]] = []
+        begin = 0
+        for first, count in sorted(finished):
+            if first > begin:
+                self.spans.append((begin, first))
+            begin = max(begin, first + count)
+        if begin < units:
+            self.spans.append((begin, units))
+        self.spans.reverse()
+        self.left = sum(end - begin for begin, end in self.spans)
+
+    def take(self, count: int) -> tuple[int, int]:
+        """The next chunk, of ``count`` units or of those up to the end of the gap."""
+        begin, end = self.spans.pop()
+        count = min(count, end - begin)
+        if begin + count < end:
+            self.spans.append((begin + count, end))
+        self.left -= count
+        return begin, count

@@ -1,0 +1,109 @@
+"""Chunks on the workers of a Dask cluster, through Dask's own executor."""
+
+import logging
+import pickle
+from collections.abc import Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from functools import lru_cache
+from threading import Lock
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.errors import ChaosdrillError, SettingsError
+from chaosdrill.sweep.executors import Crew
+from chaosdrill.sweep.fingerprint import changes, origin
+from chaosdrill.sweep.task import Arrays, Task, run_chunk
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+ANSWER_S = 10
+"""Seconds within which a scheduler is to answer."""
+
+COUNT_S = 1.0
+"""Seconds between two looks at how many workers there are."""
+
+_log = logging.getLogger("chaosdrill")
+_unpacking = Lock()
+
+
+def connect(address: str) -> "Client":
+    """A client of the scheduler at an address.
+
+    Raises
+    ------
+    SettingsError
+        If Dask is not installed, or nothing answers at the address.
+    """
+    try:
+        from distributed import Client
+    except ImportError as fault:
+        raise SettingsError(
+            f"scheduler is {address!r}, but Dask is not installed ({fault}); install it with: "
+            "pip install 'chaosdrill[dask]'"
+        ) from fault
+    if not isinstance(address, str) or not address:
+        raise SettingsError(f"scheduler is {address!r}; it must be an address, as in 'tcp://10.0.0.5:8786'")
+    try:
+        return Client(address, timeout=ANSWER_S, set_as_default=False, name="chaosdrill")
+    except (OSError, ValueError, TypeError) as fault:
+        raise SettingsError(
+            f"scheduler is {address!r}, where no Dask scheduler answers within {ANSWER_S} s; start one with "
+            f"'dask scheduler' and give the address that it prints, as in 'tcp://10.0.0.5:8786' ({fault})"
+        ) from fault
+
+
+@contextmanager
+def cluster(task: Task, address: str) -> Iterator[Crew]:
+    """The workers that a scheduler has, whoever joins or leaves them during the work.
+
+    A chunk whose worker dies is run by another one; Dask gives up after several workers have died of the same chunk.
+    """
+    from distributed.scheduler import KilledWorker
+
+    packed, here = pickle.dumps(task), origin()
+    client = connect(address)
+    executor = client.get_executor(pure=False)
+    counted = [-COUNT_S, 0.0]
+
+    def size() -> int:
+        if monotonic() - counted[0] > COUNT_S:
+            threads = sum(client.nthreads().values())
+            if not threads and counted[1]:
+                _log.warning("the scheduler at %s has no workers at present; waiting for some", address)
+            counted[:] = monotonic(), threads
+        return max(1, int(counted[1]))
+
+    try:
+        yield Crew(lambda first, count: executor.submit(run_packed, packed, here, first, count), size)
+    except KilledWorker as fault:
+        raise ChaosdrillError(
+            f"several workers of the scheduler at {address} died of the same chunk ({fault}); "
+            "give them more memory, and look into their logs"
+        ) from fault
+    except (CancelledError, OSError) as fault:
+        raise ChaosdrillError(f"the scheduler at {address} does not answer any more ({fault})") from fault
+    finally:
+        executor.shutdown(wait=False)
+        client.close()
+
+
+def run_packed(packed: bytes, expected: dict[str, Any], first: int, count: int) -> tuple[Arrays, float]:
+    """Run a chunk of a pickled task: what the workers of a cluster are sent.
+
+    A task is unpickled once a worker and kept, so that its kernels are compiled, or loaded, once.
+    """
+    if found := changes(expected, origin()):
+        raise SettingsError(
+            "a worker of the cluster has other versions, which may change the last digit; install the same ones:\n  "
+            + "\n  ".join(line.replace(" before", " here").replace(" now", " there") for line in found)
+        )
+    with _unpacking:
+        task = _unpack(packed)
+    return run_chunk(task, first, count)
+
+
+@lru_cache(maxsize=2)
+def _unpack(packed: bytes) -> Any:
+    return pickle.loads(packed)

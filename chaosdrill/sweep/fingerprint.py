@@ -1,0 +1,57 @@
+"""What has changed between two descriptions of the same work."""
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from chaosdrill.dataset.provenance import library_versions, to_json
+
+_MOST = 12
+_WIDTH = 60
+
+
+def origin() -> dict[str, Any]:
+    """Versions of everything that computes numbers, and a key of the package's own numerical code."""
+    from chaosdrill.codegen.cache import code_key
+
+    return {"versions": library_versions(), "code": code_key()}
+
+
+def plain(fingerprint: Mapping[str, Any]) -> dict[str, Any]:
+    """The description as JSON gives it back, so that it can be compared with one from a file."""
+    read: dict[str, Any] = json.loads(to_json(fingerprint))
+    return read
+
+
+def changes(before: Any, now: Any) -> list[str]:
+    """What differs, a line each: ``parameters.eta: 0.448 before, 0.45 now``."""
+    found = list(_changes(before, now, ""))
+    more = len(found) - _MOST
+    return [*found[:_MOST], f"and {more} more"] if more > 0 else found
+
+
+def _changes(before: Any, now: Any, path: str) -> Iterator[str]:
+    if isinstance(before, dict) and isinstance(now, dict):
+        for key in [*before, *(key for key in now if key not in before)]:
+            place = f"{path}.{key}" if path else str(key)
+            if key not in now or key not in before:
+                yield f"{place}: {_text(before, key)} before, {_text(now, key)} now"
+            else:
+                yield from _changes(before[key], now[key], place)
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        for index, (one, other) in enumerate(zip(before, now, strict=True)):
+            yield from _changes(one, other, f"{path}[{index}]")
+    elif isinstance(before, list) and isinstance(now, list):
+        yield f"{path}: {len(before)} entries before, {len(now)} now"
+    # as text NaN equals itself
+    elif json.dumps(before) != json.dumps(now):
+        yield f"{path}: {_short(before)} before, {_short(now)} now"
+
+
+def _text(mapping: dict[str, Any], key: str) -> str:
+    return _short(mapping[key]) if key in mapping else "absent"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= _WIDTH else f"{text[: _WIDTH - 3]}..."

@@ -1,0 +1,46 @@
+"""A system that was sent to another process is the same one: same code, same numbers; kernels stay behind."""
+
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+import chaosdrill as cd
+from chaosdrill import systems
+from chaosdrill.codegen.source import write_source
+
+SPECTRUM = """
+import pickle, sys
+import chaosdrill as cd
+system = pickle.load(sys.stdin.buffer)
+ds = cd.lyapunov_spectrum(system, periods=50, transient=5)
+sys.stdout.buffer.write(ds["lyapunov_exponent"].values.tobytes())
+"""
+
+
+@pytest.mark.parametrize("name", sorted(systems.REGISTRY))
+def test_generated_code_is_the_same(name):
+    system = systems.build(name)
+    other = pickle.loads(pickle.dumps(system))
+    assert write_source(other).text == write_source(system).text
+    assert other.parameters == system.parameters
+    assert other.initial == system.initial
+    assert other.bounds == system.bounds
+
+
+def test_kernels_are_left_out_and_shared_again_by_copies_that_are_sent_together():
+    system = cd.build("impact-oscillator")
+    assert system.kernels is not None
+    one, other = pickle.loads(pickle.dumps((system, system.with_parameters(omega=2.6))))
+    assert not one.shared
+    assert one.kernels is other.kernels
+    assert one.kernels.path == system.kernels.path
+
+
+def test_another_process_gets_the_same_bits():
+    system = cd.build("impact-oscillator")
+    here = cd.lyapunov_spectrum(system, periods=50, transient=5)["lyapunov_exponent"].values
+    command = [sys.executable, "-c", SPECTRUM]
+    done = subprocess.run(command, input=pickle.dumps(system), capture_output=True, timeout=120, check=True)
+    assert done.stdout == here.tobytes()

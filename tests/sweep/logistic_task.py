@@ -1,0 +1,42 @@
+"""A task whose results are known to the bit and whose costs are chosen; other processes import it."""
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Logistic:
+    """Unit k iterates x -> a x (1 - x) at a = 3.5 + k/(2 units); its cost may differ from the others'."""
+
+    units: int = 500
+    iterations: int = 40
+    slow: dict = field(default_factory=dict)
+    pause: float = 0.0
+    points_per_unit: int = 1
+
+    @property
+    def total(self):
+        return self.units * self.points_per_unit
+
+    def columns(self):
+        return {"orbit": ("<f8", (self.iterations,)), "code": ("|i1", ()), "none": ("<f8", (0,))}
+
+    def run(self, first, count):
+        index = np.arange(first, first + count)
+        time.sleep(sum(self.slow.get(int(k), self.pause) for k in index))
+        a, x = 3.5 + 0.5 * index / self.units, np.full(count, 0.3)
+        orbit = np.empty((count, self.iterations))
+        for i in range(self.iterations):
+            x = a * x * (1 - x)
+            orbit[:, i] = x
+        orbit[index % 7 == 3] = np.nan
+        return {"orbit": orbit, "code": (index % 7).astype(np.int8), "none": np.zeros((count, 0))}
+
+    def fingerprint(self):
+        return {"map": "logistic", "units": self.units, "iterations": self.iterations}
+
+    def counts(self, arrays):
+        values, counts = np.unique(arrays["code"], return_counts=True)
+        return {f"code {value}": int(count) for value, count in zip(values, counts, strict=True)}

@@ -1,0 +1,128 @@
+"""The same bits whoever runs the units; nothing runs twice; faults and interruptions come through."""
+
+import _thread
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from logistic_task import Logistic
+
+from chaosdrill.errors import SettingsError
+from chaosdrill.sweep import execute
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5])
+@pytest.mark.parametrize("kept", [False, True])
+def test_same_bits(task, whole, same, tmp_path, workers, kept):
+    found = execute(task, workers=workers, store=tmp_path / "parts" if kept else None)
+    assert same(found, whole(task))
+
+
+@pytest.mark.parametrize("units", [0, 1])
+def test_few_units(whole, same, tmp_path, units):
+    task = Logistic(units=units)
+    for store in (None, tmp_path / "parts"):
+        found = execute(task, workers=2, store=store)
+        assert found["orbit"].shape == (units, 40)
+        assert units == 0 or same(found, whole(task))
+
+
+@dataclass(frozen=True)
+class Recorded(Logistic):
+    """Takes note of the units that ran."""
+
+    def run(self, first, count):
+        RAN.extend(range(first, first + count))
+        return super().run(first, count)
+
+
+RAN: list[int] = []
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_every_unit_runs_once(workers):
+    RAN.clear()
+    execute(Recorded(units=3000, iterations=2), workers=workers)
+    assert sorted(RAN) == list(range(3000))
+
+
+def test_expensive_units_do_not_stall_the_rest():
+    # one unit of 0.4 s among 400 of 1 ms: two threads need the 0.4 s and hardly more
+    task = Logistic(units=400, iterations=1, pause=0.001, slow={3: 0.4})
+    start = time.perf_counter()
+    execute(task, workers=2)
+    assert time.perf_counter() - start < 0.65
+
+
+def test_progress_counts_points_by_outcome(task, whole):
+    told = []
+    execute(task, workers=2, progress=lambda *seen: told.append(seen))
+    codes, counts = np.unique(whole(task)["code"], return_counts=True)
+    assert told[0] == (0, 500, {})
+    assert told[-1] == (500, 500, {f"code {code}": count for code, count in zip(codes, counts, strict=True)})
+    assert [done for done, *_ in told] == sorted(done for done, *_ in told)
+    assert all(sum(outcomes.values()) == done for done, _, outcomes in told)
+
+
+def test_progress_counts_points_of_units_that_hold_several():
+    told = []
+    execute(Logistic(units=6, points_per_unit=50), progress=lambda *seen: told.append(seen[:2]))
+    assert told[0] == (0, 300)
+    assert told[-1] == (300, 300)
+
+
+@dataclass(frozen=True)
+class Faulty(Logistic):
+    """Fails at unit 200."""
+
+    def run(self, first, count):
+        RAN.append(first)
+        if first <= 200 < first + count:
+            raise ZeroDivisionError("unit 200")
+        return super().run(first, count)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_fault_comes_through_and_stops_the_rest(workers):
+    RAN.clear()
+    with pytest.raises(ZeroDivisionError, match="unit 200"):
+        execute(Faulty(units=100_000, pause=0.0002), workers=workers)
+    assert max(RAN) < 5000
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_interruption_keeps_what_has_finished(tmp_path, whole, same, workers):
+    task = Logistic(units=1200, pause=0.002)
+    threading.Timer(0.4, _thread.interrupt_main).start()
+    with pytest.raises(KeyboardInterrupt):
+        execute(task, workers=workers, store=tmp_path)
+    told = []
+    found = execute(Logistic(units=1200), store=tmp_path, progress=lambda *seen: told.append(seen))
+    assert 0 < told[0][0] < 1200
+    assert same(found, whole(Logistic(units=1200)))
+
+
+@dataclass(frozen=True)
+class Undeclared(Logistic):
+    """Returns another dtype than it declares."""
+
+    def run(self, first, count):
+        return super().run(first, count) | {"code": np.zeros(count)}
+
+
+def test_arrays_that_the_task_does_not_declare_are_refused():
+    with pytest.raises(TypeError, match="its task declares"):
+        execute(Undeclared())
+
+
+def test_workers_and_a_scheduler_exclude_each_other(task):
+    with pytest.raises(SettingsError, match="has workers of its own; leave workers out"):
+        execute(task, workers=2, scheduler="tcp://127.0.0.1:1")
+
+
+def test_results_may_be_changed_without_changing_the_store(task, whole, same, tmp_path):
+    found = execute(task, store=tmp_path)
+    found["orbit"][:] = 0
+    assert same(execute(task, store=tmp_path), whole(task))
