@@ -66,18 +66,18 @@ SMALLEST_STEP = 1e-15
 LARGE_GROWTH = 1e4
 """Tangents are orthonormalised at once after an event that makes one this long."""
 
-_integer_matrix = int64[:, ::1]
-_scratch = types.Tuple(
+integer_matrix = int64[:, ::1]
+scratch_type = types.Tuple(
     (matrix, vector, vector, matrix, matrix, *[vector] * 6, matrix, vector, matrix)
 )  # in the order of engine.layout
-_signature = int64(
+SIGNATURE = int64(
     *KERNEL_TYPES,
     *STEPPER_TYPES,
     integers,
     vector,
-    _integer_matrix,
-    _integer_matrix,
-    _integer_matrix,
+    integer_matrix,
+    integer_matrix,
+    integer_matrix,
     vector,
     matrix,
     vector,
@@ -95,7 +95,7 @@ _signature = int64(
     vector,
     matrix,
     matrix,
-    _scratch,
+    scratch_type,
 )
 
 
@@ -110,7 +110,7 @@ def _state_outcome(x, bounds):
     return DONE
 
 
-@compiled(_signature)
+@compiled(SIGNATURE)
 def flow(
     jet,
     jacobian_jet,

@@ -1,8 +1,14 @@
-"""A declared period is checked at the numbers of the run: a sweep may change what the period is made of."""
+"""The forcing period at the numbers of a run, and whether the system repeats after it there.
 
-from typing import TYPE_CHECKING
+A sweep may change what the period is made of: a declared period is proved from the expressions, once, or else checked
+at the numbers of every run.
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import frozen_states
@@ -13,8 +19,57 @@ if TYPE_CHECKING:
 _TOLERANCE = 1e-8
 
 
+def forcing_periods(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: int) -> np.ndarray:
+    """Forcing periods of many points, shape (points,); NaN where the period is no positive number.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        It must have a forcing period.
+    parameters : mapping of str to ndarray, shape (points,)
+        Values of the parameters that differ from the system's own.
+    points : int
+        Number of points.
+    """
+    names = sorted(p.name for p in system.period.free_symbols)
+    if "period" not in system.shared:
+        symbols = [sympy.Symbol(name, real=True) for name in names]
+        system.shared["period"] = sympy.lambdify(symbols, system.period, modules="numpy")
+    values = (np.asarray(parameters.get(name, system.parameters[name]), dtype=float) for name in names)
+    with np.errstate(all="ignore"):
+        found = np.broadcast_to(system.shared["period"](*values), (points,))
+    found = np.where(np.isreal(found), found.real, np.nan)
+    return np.where((found > 0) & np.isfinite(found), found, np.nan)
+
+
+def repeats(system: "HybridSystem") -> bool:
+    """Whether the system is proved to repeat after its period, whatever its parameters."""
+    if system.time is None:
+        return True
+    if "repeats" not in system.shared:
+        expressions = [rate for field in system.modes.values() for rate in field.values()]
+        expressions += system.quadratures.values()
+        for t in system.transitions:
+            relations = () if t.condition is None else t.condition.atoms(sympy.core.relational.Relational)
+            expressions += [t.guard, *t.reset.values(), *(side for relation in relations for side in relation.args)]
+        system.shared["repeats"] = all(_repeats(system, sympy.sympify(e)) for e in expressions)
+    return bool(system.shared["repeats"])
+
+
+def _repeats(system: "HybridSystem", expression: Any) -> bool:
+    if system.time not in expression.free_symbols:
+        return True
+    later = expression.xreplace({system.time: system.time + system.period})
+    later = later.replace(
+        lambda part: isinstance(part, sympy.Function), lambda part: part.func(*map(sympy.expand, part.args))
+    )
+    return bool(sympy.expand(later - expression) == 0)
+
+
 def check_period(system: "HybridSystem", period: float) -> None:
     """Raise SettingsError if a field, a quadrature, a guard or a reset does not repeat after the period."""
+    if repeats(system):
+        return
     kernels = system.kernels
     n, q = len(system.states), len(system.quadratures)
     c = kernels.constants(system.parameters)

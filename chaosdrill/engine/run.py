@@ -8,11 +8,17 @@ import numpy as np
 from chaosdrill.codegen.ahead import await_engine
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.dop853_tables import stage_rows
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
-from chaosdrill.engine.roots import DEPTH
-from chaosdrill.model.derive import pinned_states
+from chaosdrill.engine.setup import (
+    begin,
+    bounds_of,
+    event_tables,
+    integer_settings,
+    pins,
+    real_settings,
+    workspace,
+)
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -62,31 +68,10 @@ class Run:
         self.system = system
         self.period = period
         self.method = numerics.method
-        self.settings_i = np.zeros(at.SETTINGS_I, dtype=np.int64)
-        self.settings_f = np.zeros(at.SETTINGS_F)
-        self.settings_i[at.METHOD] = at.METHOD_CODES[numerics.method]
-        self.settings_i[at.ORDER] = numerics.order
-        self.settings_i[at.QUADRATURES] = q
-        self.settings_i[at.SAMPLES] = samples
-        self.settings_i[at.ORTHOGONALISE] = int(orthonormalise and m > 0)
-        self.settings_i[at.ABSOLUTE_TIME] = int(system.period is None)
-        self.settings_i[at.JACOBIAN] = int(kernels.own_jacobian)
-        self.settings_i[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
-        self.settings_f[at.TOLERANCE] = numerics.tolerance
-        # at this part of the radius of convergence the last term is a quarter of the tolerance
-        self.settings_f[at.REACH] = (numerics.tolerance / 4) ** (1 / numerics.order)
-        self.settings_f[at.PERIOD] = period
-        self.settings_f[at.STEP] = period / (numerics.steps or 200)
-        self.transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
-        self.transitions[:, :2] = kernels.transition_table
-        self.transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
-        self.marks = np.zeros((len(kernels.events), guards), dtype=np.int64)
-        for row, events in zip(self.marks, kernels.events, strict=True):
-            for j, event in enumerate(events):
-                only = all(kernels.transition_table[k, 1] for k in event.outcomes)
-                losing = any(k in deficient for k in event.outcomes)
-                row[j] = at.MARKS * only + at.LOSES_RANK * losing + at.AFFINE * event.affine
-        self.bounds = np.array([system.bounds[s] for s in system.state_names]).T.copy()
+        self.settings_i = integer_settings(system, numerics, samples=samples, orthonormalise=orthonormalise and m > 0)
+        self.settings_f = real_settings(numerics, np.array([period]))[0]
+        self.marks, self.transitions = event_tables(system, deficient)
+        self.bounds = bounds_of(system)
         self.c = kernels.constants(system.parameters)
         self.x = np.array([system.initial[s] for s in system.state_names])
         self.sums = np.zeros((2, q))
@@ -97,11 +82,8 @@ class Run:
         self.dead = np.zeros(max(m, 1), dtype=np.int64)
         self.logs = np.zeros(max(m, 1))
         self.carried = np.zeros(at.CARRIED_I, dtype=np.int64)
+        begin(self.carried, m)
         self.carried[at.MODE] = system.mode_names.index(system.initial["mode"])
-        self.carried[at.LIVE] = m
-        self.carried[at.FRESH] = at.BEGIN
-        self.carried[at.FIRED] = -1
-        self.carried[at.QR_WAIT] = 1
         self.carried_f = np.zeros(at.CARRIED_F)
         self.sides = np.zeros(guards, dtype=np.int64)
         self.armed = np.zeros(guards, dtype=np.int64)
@@ -112,12 +94,7 @@ class Run:
         self._pin()
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
-        self._scratch = (
-            np.zeros((kernels.rows + (m + m % 2) * n, at.COLUMNS)), np.zeros(at.COLUMNS), np.zeros(at.COLUMNS),
-            np.zeros((DEPTH, at.COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
-            np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros(n),
-            np.zeros((stage_rows(m), n + q)),
-        )  # fmt: skip
+        self._scratch = workspace(system, m)
 
     @property
     def mode(self) -> str:
@@ -164,7 +141,10 @@ class Run:
         self.carried[[at.TIES, at.STEPS, at.EVALUATIONS]] = 0
         self.forgotten = self.elapsed
         if self.dead.any():
-            self._revive()
+            from chaosdrill.engine.revival import revive
+
+            revive(self.vectors, self._frame, self.slots, self.dead, self.carried)
+            self._pin()
 
     def continue_from(self, other: "Run") -> None:
         """Take over the state and the standing of the guards of another run of the same system, at a strobe of it."""
@@ -177,27 +157,8 @@ class Run:
 
     def _pin(self) -> None:
         """Drop the tangents that the present mode leaves no freedom."""
-        self.vectors[:, pinned_states(self.system, self.mode)] = 0.0
+        self.vectors[:, pins(self.system)[self.carried[at.MODE]] == 1] = 0.0
         self.carried[at.RANK_CHECK] = 1
-
-    def _revive(self) -> None:
-        """Start the tangents anew that were lost before, behind the others, which go on.
-
-        A rank that was lost once in a transient says nothing about the attractor.
-        """
-        m, n = self.vectors.shape
-        for i, slot in enumerate(np.flatnonzero(self.dead[:m]), start=self.live):
-            self.slots[i] = slot
-            for candidate in (self._frame[slot], *np.eye(n)):
-                row = candidate
-                for _ in range(2):
-                    row = row - self.vectors[:i].T @ (self.vectors[:i] @ row)
-                if np.linalg.norm(row) > 1e-6 * np.linalg.norm(candidate) > 0:
-                    break
-            self.vectors[i] = row / np.linalg.norm(row)
-        self.dead[:] = 0
-        self.carried[at.LIVE] = m
-        self._pin()
 
     def change_period(self, period: float) -> None:
         """Go on with strobes at another interval; at a strobe only."""

@@ -103,7 +103,7 @@ class HybridSystem:
         check_system(self)
         start = read_mapping(f"{name}: initial", {} if initial is None else initial, "{'mode': 'free', x: 0.1}")
         self._set_initial({str(key): value for key, value in start.items()})
-        self._exponents = exponent_parameters(self)
+        self.exponent_parameters = exponent_parameters(self)
         self.shared = Shared()
 
     @property
@@ -122,7 +122,8 @@ class HybridSystem:
 
         Copies with other numbers share them, unless a number is a whole exponent here and another one there.
         """
-        whole = {name: int(self.parameters[name]) for name in self._exponents if self.parameters[name].is_integer()}
+        own = self.parameters
+        whole = {name: int(own[name]) for name in self.exponent_parameters if own[name].is_integer()}
         key = tuple(whole.items())
         if key not in self.shared:
             from chaosdrill.codegen import compile_system

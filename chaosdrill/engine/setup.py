@@ -1,0 +1,94 @@
+"""What a system and its numerics put into the engine's arrays, whatever the point at which it is run."""
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.engine import layout as at
+from chaosdrill.engine.dop853_tables import stage_rows
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.roots import DEPTH
+from chaosdrill.model.derive import pinned_states
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+
+def integer_settings(
+    system: "HybridSystem", numerics: Numerics, *, samples: int = 1, orthonormalise: bool = True
+) -> np.ndarray:
+    """Settings that are integers, in the order of ``engine.layout``."""
+    settings = np.zeros(at.SETTINGS_I, dtype=np.int64)
+    settings[at.METHOD] = at.METHOD_CODES[numerics.method]
+    settings[at.ORDER] = numerics.order
+    settings[at.QUADRATURES] = len(system.quadratures)
+    settings[at.SAMPLES] = samples
+    settings[at.ORTHOGONALISE] = int(orthonormalise)
+    settings[at.ABSOLUTE_TIME] = int(system.period is None)
+    settings[at.JACOBIAN] = int(system.kernels.own_jacobian)
+    settings[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
+    return settings
+
+
+def real_settings(numerics: Numerics, periods: np.ndarray) -> np.ndarray:
+    """Settings that are doubles, shape (P, settings), for the periods of P runs."""
+    settings = np.zeros((len(periods), at.SETTINGS_F))
+    settings[:, at.TOLERANCE] = numerics.tolerance
+    # at this part of the radius of convergence the last term is a quarter of the tolerance
+    settings[:, at.REACH] = (numerics.tolerance / 4) ** (1 / numerics.order)
+    settings[:, at.PERIOD] = periods
+    settings[:, at.STEP] = periods / (numerics.steps or 200)
+    return settings
+
+
+def event_tables(system: "HybridSystem", deficient: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Marks of the guards of every mode, and the table of transitions; rank may be lost at those in ``deficient``."""
+    kernels = system.kernels
+    transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
+    transitions[:, :2] = kernels.transition_table
+    transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
+    marks = np.zeros((len(kernels.events), kernels.mode_table.shape[1]), dtype=np.int64)
+    for row, events in zip(marks, kernels.events, strict=True):
+        for j, event in enumerate(events):
+            only = all(kernels.transition_table[k, 1] for k in event.outcomes)
+            losing = any(k in deficient for k in event.outcomes)
+            row[j] = at.MARKS * only + at.LOSES_RANK * losing + at.AFFINE * event.affine
+    return marks, transitions
+
+
+def bounds_of(system: "HybridSystem") -> np.ndarray:
+    """Lower and upper bounds of the states, shape (2, n)."""
+    return np.array([system.bounds[s] for s in system.state_names]).T.copy()
+
+
+def pins(system: "HybridSystem") -> np.ndarray:
+    """Which states each mode leaves no freedom, shape (modes, n)."""
+    table: np.ndarray | None = system.shared.get("pins")
+    if table is None:
+        table = np.zeros((len(system.modes), len(system.states)), dtype=np.int64)
+        for row, mode in zip(table, system.modes, strict=True):
+            row[list(pinned_states(system, mode))] = 1
+        system.shared["pins"] = table
+    return table
+
+
+def begin(carried: np.ndarray, tangents: int) -> None:
+    """Fill carried integers, shape (..., carried), for runs that are to begin with so many tangents."""
+    carried[...] = 0
+    carried[..., at.LIVE] = tangents
+    carried[..., at.FRESH] = at.BEGIN
+    carried[..., at.FIRED] = -1
+    carried[..., at.QR_WAIT] = 1
+    carried[..., at.RANK_CHECK] = 1
+
+
+def workspace(system: "HybridSystem", m: int) -> tuple[np.ndarray, ...]:
+    """Scratch arrays of the engine for a system with m tangents."""
+    n, q, guards = len(system.states), len(system.quadratures), system.kernels.mode_table.shape[1]
+    return (
+        np.zeros((system.kernels.rows + (m + m % 2) * n, at.COLUMNS)), np.zeros(at.COLUMNS), np.zeros(at.COLUMNS),
+        np.zeros((DEPTH, at.COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
+        np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros(n),
+        np.zeros((stage_rows(m), n + q)),
+    )  # fmt: skip
