@@ -24,6 +24,9 @@ ANSWER_S = 10
 COUNT_S = 1.0
 """Seconds between two looks at how many workers there are."""
 
+CHATTY = ("tornado.application", "distributed.client")
+"""Loggers that print a traceback for each chunk that is cancelled, and for a connection that ends."""
+
 _log = logging.getLogger("chaosdrill")
 _unpacking = Lock()
 
@@ -64,6 +67,9 @@ def cluster(task: Task, address: str) -> Iterator[Crew]:
 
     packed, here = pickle.dumps(task), origin()
     client = connect(address)
+    loggers = [logging.getLogger(name) for name in CHATTY]
+    for logger in loggers:
+        logger.addFilter(_drop)
     executor = client.get_executor(pure=False)
     counted = [-COUNT_S, 0.0]
 
@@ -83,10 +89,16 @@ def cluster(task: Task, address: str) -> Iterator[Crew]:
             "give them more memory, and look into their logs"
         ) from fault
     except (CancelledError, OSError) as fault:
-        raise ChaosdrillError(f"the scheduler at {address} does not answer any more ({fault})") from fault
+        raise ChaosdrillError(f"the scheduler at {address} does not answer any more") from fault
     finally:
         executor.shutdown(wait=False)
         client.close()
+        for logger in loggers:
+            logger.removeFilter(_drop)
+
+
+def _drop(_: logging.LogRecord) -> bool:
+    return False
 
 
 def run_packed(packed: bytes, expected: dict[str, Any], first: int, count: int) -> tuple[Arrays, float]:

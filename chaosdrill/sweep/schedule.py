@@ -110,10 +110,15 @@ def _run(crew: Crew, gaps: Gaps, kept: Memory, tally: Tally) -> None:
         while gaps.left and len(pending) < (AHEAD * hands if crew.parallel else 1):
             first, count = gaps.take(sizes.next(gaps.left, hands))
             pending[crew.submit(first, count)] = (first, count)
-        for future in wait(pending, return_when=FIRST_COMPLETED).done:
+        # what has finished beside a chunk that failed is kept before its fault goes up
+        for future in sorted(wait(pending, return_when=FIRST_COMPLETED).done, key=_failed):
             first, count = pending.pop(future)
             arrays, seconds = future.result()
             kept.put(first, count, arrays)
             sizes.learn(count, seconds)
             tally.add(count, arrays)
         tally.tell()
+
+
+def _failed(future: Future[Any]) -> bool:
+    return future.cancelled() or future.exception() is not None

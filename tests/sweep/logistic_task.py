@@ -1,5 +1,7 @@
 """A task whose results are known to the bit and whose costs are chosen; other processes import it."""
 
+import os
+import signal
 import time
 from dataclasses import dataclass, field
 
@@ -40,3 +42,23 @@ class Logistic:
     def counts(self, arrays):
         values, counts = np.unique(arrays["code"], return_counts=True)
         return {f"code {value}": int(count) for value, count in zip(values, counts, strict=True)}
+
+
+@dataclass(frozen=True)
+class Deadly(Logistic):
+    """Unit 50 ends the process that runs it."""
+
+    def run(self, first, count):
+        if first <= 50 < first + count:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().run(first, count)
+
+
+@dataclass(frozen=True)
+class Faulty(Logistic):
+    """Fails at unit 200."""
+
+    def run(self, first, count):
+        if first <= 200 < first + count:
+            raise ZeroDivisionError("unit 200")
+        return super().run(first, count)
