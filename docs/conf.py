@@ -5,6 +5,7 @@ from pathlib import Path
 import chaosdrill
 from chaosdrill.analysis.registry import ANALYSES, METHODS
 from chaosdrill.dataset import SCHEMA, Outcome
+from chaosdrill.plot import PICTURES
 from chaosdrill.systems import EFFECTS, REGISTRY
 
 project = "chaosdrill"
@@ -42,6 +43,8 @@ def write_tables() -> None:
     names.append(_table(["`kind`", "gives"], [[f"`{key}`", entry.summary] for key, entry in ANALYSES.items()]))
     names.append("## Methods\n")
     names.append(_table(["`method`", "is"], [[f"`{key}`", text] for key, text in METHODS.items()]))
+    names.append("## Pictures\n\n`chaosdrill plot` draws every picture that suits what is in an archive.\n")
+    names.append(_table(["`kind`", "picture", "shows"], [[f"`{p.kind}`", p.name, p.summary] for p in PICTURES]))
     (GENERATED / "names.md").write_text("\n".join(names), encoding="utf-8")
 
     variables = ["# Variables of an archive\n"]

@@ -1,17 +1,19 @@
-"""Bifurcation diagram: the section over the swept parameter, with spectrum, progression and outcome under it."""
+"""Bifurcation diagram: the section over the swept parameter, with spectrum, progression and periods under it."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.plot.cells import bounds, draw_kinds, legend_entry
+from chaosdrill.plot.looks import MOTIONS, SEED_COLOURS, motions
 from chaosdrill.plot.style import (
-    PALETTE,
+    axis_label,
     flag_names,
     label,
     legend_above,
     new_figure,
-    outcome_colour,
-    readable,
+    progression,
+    seed_names,
     state_label,
     subscript,
     wrapped,
@@ -21,6 +23,11 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+# exponents descend, so that their order tells them apart where colours do not
+_EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#000000")
+_SHADE = "#E4E4E4"
 
 
 def bifurcation(dataset: "xr.Dataset") -> "Figure":
@@ -34,92 +41,153 @@ def bifurcation(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        From top to bottom, over the same axis: the first state on the section (a colour a seed), the exponents with
-        zero marked, the progression rate where the system has one, and a strip with the outcome of every point.
+        From top to bottom, over the same axis: the first state on the section (a colour a seed; where seeds agree, the
+        points of later ones lie as smaller dots on those of earlier ones), the exponents with zero marked, the
+        progression rate where the system has one, and a row for each seed with its period or how its run ended. Points
+        without a result from any seed are shaded.
     """
     sweep = str(dataset["period"].dims[0])
+    dataset = dataset.sortby(sweep)
     has_spectrum = "lyapunov_exponent" in dataset.variables
     has_rate = "progression_rate" in dataset.variables and bool(np.isfinite(dataset["progression_rate"]).any())
     seeds = dataset.sizes["seed"]
-    heights = [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [0.09 + 0.09 * seeds]
-    figure = new_figure(1.2 + sum(heights))
+    heights = [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [0.18 if seeds == 1 else 0.14 * seeds]
+    figure = new_figure(1.4 + sum(heights))
     panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
+    edges = bounds(dataset[sweep].values)
+    for panel in panels[:-1]:
+        _shade(panel, dataset, sweep, edges)
     _section(panels[0], dataset, sweep)
     if has_spectrum:
         _spectrum(panels[1], dataset, sweep)
     if has_rate:
         _rate(panels[-2], dataset, sweep)
-    _outcomes(panels[-1], dataset, sweep)
-    panels[-1].set_xlabel(label(dataset[sweep]))
+    _periods(panels[-1], dataset, sweep, edges, heights[-1])
+    panels[-1].set_xlabel(axis_label(dataset, sweep))
     x = dataset[sweep].values
-    panels[-1].set_xlim(x.min(), x.max())
+    panels[-1].set_xlim(*(edges if len(x) == 1 else (x[0], x[-1])))
     figure.align_ylabels(panels[:-1])
     return figure
+
+
+def _shade(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]") -> None:
+    """Shade the points that no seed has a result at, and those at which no run came to the section."""
+    names = flag_names(dataset["outcome"])
+    ended = np.isin(dataset["outcome"].values, [code for code, name in names.items() if name in MOTIONS])
+    lost = np.logical_not(ended.any(axis=dataset["outcome"].dims.index("seed")))
+    section = dataset["section"].transpose(sweep, ...).values
+    missed = np.isnan(section.reshape(lost.size, -1)).all(axis=1) & ~lost
+    for mask, hatch, text in ((lost, "", "no result"), (missed, "....", "section not reached")):
+        turns = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
+        for number, (first, last) in enumerate(turns.reshape(-1, 2)):
+            panel.axvspan(
+                edges[first],
+                edges[last],
+                facecolor=_SHADE,
+                edgecolor="0.5",
+                linewidth=0,
+                hatch=hatch,
+                zorder=0,
+                label=f"{text}: {mask.sum()} of {mask.size} points" if number == 0 else None,
+            )
 
 
 def _section(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     section = dataset["section"].transpose(sweep, "seed", "iterate", "state").values[..., 0]
     period = dataset["period"].transpose(sweep, "seed").values
-    x = dataset[sweep].values
+    x = np.broadcast_to(dataset[sweep].values[:, None], section[:, 0].shape)
+    iterates = section.shape[2]
     # a cloud has many small points, a cycle few that stand out
-    cloud = float(np.clip(4e4 / max(section.size, 1), 0.35, 2.0))
-    for seed in range(section.shape[1]):
-        panel.scatter(
-            np.repeat(x, section.shape[2]),
-            section[:, seed].ravel(),
-            s=np.repeat(np.where(period[:, seed] > 0, 0.8, cloud), section.shape[2]),
-            color="black" if section.shape[1] == 1 else PALETTE[seed % len(PALETTE)],
-            linewidth=0,
-            rasterized=True,
-            label=f"seed {seed + 1}",
-        )
+    cloud = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.35, 2.0)))
+    for seed, (colour, name, step) in enumerate(_seeds(dataset)):
+        cycle = period[:, seed] > 0
+        # of a cycle one turn is enough
+        kept = np.where(cycle, np.minimum(period[:, seed], iterates), iterates)
+        turn = (np.arange(iterates) >= iterates - kept[:, None]) & np.isfinite(section[:, seed])
+        for mask, size in ((cycle, 0.9 + 0.9 * step), (~cycle, cloud)):
+            shown = turn & mask[:, None]
+            panel.plot(
+                x[shown],
+                section[:, seed][shown],
+                "o",
+                markersize=size,
+                markeredgewidth=0,
+                color=colour,
+                rasterized=True,
+            )
+        if name:
+            panel.plot([], [], "o", markersize=3 + step, markeredgewidth=0, color=colour, label=name)
     panel.set_ylabel(state_label(dataset, 0))
-    if section.shape[1] > 1:
-        legend_above(panel, markerscale=4)
+    if panel.get_legend_handles_labels()[0]:
+        legend_above(panel)
 
 
 def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
+    from matplotlib.transforms import blended_transform_factory
+
     exponents = dataset["lyapunov_exponent"].transpose(sweep, "seed", "exponent").values
     x = dataset[sweep].values
+    foot = blended_transform_factory(panel.transData, panel.transAxes)
     panel.axhline(0, color="0.5", linewidth=0.7, zorder=1)
     for i in range(exponents.shape[2]):
         values = exponents[:, :, i]
-        known = ~np.isnan(values)
-        lost = np.isneginf(values)
+        colour = _EXPONENT_COLOURS[i % len(_EXPONENT_COLOURS)]
+        name = subscript("λ", i + 1)
+        known, lost = ~np.isnan(values), np.isneginf(values)
         if known.any() and lost[known].all():
-            panel.plot([], [], linestyle="none", label=f"{subscript('λ', i + 1)} = −∞")
+            panel.plot([], [], linestyle="none", label=f"{name} = −∞")
             continue
-        name = subscript("λ", i + 1) + (" (−∞ where absent)" if lost.any() else "")
-        for seed in range(values.shape[1]):
-            shown = np.where(np.isfinite(values[:, seed]), values[:, seed], np.nan)
-            panel.plot(x, shown, color=PALETTE[i % len(PALETTE)], linewidth=0.8, label=name if seed == 0 else None)
+        for seed, (_, _, step) in enumerate(_seeds(dataset)):
+            _draw(panel, dataset, seed, np.where(lost[:, seed], np.nan, values[:, seed]), colour, step)
+        panel.plot([], [], color=colour, label=name)
+        if lost.any():
+            there = x[lost.any(axis=1)]
+            height = np.full(len(there), 0.04 + 0.06 * i)
+            text = f"{name} = −∞ at {len(there)} of {len(x)} points"
+            panel.plot(there, height, "v", markersize=2.5, color=colour, transform=foot, label=text)
     panel.set_ylabel(label(dataset["lyapunov_exponent"]))
-    legend_above(panel)
+    # the shades are named above
+    legend_above(panel, handles=[line for line in panel.get_lines() if str(line.get_label()).startswith("λ")])
 
 
 def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
-    name = "progression_rate_si" if "progression_rate_si" in dataset.variables else "progression_rate"
-    rates = dataset[name].transpose(sweep, "seed").values
-    for seed in range(rates.shape[1]):
-        colour = "black" if rates.shape[1] == 1 else PALETTE[seed % len(PALETTE)]
-        panel.plot(dataset[sweep].values, rates[:, seed], color=colour, linewidth=0.8)
-    panel.set_ylabel(wrapped(label(dataset[name]), 12))
+    rate = progression(dataset)
+    values = rate.transpose(sweep, "seed").values
+    for seed, (colour, _, step) in enumerate(_seeds(dataset)):
+        _draw(panel, dataset, seed, values[:, seed], colour, step)
+    panel.set_ylabel(wrapped(label(rate), 12))
 
 
-def _outcomes(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
-    from matplotlib.colors import to_rgb
-    from matplotlib.patches import Patch
-
-    codes = dataset["outcome"].transpose("seed", sweep).values
-    names = flag_names(dataset["outcome"])
-    x = dataset[sweep].values
-    # a cell reaches half way to its neighbours
-    middle = (x[1:] + x[:-1]) / 2
-    edges = np.concatenate([[x[0]], middle, [x[-1]]])
-    colours = np.array([[to_rgb(outcome_colour(names[int(code)])) for code in row] for row in codes])
-    panel.pcolormesh(edges, np.arange(codes.shape[0] + 1), colours, rasterized=True)
-    panel.set_yticks([])
+def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", height: float) -> None:
+    kinds, looks = motions(dataset.transpose("seed", sweep, ...))
+    names = seed_names(dataset)
+    draw_kinds(panel, edges, np.arange(len(names) + 1.0), kinds, looks, (6.3, height), names=False)
+    panel.invert_yaxis()
     panel.spines["left"].set_visible(False)
-    present = [code for code in names if (codes == code).any()]
-    handles = [Patch(color=outcome_colour(names[code]), label=readable(names[code])) for code in present]
-    legend_above(panel, handles=handles)
+    panel.set_yticks(np.arange(len(names)) + 0.5 if len(names) > 1 else [], names if len(names) > 1 else [])
+    panel.tick_params(axis="y", length=0, labelsize=7)
+    legend_above(panel, handles=[legend_entry(look) for look in looks])
+
+
+def _seeds(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
+    """Colour and name of each seed, and by how much wider than the last one it is drawn, from 0 to 2.
+
+    More seeds than can be told apart are black and have no name: the rows at the foot tell them apart.
+    """
+    names = seed_names(dataset)
+    if not 1 < len(names) <= len(SEED_COLOURS):
+        return [("black", "", 0.0)] * len(names)
+    steps = np.linspace(2.0, 0.0, len(names)).tolist()
+    return list(zip(SEED_COLOURS, names, steps, strict=False))
+
+
+def _draw(
+    panel: "Axes", dataset: "xr.Dataset", seed: int, values: "NDArray[np.float64]", colour: str, step: float
+) -> None:
+    """A line where neighbours belong together; dots where each of several seeds may fall on this attractor or that."""
+    x = dataset[str(dataset["period"].dims[0])].values
+    if dataset.sizes["seed"] == 1 or seed_names(dataset)[seed] in ("forward", "backward"):
+        panel.plot(x, values, color=colour, linewidth=0.8 + step, alpha=1 if step == 0 else 0.5)
+    else:
+        size = float(np.clip(300 / len(x), 1.0, 3.0))
+        panel.plot(x, values, "o", color=colour, markersize=size + 0.8 * step, markeredgewidth=0)

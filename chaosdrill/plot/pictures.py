@@ -26,34 +26,96 @@ class Picture:
     name : str
         Its name, part of the file's name.
     home : str
-        ``module:function``; the function takes the dataset and returns a matplotlib figure.
-    states : int, default 1
-        How many states a system needs for it.
+        ``module:function`` within ``chaosdrill.plot``; the function takes the dataset and returns a matplotlib figure.
+    summary : str
+        What it shows, in a few words.
+    states, seeds : int, default 1
+        How many states the system, and how many seeds the dataset, must have for it.
+    needs : str, default ""
+        Variable of which it must hold a finite value.
     """
 
     kind: str
     name: str
     home: str
+    summary: str
     states: int = 1
+    seeds: int = 1
+    needs: str = ""
 
     def draw(self, dataset: "xr.Dataset") -> "Figure":
         """Return the figure of a dataset."""
         module, function = self.home.split(":")
-        figure: Figure = getattr(import_module(module), function)(dataset)
+        figure: Figure = getattr(import_module(f"chaosdrill.plot.{module}"), function)(dataset)
         return figure
 
     def suits(self, dataset: "xr.Dataset") -> bool:
         """Return whether the picture can be drawn of this dataset."""
-        return dataset.attrs.get("kind") == self.kind and dataset.sizes.get("state", self.states) >= self.states
+        import numpy as np
+
+        return (
+            dataset.attrs.get("kind") == self.kind
+            and dataset.sizes.get("state", self.states) >= self.states
+            and dataset.sizes.get("seed", 1) >= self.seeds
+            and (
+                not self.needs
+                or (self.needs in dataset.variables and bool(np.isfinite(dataset[self.needs].values).any()))
+            )
+        )
 
 
 PICTURES = (
-    Picture("trajectory", "time-history", "chaosdrill.plot.time_history:time_history"),
-    Picture("trajectory", "phase-portrait", "chaosdrill.plot.phase_portrait:phase_portrait", states=2),
-    Picture("poincare-section", "poincare-section", "chaosdrill.plot.poincare:poincare"),
-    Picture("lyapunov-spectrum", "convergence", "chaosdrill.plot.convergence:convergence"),
-    Picture("bifurcation-diagram", "bifurcation-diagram", "chaosdrill.plot.bifurcation:bifurcation"),
-    Picture("work-precision", "work-precision", "chaosdrill.plot.work_precision:work_precision"),
+    Picture(
+        "trajectory", "time-history", "time_history:time_history", "penetration and states over time, events and modes"
+    ),
+    Picture(
+        "trajectory", "phase-portrait", "phase_portrait:phase_portrait", "the first state against the second", states=2
+    ),
+    Picture(
+        "poincare-section", "poincare-section", "poincare:poincare", "the section in the plane of the first two states"
+    ),
+    Picture("lyapunov-spectrum", "convergence", "convergence:convergence", "running means of the exponents"),
+    Picture(
+        "bifurcation-diagram",
+        "bifurcation-diagram",
+        "bifurcation:bifurcation",
+        "section, exponents, progression and periods",
+    ),
+    Picture(
+        "parameter-chart",
+        "isoperiodic-chart",
+        "isoperiodic_chart:isoperiodic_chart",
+        "periods, and what there is instead",
+    ),
+    Picture(
+        "parameter-chart",
+        "lyapunov-chart",
+        "lyapunov_chart:lyapunov_chart",
+        "largest exponent",
+        needs="lyapunov_exponent",
+    ),
+    Picture(
+        "parameter-chart",
+        "progression-chart",
+        "progression_chart:progression_chart",
+        "mean progression rate",
+        needs="progression_rate",
+    ),
+    Picture(
+        "parameter-chart",
+        "attractor-count-chart",
+        "attractor_count_chart:attractor_count_chart",
+        "number of attractors among the seeds",
+        seeds=2,
+    ),
+    Picture("parameter-chart", "outcome-chart", "outcome_chart:outcome_chart", "how the run of each point ended"),
+    Picture("basins", "basins", "basins:basins", "the attractor that each initial state leads to"),
+    Picture(
+        "work-precision",
+        "work-precision",
+        "work_precision:work_precision",
+        "errors against time, over methods and tolerances",
+    ),
 )
 
 

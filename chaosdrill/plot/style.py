@@ -37,6 +37,7 @@ _SETTINGS: Any = {
     "figure.dpi": 150,
     "figure.titlesize": 10,
     "font.size": 9,
+    "hatch.linewidth": 0.5,
     "legend.fontsize": 8,
     "legend.frameon": False,
     "lines.linewidth": 1.1,
@@ -68,6 +69,17 @@ def label(variable: "xr.DataArray", name: str | None = None) -> str:
     return text if unit in ("1", "") else f"{text} ({unit})"
 
 
+def axis_label(dataset: "xr.Dataset", name: str) -> str:
+    """Return the axis label of a coordinate: its long name and its symbol, if they differ, and its unit."""
+    text = str(dataset[name].attrs.get("long_name", name))
+    return label(dataset[name], name if text == name else f"{text} {name}")
+
+
+def progression(dataset: "xr.Dataset") -> "xr.DataArray":
+    """Return the progression rate, in SI units where the archive has it so."""
+    return dataset["progression_rate_si" if "progression_rate_si" in dataset.variables else "progression_rate"]
+
+
 def state_label(dataset: "xr.Dataset", index: int) -> str:
     """Return the axis label of state number ``index``: its long name where the archive has one, and its symbol."""
     symbol = str(dataset["state_name"].values[index])
@@ -81,6 +93,13 @@ def flag_names(variable: "xr.DataArray") -> dict[int, str]:
     """Return the names of a code variable's values from its CF attributes ``flag_values`` and ``flag_meanings``."""
     values = np.atleast_1d(variable.attrs["flag_values"])
     return dict(zip((int(value) for value in values), str(variable.attrs["flag_meanings"]).split(), strict=True))
+
+
+def seed_names(dataset: "xr.Dataset") -> list[str]:
+    """Return what each seed is called: by its name in the archive, or else by its number."""
+    if "seed_name" in dataset.variables:
+        return [readable(str(name)) for name in np.atleast_1d(dataset["seed_name"].values)]
+    return [f"seed {number + 1}" for number in range(dataset.sizes["seed"])]
 
 
 def wrapped(text: str, width: int = 18) -> str:

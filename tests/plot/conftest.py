@@ -1,8 +1,12 @@
 """Datasets written by hand after the table of variables, with values that the tests can say beforehand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
+
+from chaosdrill.dataset import Outcome, label
 
 
 def _variable(dims, values, long_name, units="1", **attributes):
@@ -106,3 +110,80 @@ def diagram():
         {"q": _variable("q", q, "load", "kN"), "state_name": ("state", ["x", "v"])},
         {"kind": "bifurcation-diagram"},
     )
+
+
+def _system():
+    """What the labels need of a system."""
+    return SimpleNamespace(
+        name="made up",
+        parameters={"p": 1.0, "q": 0.5},
+        initial={"mode": "free", "x": 0.0, "v": 0.0, "w": 0.25},
+        quadratures={},
+        labels={"q": "load", "x": "height", "v": "speed"},
+        modes={"free": {}},
+        transitions=(),
+    )
+
+
+@pytest.fixture
+def chart():
+    """Over q (4 uneven values, not in order) and p (5 values), two seeds.
+
+    Seed 1 has the period of its row of q: 1, 2, 12 and none (chaos); p = 4 escapes, and fails at q = 1. Seed 2 is as
+    seed 1 where p is 0, and of period 3 elsewhere. The exponent is q - 0.6, and is lost at p = 3; the rate is p q.
+    """
+    q, p = np.array([0.0, 0.5, 1.0, 0.2]), np.arange(5.0)
+    own = np.array([1, 12, 0, 2])
+    period = np.full((4, 5, 2), 3)
+    period[:, :, 0] = own[:, None]
+    period[:, 0, 1] = own
+    outcome = np.where(period > 0, Outcome.PERIODIC, Outcome.CHAOTIC)
+    outcome[:, 4] = Outcome.ESCAPED
+    outcome[2, 4] = Outcome.STALLED
+    ended = outcome < Outcome.ESCAPED
+    exponents = np.broadcast_to(q[:, None, None] - 0.6, period.shape).copy()
+    exponents[:, 3] = -np.inf
+    grid = ("q", "p", "seed")
+    ds = xr.Dataset(
+        {
+            "period": (grid, np.where(ended, period, 0)),
+            "outcome": (grid, outcome),
+            "lyapunov_exponent": ((*grid, "exponent"), np.where(ended, exponents, np.nan)[..., None]),
+            "progression_rate": (grid, np.where(ended, (q[:, None] * p)[..., None], np.nan)),
+            "attractor_count": (("q", "p"), np.where(ended.any(axis=2), np.where(p == 0, 1, 2), 0)),
+        },
+        {"q": q, "p": p, "seed": [0, 1], "exponent": [1], "state_name": ("state", ["x", "v", "w"])},
+    )
+    return label(ds, "parameter-chart", system=_system(), settings={"sweep": {"q": q, "p": p}})
+
+
+@pytest.fixture
+def basin():
+    """Over x and v from -1 to 1: attractor 1 of period 2 where x < 0, chaos where x > 0, escape where v is largest.
+
+    Attractor 1 has the point (-0.5, 0.5) in the plane w = 0.25, attractor 2 one at w = 0.3, off the plane.
+    """
+    x = np.linspace(-1, 1, 40)
+    reached = np.where(x < 0, 1, 2)[:, None] * (np.arange(20) < 19)
+    fraction = np.array([(reached == 1).mean(), (reached == 2).mean()])
+    ds = xr.Dataset(
+        {
+            "attractor": (("x", "v"), reached),
+            "outcome": (("x", "v"), np.array([Outcome.ESCAPED, Outcome.PERIODIC, Outcome.CHAOTIC])[reached]),
+            "attractor_period": ("attractor_number", [2, 0]),
+            "attractor_outcome": ("attractor_number", [Outcome.PERIODIC, Outcome.CHAOTIC]),
+            "attractor_exponent": (("attractor_number", "exponent"), [[-0.25, -np.inf], [0.0151, -0.1]]),
+            "attractor_error": (("attractor_number", "exponent"), [[0.0, np.nan], [0.0004, 0.001]]),
+            "attractor_state": (("attractor_number", "state"), [[-0.5, 0.5, 0.25], [0.5, 0.5, 0.3]]),
+            "fraction": ("attractor_number", fraction),
+            "fraction_error": ("attractor_number", np.sqrt(fraction * (1 - fraction) / reached.size)),
+        },
+        {
+            "x": x,
+            "v": np.linspace(-1, 1, 20),
+            "attractor_number": [1, 2],
+            "exponent": [1, 2],
+            "state_name": ("state", ["x", "v", "w"]),
+        },
+    )
+    return label(ds, "basins", system=_system(), settings={"grid": {"x": None, "v": None}})

@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from chaosdrill.plot.bifurcation import bifurcation
 from chaosdrill.plot.convergence import convergence
 from chaosdrill.plot.phase_portrait import phase_portrait
 from chaosdrill.plot.poincare import poincare
@@ -62,31 +60,10 @@ def test_convergence_names_the_lost_exponent_and_draws_the_others(spectrum):
     assert high > 0.015 + 0.001
 
 
-def test_diagram_names_sweep_unit_lost_exponent_and_outcomes(diagram):
-    figure = bifurcation(diagram)
-    section, spectrum, rate, outcome = figure.axes
-    assert outcome.get_xlabel() == "load (kN)"
-    assert _labels(spectrum) == ["λ₁", "λ₂ = −∞"]
-    assert _labels(outcome) == ["periodic", "escaped"]
-    assert rate.get_ylabel() == "mean\nprogression\nrate"
-    assert section.get_xlim() == (0.0, 1.0)
-
-
-def test_diagram_of_two_seeds_tells_them_apart(diagram):
-    figure = bifurcation(xr.concat([diagram, diagram], "seed"))
-    assert _labels(figure.axes[0]) == ["seed 1", "seed 2"]
-    first, second = (dots.get_facecolor()[0].tolist() for dots in figure.axes[0].collections)
-    assert first != second
-
-
 def test_long_names_of_states_stand_on_the_axes(ball):
     named = ball.assign_coords(state_long_name=("state", ["height above the floor", "speed"]))
     axes = phase_portrait(named).axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("height above the floor x", "speed v")
-
-
-def test_diagram_leaves_out_what_the_archive_has_not(diagram):
-    assert len(bifurcation(diagram.drop_vars(["lyapunov_exponent", "progression_rate"])).axes) == 2
 
 
 @pytest.mark.parametrize("known", [0, 1])

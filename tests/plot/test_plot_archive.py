@@ -25,6 +25,19 @@ def test_every_suitable_picture_is_drawn_beside_the_archive(archive):
     assert all(file.read_bytes().startswith(b"\x89PNG") for file in files)
 
 
+def test_several_pictures_of_a_group_are_named_apart(tmp_path, chart, basin):
+    path = tmp_path / "run.nc"
+    xr.DataTree.from_dict({"load": chart, "basins": basin}).to_netcdf(path)
+    assert [file.name for file in plot_archive(path)] == [
+        "run-load-isoperiodic-chart.png",
+        "run-load-lyapunov-chart.png",
+        "run-load-progression-chart.png",
+        "run-load-attractor-count-chart.png",
+        "run-load-outcome-chart.png",
+        "run-basins.png",
+    ]
+
+
 def test_one_picture_goes_exactly_where_it_was_asked_to(archive, tmp_path):
     assert plot_archive(archive, tmp_path / "a.svg", group="spectrum") == [tmp_path / "a.svg"]
     assert "λ₂ = −0.0879(2)" in (tmp_path / "a.svg").read_text(encoding="utf-8")

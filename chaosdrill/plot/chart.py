@@ -1,0 +1,163 @@
+"""The frame of a picture over two parameters: a panel a seed, axes named by the archive."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.plot.cells import bounds, draw_kinds, hatch, legend_entry
+from chaosdrill.plot.looks import MOTIONS, NO_NUMBER, Look, outcomes
+from chaosdrill.plot.style import axis_label, label, new_figure, seed_names
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+_MOST_PANELS = 9
+_SIDE = 6.3
+"""Width in inches that all panels of a row share."""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A figure with a panel for each seed, or one panel for what has no seeds.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    panels : list of (Axes, Dataset)
+        Each with its part of the data, over the second and the first parameter in ascending order.
+    x, y : ndarray
+        Bounds of the cells.
+    size : (float, float)
+        Width and height of a panel in inches, about.
+    """
+
+    figure: "Figure"
+    panels: "list[tuple[Axes, xr.Dataset]]"
+    x: "NDArray[np.float64]"
+    y: "NDArray[np.float64]"
+    size: tuple[float, float]
+
+    def legend(self, looks: "Sequence[Look]") -> None:
+        """Put one legend above all panels; what stands in several of them is named once."""
+        if looks:
+            handles = [legend_entry(look) for look in dict.fromkeys(looks)]
+            self.figure.legend(
+                handles=handles, loc="outside upper left", ncols=6, handlelength=1.6, handleheight=1.1, borderpad=0
+            )
+
+
+def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
+    """Lay out the panels of a picture over two parameters.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With ``outcome`` over the two parameters, and ``seed``.
+    seeds : bool, default True
+        A panel for each seed, at most nine, the rest of which the title counts; otherwise one panel.
+    """
+    across, up = (str(name) for name in dataset["outcome"].dims if name != "seed")
+    ordered = dataset.sortby([across, up]).transpose(up, across, ...)
+    names = seed_names(dataset) if seeds else [""]
+    parts = [ordered.isel(seed=i) if seeds else ordered for i in range(min(len(names), _MOST_PANELS))]
+    columns = 1 if len(parts) == 1 else 2 if len(parts) <= 4 else 3
+    rows = -(-len(parts) // columns)
+    width = _SIDE / columns
+    height = 4.4 if columns == 1 else 0.8 * width
+    figure = new_figure(1.0 + rows * (height + 0.15))
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for axes in grid.flat[len(parts) :]:
+        axes.set_axis_off()
+    for place, axes in enumerate(grid.flat[: len(parts)]):
+        if place + columns >= len(parts):
+            axes.set_xlabel(axis_label(dataset, across))
+            axes.tick_params(labelbottom=True)
+        if place % columns == 0:
+            axes.set_ylabel(axis_label(dataset, up))
+        if len(parts) > 1:
+            axes.set_title(names[place])
+        for name, set_ticks in ((across, axes.set_xticks), (up, axes.set_yticks)):
+            if dataset.sizes[name] == 1:
+                set_ticks(dataset[name].values)
+    if len(names) > len(parts):
+        figure.suptitle(f"seeds 1 to {len(parts)} of {len(names)}", x=0.01, ha="left", fontsize=9)
+    x, y = (bounds(ordered[name].values) for name in (across, up))
+    return Chart(figure, list(zip(grid.flat, parts, strict=False)), x, y, (width, height))
+
+
+def kind_chart(
+    dataset: "xr.Dataset", kinds: "NDArray[np.int64]", looks: "Sequence[Look]", dims: "Sequence[str]"
+) -> "Figure":
+    """Draw over two parameters what kind each point is of.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With ``outcome`` over the two parameters and ``seed``.
+    kinds : ndarray
+        Index of each point's look.
+    looks : sequence of Look
+    dims : sequence of str
+        Dimensions of ``kinds``; without ``seed`` there is one panel.
+    """
+    drawn = chart(dataset.assign(_kinds=(dims, kinds)), seeds="seed" in dims)
+    for axes, part in drawn.panels:
+        draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size)
+    drawn.legend(looks)
+    return drawn.figure
+
+
+def value_chart(
+    dataset: "xr.Dataset",
+    values: "xr.DataArray",
+    norm: "Normalize",
+    colours: "Colormap",
+    apart: "Sequence[tuple[float, Look]]" = (),
+    extend: str = "neither",
+    hatched: "tuple[NDArray[np.bool_], Look] | None" = None,
+) -> "Figure":
+    """Draw a number over two parameters; points without one show how they ended.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With ``outcome`` over the two parameters and ``seed``.
+    values : xarray.DataArray
+        The numbers, over the same dimensions.
+    norm, colours : matplotlib norm and colormap
+    apart : sequence of (float, Look)
+        Values that have looks of their own, such as minus infinity.
+    extend : str
+        At which ends the colour bar stands for more than it shows, in matplotlib's words.
+    hatched : (ndarray, Look), optional
+        Points that are hatched over their colour, and the look that says what they are.
+    """
+    from matplotlib.cm import ScalarMappable
+
+    kinds, looks = outcomes(dataset)
+    looks = [NO_NUMBER if look.name in MOTIONS else look for look in looks]
+    kinds[np.isfinite(values.values)] = -1
+    for value, look in apart:
+        kinds[values.values == value] = len(looks)
+        looks.append(look)
+    mask, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_NUMBER)
+    drawn = chart(dataset.assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, mask)))
+    for axes, part in drawn.panels:
+        numbers = part["_shown"].values
+        shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3]
+        draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size, shades)
+        hatch(axes, drawn.x, drawn.y, part["_over"].values, over, drawn.size)
+    drawn.legend([look for index, look in enumerate(looks) if (kinds == index).any()] + [over] * bool(mask.any()))
+    bar = drawn.figure.colorbar(
+        ScalarMappable(norm, colours), ax=[axes for axes, _ in drawn.panels], extend=extend, aspect=30, pad=0.02
+    )
+    bar.set_label(label(values))
+    bar.outline.set_linewidth(0.5)
+    return drawn.figure

@@ -1,0 +1,104 @@
+"""The diagram tells one, two and eight seeds apart, and says what it has no number for."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+
+from chaosdrill.plot.bifurcation import bifurcation
+
+
+def _labels(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def _several(diagram, count, **coords):
+    return xr.concat([diagram] * count, "seed").assign_coords(**coords)
+
+
+def test_diagram_names_sweep_unit_lost_exponent_and_outcomes(diagram):
+    figure = bifurcation(diagram)
+    section, spectrum, rate, outcome = figure.axes
+    assert outcome.get_xlabel() == "load q (kN)"
+    assert _labels(spectrum) == ["λ₁", "λ₂ = −∞"]
+    assert _labels(outcome) == ["period 1", "period 2", "escaped"]
+    assert rate.get_ylabel() == "mean\nprogression\nrate"
+    assert section.get_xlim() == (0.0, 1.0)
+
+
+def test_diagram_leaves_out_what_the_archive_has_not(diagram):
+    assert len(bifurcation(diagram.drop_vars(["lyapunov_exponent", "progression_rate"])).axes) == 2
+
+
+def test_points_without_a_result_are_counted_and_shaded(diagram):
+    figure = bifurcation(diagram)
+    assert _labels(figure.axes[0]) == ["no result: 1 of 101 points"]
+    (shade,) = figure.axes[0].patches
+    np.testing.assert_allclose([shade.get_x(), shade.get_x() + shade.get_width()], [0.695, 0.705])
+
+
+def test_a_point_that_one_of_two_seeds_has_a_result_at_is_not_shaded(diagram):
+    other = diagram.copy(deep=True)
+    other["outcome"][70], other["section"][70] = 1, 0.5
+    figure = bifurcation(xr.concat([diagram, other], "seed"))
+    assert not figure.axes[0].patches
+
+
+def test_a_section_that_is_never_reached_is_said(diagram):
+    diagram["section"][20:30] = np.nan
+    assert "section not reached: 10 of 101 points" in _labels(bifurcation(diagram).axes[0])
+
+
+def test_lost_exponents_are_marked_at_the_foot(diagram):
+    exponents = diagram["lyapunov_exponent"].values
+    exponents[..., 1] = -2.0
+    exponents[10:14, :, 1] = -np.inf
+    axes = bifurcation(diagram).axes[1]
+    assert _labels(axes) == ["λ₁", "λ₂", "λ₂ = −∞ at 4 of 101 points"]
+    marks = axes.get_lines()[-1]
+    np.testing.assert_allclose(marks.get_xdata(), [0.10, 0.11, 0.12, 0.13])
+    # heights are parts of the panel, so that the marks stand at its foot whatever the scale
+    assert marks.get_ydata().max() < 0.2
+    assert np.isfinite(axes.get_ylim()).all()
+
+
+def test_of_a_cycle_one_turn_is_drawn(diagram):
+    """100 points of periods 1 (51 of them) and 2 (49), and nothing at the one that escaped."""
+    cycles, clouds = bifurcation(diagram).axes[0].get_lines()
+    assert cycles.get_xdata().size == 51 + 2 * 49
+    assert clouds.get_xdata().size == 0
+
+
+def test_seeds_are_told_apart_by_colour_and_size(diagram):
+    section = bifurcation(_several(diagram, 2, seed_name=("seed", ["forward", "backward"]))).axes[0]
+    assert _labels(section)[-2:] == ["forward", "backward"]
+    drawn = [line for line in section.get_lines() if line.get_xdata().size > 10]
+    assert len({to_hex(line.get_color()) for line in drawn}) == 2
+    assert drawn[0].get_markersize() > 2 * drawn[1].get_markersize()
+
+
+@pytest.mark.parametrize("count", [1, 2, 8])
+def test_each_seed_has_a_row_of_its_own_and_its_name(diagram, count):
+    rows = bifurcation(_several(diagram, count)).axes[-1]
+    assert rows.collections[0].get_array().shape == (count, 101, 3)
+    names = [f"seed {i + 1}" for i in range(count)] if count > 1 else []
+    assert [text.get_text() for text in rows.get_yticklabels()] == names
+    low, high = rows.get_ylim()
+    assert low > high, "the first seed stands on top"
+
+
+def test_values_in_any_order_are_drawn_in_theirs(diagram):
+    shuffled = diagram.isel(q=np.random.default_rng(0).permutation(101))
+    rate = bifurcation(shuffled).axes[2].get_lines()[0]
+    assert (np.diff(rate.get_xdata()) > 0).all()
+
+
+def test_lines_join_what_was_followed_and_nothing_else(diagram):
+    followed = _several(diagram, 3, seed_name=("seed", ["forward", "random 1", "random 2"]))
+    styles = [line.get_linestyle() for line in bifurcation(followed).axes[2].get_lines()]
+    assert styles == ["-", "None", "None"]
+
+
+def test_a_diagram_of_one_point_has_a_width(diagram):
+    low, high = bifurcation(diagram.isel(q=[50])).axes[0].get_xlim()
+    assert low < 0.5 < high
