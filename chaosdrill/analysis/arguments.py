@@ -25,6 +25,8 @@ SLICES = 64
 LARGEST = 2**53
 """Largest count: the integers up to here are exact as doubles."""
 
+_UNRELATED = {"system", "progress", "workers", "scheduler", "store"}
+
 MOST_NUMBERS = 2_000_000_000
 """Doubles that a record may hold, 16 GB."""
 
@@ -172,4 +174,4 @@ def section_transitions(system: "HybridSystem", at: str) -> set[int] | None:
 
 def settings(values: dict[str, Any]) -> dict[str, Any]:
     """Arguments as provenance keeps them, without what does not change the numbers."""
-    return {key: value for key, value in values.items() if key not in ("system", "progress", "workers")}
+    return {key: value for key, value in values.items() if key not in _UNRELATED}

@@ -1,25 +1,22 @@
 """Bifurcation diagrams: section, period, exponents and outcome along a parameter."""
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, real, section_transitions, settings, tangent_count, whole
-from chaosdrill.analysis.points import Point, PointTask, run_point
-from chaosdrill.analysis.workers import ordered_map
-from chaosdrill.dataset import Outcome, label
+from chaosdrill.analysis.points import GridTask, PointTask
+from chaosdrill.dataset import label
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.check import RESERVED
+from chaosdrill.sweep import execute
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-
-CHUNK = 4
-"""Points computed between two reports."""
 
 
 def bifurcation_diagram(
@@ -33,6 +30,8 @@ def bifurcation_diagram(
     at: str = "strobe",
     max_period: int = 64,
     workers: int = 1,
+    scheduler: str | None = None,
+    store: str | PathLike[str] | None = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
@@ -63,6 +62,10 @@ def bifurcation_diagram(
         Longest period looked for.
     workers : int, default 1
         Threads; the kernels hold no lock.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers compute the points instead.
+    store : path-like, optional
+        Folder in which finished chunks are kept; the same call goes on from those that are there.
     method, tolerance, steps, progress
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
@@ -93,16 +96,9 @@ def bifurcation_diagram(
         frame=tangent_count(system, exponents),
     ).for_system(system)
     count = whole("workers", workers, 1)
-    places = [(value, start) for value in values for start in starts]
-    chunks = [places[i : i + CHUNK] for i in range(0, len(places), CHUNK)]
-    points: list[Point] = []
-    outcomes: Counter[str] = Counter()
-    for found in ordered_map(lambda chunk: [run_point(task, *place) for place in chunk], chunks, count):
-        points += found
-        outcomes.update(Outcome(p.outcome).name.lower() for p in found)
-        if progress:
-            progress(len(points), len(places), dict(outcomes))
-    ds = _dataset(system, name, values, starts, points)
+    grid = GridTask(task, tuple(values.tolist()), tuple(starts))
+    found = execute(grid, workers=count, scheduler=scheduler, store=store, progress=progress)
+    ds = _dataset(system, name, values, starts, found)
     return label(ds, "bifurcation-diagram", system=system, settings=given)
 
 
@@ -146,34 +142,27 @@ def seed_values(seeds: Any) -> list[dict[str, Any]]:
 
 
 def _dataset(
-    system: "HybridSystem", name: str, values: np.ndarray, starts: list["HybridSystem"], points: list[Point]
+    system: "HybridSystem", name: str, values: np.ndarray, starts: list["HybridSystem"], found: dict[str, np.ndarray]
 ) -> xr.Dataset:
     shape = (len(values), len(starts))
-    over = (name, "seed")
-
-    def gather(take: Any) -> np.ndarray:
-        stacked = np.array([take(p) for p in points])
-        return stacked.reshape(shape + stacked.shape[1:])
-
-    variables = {
-        "section": ((*over, "iterate", "state"), gather(lambda p: p.section)),
-        "period": (over, gather(lambda p: p.period).astype(np.int16)),
-        "lyapunov_exponent": ((*over, "exponent"), gather(lambda p: p.exponents)),
-        "lyapunov_error": ((*over, "exponent"), gather(lambda p: p.errors)),
-        "outcome": (over, gather(lambda p: int(p.outcome)).astype(np.int8)),
-        "initial_state": (("seed", "state"), np.array([[s.initial[x] for x in s.state_names] for s in starts])),
-        "forcing_period": (name, np.array([p.forcing_period for p in points])[:: len(starts)]),
+    inner = {"section": ("iterate", "state"), "lyapunov_exponent": ("exponent",), "lyapunov_error": ("exponent",)}
+    variables: dict[str, Any] = {
+        key: ((name, "seed", *inner.get(key, ())), array.reshape(shape + array.shape[1:]))
+        for key, array in found.items()
     }
-    for rate in points[0].rates:
-        variables[rate] = (over, gather(lambda p, rate=rate: p.rates[rate]))
-    first = points[0]
+    variables["forcing_period"] = (name, found["forcing_period"][:: len(starts)])
+    variables["initial_state"] = (
+        ("seed", "state"),
+        np.array([[s.initial[x] for x in s.state_names] for s in starts]),
+    )
+    exponents = found["lyapunov_exponent"].shape[1]
     coords = {
         name: values,
         "seed": np.arange(len(starts), dtype=np.int32),
-        "iterate": np.arange(len(first.section), dtype=np.int32),
-        "exponent": np.arange(1, len(first.exponents) + 1, dtype=np.int32),
+        "iterate": np.arange(found["section"].shape[1], dtype=np.int32),
+        "exponent": np.arange(1, exponents + 1, dtype=np.int32),
         "state_name": ("state", list(system.state_names)),
     }
-    if not len(first.exponents):
+    if not exponents:
         del variables["lyapunov_exponent"], variables["lyapunov_error"], coords["exponent"]
     return xr.Dataset(variables, coords=coords)

@@ -1,7 +1,7 @@
 """One point of a sweep: a run from its own initial state, with everything that a diagram keeps of it."""
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,10 +10,12 @@ from chaosdrill.analysis.recording import Record, record
 from chaosdrill.analysis.spectra import mean_exponents
 from chaosdrill.analysis.statistics import classify, find_period
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
+from chaosdrill.sweep.fingerprint import of_system, origin
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -48,6 +50,75 @@ class PointTask:
         in_resets = {s.name for t in system.transitions for value in t.reset.values() for s in value.free_symbols}
         deficient = None if self.parameter in in_resets else structure.deficient
         return replace(self, frame=frame, shifts=shifts, deficient=deficient, neutral=structure.neutral)
+
+
+@dataclass(frozen=True)
+class GridTask:
+    """All points of a diagram: each value of the parameter from each start."""
+
+    point: PointTask
+    values: tuple[float, ...]
+    starts: tuple["HybridSystem", ...]
+    points_per_unit: int = 1
+
+    @property
+    def units(self) -> int:
+        """One a point."""
+        return len(self.values) * len(self.starts)
+
+    @property
+    def total(self) -> int:
+        """Points."""
+        return self.units
+
+    def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """What is kept of a point."""
+        m, n = self.point.frame.shape
+        return {
+            "section": ("f8", (self.point.periods, n)),
+            "period": ("i2", ()),
+            "lyapunov_exponent": ("f8", (m,)),
+            "lyapunov_error": ("f8", (m,)),
+            "outcome": ("i1", ()),
+            "forcing_period": ("f8", ()),
+            **dict.fromkeys(rate_names(self.starts[0]), ("f8", ())),
+        }
+
+    def run(self, first: int, count: int) -> dict[str, np.ndarray]:
+        """Points in the order of the values, and of the starts at each."""
+        arrays = {name: np.zeros((count, *shape), dtype) for name, (dtype, shape) in self.columns().items()}
+        for i in range(count):
+            value, start = divmod(first + i, len(self.starts))
+            point = run_point(self.point, self.values[value], self.starts[start])
+            arrays["section"][i] = point.section
+            arrays["period"][i] = point.period
+            arrays["lyapunov_exponent"][i] = point.exponents
+            arrays["lyapunov_error"][i] = point.errors
+            arrays["outcome"][i] = point.outcome
+            arrays["forcing_period"][i] = point.forcing_period
+            for name, rate in point.rates.items():
+                arrays[name][i] = rate
+        return arrays
+
+    def counts(self, arrays: Mapping[str, np.ndarray]) -> dict[str, int]:
+        """Points by outcome."""
+        return count_outcomes(arrays["outcome"])
+
+    def fingerprint(self) -> dict[str, Any]:
+        """What the numbers depend on."""
+        point = self.point
+        return {
+            "system": of_system(self.starts[0]),
+            "sweep": {point.parameter: list(self.values)},
+            "starts": [start.initial for start in self.starts],
+            "transient": point.transient,
+            "periods": point.periods,
+            "at": None if point.chosen is None else sorted(point.chosen),
+            "max_period": point.max_period,
+            "exponents": len(point.frame),
+            "numerics": asdict(point.numerics),
+            **origin(),
+        }
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,22 @@
 import shutil
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from time import monotonic
 from typing import TextIO
 
 BAR = 24
 REDRAW_S = 0.1
 LINE_S = 10.0
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How fast it goes: seconds since the beginning, and items in the seconds since the first report."""
+
+    elapsed_s: float = 0.0
+    measured: int = 0
+    measured_s: float = 0.0
 
 
 class Progress:
@@ -32,19 +42,25 @@ class Progress:
         self._end_line()
 
     def report(self, name: str) -> Callable[[int, int, dict[str, int] | None], None]:
-        """Begin an analysis; what is returned takes items done, their total, and counts by outcome."""
+        """Begin an analysis; what is returned takes items done, their total, and counts by outcome.
+
+        The first call tells where the analysis begins, which after a resume is not at zero: rates count from there.
+        """
         self._end_line()
         start = last = monotonic()
+        begun: tuple[int, float] | None = None
         if not self.live:
             self._write(f"{name}: begins\n")
 
         def show(done: int, total: int, outcomes: dict[str, int] | None = None) -> None:
-            nonlocal last
+            nonlocal last, begun
             now = monotonic()
+            begun = begun or (done, now)
             if done < total and now - last < (REDRAW_S if self.live else LINE_S):
                 return
             last = now
-            self._show(progress_text(name, done, total, now - start, outcomes, bar=self.live))
+            pace = Pace(now - start, done - begun[0], now - begun[1])
+            self._show(progress_text(name, done, total, pace, outcomes, bar=self.live))
 
         return show
 
@@ -66,9 +82,7 @@ class Progress:
         self.stream.flush()
 
 
-def progress_text(
-    name: str, done: int, total: int, elapsed: float, outcomes: dict[str, int] | None, *, bar: bool
-) -> str:
+def progress_text(name: str, done: int, total: int, pace: Pace, outcomes: dict[str, int] | None, *, bar: bool) -> str:
     """One line on the state of one analysis."""
     share = done / total if total else 1.0
     parts = [f"{name}:"]
@@ -76,10 +90,13 @@ def progress_text(
         filled = int(BAR * share)
         parts.append(f"[{'#' * filled}{'.' * (BAR - filled)}]")
     parts.append(f"{100 * share:3.0f} %  {done}/{total}")
-    if elapsed > 0 and done:
-        rate = done / elapsed
+    if pace.measured_s > 0 and pace.measured:
+        rate = pace.measured / pace.measured_s
         parts.append(f" {rate:.3g}/s")
-        parts.append(f" {clock((total - done) / rate)} left" if done < total else f" took {clock(elapsed)}")
+        if done < total:
+            parts.append(f" {clock((total - done) / rate)} left")
+    if done == total:
+        parts.append(f" took {clock(pace.elapsed_s)}")
     if outcomes:
         parts.append(" " + ", ".join(f"{outcome} {count}" for outcome, count in outcomes.items() if count))
     return " ".join(parts)

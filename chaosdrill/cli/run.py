@@ -22,8 +22,14 @@ _SHORT_LENGTH = 8
 @click.argument("scene")
 @click.option("-o", "--output", required=True, metavar="OUT.nc", help="Archive to write; an earlier one is replaced.")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
-def run(scene: str, output: str, workers: int) -> None:
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute the points instead.")
+@click.option("--resume", is_flag=True, help="Go on with a run that did not end; begin one if there is none.")
+def run(scene: str, output: str, workers: int, scheduler: str | None, resume: bool) -> None:
     """Run every analysis of SCENE and write one archive, whole or not at all.
+
+    What has finished is kept in the folder OUT.nc.parts until the archive is written. After an interruption, a kill or
+    a full disk the same command with --resume goes on from there and writes the same archive, bit for bit, also with
+    other workers. Without --resume a folder with finished parts is left alone, and nothing is run.
 
     The exit code is 0 also for a run that ends early: how it ended (escaped, stalled, invalid_start, ...) is its
     outcome, a result that the archive holds, with a line of advice on stderr. It is 1 if the archive cannot be
@@ -31,15 +37,29 @@ def run(scene: str, output: str, workers: int) -> None:
     """
     from chaosdrill.archive import check_writable, save
     from chaosdrill.scene import load_scene
+    from chaosdrill.sweep import Parts
 
+    if scheduler is not None and workers != 1:
+        raise SettingsError(
+            f"--workers is {workers}, but the scheduler at {scheduler} has workers of its own; give one of the two"
+        )
     loaded = load_scene(scene)
     check_period(loaded)
     if os.path.exists(output) and os.path.samefile(scene, output):
         raise SettingsError(f"--output is {output!r}, which is the scene itself; name another file, such as result.nc")
     check_writable(output)
-    with Progress() as progress:
-        tree = loaded.run(workers=workers, report=progress.report)
-    save(tree, output)
+    with Parts(f"{output}.parts", loaded.fingerprint(), resume=resume) as parts:
+        for name, state in parts.kept().items():
+            click.echo(f"{name}: {state} before", err=True)
+        try:
+            with Progress() as progress:
+                tree = loaded.run(workers=workers, scheduler=scheduler, parts=parts, report=progress.report)
+            save(tree, output)
+        except BaseException:
+            if parts.kept():
+                click.echo(f"what has finished is kept in {parts.folder}; --resume goes on with it", err=True)
+            raise
+        parts.finish()
     for name, node in tree.children.items():
         dataset = node.to_dataset()
         for line in [*summary(dataset), *dataset.attrs.get("recommendation", "").splitlines()]:

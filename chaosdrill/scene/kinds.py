@@ -13,6 +13,7 @@ from chaosdrill.scene.strict import Strict
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     import xarray as xr
 
@@ -41,7 +42,14 @@ class Analysis(Strict):
         return self.model_dump(exclude={"kind"}, exclude_unset=True)
 
     def run(
-        self, system: Any, numerics: Numerics, workers: int = 1, progress: "Callable[..., None] | None" = None
+        self,
+        system: Any,
+        numerics: Numerics,
+        *,
+        workers: int = 1,
+        scheduler: str | None = None,
+        store: "Path | None" = None,
+        progress: "Callable[..., None] | None" = None,
     ) -> "xr.Dataset":
         """Run the analysis.
 
@@ -52,6 +60,10 @@ class Analysis(Strict):
             Method and tolerance.
         workers : int
             Points computed at a time, where the kind has several; results do not depend on it.
+        scheduler : str, optional
+            Address of a Dask scheduler whose workers compute them instead.
+        store : path, optional
+            Folder for finished chunks, where the kind has several points.
         progress : callable, optional
             Called with points or periods done, their total, and counts by outcome.
 
@@ -63,7 +75,9 @@ class Analysis(Strict):
         from chaosdrill.analysis.registry import ANALYSES
 
         function = getattr(chaosdrill.analysis, ANALYSES[self.kind].function)
-        keywords = self.keywords() | ({"workers": workers} if self.parallel else {})
+        keywords = self.keywords()
+        if self.parallel:
+            keywords |= {"workers": workers, "scheduler": scheduler, "store": store}
         if not self.own_numerics:
             keywords |= numerics.keywords()
         result: xr.Dataset = function(system, **keywords, progress=progress)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
     from chaosdrill.scene.kinds import Analysis
     from chaosdrill.scene.numerics import Numerics
+    from chaosdrill.sweep import Parts
 
 Progress = Callable[[int, int, "dict[str, int] | None"], None]
 
@@ -89,13 +90,41 @@ class Scene:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system.with_initial(mode=self.initial["mode"]) if "mode" in self.initial else system
 
-    def run(self, *, workers: int = 1, report: Callable[[str], Progress] | None = None) -> "xr.DataTree":
+    def fingerprint(self) -> dict[str, Any]:
+        """Everything that determines the numbers, versions included; not the title, nor how the file is laid out."""
+        from chaosdrill.sweep.fingerprint import origin
+
+        return {
+            "system": {
+                "model": self.model,
+                "effects": self.effects,
+                "parameters": self.parameters,
+                "initial": self.initial,
+                "scales": self.scales,
+            },
+            "numerics": self.numerics.keywords(),
+            "analysis": {group: analysis.model_dump(exclude_unset=True) for group, analysis in self.analyses.items()},
+            **origin(),
+        }
+
+    def run(
+        self,
+        *,
+        workers: int = 1,
+        scheduler: str | None = None,
+        parts: "Parts | None" = None,
+        report: Callable[[str], Progress] | None = None,
+    ) -> "xr.DataTree":
         """Run every analysis of the scene.
 
         Parameters
         ----------
         workers : int
             Points computed at a time; results do not depend on it.
+        scheduler : str, optional
+            Address of a Dask scheduler whose workers compute the points instead.
+        parts : Parts, optional
+            Where finished chunks and analyses are kept; those that are there already are not run again.
         report : callable, optional
             Given the name of an analysis that begins, returns what is called with its progress.
 
@@ -108,6 +137,10 @@ class Scene:
         ------
         SceneError
             If the scene asks for no analysis.
+        SettingsError
+            If the scheduler cannot be used.
+        ArchiveError
+            If a part cannot be kept.
         """
         import xarray as xr
 
@@ -116,13 +149,31 @@ class Scene:
         if not self.analyses:
             raise SceneError(f"{self.name}: the scene asks for no analysis; add a table such as [analysis.spectrum]")
         system = self.system
+        if scheduler is not None:
+            # an address that does not answer is told before hours of other analyses
+            from chaosdrill.sweep.cluster import connect
+
+            connect(scheduler).close()
         start = perf_counter()
         groups = {}
         for group, analysis in self.analyses.items():
             begin = perf_counter()
-            result = analysis.run(system, self.numerics, workers, report(group) if report else None)
+            finished = None if parts is None or analysis.parallel else parts.finished(group)
+            if finished is not None:
+                groups[group] = finished
+                continue
+            result = analysis.run(
+                system,
+                self.numerics,
+                workers=workers,
+                scheduler=scheduler,
+                store=parts.store(group) if parts else None,
+                progress=report(group) if report else None,
+            )
             groups[group] = self._in_si(result, analysis.kind)
             groups[group].attrs["wall_time_s"] = perf_counter() - begin
+            if parts and not analysis.parallel:
+                parts.keep(group, groups[group])
         root = provenance(self.title, action=f"run {self.name}")
         root |= {"scene": self.text, "scene_name": self.name, "scene_sha256": self.sha256}
         root |= {f"si_{name}": value for name, value in self.scales.items()}

@@ -2,9 +2,12 @@
 
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.provenance import library_versions, to_json
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
 
 _MOST = 12
 _WIDTH = 60
@@ -15,6 +18,20 @@ def origin() -> dict[str, Any]:
     from chaosdrill.codegen.cache import code_key
 
     return {"versions": library_versions(), "code": code_key()}
+
+
+def of_system(system: "HybridSystem") -> dict[str, Any]:
+    """Equations, numbers and start of a system."""
+    return {
+        "name": system.name,
+        "parameters": system.parameters,
+        "initial": system.initial,
+        "bounds": system.bounds,
+        "modes": {mode: {str(s): str(rate) for s, rate in field.items()} for mode, field in system.modes.items()},
+        "transitions": [str(transition) for transition in system.transitions],
+        "period": str(system.period),
+        "quadratures": {name: str(integrand) for name, integrand in system.quadratures.items()},
+    }
 
 
 def plain(fingerprint: Mapping[str, Any]) -> dict[str, Any]:

@@ -105,6 +105,7 @@ class Store(Memory):
         self._manifest = {
             "format": FORMAT,
             "units": task.units,
+            "points_per_unit": task.points_per_unit,
             "columns": {name: [str(dtype), list(shape)] for name, (dtype, shape) in task.columns().items()},
             "fingerprint": task.fingerprint(),
         }
@@ -224,14 +225,15 @@ class Store(Memory):
             raise ArchiveError(f"{self.folder}: {what}: {reason}; what was finished before is kept") from fault
 
 
-def kept_units(folder: Path) -> tuple[int, int]:
-    """Units that the journal in a folder names as finished, and units in all; (0, 0) if there is none."""
+def kept_points(folder: Path) -> tuple[int, int]:
+    """Points that the journal in a folder names as finished, and points in all; (0, 0) if there is none."""
     try:
-        units = int(json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["units"])
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        units, each = int(manifest["units"]), int(manifest["points_per_unit"])
     except (OSError, ValueError, KeyError, TypeError):
         return 0, 0
     spans = [(first, count) for first, count, _ in _entries(folder / JOURNAL) if first + count <= units]
-    return units - Gaps(units, spans).left, units
+    return (units - Gaps(units, spans).left) * each, units * each
 
 
 def _entries(journal: Path) -> list[tuple[int, int, Any]]:

@@ -21,7 +21,7 @@ def test_wrong_scene(call, scene, tmp_path):
         ["run"],
         ["run", "scene.toml"],
         ["run", "scene.toml", "-o", "a.nc", "--workers", "0"],
-        ["run", "scene.toml", "-o", "a.nc", "--scheduler", "here"],
+        ["run", "scene.toml", "-o", "a.nc", "--scheduler"],
         ["list", "colours"],
         ["verify"],
     ],

@@ -5,7 +5,7 @@ import io
 import pytest
 
 from chaosdrill.cli import progress
-from chaosdrill.cli.progress import Progress, clock, progress_text
+from chaosdrill.cli.progress import Pace, Progress, clock, progress_text
 
 
 class Terminal(io.StringIO):
@@ -33,8 +33,21 @@ def test_line_elsewhere(now):
         show(200, 200, None)
     assert stream.getvalue().splitlines() == [
         "diagram: begins",
-        "diagram:  25 %  50/200  2.5/s  1:00 left  chaotic 30, periodic 20",
+        "diagram:  25 %  50/200  chaotic 30, periodic 20",
         "diagram: 100 %  200/200  2.5/s  took 1:20",
+    ]
+
+
+def test_what_was_there_before_makes_no_rate(now):
+    stream = io.StringIO()
+    with Progress(stream) as shown:
+        show = shown.report("diagram")
+        show(9000, 10_000, {"periodic": 9000})
+        now[0] += 10
+        show(9020, 10_000, {"periodic": 9000, "chaotic": 20})
+    assert stream.getvalue().splitlines() == [
+        "diagram: begins",
+        "diagram:  90 %  9020/10000  2/s  8:10 left  periodic 9000, chaotic 20",
     ]
 
 
@@ -44,11 +57,13 @@ def test_bar_on_a_terminal(now, monkeypatch):
     with Progress(stream) as shown:
         show = shown.report("spectrum")
         now[0] += 10
+        show(1, 10, None)
+        now[0] += 8
         show(5, 10, None)
         show(6, 10, None)
         now[0] += 10
         show(10, 10, {"chaotic": 1})
-    first, second = stream.getvalue().removesuffix("\n").split("\r")[1:]
+    _, first, second = stream.getvalue().removesuffix("\n").split("\r")[1:]
     assert first.rstrip() == "spectrum: [############............]  50 %  5/10  0.5/s  0:10 left"
     assert second.startswith("spectrum: [########################] 100 %  10/10")
     assert len(first) == len(second) == 71
@@ -72,4 +87,4 @@ def test_clock(seconds, text):
 
 
 def test_nothing_to_do():
-    assert progress_text("empty", 0, 0, 0.0, None, bar=False) == "empty: 100 %  0/0"
+    assert progress_text("empty", 0, 0, Pace(), None, bar=False) == "empty: 100 %  0/0  took 0:00"

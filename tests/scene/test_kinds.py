@@ -10,7 +10,7 @@ from chaosdrill.scene.kinds import KINDS
 from chaosdrill.scene.numerics import Numerics
 
 # what comes from elsewhere: the system, the table numerics, the command line
-ELSEWHERE = {"progress", "workers"}
+ELSEWHERE = {"progress", "workers", "scheduler", "store"}
 NUMERICS = set(Numerics().keywords())
 
 

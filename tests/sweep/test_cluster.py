@@ -16,7 +16,7 @@ from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.sweep import execute
 from chaosdrill.sweep.cluster import run_packed
 from chaosdrill.sweep.fingerprint import origin
-from chaosdrill.sweep.store import kept_units
+from chaosdrill.sweep.store import kept_points
 
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
@@ -59,7 +59,7 @@ def test_a_worker_that_is_killed_is_replaced_and_its_chunks_run_again(cluster, w
 def test_a_chunk_that_kills_its_workers_is_not_tried_for_ever(cluster, tmp_path):
     with pytest.raises(ChaosdrillError, match=r"several workers .* died of the same chunk"):
         execute(Deadly(), scheduler=cluster.scheduler_address, store=tmp_path)
-    assert 0 < kept_units(tmp_path)[0] < 500
+    assert 0 < kept_points(tmp_path)[0] < 500
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "127.0.0.1:9", "nowhere://1", "", 8786])

@@ -11,7 +11,7 @@ from logistic_task import Logistic
 
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.sweep import execute
-from chaosdrill.sweep.store import JOURNAL, MANIFEST, RESULTS, Store, kept_units
+from chaosdrill.sweep.store import JOURNAL, MANIFEST, RESULTS, Store, kept_points
 
 TASK = Logistic(units=60, iterations=3)
 CHUNKS = ((0, 7), (7, 20), (40, 11))
@@ -38,7 +38,7 @@ def test_finished_chunks_are_taken_over(folder, whole, same):
     found, before = resumed(folder)
     assert before == 38
     assert same(found, whole(TASK))
-    assert kept_units(folder) == (60, 60)
+    assert kept_points(folder) == (60, 60)
 
 
 def test_other_workers_and_chunks_go_on(folder, whole, same):

@@ -1,0 +1,216 @@
+"""What a run of a scene has finished so far: the folder ``OUT.nc.parts`` beside the archive that it will write.
+
+A sweep keeps its finished chunks in a folder of its own there (`store`), any other analysis its dataset. The file
+``_scene.json`` says what the parts are results of, so that a changed scene is not gone on with.
+"""
+
+import errno
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from hashlib import file_digest
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.errors import ArchiveError, ChaosdrillError, SceneError, SettingsError
+from chaosdrill.files import replacing
+from chaosdrill.sweep.fingerprint import changes, plain
+from chaosdrill.sweep.store import kept_points
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# no analysis can have a name that begins like this
+_LOCK, _SCENE = "_lock", "_scene.json"
+_DATASET, _SEAL = "result.nc", "result.json"
+
+
+class Parts:
+    """Finished parts of a run, to be used as a context; without any on leaving, the folder is removed.
+
+    Parameters
+    ----------
+    folder : path-like
+        Where they are; made if it is not there.
+    scene : mapping
+        Everything that determines the numbers: ``"analysis"`` (by name) and what all analyses depend on.
+    resume : bool
+        Whether to go on with an unfinished run that is found there.
+
+    Raises
+    ------
+    SettingsError
+        On entering, if an unfinished run is found and not to be gone on with.
+    SceneError
+        On entering, if it is to be, but its parts are of another scene; the message says what has changed.
+    ArchiveError
+        If the folder cannot be used, or another process uses it.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], scene: Mapping[str, Any], *, resume: bool) -> None:
+        self.folder = Path(folder)
+        self.scene = plain(scene)
+        self.resume = resume
+        self._lock = -1
+        self._taken = False
+
+    def __enter__(self) -> "Parts":
+        with self._told("cannot be used for finished parts"):
+            self.folder.mkdir(exist_ok=True)
+            self._lock = os.open(self.folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            self._take_over()
+        except BaseException:
+            self._leave()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._leave()
+
+    def kept(self) -> dict[str, str]:
+        """What is there, by analysis: ``"finished"`` or ``"1200 of 5000 points"``; nothing if the folder is gone."""
+        found: dict[str, str] = {}
+        if not self.folder.is_dir():
+            return found
+        for folder in sorted(self.folder.iterdir()):
+            done, points = kept_points(folder)
+            if (folder / _SEAL).exists() or 0 < done == points:
+                found[folder.name] = "finished"
+            elif done:
+                found[folder.name] = f"{done} of {points} points"
+        return found
+
+    def store(self, group: str) -> Path:
+        """Folder for the finished chunks of a sweep."""
+        return self.folder / group
+
+    def finished(self, group: str) -> "xr.Dataset | None":
+        """The dataset of an analysis that was kept; None if there is none, or if it is damaged."""
+        import xarray as xr
+
+        path = self.folder / group / _DATASET
+        try:
+            seal = json.loads((self.folder / group / _SEAL).read_text(encoding="utf-8"))
+            if seal["sha256"] != _checksum(path):
+                return None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        # nothing is decoded, so that every bit comes back
+        with xr.open_dataset(path, engine="netcdf4", mask_and_scale=False, decode_times=False) as lazy:
+            return lazy.load().drop_encoding()
+
+    def keep(self, group: str, dataset: "xr.Dataset") -> None:
+        """Keep the dataset of an analysis that has finished."""
+        folder = self.folder / group
+        with self._told(f"cannot keep the result of {group}"):
+            # a folder that was removed during the work is not made again: it would hold a part of the parts
+            os.stat(self.folder / _LOCK)
+            folder.mkdir(exist_ok=True)
+            encoding = {str(name): {"_FillValue": None} for name in dataset.variables}
+            with replacing(folder / _DATASET) as draft:
+                dataset.to_netcdf(draft, engine="netcdf4", encoding=encoding)
+                seal = {"sha256": _checksum(draft)}
+            with replacing(folder / _SEAL) as draft:
+                draft.write_text(json.dumps(seal), encoding="utf-8")
+
+    def finish(self) -> None:
+        """Remove the folder: the archive is written."""
+        # should the removal be cut short, the next run knows that nothing is lost
+        with suppress(OSError):
+            self._write({"finished": True})
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _take_over(self) -> None:
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ArchiveError(f"{self.folder}: another run is at work there; wait for its end, or stop it") from None
+        except OSError:
+            # some network file systems know no locks
+            pass
+        with self._told("cannot be used for finished parts"):
+            before = self._read()
+            kept = self.kept()
+            if before is None or before.get("finished") or not kept:
+                self._clear()
+            elif not self.resume:
+                raise SettingsError(
+                    f"{self.folder}: holds an unfinished run ({_listed(kept)}); go on with it by --resume, "
+                    "or remove the folder to start over"
+                )
+            else:
+                self._compare(before, kept)
+            self._write({"scene": self.scene})
+        self._taken = True
+
+    def _read(self) -> dict[str, Any] | None:
+        """What the folder says that it holds; None if it is empty."""
+        path = self.folder / _SCENE
+        try:
+            read = json.loads(path.read_text(encoding="utf-8"))
+            if not isinstance(read, dict) or not (read.get("finished") or isinstance(read["scene"]["analysis"], dict)):
+                raise ValueError(path)
+        except (FileNotFoundError, ValueError, KeyError, TypeError):
+            if not path.exists() and os.listdir(self.folder) == [_LOCK]:
+                return None
+            raise ArchiveError(
+                f"{path}: missing or damaged, so that nobody can tell what {self.folder} holds; "
+                "move it away or remove it"
+            ) from None
+        return read
+
+    def _compare(self, before: dict[str, Any], kept: Mapping[str, str]) -> None:
+        """Refuse a scene other than that of the parts; analyses of which nothing is kept may differ."""
+        was, now = (
+            {**scene, "analysis": {name: value for name, value in scene["analysis"].items() if name in kept}}
+            for scene in (before["scene"], self.scene)
+        )
+        if found := changes(was, now):
+            raise SceneError(
+                f"{self.folder}: holds an unfinished run ({_listed(kept)}) of another scene. What has changed:\n  "
+                + "\n  ".join(found)
+                + "\nRestore it and go on with --resume, or remove the folder to start over"
+            )
+
+    def _write(self, content: Mapping[str, Any]) -> None:
+        with replacing(self.folder / _SCENE) as draft:
+            draft.write_text(json.dumps(content), encoding="utf-8")
+
+    def _clear(self) -> None:
+        for entry in self.folder.iterdir():
+            if entry.name != _LOCK:
+                shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+
+    def _leave(self) -> None:
+        with suppress(OSError):
+            if self._taken and not self.kept():
+                shutil.rmtree(self.folder, ignore_errors=True)
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
+
+    @contextmanager
+    def _told(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except ChaosdrillError:
+            raise
+        except (OSError, RuntimeError) as fault:
+            if isinstance(fault, OSError) and fault.errno == errno.ENOENT:
+                reason = "the folder was removed or renamed during the work"
+            else:
+                reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
+            raise ArchiveError(f"{self.folder}: {what}: {reason}") from fault
+
+
+def _checksum(path: Path) -> str:
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()
+
+
+def _listed(kept: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {state}" for name, state in kept.items())

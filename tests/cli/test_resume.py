@@ -1,0 +1,253 @@
+"""An unfinished run is gone on with by --resume, and by nothing else; a changed scene is refused with what changed."""
+
+import errno
+import json
+import os
+import shutil
+
+import pytest
+import xarray as xr
+
+from chaosdrill.analysis.points import GridTask
+from chaosdrill.archive.compare import compare
+from chaosdrill.archive.read import open_archive
+
+SCENE = """\
+title = "Impacts"
+[system]
+model = "impact-oscillator"
+[analysis.spectrum]
+kind = "lyapunov-spectrum"
+transient = 10
+periods = 50
+[analysis.diagram]
+kind = "bifurcation-diagram"
+sweep.omega = { start = 2.4, stop = 2.8, num = 300 }
+transient = 5
+periods = 8
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """File of a scene with a spectrum and a diagram."""
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def whole(call, scene, tmp_path):
+    """The archive of an uninterrupted run."""
+    assert call("run", scene, "-o", tmp_path / "whole.nc").code == 0
+    return open_archive(tmp_path / "whole.nc")
+
+
+@pytest.fixture
+def stop(monkeypatch):
+    """Function that makes the diagram end with an error from some point on, and its undoing."""
+    run = GridTask.run
+
+    def at(point, fault):
+        def stopping(self, first, count):
+            if first + count > point:
+                raise fault
+            return run(self, first, count)
+
+        monkeypatch.setattr(GridTask, "run", stopping)
+
+    yield at
+    monkeypatch.undo()
+
+
+@pytest.fixture
+def unfinished(call, scene, tmp_path, stop, monkeypatch):
+    """Parts of a run that was interrupted in its diagram."""
+    stop(100, KeyboardInterrupt)
+    answer = call("run", scene, "-o", tmp_path / "out.nc")
+    monkeypatch.undo()
+    assert answer.code == 130
+    assert "what has finished is kept in" in answer.err
+    assert not (tmp_path / "out.nc").exists()
+    return tmp_path / "out.nc.parts"
+
+
+def test_nothing_is_left_beside_the_archive(whole, tmp_path):
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.toml", "whole.nc"]
+
+
+def test_resume_writes_the_archive_of_an_uninterrupted_run(call, scene, tmp_path, whole, unfinished, monkeypatch):
+    monkeypatch.setattr("chaosdrill.analysis.lyapunov_spectrum", lambda *_, **__: pytest.fail("it ran again"))
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume", "--workers", "2")
+    assert answer.code == 0
+    assert "spectrum: finished before\n" in answer.err
+    assert "diagram: 85 of 300 points before\n" in answer.err
+    assert compare(open_archive(tmp_path / "out.nc"), whole) == []
+    assert not unfinished.exists()
+
+
+def test_without_resume_nothing_is_touched(call, scene, tmp_path, unfinished):
+    before = {path: path.read_bytes() for path in unfinished.rglob("*") if path.is_file()}
+    answer = call("run", scene, "-o", tmp_path / "out.nc")
+    assert (answer.code, answer.out) == (2, "")
+    assert "holds an unfinished run (diagram 85 of 300 points, spectrum finished)" in answer.err
+    assert "go on with it by --resume, or remove the folder to start over" in answer.err
+    assert {path: path.read_bytes() for path in unfinished.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("num = 300", "num = 301", "analysis.diagram.sweep.omega.num: 300 before, 301 now"),
+        ("transient = 5\n", "transient = 6\n", "analysis.diagram.transient: 5 before, 6 now"),
+        ("periods = 50", "periods = 51", "analysis.spectrum.periods: 50 before, 51 now"),
+        ("[analysis.spectrum]", "[analysis.other]", "analysis.spectrum: {"),
+        ("impact-oscillator", "den-hartog", 'system.model: "impact-oscillator" before, "den-hartog" now'),
+        (
+            "[analysis.s",
+            "[system.parameters]\nzeta = 0.1\n[analysis.s",
+            "system.parameters.zeta: absent before, 0.1 now",
+        ),
+        (
+            "[analysis.s",
+            "[numerics]\ntolerance = 1e-10\n[analysis.s",
+            "numerics.tolerance: 1e-12 before, 1e-10 now",
+        ),
+    ],
+)
+def test_a_changed_scene_is_refused_with_what_changed(call, scene, tmp_path, unfinished, old, new, told):
+    scene.write_text(SCENE.replace(old, new, 1))
+    before = (unfinished / "diagram" / "journal.txt").read_bytes()
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert (answer.code, answer.out) == (2, "")
+    assert "of another scene. What has changed:" in answer.err
+    assert told in answer.err
+    assert (unfinished / "diagram" / "journal.txt").read_bytes() == before
+
+
+def test_other_versions_are_refused(call, scene, tmp_path, unfinished, monkeypatch):
+    path = unfinished / "_scene.json"
+    content = json.loads(path.read_text())
+    content["scene"]["versions"]["numba"] = "0.1"
+    path.write_text(json.dumps(content))
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert answer.code == 2
+    assert 'versions.numba: "0.1" before' in answer.err
+
+
+def test_a_title_and_a_further_analysis_change_no_number(call, scene, tmp_path, unfinished):
+    more = '[analysis.more]\nkind = "trajectory"\nperiods = 2\n'
+    scene.write_text("# again\n" + SCENE.replace("Impacts", "Knocks") + more)
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert answer.code == 0
+    tree = open_archive(tmp_path / "out.nc")
+    assert tree.attrs["title"] == "Knocks"
+    assert set(tree.children) == {"spectrum", "diagram", "more"}
+
+
+def test_resume_without_parts_begins(call, scene, tmp_path, whole):
+    assert call("run", scene, "-o", tmp_path / "out.nc", "--resume").code == 0
+    assert compare(open_archive(tmp_path / "out.nc"), whole) == []
+
+
+def test_a_damaged_result_is_computed_again(call, scene, tmp_path, whole, unfinished):
+    path = unfinished / "spectrum" / "result.nc"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert answer.code == 0
+    assert compare(open_archive(tmp_path / "out.nc"), whole) == []
+
+
+def test_a_folder_of_something_else_is_left_alone(call, scene, tmp_path):
+    folder = tmp_path / "out.nc.parts"
+    folder.mkdir()
+    (folder / "precious").touch()
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert answer.code == 1
+    assert "move it away or remove it" in answer.err
+    assert (folder / "precious").exists()
+
+
+def test_two_runs_do_not_use_one_folder(call, scene, tmp_path, unfinished):
+    import fcntl
+
+    with open(unfinished / "_lock") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert answer.code == 1
+    assert "another run is at work there" in answer.err
+
+
+def test_parts_of_a_run_that_was_killed_after_its_archive_are_forgotten(call, scene, tmp_path, unfinished):
+    (unfinished / "_scene.json").write_text('{"finished": true}')
+    assert call("run", scene, "-o", tmp_path / "out.nc").code == 0
+    assert not unfinished.exists()
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_at_the_end_loses_nothing(call, scene, tmp_path, whole, monkeypatch, number):
+    def full(*_, **__):
+        raise OSError(number, os.strerror(number))
+
+    # the spectrum has been kept by then
+    monkeypatch.setattr(xr.DataTree, "to_netcdf", full)
+    answer = call("run", scene, "-o", tmp_path / "out.nc")
+    monkeypatch.undo()
+    assert answer.code == 1
+    assert os.strerror(number) in answer.err
+    assert "--resume goes on with it" in answer.err
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert answer.code == 0
+    assert "diagram: finished before" in answer.err
+    assert compare(open_archive(tmp_path / "out.nc"), whole) == []
+
+
+def test_a_full_disk_on_the_way(call, scene, tmp_path, monkeypatch):
+    plain, left = os.pwrite, [30]
+
+    def full(*arguments):
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return plain(*arguments)
+
+    monkeypatch.setattr(os, "pwrite", full)
+    answer = call("run", scene, "-o", tmp_path / "out.nc")
+    assert answer.code == 1
+    assert "out.nc.parts/diagram: cannot keep a finished chunk: No space left on device" in answer.err
+    assert "--resume goes on with it" in answer.err
+
+
+def test_the_output_folder_is_removed_while_running(call, scene, tmp_path, monkeypatch):
+    run, folder = GridTask.run, tmp_path / "results"
+    folder.mkdir()
+
+    def removing(self, first, count):
+        if first > 20:
+            shutil.rmtree(folder, ignore_errors=True)
+        return run(self, first, count)
+
+    monkeypatch.setattr(GridTask, "run", removing)
+    answer = call("run", scene, "-o", folder / "out.nc")
+    assert answer.code == 1
+    assert "the folder was removed or renamed during the work" in answer.err
+    assert not folder.exists()
+
+
+def test_workers_and_scheduler_exclude_each_other(call, scene, tmp_path):
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--workers", "2", "--scheduler", "tcp://127.0.0.1:9")
+    assert answer.code == 2
+    assert "give one of the two" in answer.err
+    assert not (tmp_path / "out.nc.parts").exists()
+
+
+def test_a_scheduler_that_does_not_answer_is_told_before_the_run(call, scene, tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("chaosdrill.sweep.cluster.ANSWER_S", 0.3)
+    monkeypatch.setattr("chaosdrill.scene.kinds.Analysis.run", lambda *_, **__: pytest.fail("it ran"))
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--scheduler", "tcp://127.0.0.1:9")
+    assert answer.code == 2
+    assert "no Dask scheduler answers" in answer.err
+    assert not (tmp_path / "out.nc.parts").exists()
