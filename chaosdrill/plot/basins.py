@@ -1,23 +1,37 @@
 """Basins of attraction: to which attractor each initial state leads."""
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.plot.cells import bounds, draw_kinds, legend_entry
 from chaosdrill.plot.looks import FURTHER, MOTIONS, UNRECOGNISED, attractor_look, outcomes, sort_out
-from chaosdrill.plot.style import EVENT_MARKERS, axis_label, flag_names, new_figure, readable, subscript, uncertain
+from chaosdrill.plot.style import (
+    axis_label,
+    flag_names,
+    new_figure,
+    readable,
+    shorten,
+    subscript,
+    uncertain,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
+    from numpy.typing import NDArray
+
+    from chaosdrill.plot.looks import Look
 
 _MOST = 12
 """Attractors that are told apart; more do not find room in the legend, nor colours."""
 _SIZE = (6.3, 4.6)
+_SHORT = 54
+"""Letters of an entry of the legend of which two stand side by side."""
 _IN_PLANE = 1e-6
 """Distance from the plane of the grid, relative to the state, at which a point still lies in it."""
 
@@ -38,32 +52,46 @@ def basins(dataset: "xr.Dataset") -> "Figure":
     """
     across, up = (str(name) for name in dataset["attractor"].dims)
     ordered = dataset.sortby([across, up]).transpose(up, across, ...)
-    reached = ordered["attractor"].values
-    numbers = dataset["attractor_number"].values.tolist()
-    table = [
-        (reached == number, attractor_look(place, _describe(dataset.isel(attractor_number=place), number)))
-        for place, number in enumerate(numbers[:_MOST])
-    ]
-    if len(numbers) > _MOST:
-        table.append((np.isin(reached, numbers[_MOST:]), FURTHER))
-    lost = reached == 0
-    ended, others = outcomes(ordered)
-    for code, look in enumerate(others):
-        if look.name not in MOTIONS:
-            table.append((lost & (ended == code), look))
-            lost &= ended != code
-    kinds, looks = sort_out([*table, (lost, UNRECOGNISED)])
+    kinds, looks = _kinds(ordered)
     x, y = (bounds(ordered[name].values) for name in (across, up))
 
-    lines = -(-len(looks) // 2)
-    figure = new_figure(_SIZE[1] + 0.7 + 0.18 * lines)
+    figure = new_figure(_SIZE[1])
     axes = figure.subplots()
     draw_kinds(axes, x, y, kinds, looks, _SIZE)
     handles = [legend_entry(look) for look in looks] + _mark_attractors(axes, dataset, across, up)
     axes.set_xlabel(axis_label(dataset, across))
     axes.set_ylabel(axis_label(dataset, up))
-    figure.legend(handles=handles, loc="outside upper left", ncols=2, handlelength=1.6, handleheight=1.1, borderpad=0)
+    if plane := _plane(dataset):
+        axes.set_title("at " + ", ".join(f"{name} = {shorten(value)}" for name, value in plane.items()))
+    columns = 2 if max(len(str(handle.get_label())) for handle in handles) <= _SHORT else 1
+    figure.set_figheight(_SIZE[1] + 0.9 + 0.18 * -(-len(handles) // columns))
+    figure.legend(
+        handles=handles, loc="outside upper left", ncols=columns, handlelength=1.6, handleheight=1.1, borderpad=0
+    )
     return figure
+
+
+def _kinds(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Look]]":
+    """The kind of every cell: its attractor, or how its run ended on none."""
+    reached = dataset["attractor"].values
+    numbers = dataset["attractor_number"].values.tolist()
+    table = [
+        (reached == number, attractor_look(place, _describe(dataset.isel(attractor_number=place), number)))
+        for place, number in enumerate(numbers[:_MOST])
+    ]
+    table.append((np.isin(reached, numbers[_MOST:]), FURTHER))
+    lost = reached == 0
+    ended, others = outcomes(dataset)
+    for code, look in enumerate(others):
+        if look.name not in MOTIONS:
+            table.append((lost & (ended == code), look))
+            lost &= ended != code
+    table.append((lost, UNRECOGNISED))
+    for place, (mask, look) in enumerate(table[len(numbers[:_MOST]) :], start=len(numbers[:_MOST])):
+        part = float(mask.mean())
+        error = float(np.sqrt(part * (1 - part) / mask.size))
+        table[place] = mask, replace(look, name=f"{look.name}; {_percent(part, error)}")
+    return sort_out(table)
 
 
 def _describe(attractor: "xr.Dataset", number: int) -> str:
@@ -74,36 +102,51 @@ def _describe(attractor: "xr.Dataset", number: int) -> str:
     if "attractor_exponent" in attractor.variables:
         error = float(attractor["attractor_error"][0]) if "attractor_error" in attractor.variables else np.nan
         parts.append(f"{subscript('λ', 1)} = {uncertain(float(attractor['attractor_exponent'][0]), error)}")
-    share, error = 100 * float(attractor["fraction"]), 100 * float(attractor["fraction_error"])
-    return f"{number}: {', '.join(parts)}; {uncertain(share, error)} %"
+    if "attractor_rate" in attractor.variables and np.isfinite(attractor["attractor_rate"]):
+        parts.append(f"progression {shorten(float(attractor['attractor_rate']))}")
+    share = _percent(float(attractor["fraction"]), float(attractor["fraction_error"]))
+    return f"{number}: {', '.join(parts)}; {share}"
+
+
+def _percent(part: float, error: float) -> str:
+    return f"{uncertain(100 * part, 100 * error)} %"
+
+
+def _plane(dataset: "xr.Dataset") -> dict[str, float]:
+    """The states that the grid does not vary, and their values, as far as the archive tells."""
+    initial = json.loads(dataset.attrs.get("initial", "{}"))
+    names = [str(name) for name in dataset["state_name"].values]
+    return {name: float(initial[name]) for name in names if name not in dataset["attractor"].dims and name in initial}
 
 
 def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) -> "list[Line2D]":
-    """Mark the attractors' points that lie in the plane and within the grid, and return the handles of the marks."""
+    """Mark the attractors' points that lie in the plane and within the grid, and return a handle of the marks."""
     from matplotlib.patheffects import withStroke
 
     names = [str(name) for name in dataset["state_name"].values]
-    initial = json.loads(dataset.attrs.get("initial", "{}"))
-    plane = np.array([np.nan if name in (across, up) else initial.get(name, np.nan) for name in names])
+    plane = np.array([_plane(dataset).get(name, np.nan) for name in names])
     points = dataset["attractor_state"].transpose("attractor_number", "state").values[:_MOST]
     off = np.array([name not in (across, up) for name in names])
     near = np.abs(points - plane) <= _IN_PLANE * (1 + np.abs(points))
-    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    inside = near[:, off].all(axis=1)
+    for axis, (low, high) in ((across, axes.get_xlim()), (up, axes.get_ylim())):
+        inside &= (points[:, names.index(axis)] >= low) & (points[:, names.index(axis)] <= high)
     marks = []
-    for place, point in enumerate(points):
-        x, y = point[names.index(across)], point[names.index(up)]
-        if near[place, off].all() and left <= x <= right and low <= y <= high:
-            look = attractor_look(place, "")
-            marks += axes.plot(
-                x,
-                y,
-                EVENT_MARKERS[place % len(EVENT_MARKERS)],
-                markersize=8,
-                color=look.colour,
-                markeredgecolor="black",
-                markeredgewidth=1.2,
-                path_effects=[withStroke(linewidth=3.5, foreground="white")],
-                linestyle="none",
-                label=f"point of attractor {place + 1}",
-            )
-    return marks
+    for place in np.flatnonzero(inside).tolist():
+        x, y = points[place, names.index(across)], points[place, names.index(up)]
+        look = attractor_look(place, "")
+        # the number within tells them apart without colours
+        marks += axes.plot(
+            x,
+            y,
+            "o",
+            markersize=12,
+            color=look.colour,
+            markeredgecolor="black",
+            markeredgewidth=1.2,
+            path_effects=[withStroke(linewidth=3.0, foreground="white")],
+            linestyle="none",
+            label="points of attractors",
+        )
+        axes.annotate(look.short, (x, y), ha="center", va="center_baseline", fontsize=8, color=look.ink)
+    return marks[:1]

@@ -77,15 +77,17 @@ def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
         axes.set_axis_off()
     for place, axes in enumerate(grid.flat[: len(parts)]):
         if place + columns >= len(parts):
-            axes.set_xlabel(axis_label(dataset, across))
             axes.tick_params(labelbottom=True)
-        if place % columns == 0:
-            axes.set_ylabel(axis_label(dataset, up))
         if len(parts) > 1:
             axes.set_title(names[place])
         for name, set_ticks in ((across, axes.set_xticks), (up, axes.set_yticks)):
             if dataset.sizes[name] == 1:
                 set_ticks(dataset[name].values)
+    if len(parts) == 1:
+        grid[0, 0].set(xlabel=axis_label(dataset, across), ylabel=axis_label(dataset, up))
+    else:
+        figure.supxlabel(axis_label(dataset, across), fontsize="medium")
+        figure.supylabel(axis_label(dataset, up), fontsize="medium")
     if len(names) > len(parts):
         figure.suptitle(f"seeds 1 to {len(parts)} of {len(names)}", x=0.01, ha="left", fontsize=9)
     x, y = (bounds(ordered[name].values) for name in (across, up))

@@ -60,7 +60,9 @@ def test_a_cycle_whose_period_was_not_found_is_no_chaos(chart):
 
 def test_seeds_have_their_names(chart):
     named = chart.assign_coords(seed_name=("seed", ["fixed 1", "random 2"]))
-    assert [axes.get_title() for axes in isoperiodic_chart(named).axes[:2]] == ["fixed 1", "random 2"]
+    figure = isoperiodic_chart(named)
+    assert [axes.get_title() for axes in figure.axes[:2]] == ["fixed 1", "random 2"]
+    assert (figure.get_supxlabel(), figure.get_supylabel()) == ("load q", "p")
 
 
 def test_more_seeds_than_find_room_are_counted(chart):
