@@ -55,7 +55,7 @@ def basins(dataset: "xr.Dataset") -> "Figure":
     kinds, looks = _kinds(ordered)
     x, y = (bounds(ordered[name].values) for name in (across, up))
 
-    figure = new_figure(_SIZE[1])
+    figure = new_figure(_SIZE[1], max(cells / inches for cells, inches in zip(kinds.shape[::-1], _SIZE, strict=True)))
     axes = figure.subplots()
     draw_kinds(axes, x, y, kinds, looks, _SIZE)
     handles = [legend_entry(look) for look in looks] + _mark_attractors(axes, dataset, across, up)
@@ -136,6 +136,7 @@ def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) 
         x, y = points[place, names.index(across)], points[place, names.index(up)]
         look = attractor_look(place, "")
         # the number within tells them apart without colours
+        layer = 10 + place
         marks += axes.plot(
             x,
             y,
@@ -147,6 +148,7 @@ def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) 
             path_effects=[withStroke(linewidth=3.0, foreground="white")],
             linestyle="none",
             label="points of attractors",
+            zorder=layer,
         )
-        axes.annotate(look.short, (x, y), ha="center", va="center_baseline", fontsize=8, color=look.ink)
+        axes.annotate(look.short, (x, y), ha="center", va="center_baseline", fontsize=8, color=look.ink, zorder=layer)
     return marks[:1]

@@ -71,7 +71,7 @@ def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
     rows = -(-len(parts) // columns)
     width = _SIDE / columns
     height = 4.4 if columns == 1 else 0.8 * width
-    figure = new_figure(1.0 + rows * (height + 0.15))
+    figure = new_figure(1.0 + rows * (height + 0.15), max(dataset.sizes[across] / width, dataset.sizes[up] / height))
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for axes in grid.flat[len(parts) :]:
         axes.set_axis_off()

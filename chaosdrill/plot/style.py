@@ -25,6 +25,7 @@ OTHER_OUTCOME = "#CC79A7"
 MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 WIDTH = 7.2
+_DENSEST = 300.0
 
 _SETTINGS: Any = {
     "axes.axisbelow": True,
@@ -41,7 +42,7 @@ _SETTINGS: Any = {
     "legend.fontsize": 8,
     "legend.frameon": False,
     "lines.linewidth": 1.1,
-    "savefig.dpi": 150,
+    "savefig.dpi": "figure",
     "svg.fonttype": "none",
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
@@ -55,11 +56,22 @@ def style() -> AbstractContextManager[None]:
     return mpl.rc_context(_SETTINGS)
 
 
-def new_figure(height: float) -> "Figure":
-    """Return an empty figure of the common width and ``height`` inches, outside of pyplot's global list."""
+def new_figure(height: float, detail: float = 0.0) -> "Figure":
+    """Return an empty figure of the common width, outside of pyplot's global list.
+
+    Parameters
+    ----------
+    height : float
+        In inches.
+    detail : float, default 0
+        Cells an inch; where they are many, dots are so dense, up to 300 an inch, that each has one of its own.
+    """
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    # labels and colour bars take their part of the width that the cells were counted over
+    figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, _DENSEST)))
+    return figure
 
 
 def label(variable: "xr.DataArray", name: str | None = None) -> str:

@@ -14,7 +14,7 @@ from chaosdrill.plot.lyapunov_chart import lyapunov_chart
 from chaosdrill.plot.outcome_chart import outcome_chart
 from chaosdrill.plot.pictures import PICTURES
 from chaosdrill.plot.progression_chart import progression_chart
-from chaosdrill.plot.style import OUTCOME_COLOURS
+from chaosdrill.plot.style import OUTCOME_COLOURS, style
 
 CHARTS = [isoperiodic_chart, lyapunov_chart, progression_chart, attractor_count_chart, outcome_chart]
 
@@ -170,3 +170,13 @@ def test_a_million_cells_take_seconds(chart, draw, tmp_path):
     start = time.process_time()
     draw(large).savefig(tmp_path / "a.png", dpi=150)
     assert time.process_time() - start < 10
+
+
+@pytest.mark.parametrize(("cells", "least", "most"), [(50, 150, 150), (1000, 150, 300), (5000, 300, 300)])
+def test_every_cell_has_a_dot_as_far_as_prints_show(chart, cells, least, most):
+    wide = chart.isel(seed=[0], q=np.arange(cells) % 4).assign_coords(q=np.linspace(0, 1, cells))
+    with style():
+        figure = lyapunov_chart(wide)
+    assert least <= figure.dpi <= most
+    figure.draw_without_rendering()
+    assert figure.axes[0].get_window_extent().width >= min(cells, 5 * most)
