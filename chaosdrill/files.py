@@ -36,3 +36,16 @@ def flush(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+@contextmanager
+def small_netcdf_cache() -> Iterator[None]:
+    """Have the NetCDF library hold a megabyte of a variable that it writes, not all of it until the file is closed."""
+    import netCDF4
+
+    size, slots, preemption = netCDF4.get_chunk_cache()
+    netCDF4.set_chunk_cache(min(size, 2**20))
+    try:
+        yield
+    finally:
+        netCDF4.set_chunk_cache(size, slots, preemption)

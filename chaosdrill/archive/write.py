@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import draft_of, replacing
+from chaosdrill.files import draft_of, replacing, small_netcdf_cache
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +43,7 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     if isinstance(tree, xr.Dataset):
         tree = xr.DataTree(tree)
     try:
-        with replacing(target) as draft:
+        with replacing(target) as draft, small_netcdf_cache():
             tree.to_netcdf(draft, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
     except (OSError, RuntimeError) as fault:
         reason = f"cannot write the archive: {_reason(fault)}; an earlier file is as it was"

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from functools import lru_cache
+from math import inf
 from threading import Lock
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -71,15 +72,16 @@ def cluster(task: Task, address: str) -> Iterator[Crew]:
     for logger in loggers:
         logger.addFilter(_drop)
     executor = client.get_executor(pure=False)
-    counted = [-COUNT_S, 0.0]
+    counted, next_count = 1, -inf
 
     def size() -> int:
-        if monotonic() - counted[0] > COUNT_S:
+        nonlocal counted, next_count
+        if monotonic() > next_count:
             threads = sum(client.nthreads().values())
-            if not threads and counted[1]:
+            if counted and not threads:
                 _log.warning("the scheduler at %s has no workers at present; waiting for some", address)
-            counted[:] = monotonic(), threads
-        return max(1, int(counted[1]))
+            counted, next_count = threads, monotonic() + COUNT_S
+        return max(1, counted)
 
     try:
         yield Crew(lambda first, count: executor.submit(run_packed, packed, here, first, count), size)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SceneError, SettingsError
-from chaosdrill.files import replacing
+from chaosdrill.files import replacing, small_netcdf_cache
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.store import kept_points
 
@@ -111,7 +111,7 @@ class Parts:
             os.stat(self.folder / _LOCK)
             folder.mkdir(exist_ok=True)
             encoding = {str(name): {"_FillValue": None} for name in dataset.variables}
-            with replacing(folder / _DATASET) as draft:
+            with replacing(folder / _DATASET) as draft, small_netcdf_cache():
                 dataset.to_netcdf(draft, engine="netcdf4", encoding=encoding)
                 seal = {"sha256": _checksum(draft)}
             with replacing(folder / _SEAL) as draft:

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import shutil
+import time
 
 import pytest
 import xarray as xr
@@ -234,6 +235,22 @@ def test_the_output_folder_is_removed_while_running(call, scene, tmp_path, monke
     assert answer.code == 1
     assert "the folder was removed or renamed during the work" in answer.err
     assert not folder.exists()
+
+
+def test_clocks_that_jump_and_times_of_files_do_not_matter(call, scene, tmp_path, whole, stop, monkeypatch):
+    backwards = iter(range(10**7, 0, -1))
+    monkeypatch.setattr(time, "time", lambda: 60.0 * next(backwards))
+    monkeypatch.setattr(time, "time_ns", lambda: 60_000_000_000 * next(backwards))
+    stop(100, KeyboardInterrupt)
+    assert call("run", scene, "-o", tmp_path / "out.nc").code == 130
+    monkeypatch.undo()
+    monkeypatch.setattr(time, "time", lambda: 0.0)
+    for path in (tmp_path / "out.nc.parts").rglob("*"):
+        os.utime(path, (4e9, 4e9))
+    answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
+    assert answer.code == 0
+    assert "diagram: 85 of 300 points before\n" in answer.err
+    assert compare(open_archive(tmp_path / "out.nc"), whole) == []
 
 
 def test_workers_and_scheduler_exclude_each_other(call, scene, tmp_path):
