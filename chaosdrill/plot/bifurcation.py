@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 # exponents descend, so that their order tells them apart where colours do not
 _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#000000")
 _SHADE = "#E4E4E4"
+_FLAT = 1e-6
 
 
 def bifurcation(dataset: "xr.Dataset") -> "Figure":
@@ -41,10 +42,10 @@ def bifurcation(dataset: "xr.Dataset") -> "Figure":
     Returns
     -------
     matplotlib.figure.Figure
-        From top to bottom, over the same axis: the first state on the section (a colour a seed; where seeds agree, the
-        points of later ones lie as smaller dots on those of earlier ones), the exponents with zero marked, the
-        progression rate where the system has one, and a row for each seed with its period or how its run ended. Points
-        without a result from any seed are shaded.
+        From top to bottom, over the same axis: the first state that varies on the section (a colour a seed; where seeds
+        agree, the points of later ones lie as smaller dots on those of earlier ones), the exponents with zero marked,
+        the progression rate where the system has one, and a row for each seed with its period or how its run ended.
+        Points without a result from any seed are shaded.
     """
     sweep = str(dataset["period"].dims[0])
     dataset = dataset.sortby(sweep)
@@ -55,9 +56,10 @@ def bifurcation(dataset: "xr.Dataset") -> "Figure":
     figure = new_figure(1.4 + sum(heights))
     panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
     edges = bounds(dataset[sweep].values)
+    lost = _without_result(dataset, sweep)
     for panel in panels[:-1]:
-        _shade(panel, dataset, sweep, edges)
-    _section(panels[0], dataset, sweep)
+        _shade(panel, edges, lost, "", "no result")
+    _section(panels[0], dataset, sweep, edges, lost)
     if has_spectrum:
         _spectrum(panels[1], dataset, sweep)
     if has_rate:
@@ -70,41 +72,47 @@ def bifurcation(dataset: "xr.Dataset") -> "Figure":
     return figure
 
 
-def _shade(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]") -> None:
-    """Shade the points that no seed has a result at, and those at which no run came to the section."""
-    names = flag_names(dataset["outcome"])
-    ended = np.isin(dataset["outcome"].values, [code for code, name in names.items() if name in MOTIONS])
-    lost = np.logical_not(ended.any(axis=dataset["outcome"].dims.index("seed")))
-    section = dataset["section"].transpose(sweep, ...).values
-    missed = np.isnan(section.reshape(lost.size, -1)).all(axis=1) & ~lost
-    for mask, hatch, text in ((lost, "", "no result"), (missed, "....", "section not reached")):
-        turns = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
-        for number, (first, last) in enumerate(turns.reshape(-1, 2)):
-            panel.axvspan(
-                edges[first],
-                edges[last],
-                facecolor=_SHADE,
-                edgecolor="0.5",
-                linewidth=0,
-                hatch=hatch,
-                zorder=0,
-                label=f"{text}: {mask.sum()} of {mask.size} points" if number == 0 else None,
-            )
+def _without_result(dataset: "xr.Dataset", sweep: str) -> "NDArray[np.bool_]":
+    """Points at which no seed has a result."""
+    codes = dataset["outcome"].transpose(sweep, "seed").values
+    ended = [code for code, name in flag_names(dataset["outcome"]).items() if name in MOTIONS]
+    lost: NDArray[np.bool_] = np.isin(codes, ended).sum(axis=1) == 0
+    return lost
 
 
-def _section(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
-    section = dataset["section"].transpose(sweep, "seed", "iterate", "state").values[..., 0]
+def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", hatch: str, text: str) -> None:
+    turns = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
+    for number, (first, last) in enumerate(turns.reshape(-1, 2)):
+        panel.axvspan(
+            edges[first],
+            edges[last],
+            facecolor=_SHADE,
+            edgecolor="0.5",
+            linewidth=0,
+            hatch=hatch,
+            zorder=0,
+            label=f"{text}: {mask.sum()} of {mask.size} points" if number == 0 else None,
+        )
+
+
+def _section(
+    panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", lost: "NDArray[np.bool_]"
+) -> None:
+    states = dataset["section"].transpose(sweep, "seed", "iterate", "state").values
+    index = _first_that_varies(states)
+    section = states[..., index]
     period = dataset["period"].transpose(sweep, "seed").values
     x = np.broadcast_to(dataset[sweep].values[:, None], section[:, 0].shape)
-    iterates = section.shape[2]
+    _shade(panel, edges, np.isnan(section).all(axis=(1, 2)) & ~lost, "....", "section not reached")
     # a cloud has many small points, a cycle few that stand out
     cloud = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.35, 2.0)))
     for seed, (colour, name, step) in enumerate(_seeds(dataset)):
         cycle = period[:, seed] > 0
-        # of a cycle one turn is enough
-        kept = np.where(cycle, np.minimum(period[:, seed], iterates), iterates)
-        turn = (np.arange(iterates) >= iterates - kept[:, None]) & np.isfinite(section[:, seed])
-        for mask, size in ((cycle, 0.9 + 0.9 * step), (~cycle, cloud)):
+        # of a cycle one turn is enough; it is the last one of the points that there are
+        known = np.isfinite(section[:, seed])
+        behind = np.cumsum(known[:, ::-1], axis=1)[:, ::-1]
+        turn = known & (behind <= np.where(cycle, period[:, seed], section.shape[2])[:, None])
+        for mask, size in ((cycle, max(1.2, cloud) + 0.9 * step), (~cycle, cloud)):
             shown = turn & mask[:, None]
             panel.plot(
                 x[shown],
@@ -117,9 +125,18 @@ def _section(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
             )
         if name:
             panel.plot([], [], "o", markersize=3 + step, markeredgewidth=0, color=colour, label=name)
-    panel.set_ylabel(state_label(dataset, 0))
+    panel.set_ylabel(state_label(dataset, index))
     if panel.get_legend_handles_labels()[0]:
         legend_above(panel)
+
+
+def _first_that_varies(states: "NDArray[np.float64]") -> int:
+    """Index of the first state that is not one value on the whole section, as that of a wall is at an impact."""
+    for index in range(states.shape[-1]):
+        values = states[..., index][np.isfinite(states[..., index])]
+        if values.size and np.ptp(values) > _FLAT * max(1.0, float(np.abs(values).max())):
+            return index
+    return 0
 
 
 def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
@@ -166,7 +183,7 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
     panel.spines["left"].set_visible(False)
     panel.set_yticks(np.arange(len(names)) + 0.5 if len(names) > 1 else [], names if len(names) > 1 else [])
     panel.tick_params(axis="y", length=0, labelsize=7)
-    legend_above(panel, handles=[legend_entry(look) for look in looks])
+    legend_above(panel, columns=5, handles=[legend_entry(look) for look in looks])
 
 
 def _seeds(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:

@@ -49,6 +49,20 @@ def test_a_section_that_is_never_reached_is_said(diagram):
     assert "section not reached: 10 of 101 points" in _labels(bifurcation(diagram).axes[0])
 
 
+def test_shorter_records_of_a_section_keep_their_last_turn(diagram):
+    """At an event there may be fewer points than asked for; the rest is missing."""
+    diagram["section"][:, :, 3:] = np.nan
+    cycles, _ = bifurcation(diagram).axes[0].get_lines()
+    assert cycles.get_xdata().size == 51 + 2 * 49
+
+
+def test_a_state_that_the_section_pins_is_passed_over(diagram):
+    diagram["section"][..., 0] = diagram["section"][..., 0] * 0 + 0.3
+    axes = bifurcation(diagram).axes[0]
+    assert axes.get_ylabel() == "v"
+    assert np.ptp(axes.get_lines()[0].get_ydata()) > 1
+
+
 def test_lost_exponents_are_marked_at_the_foot(diagram):
     exponents = diagram["lyapunov_exponent"].values
     exponents[..., 1] = -2.0
