@@ -18,6 +18,8 @@ _HOME = {
     "poincare_section": "chaosdrill.analysis",
     "lyapunov_spectrum": "chaosdrill.analysis",
     "bifurcation_diagram": "chaosdrill.analysis",
+    "parameter_chart": "chaosdrill.analysis",
+    "basins": "chaosdrill.analysis",
     "work_precision": "chaosdrill.analysis",
     "save": "chaosdrill.archive",
     "open": "chaosdrill.archive",

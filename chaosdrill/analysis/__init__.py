@@ -8,6 +8,8 @@ _HOME = {
     "poincare_section": "sections",
     "lyapunov_spectrum": "spectra",
     "bifurcation_diagram": "diagrams",
+    "parameter_chart": "charts",
+    "basins": "basins",
     "work_precision": "precision",
 }
 

@@ -1,18 +1,24 @@
 """Bifurcation diagrams: section, period, exponents and outcome along a parameter."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from os import PathLike
+import os
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Progress, real, section_transitions, settings, tangent_count, whole
-from chaosdrill.analysis.points import GridTask, PointTask
-from chaosdrill.dataset import label
+from chaosdrill.analysis.arguments import Progress, settings, whole
+from chaosdrill.analysis.grids import listed, parameter_axes
+from chaosdrill.analysis.lines import LineTask
+from chaosdrill.analysis.plan import make_plan
+from chaosdrill.analysis.points import PointTask
+from chaosdrill.analysis.seeds import directions, make_seeds
+from chaosdrill.dataset import count_outcomes, label
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.errors import SettingsError
-from chaosdrill.model.check import RESERVED
+from chaosdrill.engine.period import forcing_periods
+from chaosdrill.engine.run import rate_names
 from chaosdrill.sweep import execute
 
 if TYPE_CHECKING:
@@ -26,12 +32,15 @@ def bifurcation_diagram(
     transient: int,
     periods: int,
     seeds: Sequence[Mapping[str, Any]] | None = None,
+    random: Mapping[str, Any] | None = None,
+    follow: str | None = None,
     exponents: int | None = None,
     at: str = "strobe",
     max_period: int = 64,
+    patience: int = 8,
     workers: int = 1,
     scheduler: str | None = None,
-    store: str | PathLike[str] | None = None,
+    store: str | os.PathLike[str] | None = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
@@ -40,7 +49,12 @@ def bifurcation_diagram(
     """Sections along a parameter, with the spectrum beside them and an outcome for every point.
 
     Every point is a run of its own from its own initial state, so that the result does not depend on the number of
-    workers, to the bit. A point that fails gets its outcome, and the sweep goes on.
+    workers, to the bit; states that are followed along the sweep are lines of their own. A point that fails gets its
+    outcome, and the sweep goes on.
+
+    What a point is on is decided by exponents and recurrence together (see "Period detection" in the theory). A point
+    that is undecided goes on, and its record is the last one: the cycle to which it leads, or up to ``patience`` times
+    as many periods.
 
     Parameters
     ----------
@@ -53,19 +67,28 @@ def bifurcation_diagram(
     periods : int
         Forcing periods to record and to average the exponents over.
     seeds : sequence of mappings, optional
-        Initial values (and ``mode``) of each seed; default: the system's own initial state.
+        Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds
+        are asked for.
+    random : mapping, optional
+        ``{"count": 4, "seed": 1, "y": (-1, 1)}``: so many states drawn evenly from the box of the states named, by a
+        generator that is given the number ``seed``; the same states at every point.
+    follow : {"forward", "backward", "both"}, optional
+        The last state at a point is the first one at the next, along the sweep or against it: hysteresis shows. The
+        first point, and one whose neighbour has ended early, starts from the system's own initial state.
     exponents : int, optional
-        Number of exponents; default all, 0 for none.
+        Number of exponents; default all, 0 for none. Without exponents recurrence alone decides, at once.
     at : str, default "strobe"
         ``"strobe"`` or the name or kind of a transition; then the last ``periods`` states before that event are kept.
     max_period : int, default 64
-        Longest period looked for.
+        Longest period looked for, in iterates of the section; the record must hold two.
+    patience : int, default 8
+        How many times as long as ``periods`` an undecided point may run on; 0: it is taken as it is after its record.
     workers : int, default 1
         Threads; the kernels hold no lock.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers compute the points instead.
+        Address of a Dask scheduler, whose workers are used instead.
     store : path-like, optional
-        Folder in which finished chunks are kept; the same call goes on from those that are there.
+        Folder for finished chunks, from which the same call goes on if it was cut short.
     method, tolerance, steps, progress
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
@@ -82,87 +105,64 @@ def bifurcation_diagram(
         An argument that cannot be used.
     """
     given = settings(dict(locals()))
-    name, values = sweep_values(system, sweep)
-    chosen = seed_values(seeds)
-    given |= {"sweep": {name: values.tolist()}, "seeds": None if seeds is None else chosen}
-    starts = [system.with_initial(**seed) for seed in chosen]
-    task = PointTask(
-        parameter=name,
-        transient=whole("transient", transient, 0),
-        periods=whole("periods", periods, 2),
-        chosen=None if isinstance(at, str) and at == "strobe" else section_transitions(system, at),
-        max_period=whole("max_period", max_period, 1),
+    (axis,) = parameter_axes(system, sweep, 1, "a bifurcation diagram")
+    lines = directions(follow)
+    chosen = make_seeds(system, seeds, random, needed=not lines)
+    given |= {"sweep": listed((axis,)), **chosen.settings}
+    plan = make_plan(
+        system,
+        (axis.name,),
+        transient=transient,
+        periods=periods,
+        exponents=exponents,
+        at=at,
+        max_period=max_period,
+        patience=patience,
         numerics=Numerics(method, tolerance, steps),
-        frame=tangent_count(system, exponents),
-    ).for_system(system)
-    count = whole("workers", workers, 1)
-    grid = GridTask(task, tuple(values.tolist()), tuple(starts))
-    found = execute(grid, workers=count, scheduler=scheduler, store=store, progress=progress)
-    ds = _dataset(system, name, values, starts, found)
-    return label(ds, "bifurcation-diagram", system=system, settings=given)
-
-
-def sweep_values(system: "HybridSystem", sweep: Mapping[str, Any]) -> tuple[str, np.ndarray]:
-    """Name and values of the swept parameter, checked."""
-    if not isinstance(sweep, Mapping):
-        raise SettingsError(f"sweep is {sweep!r}; it must be one parameter with its values, as in {{'eta': [0.5]}}")
-    if len(sweep) != 1:
-        raise SettingsError(f"sweep names {sorted(map(str, sweep))}; a bifurcation diagram sweeps one parameter")
-    ((key, given),) = sweep.items()
-    name = str(key)
-    if name not in system.parameters:
-        raise SettingsError(
-            f"sweep names {name!r}, which is no parameter of {system.name}: {sorted(system.parameters)}"
-        )
-    if name in RESERVED:
-        raise SettingsError(
-            f"sweep names {name!r}, which is reserved for results and cannot be their coordinate; rename the parameter"
-        )
-    try:
-        values = np.array([real(value) for value in given])
-    except TypeError:
-        values = np.array([])
-    if isinstance(given, str | Mapping) or len(values) == 0 or not np.isfinite(values).all():
-        raise SettingsError(f"sweep of {name!r} is {given!r}; it must be a list of finite numbers, not an empty one")
-    if len(np.unique(values)) != len(values):
-        raise SettingsError(f"sweep of {name!r} holds a value twice; every value may stand there once")
-    return name, values
-
-
-def seed_values(seeds: Any) -> list[dict[str, Any]]:
-    """The initial values of each seed by name, checked; without seeds, one that changes none."""
-    if seeds is None:
-        return [{}]
-    listed = [] if isinstance(seeds, str | Mapping) or not isinstance(seeds, Iterable) else list(seeds)
-    if not listed and isinstance(seeds, Sequence) and not isinstance(seeds, str):
-        raise SettingsError("seeds is empty; give at least one initial state, or leave seeds out")
-    if not listed or not all(isinstance(seed, Mapping) for seed in listed):
-        raise SettingsError(f"seeds is {seeds!r}; it must be a list of initial values, as in [{{'x': 0.1}}]")
-    return [{str(key): value for key, value in seed.items()} for seed in listed]
-
-
-def _dataset(
-    system: "HybridSystem", name: str, values: np.ndarray, starts: list["HybridSystem"], found: dict[str, np.ndarray]
-) -> xr.Dataset:
-    shape = (len(values), len(starts))
-    inner = {"section": ("iterate", "state"), "lyapunov_exponent": ("exponent",), "lyapunov_error": ("exponent",)}
-    variables: dict[str, Any] = {
-        key: ((name, "seed", *inner.get(key, ())), array.reshape(shape + array.shape[1:]))
-        for key, array in found.items()
-    }
-    variables["forcing_period"] = (name, found["forcing_period"][:: len(starts)])
-    variables["initial_state"] = (
-        ("seed", "state"),
-        np.array([[s.initial[x] for x in s.state_names] for s in starts]),
+        keep_section=True,
     )
-    exponents = found["lyapunov_exponent"].shape[1]
-    coords = {
-        name: values,
-        "seed": np.arange(len(starts), dtype=np.int32),
-        "iterate": np.arange(found["section"].shape[1], dtype=np.int32),
-        "exponent": np.arange(1, exponents + 1, dtype=np.int32),
+    keeps = ("section", "period", "outcome", *(("lyapunov_exponent", "lyapunov_error") if plan.exponents else ()))
+    keeps += rate_names(system)
+    own = np.array([system.initial[s] for s in system.state_names])
+    start = own, system.mode_names.index(system.initial["mode"])
+    tasks: dict[str, PointTask | LineTask] = {}
+    if len(chosen.starts):
+        tasks["points"] = PointTask(plan, (axis,), chosen.starts, chosen.modes, keeps)
+    if lines:
+        tasks["lines"] = LineTask(plan, axis, lines, *start, keeps)
+    total, done = sum(task.total for task in tasks.values()), 0
+    outcomes: Counter[str] = Counter()
+    parts = []
+    for name, task in tasks.items():
+        found = execute(
+            task,
+            workers=whole("workers", workers, 1),
+            scheduler=scheduler,
+            store=None if store is None else Path(store) / name if len(tasks) > 1 else store,
+            progress=None if progress is None else _shifted(progress, done, total, Counter(outcomes)),
+        )
+        parts.append(found if name == "points" else {key: values.swapaxes(0, 1) for key, values in found.items()})
+        done += task.total
+        outcomes.update(count_outcomes(found["outcome"]))
+    gathered = {name: np.concatenate([part[name] for part in parts], axis=1) for name in keeps}
+    over = (axis.name, "seed")
+    dims = {"section": ("iterate", "state"), "lyapunov_exponent": ("exponent",), "lyapunov_error": ("exponent",)}
+    variables = {name: ((*over, *dims.get(name, ())), values) for name, values in gathered.items()}
+    variables["initial_state"] = (("seed", "state"), np.concatenate([chosen.starts, np.tile(own, (len(lines), 1))]))
+    parameters = {axis.name: axis.values}
+    variables["forcing_period"] = ((axis.name,), forcing_periods(system, parameters, len(axis.values)))
+    coords: dict[str, Any] = {
+        axis.name: axis.values,
+        "seed": np.arange(len(chosen.starts) + len(lines), dtype=np.int32),
+        "seed_name": ("seed", list(chosen.names + lines)),
+        "iterate": np.arange(plan.rows, dtype=np.int32),
         "state_name": ("state", list(system.state_names)),
     }
-    if not exponents:
-        del variables["lyapunov_exponent"], variables["lyapunov_error"], coords["exponent"]
-    return xr.Dataset(variables, coords=coords)
+    if plan.exponents:
+        coords["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
+    return label(xr.Dataset(variables, coords=coords), "bifurcation-diagram", system=system, settings=given)
+
+
+def _shifted(progress: Progress, before: int, total: int, earlier: Counter[str]) -> Progress:
+    """Progress of one task among several."""
+    return lambda done, _, outcomes: progress(before + done, total, dict(earlier + Counter(outcomes)))

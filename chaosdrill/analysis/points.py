@@ -1,191 +1,245 @@
-"""One point of a sweep: a run from its own initial state, with everything that a diagram keeps of it."""
+"""Points of a grid: each is a run of its own, measured until it is decided what it is on.
 
-from collections.abc import Collection, Mapping
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+A point that is undecided after its record is not believed. First the cycle to which it seems to lead is looked for
+(`chaosdrill.analysis.cycles`); if there is none it goes on, over records twice as long every time, up to ``patience``
+times the length asked for. Only undecided points pay for that.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.recording import Record, record
-from chaosdrill.analysis.spectra import mean_exponents
-from chaosdrill.analysis.statistics import classify, find_period
-from chaosdrill.dataset import Outcome
-from chaosdrill.dataset.outcomes import count_outcomes
-from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run, event_rates, rate_names
-from chaosdrill.engine.structure import examine
-from chaosdrill.errors import SettingsError
-from chaosdrill.sweep.fingerprint import of_system, origin
+from chaosdrill.analysis.attractors import count_attractors, moments
+from chaosdrill.analysis.cycles import search
+from chaosdrill.analysis.plan import Plan, block_ends
+from chaosdrill.analysis.verdicts import Verdict, judge
+from chaosdrill.dataset import Outcome, count_outcomes
+from chaosdrill.engine.batch import Batch, alike
+from chaosdrill.engine.run import rate_names
 
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+Arrays = dict[str, np.ndarray]
 
-_BLOCKS = 32
+AT_ONCE = 1024
+"""Points whose runs are held in memory together."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values of a swept parameter, or of a state from which the runs start."""
+
+    name: str
+    values: np.ndarray
+    of_start: bool = False
 
 
 @dataclass(frozen=True)
 class PointTask:
-    """What is done at every point; ``frame`` is a number of exponents until ``for_system`` makes it the tangents."""
+    """All points of a grid, each with every seed; a unit is a point with its seeds.
 
-    parameter: str
-    transient: int
-    periods: int
-    chosen: set[int] | None
-    max_period: int
-    numerics: Numerics
-    frame: Any
-    deficient: Collection[int] | None = None
-    shifts: int = 0
-    neutral: int = 0
+    Attributes
+    ----------
+    plan : Plan
+        How a point is measured.
+    axes : tuple of Axis
+        The grid; the last axis runs fastest.
+    starts : ndarray, shape (S, n)
+        Initial states of the seeds.
+    modes : ndarray of int, shape (S,)
+        Their initial modes.
+    keeps : tuple of str
+        Arrays that are kept of every point.
+    counts_attractors : bool
+        Whether the different attractors among the seeds of a point are counted.
+    """
 
-    def for_system(self, system: "HybridSystem") -> "PointTask":
-        """The task with what the structure of the system tells about its tangents.
+    plan: Plan
+    axes: tuple[Axis, ...]
+    starts: np.ndarray
+    modes: np.ndarray
+    keeps: tuple[str, ...]
+    counts_attractors: bool = False
 
-        A rank can depend on a parameter that a reset names; then every point looks for itself.
-        """
-        if system.period is None:
-            raise SettingsError(f"{system.name} has no forcing period; a diagram counts its length in forcing periods")
-        structure = examine(system)
-        frame, shifts = structure.tangents(self.frame)
-        in_resets = {s.name for t in system.transitions for value in t.reset.values() for s in value.free_symbols}
-        deficient = None if self.parameter in in_resets else structure.deficient
-        return replace(self, frame=frame, shifts=shifts, deficient=deficient, neutral=structure.neutral)
-
-
-@dataclass(frozen=True)
-class GridTask:
-    """All points of a diagram: each value of the parameter from each start."""
-
-    point: PointTask
-    values: tuple[float, ...]
-    starts: tuple["HybridSystem", ...]
-    points_per_unit: int = 1
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes."""
+        return tuple(len(axis.values) for axis in self.axes)
 
     @property
     def units(self) -> int:
-        """One a point."""
-        return len(self.values) * len(self.starts)
+        """Points of the grid."""
+        return int(np.prod(self.shape, dtype=np.int64))
+
+    @property
+    def points_per_unit(self) -> int:
+        """Seeds."""
+        return len(self.starts)
 
     @property
     def total(self) -> int:
-        """Points."""
-        return self.units
+        """Runs in all."""
+        return self.units * self.points_per_unit
 
     def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
-        """What is kept of a point."""
-        m, n = self.point.frame.shape
-        return {
-            "section": ("f8", (self.point.periods, n)),
-            "period": ("i2", ()),
-            "lyapunov_exponent": ("f8", (m,)),
-            "lyapunov_error": ("f8", (m,)),
-            "outcome": ("i1", ()),
-            "forcing_period": ("f8", ()),
-            **dict.fromkeys(rate_names(self.starts[0]), ("f8", ())),
-        }
+        """Dtype and shape of one unit of each array."""
+        declared = point_columns(self.plan)
+        kept = {name: (dtype, (len(self.starts), *shape)) for name, (dtype, shape) in declared.items()}
+        columns = {name: kept[name] for name in self.keeps}
+        return columns | ({"attractor_count": ("i2", ())} if self.counts_attractors else {})
 
-    def run(self, first: int, count: int) -> dict[str, np.ndarray]:
-        """Points in the order of the values, and of the starts at each."""
-        arrays = {name: np.zeros((count, *shape), dtype) for name, (dtype, shape) in self.columns().items()}
-        for i in range(count):
-            value, start = divmod(first + i, len(self.starts))
-            point = run_point(self.point, self.values[value], self.starts[start])
-            arrays["section"][i] = point.section
-            arrays["period"][i] = point.period
-            arrays["lyapunov_exponent"][i] = point.exponents
-            arrays["lyapunov_error"][i] = point.errors
-            arrays["outcome"][i] = point.outcome
-            arrays["forcing_period"][i] = point.forcing_period
-            for name, rate in point.rates.items():
-                arrays[name][i] = rate
-        return arrays
+    def run(self, first: int, count: int) -> Arrays:
+        """Results of some points of the grid with all their seeds."""
+        seeds = len(self.starts)
+        step = max(1, AT_ONCE // seeds)
+        parts = [self._run(begin, min(step, first + count - begin)) for begin in range(first, first + count, step)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    def _run(self, first: int, count: int) -> Arrays:
+        seeds, names = len(self.starts), self.plan.system.state_names
+        places = np.unravel_index(np.repeat(np.arange(first, first + count), seeds), self.shape)
+        starts, modes = np.tile(self.starts, (count, 1)), np.tile(self.modes, count)
+        parameters: dict[str, np.ndarray] = {}
+        for axis, index in zip(self.axes, places, strict=True):
+            if axis.of_start:
+                starts[:, names.index(axis.name)] = axis.values[index]
+            else:
+                parameters[axis.name] = axis.values[index]
+        found, _ = measure(self.plan, parameters, starts, modes)
+        found = {name: values.reshape(count, seeds, *values.shape[1:]) for name, values in found.items()}
+        kept = {name: found[name] for name in self.keeps}
+        if self.counts_attractors:
+            kept["attractor_count"] = count_attractors(found).astype("i2")
+        return kept
 
     def counts(self, arrays: Mapping[str, np.ndarray]) -> dict[str, int]:
         """Points by outcome."""
         return count_outcomes(arrays["outcome"])
 
     def fingerprint(self) -> dict[str, Any]:
-        """What the numbers depend on."""
-        point = self.point
-        return {
-            "system": of_system(self.starts[0]),
-            "sweep": {point.parameter: list(self.values)},
-            "starts": [start.initial for start in self.starts],
-            "transient": point.transient,
-            "periods": point.periods,
-            "at": None if point.chosen is None else sorted(point.chosen),
-            "max_period": point.max_period,
-            "exponents": len(point.frame),
-            "numerics": asdict(point.numerics),
-            **origin(),
+        """Everything that determines the numbers."""
+        return self.plan.fingerprint() | {
+            "grid": {axis.name: axis.values.tolist() for axis in self.axes},
+            "seeds": self.starts.tolist(),
+            "modes": self.modes.tolist(),
+            "keeps": list(self.keeps),
         }
 
 
-@dataclass(frozen=True)
-class Point:
-    """Result of one point; NaN (and period 0) where there is none."""
-
-    section: np.ndarray
-    period: int
-    exponents: np.ndarray
-    errors: np.ndarray
-    rates: dict[str, float]
-    outcome: Outcome
-    forcing_period: float
-
-
-def run_point(task: PointTask, value: float, start: "HybridSystem") -> Point:
-    """Run one point of a sweep; whatever happens there becomes its outcome."""
-    m, n = task.frame.shape
-    period = float("nan")
-    try:
-        system = start.with_parameters(**{task.parameter: value})
-        period = system.forcing_period() or period
-        deficient = examine(system).deficient if task.deficient is None else task.deficient
-        run = Run(system, period, task.numerics, tangents=task.frame, shifts=task.shifts, deficient=deficient)
-    except SettingsError:
-        return _empty(task, start, n, m, Outcome.FAILED, period)
-    outcome, _ = run.advance(task.transient)
-    if outcome != Outcome.OK:
-        return _empty(task, system, n, m, outcome, period)
-    run.forget()
-    ends = np.unique(np.linspace(0, task.periods, min(_BLOCKS, task.periods) + 1).astype(int))
-    sums = np.zeros((len(ends), m))
-    records: list[Record] = []
-    for block, length in enumerate(np.diff(ends), start=1):
-        records.append(record(run, int(length), events=task.chosen is not None, slices=1))
-        if records[-1].outcome != Outcome.OK:
-            return _empty(task, system, n, m, records[-1].outcome, period)
-        sums[block] = np.where(run.dead[:m] == 1, -np.inf, run.logs[:m])
-    if task.chosen is None:
-        section = np.concatenate([r.samples for r in records])[:, :n]
-    else:
-        section = _last_crossings(records, task, n)
-    found = find_period(section[np.isfinite(section).all(axis=1)], task.max_period)
-    exponents, errors, _ = mean_exponents(sums, ends, period)
-    if m:
-        outcome = classify(exponents, errors, task.neutral, task.periods * period, found)
-    elif found:
-        outcome = Outcome.PERIODIC
-    return Point(section, found, exponents, errors, event_rates(run), outcome, period)
+def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
+    """Dtype and shape of everything that is known of one point."""
+    n = len(plan.system.states)
+    return {
+        "section": ("f8", (plan.rows, n)),
+        "period": ("i2", ()),
+        "outcome": ("i1", ()),
+        "lyapunov_exponent": ("f8", (plan.exponents,)),
+        "lyapunov_error": ("f8", (plan.exponents,)),
+        **dict.fromkeys(rate_names(plan.system), ("f8", ())),
+        "moments": ("f8", (3, n)),
+        "state": ("f8", (n,)),
+    }
 
 
-def _last_crossings(records: list[Record], task: PointTask, n: int) -> np.ndarray:
-    """The last states before the chosen events, as many as periods, NaN where there were fewer."""
-    states = np.concatenate([r.of(task.chosen or set()).states_before() for r in records])[-task.periods :]
-    section = np.full((task.periods, n), np.nan)
-    section[: len(states)] = states
-    return section
+def measure(
+    plan: Plan,
+    parameters: Mapping[str, np.ndarray],
+    starts: np.ndarray,
+    modes: np.ndarray,
+    before: Batch | None = None,
+) -> tuple[Arrays, Batch]:
+    """Everything that is known of some points, and their runs.
+
+    Parameters
+    ----------
+    plan : Plan
+    parameters : mapping of str to ndarray, shape (P,)
+    starts, modes : ndarray, shapes (P, n) and (P,)
+    before : Batch, optional
+        Runs whose attractors are followed; then all points must share compiled functions.
+
+    Returns
+    -------
+    arrays : dict of str to ndarray
+        As `point_columns` declares them, NaN (and period 0) where a point has no result.
+    batch : Batch
+        The runs of the last group of points that share compiled functions.
+    """
+    points = len(starts)
+    arrays = {name: np.zeros((points, *shape), dtype) for name, (dtype, shape) in point_columns(plan).items()}
+    for group in alike(plan.system, parameters, points):
+        here = {name: np.asarray(values)[group] for name, values in parameters.items()}
+        batch = plan.batch(here, starts[group], modes[group])
+        if before is not None:
+            batch.continue_from(before)
+        _settle(plan, here, batch, arrays, group)
+    return arrays, batch
 
 
-def _empty(task: PointTask, system: "HybridSystem", n: int, m: int, outcome: Outcome, period: float) -> Point:
-    missing = np.full(m, np.nan)
-    return Point(
-        section=np.full((task.periods, n), np.nan),
-        period=0,
-        exponents=missing,
-        errors=missing,
-        rates=dict.fromkeys(rate_names(system), float("nan")),
-        outcome=outcome,
-        forcing_period=period,
-    )
+def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arrays: Arrays, places: np.ndarray) -> None:
+    """Run a batch until every point is decided or its patience has come to an end."""
+    ends = plan.ends
+    batch.run(plan.transient, ends)
+    which = np.arange(len(places))
+    verdict = judge(plan, batch, which, ends)
+    _write(plan, batch, which, verdict, which, arrays, places)
+    which, times = which[~verdict.decided], 2
+    while len(which) and plan.patience:
+        cycles = search(plan, batch, which, parameters)
+        for point, cycle in cycles.items():
+            place = np.array([cycle.place])
+            _write(plan, cycle.batch, place, cycle.verdict, place, arrays, places[[point]])
+        which = np.array([p for p in which.tolist() if p not in cycles], dtype=int)
+        if times > plan.patience or not len(which):
+            return
+        ends = block_ends(plan.periods * times)
+        batch.proceed(which, 0, ends)
+        verdict = judge(plan, batch, which, ends)
+        _write(plan, batch, which, verdict, np.arange(len(which)), arrays, places[which])
+        which, times = which[~verdict.decided], 2 * times
+
+
+def _write(
+    plan: Plan,
+    batch: Batch,
+    which: np.ndarray,
+    verdict: Verdict,
+    rows: np.ndarray,
+    arrays: Arrays,
+    places: np.ndarray,
+) -> None:
+    """Keep the results of some points of a batch, at their places."""
+    n = len(plan.system.states)
+    ended = batch.outcome[which] != Outcome.OK
+    window = batch.window[which]
+    period = verdict.period[rows]
+    arrays["section"][places] = _last_rows(window[:, :, :n], plan.rows)
+    arrays["period"][places] = period
+    arrays["outcome"][places] = verdict.outcome[rows]
+    arrays["lyapunov_exponent"][places] = verdict.exponents[rows][:, : plan.exponents]
+    arrays["lyapunov_error"][places] = verdict.errors[rows][:, : plan.exponents]
+    for name, values in event_rates(plan, batch, which).items():
+        arrays[name][places] = np.where(ended, np.nan, values)
+    arrays["moments"][places], arrays["state"][places] = moments(window[:, :, :n], period)
+
+
+def _last_rows(windows: np.ndarray, count: int) -> np.ndarray:
+    """The last points of every window, NaN behind them where there were fewer."""
+    rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
+    index = np.maximum(rows - count, 0)[:, np.newaxis] + np.arange(count)
+    taken = np.take_along_axis(windows, np.minimum(index, windows.shape[1] - 1)[:, :, np.newaxis], axis=1)
+    taken[index >= rows[:, np.newaxis]] = np.nan
+    return taken
+
+
+def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:
+    """Mean rates of some points of a batch, as `chaosdrill.engine.run.event_rates` of a run."""
+    transitions = plan.system.transitions
+    changing = [i for i, t in enumerate(transitions) if not t.marks_only()]
+    counts, length = batch.counts[which], batch.length[which]
+    chosen = (changing, *([i for i in changing if transitions[i].kind == kind] for kind in ("impact", "slip")))
+    values = [counts[:, kinds].sum(axis=1) / (length / batch.period[which]) for kinds in chosen]
+    if "penetration" in plan.system.quadratures:
+        values.append(batch.drilled[which, list(plan.system.quadratures).index("penetration")] / length)
+    values.append(batch.grazing[which][:, changing].min(axis=1, initial=np.inf))
+    return dict(zip(rate_names(plan.system), values, strict=True))

@@ -18,7 +18,8 @@ from chaosdrill.analysis.precision_reference import (
     find_truth,
 )
 from chaosdrill.analysis.recording import Record, record
-from chaosdrill.analysis.statistics import find_period, standard_error
+from chaosdrill.analysis.recurrence import find_period
+from chaosdrill.analysis.statistics import standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics

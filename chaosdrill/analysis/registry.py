@@ -17,6 +17,8 @@ _ENTRIES = (
     Entry("poincare-section", "poincare_section", "states at every strobe or event, period and multipliers"),
     Entry("lyapunov-spectrum", "lyapunov_spectrum", "Lyapunov exponents with error bars, -inf where rank is lost"),
     Entry("bifurcation-diagram", "bifurcation_diagram", "section, period, exponents and outcome along a parameter"),
+    Entry("parameter-chart", "parameter_chart", "period, exponents, rates, outcome and attractors over two parameters"),
+    Entry("basins", "basins", "which attractor each initial state of a grid leads to, and the part that does"),
     Entry("work-precision", "work_precision", "errors against time over methods and tolerances, with a recommendation"),
 )
 

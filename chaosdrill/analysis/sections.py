@@ -7,7 +7,7 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, section_transitions, settings, span, whole
 from chaosdrill.analysis.recording import record
-from chaosdrill.analysis.statistics import find_period
+from chaosdrill.analysis.recurrence import find_period
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics

@@ -50,52 +50,44 @@ def kaplan_yorke(exponents: np.ndarray, states: int) -> float:
     return float(states) if len(exponents) == states else float("nan")
 
 
-def classify(exponents: np.ndarray, errors: np.ndarray, neutral: int, length: float, period: int) -> Outcome:
-    """What exponents and recurrence say together.
+def leading(
+    exponents: np.ndarray, errors: np.ndarray, neutral: int, length: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The largest exponent that is free to have any sign, and how far from zero it is told from zero.
 
     Parameters
     ----------
-    exponents, errors : ndarray, shape (m,)
-        Descending spectrum and its standard errors.
+    exponents, errors : ndarray, shape (P, m)
+        Spectra and their standard errors.
     neutral : int
         Exponents that are zero whatever the attractor: the flow direction of an autonomous system, its shifts.
-    length : float
+    length : ndarray, shape (P,)
         Time over which they were averaged; an exponent within 4 / length of zero is not told from it.
-    period : int
-        Period found by recurrence, 0 if none.
+
+    Returns
+    -------
+    value, margin : ndarray, shape (P,)
+        The value is -inf where no finite exponent is left, NaN where there are none at all.
     """
+    points, m = exponents.shape
     finite = np.isfinite(exponents)
-    values, bars = exponents[finite], np.nan_to_num(errors[finite])
-    order = np.argsort(np.abs(values), kind="stable")[: min(neutral, len(values))]
-    values, bars = np.delete(values, order), np.delete(bars, order)
-    if len(values) == 0:
+    size = np.where(finite, np.abs(exponents), np.inf)
+    free = finite.copy()
+    rows = np.arange(points)[:, np.newaxis]
+    free[rows, np.argsort(size, axis=1, kind="stable")[:, : min(neutral, m)]] = False
+    values = np.where(free, exponents, -np.inf)
+    value = values.max(axis=1, initial=-np.inf)
+    bars = np.nan_to_num(errors)[np.arange(points), values.argmax(axis=1)] if m else np.zeros(points)
+    value = np.where(np.isnan(exponents).all(axis=1), np.nan, value) if m else np.full(points, np.nan)
+    return value, np.maximum(3 * bars, 4 / length)
+
+
+def classify(exponents: np.ndarray, errors: np.ndarray, neutral: int, length: float, period: int) -> Outcome:
+    """What the exponents, shape (m,), and a period found by recurrence (0: none) say together; as `leading`."""
+    found, margins = leading(exponents[np.newaxis], errors[np.newaxis], neutral, np.array([length]))
+    value, margin = float(found[0]), float(margins[0])
+    if period and value < margin:
         return Outcome.PERIODIC
-    leading = int(np.argmax(values))
-    margin = max(3 * bars[leading], 4 / length)
-    if period and values[leading] < margin:
-        return Outcome.PERIODIC
-    if values[leading] > margin:
+    if value > margin:
         return Outcome.CHAOTIC
-    return Outcome.PERIODIC if values[leading] < -margin else Outcome.QUASIPERIODIC
-
-
-def find_period(points: np.ndarray, most: int) -> int:
-    """Smallest period of a sequence of section points, 0 if there is none up to ``most``.
-
-    The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
-
-    Parameters
-    ----------
-    points : ndarray, shape (iterates, n)
-    most : int
-        Longest period looked for.
-    """
-    points = points[len(points) // 2 :]
-    if len(points) < 2 or not np.isfinite(points).all():
-        return 0
-    size = np.abs(points).max(axis=0)
-    close = 1e-6 * size + 1e-12 * size.max()
-    for period in range(1, min(most, len(points) // 2) + 1):
-        if (np.abs(points[period:] - points[:-period]) <= close).all():
-            return period
-    return 0
+    return Outcome.PERIODIC if value < -margin else Outcome.QUASIPERIODIC

@@ -11,6 +11,8 @@ from chaosdrill.scene.numerics import Numerics
 from chaosdrill.scene.problems import Problem, remedy
 from chaosdrill.scene.strict import validate
 
+_RANDOM = ("count", "seed", "mode")
+
 _GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
@@ -90,7 +92,7 @@ def _check_sweep(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> l
 
 
 def _check_states(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> list[Problem]:
-    """Seeds are to name states, and there are no more exponents than states."""
+    """Seeds and grids are to name states, and there are no more exponents than states."""
     if system.states is None:
         return []
     problems = []
@@ -98,6 +100,14 @@ def _check_states(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> 
     for index, seed in enumerate(seeds if isinstance(seeds, list) else []):
         if isinstance(seed, Mapping):
             problems += check_state(seed, system.states, (*at, "seeds", index))
+    random, grid = table.get("random"), table.get("grid")
+    places = [("random", key) for key in random if key not in _RANDOM] if isinstance(random, Mapping) else []
+    places += [("grid", key) for key in grid] if isinstance(grid, Mapping) else []
+    problems += [
+        Problem((*at, *place), f"unknown state; {remedy(place[1], system.states)}")
+        for place in places
+        if place[1] not in system.states
+    ]
     exponents = table.get("exponents")
     if isinstance(exponents, int) and exponents > len(system.states):
         fault = f"the system has {len(system.states)} states and as many exponents, received {exponents}"

@@ -3,9 +3,9 @@
 A keyword that the scene leaves out is not passed on, so that its default stands in one place: the function.
 """
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from chaosdrill.scene.numerics import Numerics, Steps, Tolerance
@@ -151,28 +151,82 @@ Values = Annotated[
 ]
 
 
-class BifurcationDiagram(Analysis):
-    """Keywords of `bifurcation_diagram`."""
+Box = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class Random(Strict):
+    """Random initial states; all other keys are states with the range from which they are drawn."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Box]
+
+    count: Annotated[int, Field(ge=1, le=10_000)]
+    seed: Annotated[int, Field(ge=0, le=2**53)]
+    mode: str | None = None
+
+    @model_validator(mode="after")
+    def _ranges(self) -> "Random":
+        if not self.__pydantic_extra__:
+            raise PydanticCustomError("no_range", "names no state; give the range of at least one, as in y = [-1, 1]")
+        for name, (low, high) in self.__pydantic_extra__.items():
+            if not low < high:
+                raise PydanticCustomError("range", f"the range of {name} is to rise: [low, high] with low < high")
+        return self
+
+
+class Points(Analysis):
+    """What sweeps and basins share: every point is a run of its own."""
 
     parallel: ClassVar[bool] = True
 
-    sweep: Annotated[dict[str, Values], Field(min_length=1, max_length=1)]
     transient: Annotated[int, Field(ge=0, le=LONGEST)]
     periods: Annotated[int, Field(ge=2, le=LONGEST)]
-    seeds: Annotated[list[dict[str, float | str]], Field(min_length=1)] | None = None
     exponents: Annotated[int, Field(ge=0)] | None = None
     at: str = "strobe"
-    max_period: Count | None = None
+    max_period: Annotated[int, Field(ge=1, le=10_000)] | None = None
+    patience: Annotated[int, Field(ge=0, le=LONGEST)] | None = None
 
     def keywords(self) -> dict[str, Any]:
-        """Arguments of the function, the sweep as arrays."""
-        import numpy as np
-
-        sweep = {
-            name: values.values() if isinstance(values, Range) else np.array(values, dtype=float)
-            for name, values in self.sweep.items()
+        """Arguments of the function, the values of sweeps and grids as arrays."""
+        axes = {
+            key: {name: array_of(values) for name, values in getattr(self, key).items()}
+            for key in ("sweep", "grid")
+            if key in type(self).model_fields
         }
-        return super().keywords() | {"sweep": sweep}
+        return super().keywords() | axes
+
+
+def array_of(values: Range | list[float]) -> Any:
+    """The values of a sweep as an array."""
+    import numpy as np
+
+    return values.values() if isinstance(values, Range) else np.array(values, dtype=float)
+
+
+class Seeded(Points):
+    """A sweep from several initial states."""
+
+    seeds: Annotated[list[dict[str, float | str]], Field(min_length=1)] | None = None
+    random: Random | None = None
+
+
+class BifurcationDiagram(Seeded):
+    """Keywords of `bifurcation_diagram`."""
+
+    sweep: Annotated[dict[str, Values], Field(min_length=1, max_length=1)]
+    follow: Literal["forward", "backward", "both"] | None = None
+
+
+class ParameterChart(Seeded):
+    """Keywords of `parameter_chart`."""
+
+    sweep: Annotated[dict[str, Values], Field(min_length=2, max_length=2)]
+
+
+class Basins(Points):
+    """Keywords of `basins`."""
+
+    grid: Annotated[dict[str, Values], Field(min_length=2, max_length=2)]
 
 
 class WorkPrecision(Record):
@@ -191,5 +245,7 @@ KINDS: dict[str, type[Analysis]] = {
     "poincare-section": PoincareSection,
     "lyapunov-spectrum": LyapunovSpectrum,
     "bifurcation-diagram": BifurcationDiagram,
+    "parameter-chart": ParameterChart,
+    "basins": Basins,
     "work-precision": WorkPrecision,
 }

@@ -196,6 +196,7 @@ class Scene:
         for group, analysis in self.analyses.items():
             for index, seed in enumerate(getattr(analysis, "seeds", None) or ()):
                 places["analysis", group, "seeds", index, "mode"] = seed.get("mode")
+            places["analysis", group, "random", "mode"] = getattr(getattr(analysis, "random", None), "mode", None)
         return [
             Problem(place, f"unknown mode {mode!r:.60}; {remedy(mode, system.modes)}")
             for place, mode in places.items()

@@ -29,8 +29,8 @@ _WORDS = {
     "greater_than_equal": "must be at least {ge:g}",
     "less_than": "must be less than {lt:g}",
     "less_than_equal": "must be at most {le:g}",
-    "too_short": "must not be empty",
-    "too_long": "must have at most {max_length} entries",
+    "too_short": "must have at least {min_length}, received {actual_length}",
+    "too_long": "must have at most {max_length}, received {actual_length}",
 }
 
 
@@ -85,5 +85,8 @@ def _message(error: Any, table: type[Strict]) -> str:
     if kind == "extra_forbidden":
         known = remedy(str(error["loc"][-1]), table.model_fields) if len(error["loc"]) == 1 else "leave it out"
         return f"unknown key; {known}"
-    words = _WORDS[kind].format(**error.get("ctx", {})) if kind in _WORDS else error["msg"]
+    context = error.get("ctx", {})
+    words = _WORDS[kind].format(**context) if kind in _WORDS else error["msg"]
+    if kind == "too_short" and context["min_length"] == 1:
+        words = "must not be empty"
     return words if isinstance(received, Mapping) else f"{words}, received {received!r:.60}"

@@ -11,7 +11,8 @@ SWEEP = {"growth": np.array([-0.2, 0.0, 0.05, 3.0])}
 
 @pytest.fixture(scope="module")
 def spiral(circle):
-    return cd.bifurcation_diagram(circle, SWEEP, transient=10, periods=40, seeds=[{}, {"x": 0.5, "y": 0.1}, {"x": 0.0}])
+    seeds = [{}, {"x": 0.5, "y": 0.1}, {"x": 0.0}]
+    return cd.bifurcation_diagram(circle, SWEEP, transient=10, periods=40, seeds=seeds, patience=0)
 
 
 def test_outcomes(spiral):

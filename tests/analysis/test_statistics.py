@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chaosdrill.analysis.statistics import classify, find_period, kaplan_yorke
+from chaosdrill.analysis.recurrence import find_period
+from chaosdrill.analysis.statistics import classify, kaplan_yorke
 from chaosdrill.dataset import Outcome
 
 INF = float("inf")

@@ -1,0 +1,119 @@
+"""Attractors are recognised as the same, wherever on them a run was when its record ended.
+
+An attractor is known by its kind, its period, and the moments of its section points: means, second and third central
+moments of every state. They do not depend on the phase at which a strobe finds a cycle.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+
+SAME_CYCLE = 2e-5
+"""Relative difference of moments below which two cycles are one."""
+
+SAME_CLOUD = 0.2
+"""Difference of the means of two attractors that are no cycles, in parts of their extent, below which they are one."""
+
+SAME_EXPONENT = 6.0
+"""Difference of their leading exponents, in combined standard errors, up to which they are one."""
+
+MOST = 1000
+"""Attractors that are told apart in one analysis."""
+
+ATTRACTING = (int(Outcome.OK), int(Outcome.PERIODIC), int(Outcome.QUASIPERIODIC), int(Outcome.CHAOTIC))
+"""Outcomes of runs that reached their end."""
+
+
+def moments(windows: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Moments of the section points of every run, and one of the points.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (P, W, n)
+        Section points; NaN behind the last.
+    period : ndarray of int, shape (P,)
+        Period of the cycle, whose points are then taken once each; 0 for all points there are.
+
+    Returns
+    -------
+    moments : ndarray, shape (P, 3, n)
+        Means, root mean squares about them, and third central moments over the squares of the sizes.
+    state : ndarray, shape (P, n)
+        Of a cycle the point with the smallest first state, else the last point.
+    """
+    points, size = windows.shape[:2]
+    there = np.isfinite(windows).all(axis=2)
+    rows = there.sum(axis=1)
+    last = np.maximum(rows - 1, 0)
+    taken = np.where(period > 0, period, rows)
+    place = np.arange(size)
+    inside = there & (place > (last - taken)[:, np.newaxis])
+    values = np.where(inside[:, :, np.newaxis], windows, 0.0)
+    count = np.maximum(inside.sum(axis=1), 1)[:, np.newaxis]
+    mean = values.sum(axis=1) / count
+    off = np.where(inside[:, :, np.newaxis], windows - mean[:, np.newaxis], 0.0)
+    spread = np.sqrt((off**2).sum(axis=1) / count)
+    extent = np.abs(values).max(axis=1, initial=1e-100)
+    skew = (off**3).sum(axis=1) / count / extent**2
+    found = np.stack([mean, spread, skew], axis=1)
+    found[rows == 0] = np.nan
+    lowest = np.where(inside, windows[:, :, 0], np.inf).argmin(axis=1)
+    state = windows[np.arange(points), np.where(period > 0, lowest, last)]
+    return found, state
+
+
+def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Whether runs, (P,), are on the attractor of one run; all arrays have a leading dimension, that of ``first`` 1."""
+    kind = (others["period"] == first["period"]) & (others["outcome"] == first["outcome"])
+    one, many = first["moments"], others["moments"]
+    size = np.abs(one).max(axis=(1, 2), keepdims=True) * 1e-6 + np.abs(one).max(axis=1, keepdims=True)
+    close = (np.abs(many - one) <= SAME_CYCLE * size).all(axis=(1, 2))
+    spread = np.maximum(one[:, 1], many[:, 1]) + SAME_CYCLE * size[:, 0]
+    cloud = (np.abs(many[:, :2] - one[:, :2]) <= SAME_CLOUD * spread[:, np.newaxis]).all(axis=(1, 2))
+    if others["lyapunov_exponent"].shape[-1]:
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(others["lyapunov_exponent"][:, 0] - first["lyapunov_exponent"][:, 0])
+            error = np.hypot(others["lyapunov_error"][:, 0], first["lyapunov_error"][:, 0])
+            cloud &= ~(apart > SAME_EXPONENT * error)
+    return kind & np.where(first["period"] > 0, close, cloud)
+
+
+def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the attractor of every run, from 1, and the first run of each; 0 where there is none.
+
+    The run that comes first in the grid stands for its attractor, so that the order of computation is of no account.
+    Attractors are numbered by the number of runs that they have, and those beyond the first ``MOST`` found are none.
+    """
+    numbers = np.zeros(len(found["outcome"]), dtype=np.int64)
+    left = np.flatnonzero(np.isin(found["outcome"], ATTRACTING) & np.isfinite(found["moments"]).all(axis=(1, 2)))
+    leaders: list[int] = []
+    while len(left) and len(leaders) < MOST:
+        first = {name: values[left[:1]] for name, values in found.items()}
+        same = alike_first(first, {name: values[left] for name, values in found.items()})
+        same[0] = True
+        leaders.append(int(left[0]))
+        numbers[left[same]] = len(leaders)
+        left = left[~same]
+    sizes = np.bincount(numbers, minlength=len(leaders) + 1)[1:]
+    order = np.argsort(-sizes, kind="stable")
+    rank = np.zeros(len(leaders) + 1, dtype=np.int64)
+    rank[1 + order] = np.arange(1, len(leaders) + 1)
+    return rank[numbers], np.array(leaders, dtype=np.int64)[order]
+
+
+def count_attractors(found: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Number of different attractors among the seeds of every point; arrays of shape (P, S, ...)."""
+    points, seeds = found["outcome"].shape
+    numbers = np.zeros((points, seeds), dtype=np.int64)
+    sound = np.isin(found["outcome"], ATTRACTING) & np.isfinite(found["moments"]).all(axis=(2, 3))
+    for seed in range(seeds):
+        others = {name: values[:, seed] for name, values in found.items()}
+        for earlier in range(seed):
+            first = {name: values[:, earlier] for name, values in found.items()}
+            same = sound[:, seed] & sound[:, earlier] & (numbers[:, seed] == 0) & alike_first(first, others)
+            numbers[same, seed] = numbers[same, earlier]
+        new = sound[:, seed] & (numbers[:, seed] == 0)
+        numbers[new, seed] = numbers[new].max(axis=1) + 1
+    return numbers.max(axis=1, initial=0)

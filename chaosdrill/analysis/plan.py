@@ -1,0 +1,158 @@
+"""How every point of a sweep is measured: lengths, section, exponents, numerics."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.analysis.arguments import section_transitions, tangent_count, whole
+from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.structure import examine
+from chaosdrill.errors import SettingsError
+from chaosdrill.sweep.fingerprint import of_system, origin
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+BLOCKS = 32
+"""Blocks over which exponents are averaged, for their standard errors."""
+
+LEAST_ROWS = 16
+"""Section points that are compared at least."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is done at every point.
+
+    Attributes
+    ----------
+    system : HybridSystem
+        The system at its own parameters.
+    transient, periods : int
+        Forcing periods before the averages, and of the averages.
+    section : frozenset of int or None
+        Transitions before which section points are taken; None for the strobe.
+    max_period : int
+        Longest period looked for.
+    patience : int
+        How many times as long as ``periods`` a point may run on that is undecided; 0: it is taken as it is.
+    exponents : int
+        Number of exponents that are asked for. Where some are zero whatever happens, one more than these is computed.
+    frame, shifts, deficient, neutral
+        What is known of the tangents, see `chaosdrill.engine.structure`.
+    rows : int
+        Section points that are kept at every point.
+    """
+
+    system: "HybridSystem"
+    transient: int
+    periods: int
+    section: frozenset[int] | None
+    max_period: int
+    patience: int
+    numerics: Numerics
+    exponents: int
+    frame: np.ndarray
+    shifts: int
+    deficient: frozenset[int]
+    neutral: int
+    rows: int = 0
+
+    @property
+    def window(self) -> int:
+        """Section points by which a point is judged."""
+        return max(self.rows, 2 * self.max_period, LEAST_ROWS)
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Ends of the blocks, in periods."""
+        return block_ends(self.periods)
+
+    def batch(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
+        """Runs that measure what the plan asks for."""
+        return Batch(
+            self.system,
+            parameters,
+            starts,
+            modes,
+            self.numerics,
+            tangents=self.frame,
+            shifts=self.shifts,
+            deficient=self.deficient,
+            section=None if self.section is None else set(self.section),
+            window=self.window,
+        )
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Everything of the plan that determines the numbers, as plain values."""
+        return {
+            "system": of_system(self.system),
+            "transient": self.transient,
+            "periods": self.periods,
+            "section": None if self.section is None else sorted(self.section),
+            "max_period": self.max_period,
+            "patience": self.patience,
+            "exponents": self.exponents,
+            "numerics": asdict(self.numerics),
+            **origin(),
+        }
+
+    def strobed(
+        self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, window: int
+    ) -> Batch:
+        """Runs without tangents whose section is at the strobe."""
+        return Batch(self.system, parameters, starts, modes, self.numerics, window=window)
+
+
+def block_ends(periods: int, unit: int = 1) -> np.ndarray:
+    """Ends of the blocks of a record of so many units of so many periods, in periods."""
+    return np.unique(np.linspace(0, periods, min(BLOCKS, periods) + 1).astype(int)) * unit
+
+
+def make_plan(
+    system: "HybridSystem",
+    swept: tuple[str, ...],
+    *,
+    transient: Any,
+    periods: Any,
+    exponents: Any,
+    at: Any,
+    max_period: Any,
+    patience: Any,
+    numerics: Numerics,
+    keep_section: bool = False,
+) -> Plan:
+    """Check the arguments that all analyses of points share; ``swept`` are the parameters that a sweep changes."""
+    if system.period is None:
+        raise SettingsError(f"{system.name} has no forcing period; a sweep counts its length in forcing periods")
+    strobe = isinstance(at, str) and at == "strobe"
+    chosen = None if strobe else frozenset(section_transitions(system, at) or ())
+    count = tangent_count(system, exponents)
+    structure = examine(system)
+    enough = max(count, min(structure.neutral + 1, len(system.states))) if count else 0
+    frame, shifts = structure.tangents(enough)
+    in_resets = {
+        i
+        for i, t in enumerate(system.transitions)
+        if any(s.name in swept for value in t.reset.values() for s in value.free_symbols)
+    }
+    periods = whole("periods", periods, 2)
+    return Plan(
+        system=system,
+        transient=whole("transient", transient, 0),
+        periods=periods,
+        section=chosen,
+        max_period=whole("max_period", max_period, 1),
+        patience=whole("patience", patience, 0),
+        numerics=numerics,
+        exponents=count,
+        frame=frame,
+        shifts=shifts,
+        # a rank can depend on a parameter that a reset names: then it is looked for at every event
+        deficient=structure.deficient | in_resets,
+        neutral=structure.neutral,
+        rows=periods if keep_section else 0,
+    )

@@ -1,0 +1,158 @@
+"""Which section points come back, and after how many iterates: for all points of a chunk at once."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import float64, int64, void
+
+from chaosdrill.codegen.signatures import vector
+from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.stepper import integers
+
+CLOSE = 1e-6
+"""Largest distance of two section points that count as the same, relative to the size of every state."""
+
+NEAR = 0.05
+"""Distance, relative to the extent of the section points, below which a period is worth a search."""
+
+CANDIDATES = 3
+
+_cubes = float64[:, :, ::1]
+_table = int64[:, ::1]
+
+
+@dataclass(frozen=True)
+class Recurrence:
+    """What the section points of P runs say.
+
+    Attributes
+    ----------
+    period : ndarray of int, shape (P,)
+        Smallest number of iterates after which all points come back, 0 if there is none.
+    residual : ndarray, shape (P,)
+        Largest relative distance between a point and the one a period later; infinite without a period.
+    splitting : ndarray, shape (P,)
+        The same after a proper divisor of the period, the smallest over all of them: how far apart the points of a
+        cycle are. Infinite for period 1.
+    near : ndarray of int, shape (P, 3)
+        Numbers of iterates after which the points nearly come back, none a multiple of another; 0: no more.
+    rows : ndarray of int, shape (P,)
+        Section points there were.
+    """
+
+    period: np.ndarray
+    residual: np.ndarray
+    splitting: np.ndarray
+    near: np.ndarray
+    rows: np.ndarray
+
+
+def recurrence(windows: np.ndarray, most: int, depth: int | None = None) -> Recurrence:
+    """Compare the section points of every run with those before.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (P, W, n + 1)
+        Section points in order, the state and a code that must be the same (the mode); NaN behind the last.
+    most : int
+        Longest period looked for; the points must hold two periods.
+    depth : int, optional
+        How many of the last points are compared; default all.
+    """
+    points = len(windows)
+    depth = windows.shape[1] if depth is None else depth
+    period, rows = np.zeros(points, dtype=np.int64), np.zeros(points, dtype=np.int64)
+    residual, splitting = np.full(points, np.inf), np.full(points, np.inf)
+    near = np.zeros((points, CANDIDATES), dtype=np.int64)
+    scale = np.zeros(windows.shape[2] - 1)
+    _compare(np.ascontiguousarray(windows), most, depth, scale, period, residual, splitting, near, rows)
+    return Recurrence(period, residual, splitting, near, rows)
+
+
+def find_period(points: np.ndarray, most: int) -> int:
+    """Smallest period of a sequence of section points, 0 if there is none up to ``most``.
+
+    The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
+
+    Parameters
+    ----------
+    points : ndarray, shape (iterates, n)
+    most : int
+        Longest period looked for.
+    """
+    points = points[len(points) // 2 :]
+    if not np.isfinite(points).all():
+        return 0
+    window = np.zeros((1, len(points), points.shape[1] + 1))
+    window[0, :, :-1] = points
+    return int(recurrence(window, most).period[0])
+
+
+@inner
+def _distance(points, rows, q, scale, limit):
+    """Largest relative distance between points q iterates apart, or the first one found above the limit."""
+    n = scale.size
+    largest = 0.0
+    for k in range(rows - 1, q - 1, -1):
+        if points[k, n] != points[k - q, n]:
+            return np.inf
+        for i in range(n):
+            largest = max(largest, abs(points[k, i] - points[k - q, i]) / scale[i])
+        if largest > limit:
+            break
+    return largest
+
+
+@inner
+def _extent(points, rows, scale):
+    """Fill in the size of every state; returns the largest relative extent."""
+    n = scale.size
+    size = 0.0
+    for i in range(n):
+        scale[i] = 0.0
+        for k in range(rows):
+            scale[i] = max(scale[i], abs(points[k, i]))
+        size = max(size, scale[i])
+    extent = 0.0
+    for i in range(n):
+        # a state that stays at zero is measured by the others
+        scale[i] = scale[i] + 1e-6 * size if size > 0.0 else 1.0
+        low = points[0, i]
+        high = low
+        for k in range(rows):
+            low = min(low, points[k, i])
+            high = max(high, points[k, i])
+        extent = max(extent, (high - low) / scale[i])
+    return extent
+
+
+@compiled(void(_cubes, int64, int64, vector, integers, vector, vector, _table, integers))
+def _compare(windows, most, depth, scale, period, residual, splitting, near, rows):
+    for p in range(windows.shape[0]):
+        count = 0
+        while count < windows.shape[1] and np.isfinite(windows[p, count].sum()):
+            count += 1
+        rows[p] = count
+        points = windows[p, max(0, count - depth) : count]
+        count = points.shape[0]
+        if count < 2:
+            continue
+        loose = max(NEAR * _extent(points, count, scale), CLOSE)
+        found = 0
+        for q in range(1, min(most, count // 2) + 1):
+            distance = _distance(points, count, q, scale, loose)
+            if distance > loose:
+                continue
+            known = False
+            for j in range(found):
+                known = known or q % near[p, j] == 0
+            if found < CANDIDATES and not known:
+                near[p, found] = q
+                found += 1
+            if distance <= CLOSE:
+                period[p] = q
+                residual[p] = distance
+                break
+        for d in range(1, period[p] // 2 + 1):
+            if period[p] % d == 0:
+                splitting[p] = min(splitting[p], _distance(points, count, d, scale, np.inf))

@@ -1,0 +1,134 @@
+"""What a point is on, by its exponents and its recurrence together.
+
+Neither decides alone. Before a period doubling a slow transient alternates about the cycle, so that its points come
+back after two periods to any tolerance that is wider than its slow decay; near any bifurcation the exponent of a short
+run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left open here.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from chaosdrill.analysis.plan import Plan
+from chaosdrill.analysis.recurrence import CLOSE, recurrence
+from chaosdrill.analysis.statistics import leading, standard_error
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.batch import Batch
+
+SPLIT = 1e-5
+"""Least relative distance between the points of a cycle for which it is told from one of half its period."""
+
+DECAY = 1e-4
+"""A transient whose points nearly come back after twice the period of its cycle loses more than this part of its
+amplitude meanwhile, so far from the doubling as is asked for."""
+
+ROUND_OFF = 1e-9
+"""Relative distance at which points have come back as well as a run allows."""
+
+NEUTRAL = 1e-6
+"""Logarithm of a multiplier that counts as zero."""
+
+HYPERBOLIC = 1e-5
+"""Logarithm of a multiplier, averaged over whole cycles, below which a cycle is attracting."""
+
+
+@dataclass
+class Verdict:
+    """What P points are on.
+
+    Attributes
+    ----------
+    outcome, period : ndarray of int, shape (P,)
+        What they are on if nothing more is done.
+    decided : ndarray of bool, shape (P,)
+        Whether that is beyond doubt.
+    exponents, errors : ndarray, shape (P, m)
+        Descending spectra and standard errors.
+    multiplier : ndarray, shape (P,)
+        Logarithm of the leading multiplier of the cycle, where there is one.
+    near : ndarray of int, shape (P, 3)
+        Numbers of iterates after which the section points nearly come back.
+    """
+
+    outcome: np.ndarray
+    period: np.ndarray
+    decided: np.ndarray
+    exponents: np.ndarray
+    errors: np.ndarray
+    multiplier: np.ndarray
+    near: np.ndarray
+
+
+def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verdict:
+    """Judge some points of a batch by the averages over blocks with these ends, and by the section."""
+    found = recurrence(batch.window[which], plan.max_period, 2 * plan.max_period)
+    forcing, length = batch.period[which], batch.length[which]
+    cycle, whole = _cycle_length(plan, batch, which, found.period, ends)
+    begin = np.where(whole, _first_whole(ends, cycle), 0)
+    sums = batch.sums[which]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        exponents = _means(sums, begin, ends, forcing)
+        rates = np.diff(sums, axis=1) / (np.diff(ends) * forcing[:, np.newaxis])[..., np.newaxis]
+        errors = standard_error(np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2))
+    order = np.argsort(-exponents, axis=1, kind="stable")
+    exponents, errors = np.take_along_axis(exponents, order, 1), np.take_along_axis(errors, order, 1)
+    lead, margin = leading(exponents, errors, plan.neutral, length)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        multiplier = lead * cycle * forcing
+        distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
+        split = (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
+        recurs = (found.period > 0) & split
+        attracting = np.where(whole, multiplier < -HYPERBOLIC, lead < -margin)
+        settled = recurs & attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
+        centre = recurs & whole & (found.residual <= ROUND_OFF) & (np.abs(multiplier) <= NEUTRAL)
+        chaotic = (found.period == 0) & (lead > margin)
+        repeats = recurs & ((lead < margin) | (found.residual <= ROUND_OFF))
+        outcome = np.select(
+            [repeats, lead > margin, lead < -margin],
+            [int(Outcome.PERIODIC), int(Outcome.CHAOTIC), int(Outcome.PERIODIC)],
+            int(Outcome.QUASIPERIODIC),
+        )
+    decided = settled | centre | chaotic
+    if plan.exponents == 0:
+        repeats, decided = recurs, np.ones(len(which), dtype=bool)
+        outcome = np.where(recurs, int(Outcome.PERIODIC), int(Outcome.OK))
+    ended = batch.outcome[which] != Outcome.OK
+    return Verdict(
+        outcome=np.where(ended, batch.outcome[which], outcome),
+        period=np.where(repeats & ~ended, found.period, 0),
+        decided=decided | ended,
+        exponents=exponents,
+        errors=errors,
+        multiplier=multiplier,
+        near=found.near,
+    )
+
+
+def _cycle_length(
+    plan: Plan, batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forcing periods of a cycle of so many iterates, and whether whole blocks of the record are whole cycles."""
+    if plan.section is None:
+        cycle = period
+        certain = period > 0
+    else:
+        crossings = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
+        length = int(ends[-1]) * period / np.maximum(crossings, 1)
+        cycle = np.rint(length).astype(int)
+        # a crossing more or less in the record moves the estimate by this much
+        certain = (cycle > 0) & (np.abs(length - cycle) <= (length + 1) / np.maximum(crossings, 1))
+    return cycle, certain & (_first_whole(ends, cycle) >= 0)
+
+
+def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:
+    """The first block from which on the record is whole cycles of a length; -1 if there is none."""
+    fits = (ends[-1] - ends[:-1]) % np.maximum(cycle, 1)[:, np.newaxis] == 0
+    return np.where(fits.any(axis=1) & (cycle > 0), fits.argmax(axis=1), -1)
+
+
+def _means(sums: np.ndarray, begin: np.ndarray, ends: np.ndarray, forcing: np.ndarray) -> np.ndarray:
+    """Mean growth rates from the beginning of a block to the end, -inf where rank was lost; shape (P, m)."""
+    last = sums[:, -1]
+    growth = last - sums[np.arange(len(sums)), begin]
+    time = (ends[-1] - ends[begin]) * forcing
+    return np.where(np.isneginf(last), -np.inf, growth / time[:, np.newaxis])
