@@ -9,7 +9,7 @@ _HOME = {
     "lyapunov_spectrum": "spectra",
     "bifurcation_diagram": "diagrams",
     "parameter_chart": "charts",
-    "basins": "basins",
+    "basins": "attraction",
     "work_precision": "precision",
 }
 

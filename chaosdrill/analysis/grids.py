@@ -13,16 +13,16 @@ from chaosdrill.model.check import RESERVED
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
-_WORDS = {1: "one", 2: "two"}
+_WORDS = {1: ("one parameter", "one parameter with its values"), 2: ("two", "two parameters with their values")}
 
 
 def parameter_axes(system: "HybridSystem", sweep: Any, count: int, what: str) -> tuple[Axis, ...]:
     """The swept parameters and their values, checked; there are to be ``count`` of them."""
     example = {name: [0.5, 0.6] for name in list(system.parameters)[:count]}
     if not isinstance(sweep, Mapping):
-        raise SettingsError(f"sweep is {sweep!r}; it must hold {_WORDS[count]} parameter(s) with values, as {example}")
+        raise SettingsError(f"sweep is {sweep!r}; it must be {_WORDS[count][1]}, as in {example}")
     if len(sweep) != count:
-        raise SettingsError(f"sweep names {sorted(map(str, sweep))}; {what} sweeps {_WORDS[count]} parameter(s)")
+        raise SettingsError(f"sweep names {sorted(map(str, sweep))}; {what} sweeps {_WORDS[count][0]}")
     return tuple(_axis(system, "sweep", "parameter", str(key), values) for key, values in sweep.items())
 
 
@@ -30,9 +30,9 @@ def state_axes(system: "HybridSystem", grid: Any) -> tuple[Axis, ...]:
     """The two states that span a grid of initial states, and their values, checked."""
     example = {name: [-1.0, 0.0, 1.0] for name in system.state_names[:2]}
     if not isinstance(grid, Mapping):
-        raise SettingsError(f"grid is {grid!r}; it must hold two states with their values, as {example}")
+        raise SettingsError(f"grid is {grid!r}; it must be two states with their values, as in {example}")
     if len(grid) != 2:
-        raise SettingsError(f"grid names {sorted(map(str, grid))}; basins are drawn over two states, as {example}")
+        raise SettingsError(f"grid names {sorted(map(str, grid))}; basins are drawn over two states, as in {example}")
     return tuple(_axis(system, "grid", "state", str(key), values) for key, values in grid.items())
 
 

@@ -74,7 +74,9 @@ def test_a_section_at_nothing(bouncer, duffing, at):
 
 @pytest.mark.parametrize("sweep", [0.4, "gamma", None, ["gamma"], [("gamma", 0.4)]])
 def test_a_sweep_that_names_no_parameter(duffing, sweep):
-    with pytest.raises(cd.SettingsError, match=r"sweep is .*; it must be one parameter with its values, as in {'eta'"):
+    with pytest.raises(
+        cd.SettingsError, match=r"sweep is .*; it must be one parameter with its values, as in {'delta'"
+    ):
         cd.bifurcation_diagram(duffing, sweep, transient=1, periods=2)
 
 

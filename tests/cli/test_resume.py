@@ -9,7 +9,7 @@ import time
 import pytest
 import xarray as xr
 
-from chaosdrill.analysis.points import GridTask
+from chaosdrill.analysis.points import PointTask
 from chaosdrill.archive.compare import compare
 from chaosdrill.archive.read import open_archive
 
@@ -47,7 +47,7 @@ def whole(call, scene, tmp_path):
 @pytest.fixture
 def stop(monkeypatch):
     """Function that makes the diagram end with an error from some point on, and its undoing."""
-    run = GridTask.run
+    run = PointTask.run
 
     def at(point, fault):
         def stopping(self, first, count):
@@ -55,7 +55,7 @@ def stop(monkeypatch):
                 raise fault
             return run(self, first, count)
 
-        monkeypatch.setattr(GridTask, "run", stopping)
+        monkeypatch.setattr(PointTask, "run", stopping)
 
     yield at
     monkeypatch.undo()
@@ -222,7 +222,7 @@ def test_a_full_disk_on_the_way(call, scene, tmp_path, monkeypatch):
 
 
 def test_the_output_folder_is_removed_while_running(call, scene, tmp_path, monkeypatch):
-    run, folder = GridTask.run, tmp_path / "results"
+    run, folder = PointTask.run, tmp_path / "results"
     folder.mkdir()
 
     def removing(self, first, count):
@@ -230,7 +230,7 @@ def test_the_output_folder_is_removed_while_running(call, scene, tmp_path, monke
             shutil.rmtree(folder, ignore_errors=True)
         return run(self, first, count)
 
-    monkeypatch.setattr(GridTask, "run", removing)
+    monkeypatch.setattr(PointTask, "run", removing)
     answer = call("run", scene, "-o", folder / "out.nc")
     assert answer.code == 1
     assert "the folder was removed or renamed during the work" in answer.err

@@ -14,6 +14,8 @@ from chaosdrill.analysis.plan import make_plan
 from chaosdrill.analysis.points import PointTask
 from chaosdrill.dataset import label
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.errors import SettingsError
+from chaosdrill.model.derive import pinned_states
 from chaosdrill.sweep import execute
 
 if TYPE_CHECKING:
@@ -74,6 +76,7 @@ def basins(
     given = settings(dict(locals()))
     axes = state_axes(system, grid)
     names = tuple(axis.name for axis in axes)
+    _check_free(system, names)
     given |= {"grid": listed(axes), "sweep": dict.fromkeys(names)}
     plan = make_plan(
         system,
@@ -86,11 +89,11 @@ def basins(
         patience=patience,
         numerics=Numerics(method, tolerance, steps),
     )
-    drills = "penetration" in system.quadratures
+    rates = ("progression_rate",) if "penetration" in system.quadratures else ()
     keeps = ("period", "outcome", "lyapunov_exponent", "lyapunov_error", "moments", "state")
-    keeps += ("progression_rate",) if drills else ()
+    modes = np.array([system.mode_names.index(system.initial["mode"])])
     starts = np.array([[system.initial[s] for s in system.state_names]])
-    task = PointTask(plan, axes, starts, np.array([system.mode_names.index(system.initial["mode"])]), keeps)
+    task = PointTask(plan, axes, starts, modes, (*keeps, *rates))
     found = execute(task, workers=whole("workers", workers, 1), scheduler=scheduler, store=store, progress=progress)
     cells = {name: values[:, 0] for name, values in found.items()}
     numbers, leaders = number_attractors(cells)
@@ -115,6 +118,18 @@ def basins(
         variables["attractor_exponent"] = ((number, "exponent"), cells["lyapunov_exponent"][leaders])
         variables["attractor_error"] = ((number, "exponent"), cells["lyapunov_error"][leaders])
         coords["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
-    if drills:
+    if rates:
         variables["attractor_rate"] = (number, cells["progression_rate"][leaders])
     return label(xr.Dataset(variables, coords=coords), "basins", system=system, settings=given)
+
+
+def _check_free(system: "HybridSystem", names: tuple[str, ...]) -> None:
+    """Refuse a state that the initial mode holds at one value."""
+    mode = str(system.initial["mode"])
+    held = [system.state_names[i] for i in pinned_states(system, mode)]
+    for name in names:
+        if name in held:
+            raise SettingsError(
+                f"grid names {name!r}, which mode {mode!r}, the initial one, leaves no freedom; give another state, or "
+                f"another initial mode: {list(system.modes)}"
+            )
