@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 from uuid import uuid4
 
@@ -27,6 +28,12 @@ def replacing(target: Path) -> Iterator[Path]:
 def draft_of(target: Path) -> Path:
     """A name in the same folder, so that the move into place is one step of the file system."""
     return target.with_name(f".{target.name[:80]}.{uuid4().hex[:12]}.part")
+
+
+def remove_drafts(target: Path) -> None:
+    """Remove what processes that were killed while writing ``target`` have left beside it."""
+    for draft in target.parent.glob(f".{escape(target.name[:80])}.{'[0-9a-f]' * 12}.part"):
+        draft.unlink(missing_ok=True)
 
 
 def flush(path: Path) -> None:

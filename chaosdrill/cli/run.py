@@ -1,6 +1,7 @@
 """``chaosdrill run``: every analysis of a scene, into one archive."""
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -9,6 +10,7 @@ from chaosdrill.cli.period import check_period
 from chaosdrill.cli.progress import Progress
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
 from chaosdrill.errors import SettingsError
+from chaosdrill.files import remove_drafts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,6 +51,7 @@ def run(scene: str, output: str, workers: int, scheduler: str | None, resume: bo
         raise SettingsError(f"--output is {output!r}, which is the scene itself; name another file, such as result.nc")
     check_writable(output)
     with Parts(f"{output}.parts", loaded.fingerprint(), resume=resume) as parts:
+        remove_drafts(Path(output))
         for name, state in parts.kept().items():
             click.echo(f"{name}: {state} before", err=True)
         try:

@@ -9,14 +9,14 @@ import fcntl
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SceneError, SettingsError
-from chaosdrill.files import replacing, small_netcdf_cache
+from chaosdrill.files import remove_drafts, replacing, small_netcdf_cache
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.store import kept_points
 
@@ -120,9 +120,9 @@ class Parts:
     def finish(self) -> None:
         """Remove the folder: the archive is written."""
         # should the removal be cut short, the next run knows that nothing is lost
-        with suppress(OSError):
+        with suppress(OSError, ArchiveError):
             self._write({"finished": True})
-        shutil.rmtree(self.folder, ignore_errors=True)
+            self._remove()
 
     def _take_over(self) -> None:
         try:
@@ -136,7 +136,7 @@ class Parts:
             before = self._read()
             kept = self.kept()
             if before is None or before.get("finished") or not kept:
-                self._clear()
+                self._clear(keep={_LOCK, _SCENE})
             elif not self.resume:
                 raise SettingsError(
                     f"{self.folder}: holds an unfinished run ({_listed(kept)}); go on with it by --resume, "
@@ -150,6 +150,7 @@ class Parts:
     def _read(self) -> dict[str, Any] | None:
         """What the folder says that it holds; None if it is empty."""
         path = self.folder / _SCENE
+        remove_drafts(path)
         try:
             read = json.loads(path.read_text(encoding="utf-8"))
             if not isinstance(read, dict) or not (read.get("finished") or isinstance(read["scene"]["analysis"], dict)):
@@ -180,15 +181,21 @@ class Parts:
         with replacing(self.folder / _SCENE) as draft:
             draft.write_text(json.dumps(content), encoding="utf-8")
 
-    def _clear(self) -> None:
+    def _clear(self, keep: Collection[str]) -> None:
         for entry in self.folder.iterdir():
-            if entry.name != _LOCK:
+            if entry.name not in keep:
                 shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+
+    def _remove(self) -> None:
+        """Remove the folder, what it says of itself after all else."""
+        self._clear(keep={_LOCK, _SCENE})
+        self._clear(keep={_LOCK})
+        shutil.rmtree(self.folder)
 
     def _leave(self) -> None:
         with suppress(OSError):
-            if self._taken and not self.kept():
-                shutil.rmtree(self.folder, ignore_errors=True)
+            if self._taken and self.folder.is_dir() and not self.kept():
+                self._remove()
         if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
