@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#000000")
 _SHADE = "#E4E4E4"
 _FLAT = 1e-6
+_NAMED_ROWS = 24
+"""Seeds whose rows have names; more share the same height."""
 
 
 def bifurcation(dataset: "xr.Dataset") -> "Figure":
@@ -52,7 +54,7 @@ def bifurcation(dataset: "xr.Dataset") -> "Figure":
     has_spectrum = "lyapunov_exponent" in dataset.variables
     has_rate = "progression_rate" in dataset.variables and bool(np.isfinite(dataset["progression_rate"]).any())
     seeds = dataset.sizes["seed"]
-    heights = [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [0.18 if seeds == 1 else 0.14 * seeds]
+    heights = [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [0.18 if seeds == 1 else 0.14 * min(seeds, _NAMED_ROWS)]
     figure = new_figure(1.4 + sum(heights))
     panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
     edges = bounds(dataset[sweep].values)
@@ -181,7 +183,10 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
     draw_kinds(panel, edges, np.arange(len(names) + 1.0), kinds, looks, (6.3, height), names=False)
     panel.invert_yaxis()
     panel.spines["left"].set_visible(False)
-    panel.set_yticks(np.arange(len(names)) + 0.5 if len(names) > 1 else [], names if len(names) > 1 else [])
+    named = 1 < len(names) <= _NAMED_ROWS
+    panel.set_yticks(np.arange(len(names)) + 0.5 if named else [], names if named else [])
+    if len(names) > _NAMED_ROWS:
+        panel.set_ylabel(f"{len(names)} seeds")
     panel.tick_params(axis="y", length=0, labelsize=7)
     legend_above(panel, columns=5, handles=[legend_entry(look) for look in looks])
 

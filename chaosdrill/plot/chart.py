@@ -1,6 +1,6 @@
 """The frame of a picture over two parameters: a panel a seed, axes named by the archive."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _MOST_PANELS = 9
+_DARK = 0.45
 _SIDE = 6.3
 """Width in inches that all panels of a row share."""
 
@@ -149,14 +150,17 @@ def value_chart(
     for value, look in apart:
         kinds[values.values == value] = len(looks)
         looks.append(look)
-    mask, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_NUMBER)
-    drawn = chart(dataset.assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, mask)))
+    marked, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_NUMBER)
+    drawn = chart(dataset.assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)))
     for axes, part in drawn.panels:
         numbers = part["_shown"].values
         shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3]
         draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size, shades)
-        hatch(axes, drawn.x, drawn.y, part["_over"].values, over, drawn.size)
-    drawn.legend([look for index, look in enumerate(looks) if (kinds == index).any()] + [over] * bool(mask.any()))
+        # black dots are not seen on the dark ends of a scale, nor white ones on the rest
+        dark = shades.mean(axis=-1) < _DARK
+        for ground, mask in (("#FFFFFF", ~dark), ("#000000", dark)):
+            hatch(axes, drawn.x, drawn.y, part["_over"].values & mask, replace(over, colour=ground), drawn.size)
+    drawn.legend([look for index, look in enumerate(looks) if (kinds == index).any()] + [over] * bool(marked.any()))
     bar = drawn.figure.colorbar(
         ScalarMappable(norm, colours), ax=[axes for axes, _ in drawn.panels], extend=extend, aspect=30, pad=0.02
     )

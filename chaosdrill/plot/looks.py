@@ -69,7 +69,7 @@ class Look:
 
 
 MINUS_INFINITY = Look("−∞ (all directions lost at events)", _BELOW[0], "ooo")
-POSITIVE = Look("positive", "#FFFFFF", "////")
+POSITIVE = Look("positive", "#FFFFFF", "....")
 NO_NUMBER = Look("no number", "#FFFFFF", "oo")
 NO_ATTRACTOR = Look("none", "#FFFFFF", "xx")
 UNRECOGNISED = Look("attractor not recognised", "#FFFFFF", "oo")
@@ -96,7 +96,7 @@ def sequential() -> "Colormap":
 
 def outcome_look(name: str) -> Look:
     """Return the look of an outcome by its name."""
-    short = readable(name) if name in OUTCOME_COLOURS and name != "ok" else ""
+    short = "" if name == "ok" else readable(name)
     return Look(readable(name), outcome_colour(name), _OUTCOME_HATCHES.get(name, ""), short)
 
 

@@ -101,6 +101,13 @@ def test_each_seed_has_a_row_of_its_own_and_its_name(diagram, count):
     assert low > high, "the first seed stands on top"
 
 
+def test_very_many_seeds_share_a_strip(diagram, tmp_path):
+    figure = bifurcation(_several(diagram, 200))
+    assert figure.get_figheight() < 11
+    assert figure.axes[-1].get_ylabel() == "200 seeds"
+    figure.savefig(tmp_path / "a.png", dpi=40)
+
+
 def test_values_in_any_order_are_drawn_in_theirs(diagram):
     shuffled = diagram.isel(q=np.random.default_rng(0).permutation(101))
     rate = bifurcation(shuffled).axes[2].get_lines()[0]

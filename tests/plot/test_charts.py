@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex, to_rgb
 
 from chaosdrill.plot.attractor_count_chart import attractor_count_chart
 from chaosdrill.plot.isoperiodic_chart import isoperiodic_chart
-from chaosdrill.plot.looks import LONGER_COLOUR, PERIOD_COLOURS, diverging, sequential
+from chaosdrill.plot.looks import LONGER_COLOUR, PERIOD_COLOURS, POSITIVE, diverging, sequential
 from chaosdrill.plot.lyapunov_chart import lyapunov_chart
 from chaosdrill.plot.outcome_chart import outcome_chart
 from chaosdrill.plot.pictures import PICTURES
@@ -88,9 +88,12 @@ def test_lost_exponents_and_missing_ones_stand_apart(chart):
 
 def test_positive_exponents_are_hatched_for_those_who_see_no_colours(chart):
     """q = 1 for p = 0, 1, 2: three cells of 0.5 x 1."""
-    hatched = next(patch for patch in lyapunov_chart(chart).axes[0].patches if patch.get_hatch() == "////")
-    corners = hatched.get_path().vertices.reshape(-1, 5, 2)
+    hatched = [patch for patch in lyapunov_chart(chart).axes[0].patches if patch.get_hatch() == POSITIVE.hatch]
+    corners = np.concatenate([patch.get_path().vertices.reshape(-1, 5, 2) for patch in hatched])
     assert np.prod(corners[:, 2] - corners[:, 0], axis=1).sum() == pytest.approx(3 * 0.5)
+    # 0.4 is the largest of all, and its colour dark
+    (shown,) = [patch for patch in hatched if len(patch.get_path().vertices)]
+    assert to_hex(shown.get_edgecolor()) == "#ffffff"
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

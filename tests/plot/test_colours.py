@@ -117,6 +117,12 @@ def test_the_sequential_scale_is_even():
     assert light[-1] > 15
 
 
+def test_a_hatching_over_a_scale_means_one_thing():
+    others = [look for look in OUTCOMES if look.name not in looks.MOTIONS] + [looks.NO_NUMBER, looks.MINUS_INFINITY]
+    hatches = [look.hatch for look in [*others, looks.POSITIVE] if look.hatch]
+    assert len(set(hatches)) == len(hatches)
+
+
 @pytest.mark.parametrize("eyes", EYES)
 def test_what_has_no_number_is_no_shade_of_the_scale(eyes):
     """Either the colour is far from all of the scale, or a hatching marks it."""
