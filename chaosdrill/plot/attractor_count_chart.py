@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.plot.chart import kind_chart
-from chaosdrill.plot.looks import NO_ATTRACTOR, Look, sequential, sort_out
+from chaosdrill.plot.looks import NO_ATTRACTOR, Look, diverging, sort_out
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +32,8 @@ def attractor_count_chart(dataset: "xr.Dataset") -> "Figure":
 
     counts = dataset["attractor_count"].values
     most = min(int(counts.max()), _STEPS)
-    shades = [to_hex(shade) for shade in sequential()(np.linspace(0, 1, max(most, 2)))]
+    # from the palest colour of that scale to its dark end: one attractor is nothing to be struck by
+    shades = [to_hex(shade) for shade in diverging()(np.linspace(0.5, 0, max(most, 2)))]
     table = [(counts == 0, NO_ATTRACTOR)]
     for number in range(1, most + 1):
         last = number == _STEPS and counts.max() > _STEPS

@@ -1,5 +1,6 @@
 """How every picture looks: palette, line weights, and labels taken from the dataset's own attributes."""
 
+import re
 import textwrap
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 WIDTH = 7.2
 _DENSEST = 300.0
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 _SETTINGS: Any = {
     "axes.axisbelow": True,
@@ -78,7 +80,8 @@ def label(variable: "xr.DataArray", name: str | None = None) -> str:
     """Return ``long name (unit)`` of a variable or coordinate; a dimensionless one has no bracket."""
     text = name if name is not None else str(variable.attrs.get("long_name", variable.name))
     unit = str(variable.attrs.get("units", "1"))
-    return text if unit in ("1", "") else f"{text} ({unit})"
+    raised = re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(_RAISED), unit)
+    return text if unit in ("1", "") else f"{text} ({raised})"
 
 
 def axis_label(dataset: "xr.Dataset", name: str) -> str:

@@ -122,7 +122,7 @@ def test_progression_is_dark_where_it_is_fast(chart):
 def test_progression_in_si_units_where_there_is_one(chart):
     chart["progression_rate_si"] = 3 * chart["progression_rate"]
     chart["progression_rate_si"].attrs |= {"long_name": "mean progression rate", "units": "m h-1"}
-    assert progression_chart(chart).axes[-1].get_ylabel() == "mean progression rate (m h-1)"
+    assert progression_chart(chart).axes[-1].get_ylabel() == "mean progression rate (m h⁻¹)"
 
 
 def test_attractors_are_counted_over_all_seeds(chart):

@@ -108,6 +108,11 @@ def test_signs_are_told_apart(eyes):
     assert (apart[16:] > 25).all()
 
 
+def test_eight_numbers_of_attractors_are_told_apart():
+    light = lightness(looks.diverging()(np.linspace(0.5, 0, 8))[:, :3])
+    assert (np.diff(light) < -7).all()
+
+
 def test_the_sequential_scale_is_even():
     light = lightness(looks.sequential()(np.linspace(0, 1, 17))[:, :3])
     steps = -np.diff(light)
