@@ -11,8 +11,10 @@ import pytest
 
 from chaosdrill.archive.compare import compare
 from chaosdrill.archive.read import open_archive
+from chaosdrill.sweep.store import kept_points
 
 KILLS = 10
+POINTS = 600 + 2 * 20 + 2 * 30 * 20 + 20 * 20
 
 SCENE = """\
 [system]
@@ -23,7 +25,26 @@ transient = 50
 periods = 500
 [analysis.diagram]
 kind = "bifurcation-diagram"
-sweep.omega = { start = 2.4, stop = 2.8, num = 1500 }
+sweep.omega = { start = 2.4, stop = 2.8, num = 600 }
+transient = 20
+periods = 32
+[analysis.hysteresis]
+kind = "bifurcation-diagram"
+sweep.omega = { start = 2.6, stop = 2.7, num = 20 }
+follow = "both"
+transient = 20
+periods = 32
+[analysis.chart]
+kind = "parameter-chart"
+sweep.omega = { start = 2.4, stop = 2.8, num = 30 }
+sweep.e = { start = 0.5, stop = 0.9, num = 20 }
+random = { count = 2, seed = 1, x = [-0.5, 0.2] }
+transient = 20
+periods = 32
+[analysis.basins]
+kind = "basins"
+grid.x = { start = -1.0, stop = 0.25, num = 20 }
+grid.v = { start = -1.0, stop = 1.0, num = 20 }
 transient = 20
 periods = 32
 [analysis.motion]
@@ -89,30 +110,24 @@ def test_two_worker_processes_of_a_cluster(folder, one):
 
 def test_ten_kills_at_random_moments(folder, one):
     chance = random.Random(20260401)
-    journal = folder / "killed.nc.parts" / "diagram" / "journal.txt"
-    lines = []
-    for _ in range(KILLS):
-        workers = chance.choice([1, 2])
-        call = command(folder, "-o", folder / "killed.nc", "--resume", "--workers", workers)
-        # moments count in chunks, so that a slow machine is killed as far into the work as a fast one
-        before = count_lines(journal)
-        more, pause = chance.randrange(6), chance.uniform(0, 0.03)
+    parts = folder / "killed.nc.parts"
+    kept = []
+    # moments count in points, so that a slow machine is killed as far into the work as a fast one
+    for moment in sorted(chance.uniform(0, 0.9) * POINTS for _ in range(KILLS)):
+        call = command(folder, "-o", folder / "killed.nc", "--resume", "--workers", chance.choice([1, 2]))
         with subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
-            while process.poll() is None and count_lines(journal) < before + more:
+            while process.poll() is None and points_in(parts) < moment:
                 time.sleep(0.001)
-            time.sleep(pause if more else chance.uniform(0, 1.5))
+            time.sleep(chance.uniform(0, 0.03))
             assert process.poll() is None, process.stderr.read()
             process.send_signal(signal.SIGKILL)
         assert not (folder / "killed.nc").exists()
-        lines.append(count_lines(journal))
-    assert lines == sorted(lines)
-    assert lines[-1] > 10
+        kept.append(points_in(parts))
+    assert kept == sorted(kept)
+    assert 0.5 * POINTS < kept[-1] < POINTS
     assert_same(run(folder, "killed.nc", "--resume"), one)
 
 
-def count_lines(path):
-    """Lines of a file that may not be there yet."""
-    try:
-        return path.read_bytes().count(b"\n")
-    except FileNotFoundError:
-        return 0
+def points_in(parts):
+    """Finished points in a folder that may not be there yet."""
+    return sum(kept_points(group)[0] for group in parts.glob("*"))
