@@ -65,7 +65,7 @@ def draw_kinds(
     """
     from matplotlib.colors import to_rgb
 
-    shown = np.zeros((*kinds.shape, 3)) if colours is None else colours.copy()
+    shown = np.zeros((*kinds.shape, 3), dtype=np.float32) if colours is None else colours.copy()
     for index, look in enumerate(looks):
         shown[kinds == index] = to_rgb(look.colour)
     axes.pcolormesh(x, y, shown, rasterized=True)

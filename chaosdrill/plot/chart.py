@@ -110,7 +110,7 @@ def kind_chart(
     dims : sequence of str
         Dimensions of ``kinds``; without ``seed`` there is one panel.
     """
-    drawn = chart(dataset.assign(_kinds=(dims, kinds)), seeds="seed" in dims)
+    drawn = chart(dataset[["outcome"]].assign(_kinds=(dims, kinds)), seeds="seed" in dims)
     for axes, part in drawn.panels:
         draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size)
     drawn.legend(looks)
@@ -151,10 +151,10 @@ def value_chart(
         kinds[values.values == value] = len(looks)
         looks.append(look)
     marked, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_NUMBER)
-    drawn = chart(dataset.assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)))
+    drawn = chart(dataset[["outcome"]].assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)))
     for axes, part in drawn.panels:
         numbers = part["_shown"].values
-        shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3]
+        shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3].astype(np.float32)
         draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size, shades)
         # black dots are not seen on the dark ends of a scale, nor white ones on the rest
         dark = shades.mean(axis=-1) < _DARK

@@ -169,6 +169,9 @@ def plot_archive(
             parts = dict.fromkeys([target.stem, name.replace("/", "-"), picture.name])
             file = target.with_name("-".join(part for part in parts if part) + target.suffix)
         with style():
-            picture.draw(dataset).savefig(file)
+            figure = picture.draw(dataset)
+            figure.savefig(file)
+            # it holds itself in circles, and a million cells would wait for the collector
+            figure.clear()
         files.append(file)
     return files
