@@ -6,6 +6,7 @@ import os
 import sys
 import tempfile
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -28,8 +29,8 @@ class Kernels:
     ----------
     functions : tuple
         The eight functions of ``codegen.signatures``, in order.
-    path : pathlib.Path
-        The generated source file.
+    path, lanes_path : pathlib.Path
+        The generated source files.
     events : tuple of tuple of Event
         Per mode the guards it watches.
     rows : int
@@ -43,6 +44,7 @@ class Kernels:
     """
 
     functions: tuple[Any, ...]
+    lanes_path: Path
     fill_constants: Any
     constant_count: int
     path: Path
@@ -51,6 +53,14 @@ class Kernels:
     own_jacobian: bool
     mode_table: np.ndarray
     transition_table: np.ndarray
+
+    @cached_property
+    def lanes(self) -> tuple[Any, ...]:
+        """The functions of ``codegen.signatures.LANE_SIGNATURES``, compiled on first use."""
+        from chaosdrill.codegen.signatures import LANE_SIGNATURES
+
+        module = _load(self.lanes_path)
+        return tuple(getattr(module, name) for name in LANE_SIGNATURES)
 
     def constants(self, parameters: dict[str, float]) -> np.ndarray:
         """Parameters and the derived constants that the kernels read."""
@@ -77,6 +87,7 @@ def compile_system(system: "HybridSystem") -> Kernels:
         fill_constants=module.constants,
         constant_count=source.constants,
         path=path,
+        lanes_path=_write(source.lanes),
         events=source.events,
         rows=source.rows,
         own_jacobian=source.own_jacobian,

@@ -4,6 +4,7 @@ from numba import float64, int64, types, void
 
 vector = float64[::1]
 matrix = float64[:, ::1]
+block = float64[:, :, ::1]
 
 SIGNATURES = {
     "jet": void(int64, int64, float64, vector, vector, matrix),
@@ -28,7 +29,19 @@ SIGNATURES = {
 * ``reset(transition, t, c, x, out, jacobian)`` state after, and derivatives by states and, last, time
 """
 
+LANE_SIGNATURES = {
+    "jet": void(int64, int64, vector, matrix, matrix, block),
+    "jacobian_jet": void(int64, int64, matrix, block),
+    "tangent": void(int64, int64, matrix, matrix, matrix, block, int64),
+}
+"""The three functions of series for eight trajectories at once: as above, every number being a row of eight.
+
+Their arrays are those of ``engine.lanes.aligned``: times (8,), constants (number, 8), states (n, 8) and the workspace
+(rows, columns, 8).
+"""
+
 CONSTANTS = void(vector, vector)
 """``constants(p, c)``: parameters, then the expressions of parameters that the code needs"""
 
 KERNEL_TYPES = tuple(types.FunctionType(s) for s in SIGNATURES.values())
+LANE_TYPES = tuple(types.FunctionType(s) for s in LANE_SIGNATURES.values())

@@ -26,6 +26,28 @@ from chaosdrill.engine.jit import RECIPROCAL, helper, kernel
 {imports}
 '''
 
+_LANES_HEAD = '''"""Series of the hybrid system {name!r} for lanes, generated from its expressions."""
+
+import math
+
+from numba import uint64
+
+import chaosdrill.engine.lane_functions
+from chaosdrill.codegen.signatures import LANE_SIGNATURES
+from chaosdrill.engine.jit import RECIPROCAL, helper, kernel
+from chaosdrill.engine.lanes import row_of, table_of
+'''
+
+_SERIES = {
+    "jet": ("order, t, c, x, ws", "order, row_of(t)[0], row_of(c), row_of(x), table_of(ws)"),
+    "jacobian_jet": ("order, c, ws", "order, row_of(c), table_of(ws)"),
+    "tangent": (
+        "order, c, first, second, ws, row",
+        "order, row_of(c), row_of(first), row_of(second), table_of(ws), row",
+    ),
+}
+"""Arguments of the functions that make series, and the same arrays seen as rows of lanes."""
+
 
 @dataclass(frozen=True)
 class Event:
@@ -43,6 +65,7 @@ class SystemSource:
     """Source text and the layout that goes with it."""
 
     text: str
+    lanes: str
     events: tuple[tuple[Event, ...], ...]
     rows: int
     own_jacobian: bool
@@ -72,18 +95,12 @@ def write_source(system: "HybridSystem") -> SystemSource:
     modes = [
         ModeSource(system, m, [e.guard for e in ev], constants) for m, ev in zip(system.modes, events, strict=True)
     ]
-    parts = []
-    jets = (
-        ("jet", "order, t, c, x, ws", [m.jet() for m in modes]),
-        ("jacobian_jet", "order, c, ws", [m.jacobian_jet() for m in modes]),
-        ("tangent", "order, c, first, second, ws, row", [tangent(m, constants) for m in modes]),
-    )
-    for name, arguments, bodies in jets:
-        for index, body in enumerate(bodies):
-            parts.append(_function(f"_{name}_{index}", arguments, body, decorator="@helper"))
-        calls = [[f"_{name}_{index}({arguments})"] for index in range(len(bodies))]
-        decorator = f'@kernel(SIGNATURES["{name}"], packed={name == "tangent"})'
-        parts.append(_branches(name, f"mode, {arguments}", "mode", calls, decorator))
+    bodies = {
+        "jet": [m.jet() for m in modes],
+        "jacobian_jet": [m.jacobian_jet() for m in modes],
+        "tangent": [tangent(m, constants) for m in modes],
+    }
+    parts = [part for name in bodies for part in _series(name, bodies[name], lanes=False)]
     parts += _pointwise(system, printer, events)
     extra = [f"c[{constants.first + i}] = {printer.doprint(e)}" for i, e in enumerate(constants.expressions)]
     parameters = [f"c[{i}] = p[{i}]" for i in range(len(system.parameters))]
@@ -91,13 +108,25 @@ def write_source(system: "HybridSystem") -> SystemSource:
     parts.append(_function("constants", "p, c", body, decorator="@kernel(CONSTANTS)"))
     imports = "\n".join(special_imports(_all_expressions(system)))
     text = "\n\n".join([_HEAD.format(name=system.name, imports=imports), *parts]) + "\n"
+    series = [part for name in bodies for part in _series(name, bodies[name], lanes=True)]
     return SystemSource(
         text=text,
+        lanes="\n\n".join([_LANES_HEAD.format(name=system.name), *series]) + "\n",
         events=events,
         rows=max(m.row_count for m in modes),
         own_jacobian=any(m.in_jacobian for m in modes),
         constants=constants.first + len(constants.expressions),
     )
+
+
+def _series(name: str, bodies: list[list[str]], *, lanes: bool) -> list[str]:
+    """Source of one function of all modes that makes series, for one trajectory or for lanes."""
+    arguments, seen_as_lanes = _SERIES[name]
+    parts = [_function(f"_{name}_{i}", arguments, body, decorator="@helper") for i, body in enumerate(bodies)]
+    passed = seen_as_lanes if lanes else arguments
+    signature = f'LANE_SIGNATURES["{name}"]' if lanes else f'SIGNATURES["{name}"], packed={name == "tangent"}'
+    calls = [[f"_{name}_{i}({passed})"] for i in range(len(bodies))]
+    return [*parts, _branches(name, f"mode, {arguments}", "mode", calls, f"@kernel({signature})")]
 
 
 def _pointwise(system: "HybridSystem", printer: ExpressionPrinter, events: tuple[tuple[Event, ...], ...]) -> list[str]:

@@ -100,7 +100,7 @@ SIGNATURE = int64(
 
 
 @inner
-def _state_outcome(x, bounds):
+def state_outcome(x, bounds):
     for i in range(x.size):
         if not math.isfinite(x[i]):
             return NONFINITE
@@ -207,7 +207,7 @@ def flow(
             carried[STALL] += 1
         carried[STEPS] += 1
         carried[QR_SINCE] += 1
-        outcome = _state_outcome(x, bounds)
+        outcome = state_outcome(x, bounds)
         if outcome != DONE:
             return outcome
         if series:

@@ -64,6 +64,31 @@ METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
     STAGES,
 ) = range(14)
 
+# arrays of a block of lanes
+(
+    BLOCK_T,
+    BLOCK_C,
+    BLOCK_X,
+    BLOCK_V,
+    BLOCK_WS,
+    BLOCK_H,
+    BLOCK_REACH,
+    BLOCK_LAST,
+    BLOCK_GAP,
+    BLOCK_OUT,
+    BLOCK_PERIOD,
+    BLOCK_SIGN,
+    BLOCK_SIZE,
+    BLOCK_TIMES,
+    BLOCK_POLYNOMIAL,
+    BLOCK_BERNSTEIN,
+    BLOCK_ROOT,
+) = range(17)
+
+# columns of what a point of a batch goes through
+STAGE, GOAL, WINDOW_ROWS, ENDED = range(4)
+PROGRESS = 4
+
 WIDTH = 28
 """Coefficients of a series, at most; beyond the order a row holds zeros, so that all sums have one length."""
 

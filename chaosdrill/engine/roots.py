@@ -23,16 +23,17 @@ WHOLE_BUDGET = 500
 """Intervals tried with that of the whole polynomial."""
 
 
-def _bernstein_weights() -> np.ndarray:
-    weights = np.zeros((DEGREE + 1, DEGREE + 1))
-    for j in range(DEGREE + 1):
+def bernstein_weights(degree: int) -> np.ndarray:
+    """Weight of coefficient k of a polynomial on [0, 1] in Bernstein coefficient j, shape (degree + 1, degree + 1)."""
+    weights = np.zeros((degree + 1, degree + 1))
+    for j in range(degree + 1):
         weights[j, 0] = 1.0
         for k in range(1, j + 1):
-            weights[j, k] = weights[j, k - 1] * (j - k + 1) / (DEGREE - k + 1)
+            weights[j, k] = weights[j, k - 1] * (j - k + 1) / (degree - k + 1)
     return weights
 
 
-_WEIGHTS = _bernstein_weights()
+_WEIGHTS = bernstein_weights(DEGREE)
 
 
 @series

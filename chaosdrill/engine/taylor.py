@@ -40,7 +40,7 @@ def _exp2(y):
 
 
 @inner
-def _radius(last, last_but_one, order):
+def radius(last, last_but_one, order):
     """Radius of convergence that the last two coefficients show."""
     a = _log2(max(last, SMALLEST)) * RECIPROCAL[uint64(order)]
     b = _log2(max(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
@@ -163,7 +163,7 @@ def expand(functions, rows, settings_i, settings_f, t, c, x, vectors, carried, w
                 b = max(b, abs(ws[i, order - 1]))
             last = max(last, a / size)
             last_but_one = max(last_but_one, b / size)
-    return min(_radius(last, last_but_one, order) * settings_f[REACH], settings_f[PERIOD], LONGEST)
+    return min(radius(last, last_but_one, order) * settings_f[REACH], settings_f[PERIOD], LONGEST)
 
 
 @inner

@@ -1,0 +1,56 @@
+"""Polynomials whose coefficients are lanes: as in ``engine.polynomial``, for eight trajectories at once."""
+
+from chaosdrill.engine.jit import series
+from chaosdrill.engine.lanes import magnitude
+from chaosdrill.engine.layout import WIDTH
+
+
+@series
+def lane_value(g, s):
+    """Values at s."""
+    fourth = (s * s) * (s * s)
+    a = g[WIDTH - 4]
+    b = g[WIDTH - 3]
+    c = g[WIDTH - 2]
+    d = g[WIDTH - 1]
+    for m in range(1, WIDTH // 4):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + g[k]
+        b = b * fourth + g[k + 1]
+        c = c * fourth + g[k + 2]
+        d = d * fourth + g[k + 3]
+    return (a + b * s) + (c + d * s) * (s * s)
+
+
+@series
+def lane_size(g, s):
+    """Sums of the sizes of the terms at s > 0, from order 8 on."""
+    fourth = (s * s) * (s * s)
+    a = magnitude(g[WIDTH - 4])
+    b = magnitude(g[WIDTH - 3])
+    c = magnitude(g[WIDTH - 2])
+    d = magnitude(g[WIDTH - 1])
+    for m in range(1, WIDTH // 4 - 2):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + magnitude(g[k])
+        b = b * fourth + magnitude(g[k + 1])
+        c = c * fourth + magnitude(g[k + 2])
+        d = d * fourth + magnitude(g[k + 3])
+    return ((a + b * s) + (c + d * s) * (s * s)) * (fourth * fourth)
+
+
+@series
+def lane_size_whole(g, s):
+    """Sums of the sizes of all terms at s > 0."""
+    fourth = (s * s) * (s * s)
+    a = magnitude(g[WIDTH - 4])
+    b = magnitude(g[WIDTH - 3])
+    c = magnitude(g[WIDTH - 2])
+    d = magnitude(g[WIDTH - 1])
+    for m in range(1, WIDTH // 4):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + magnitude(g[k])
+        b = b * fourth + magnitude(g[k + 1])
+        c = c * fourth + magnitude(g[k + 2])
+        d = d * fourth + magnitude(g[k + 3])
+    return (a + b * s) + (c + d * s) * (s * s)
