@@ -130,6 +130,7 @@ class Batch:
         self._section[sorted(section or ())] = 1
         self._events = np.zeros((0 if section is None else _EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
         self._spare = np.zeros((window, n + 1))
+        self._progress = np.zeros((points, at.PROGRESS), dtype=np.int64)
         self._scratch = workspace(system, m)
         self._pin(np.arange(points))
 
@@ -158,14 +159,47 @@ class Batch:
     def proceed(self, which: np.ndarray, transient: int, ends: np.ndarray) -> None:
         """Let some points go on from where they are, and average anew; as `run`, for the indices ``which``."""
         await_engine()
-        from chaosdrill.engine.drive import drive
-        from chaosdrill.engine.flow import flow
-        from chaosdrill.engine.stepper import stepper
-
+        which = np.asarray(which, dtype=np.int64)
         points, m = len(self.x), len(self._frame)
         if self.sums.shape[1] != len(ends):
             self.sums = np.zeros((points, len(ends), m))
         stretches = np.array([transient, *np.diff(ends)], dtype=np.int64)
+        if self.method == "taylor":
+            self._step_in_lanes(which, stretches)
+        else:
+            self._step_alone(which, stretches)
+        self.length[which] = int(ends[-1]) * self.period[which]
+        ended = which[self.outcome[which] != Outcome.OK]
+        for values in (self.sums, self.window, self.length):
+            values[ended] = np.nan
+
+    def _step_in_lanes(self, which: np.ndarray, stretches: np.ndarray) -> None:
+        from chaosdrill.engine.lane_flow import lane_flow
+        from chaosdrill.engine.lane_setup import block, bookkeeping
+
+        kernels, m = self.system.kernels, len(self._frame)
+        if not len(which):
+            return
+        varying = np.flatnonzero((self._c != self._c[:1]).any(axis=0))
+        lane_flow(
+            *kernels.functions,
+            *kernels.lanes,
+            *(which, stretches, self._settings_i, kernels.mode_table, self._marks, self._transitions, self._pins),
+            *(self._bounds, self._section, varying, self._shifts, self._frame),
+            (
+                *(self._settings_f, self._c, self.x, self._integrals, self._vectors, self._slots, self._dead),
+                *(self._logs, self._carried, self._carried_f, self._sides, self._armed, self.counts, self.grazing),
+                *(self._progress, self.sums, self.window, self.outcome),
+            ),
+            *(*bookkeeping(self.system, m), self._events[:1], self._spare, block(self.system, m, self._c[0])),
+            self._scratch,
+        )
+
+    def _step_alone(self, which: np.ndarray, stretches: np.ndarray) -> None:
+        from chaosdrill.engine.drive import drive
+        from chaosdrill.engine.flow import flow
+        from chaosdrill.engine.stepper import stepper
+
         at_strobe = not self._section.size and self.window.shape[1]
         longest = int(stretches[1:].max(initial=0)) + 3 if at_strobe else 0
         samples = np.zeros((longest, self.x.shape[1] + self._integrals.shape[2] + 1))
@@ -173,17 +207,13 @@ class Batch:
             flow,
             *self.system.kernels.functions,
             *stepper(self.method),
-            *(np.asarray(which, dtype=np.int64), stretches, self._settings_i, self._settings_f),
+            *(which, stretches, self._settings_i, self._settings_f),
             *(self.system.kernels.mode_table, self._marks, self._transitions, self._pins, self._c, self._bounds),
             *(self.x, self._integrals, self._shifts, self._vectors, self._frame, self._slots, self._dead, self._logs),
             *(self._carried, self._carried_f, self._sides, self._armed, self.counts, self.grazing),
             *(self.outcome, self.sums, self.window, samples, self._events, self._section, self._spare),
             self._scratch,
         )
-        self.length[which] = int(ends[-1]) * self.period[which]
-        ended = np.asarray(which)[self.outcome[which] != Outcome.OK]
-        for values in (self.sums, self.window, self.length):
-            values[ended] = np.nan
 
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.

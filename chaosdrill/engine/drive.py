@@ -7,7 +7,7 @@ from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from chaosdrill.codegen.signatures import KERNEL_TYPES, matrix
 from chaosdrill.engine import flow as engine
-from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import (
     DONE,
     EVALUATIONS,
@@ -28,6 +28,7 @@ from chaosdrill.engine.layout import (
 )
 from chaosdrill.engine.revival import pin, revive
 from chaosdrill.engine.stepper import STEPPER_TYPES, integers
+from chaosdrill.engine.window import bring_in_order, keep
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
@@ -45,29 +46,6 @@ _signature = void(
     *(_table, matrix, _table, _table, _table, matrix),
     *(integers, _cube, _cube, matrix, matrix, integers, matrix, engine.scratch_type),
 )
-
-
-@inner
-def _keep(row, first, n, mode, window, taken):
-    """Put a state and its mode into the ring of the last section points."""
-    place = window[taken % window.shape[0]]
-    for i in range(n):
-        place[i] = row[first + i]
-    place[n] = mode
-
-
-@inner
-def _in_order(window, taken, spare):
-    """Turn the ring so that the oldest point comes first."""
-    size = window.shape[0]
-    if taken <= size:
-        return
-    for k in range(size):
-        for i in range(window.shape[1]):
-            spare[k, i] = window[(taken + k) % size, i]
-    for k in range(size):
-        for i in range(window.shape[1]):
-            window[k, i] = spare[k, i]
 
 
 @compiled(_signature)
@@ -187,11 +165,11 @@ def drive(
                     scratch,
                 )
                 for i in range(carried[p, SAMPLE_ROWS]):
-                    _keep(samples[i], 0, n, samples[i, samples.shape[1] - 1], windows[p], taken)
+                    keep(samples[i], 0, n, samples[i, samples.shape[1] - 1], windows[p], taken)
                     taken += 1
                 for i in range(carried[p, EVENT_ROWS]):
                     if section[int64(events[i, EVENT_KIND])] == 1:
-                        _keep(events[i], EVENT_COLUMNS, n, events[i, EVENT_MODE], windows[p], taken)
+                        keep(events[i], EVENT_COLUMNS, n, events[i, EVENT_MODE], windows[p], taken)
                         taken += 1
             outcome[p] = code
             if s > 0:
@@ -208,4 +186,4 @@ def drive(
             if carried[p, LIVE] < m:
                 revive(vectors[p], frame, slots[p], dead[p], carried[p])
                 pin(vectors[p], pins, carried[p])
-        _in_order(windows[p], taken, spare)
+        bring_in_order(windows[p], taken, spare)

@@ -166,7 +166,7 @@ def _isolated(b, lane):
 
 @series
 def _polish(order, block):
-    """Newton steps from row 0 of the roots, in all lanes whose row 1 is not 0.0; which is 0.0 where they have settled."""
+    """Newton steps from row 0 of the roots where row 1 is not 0.0, which it becomes where they settle."""
     a = row_of(block[BLOCK_POLYNOMIAL])
     roots = row_of(block[BLOCK_ROOT])
     waiting = block[BLOCK_ROOT][1]

@@ -1,4 +1,4 @@
-"""Many runs of one system, stepped eight at a time in lanes.
+"""Many runs of one system by the Taylor method, stepped eight at a time in lanes.
 
 Runs that wait for their next step stand in queues, one for every mode and number of live tangents; eight of a queue are
 stepped together, each with its own step, and go to the queue of the mode that they then are in. Events are taken one by
@@ -12,8 +12,16 @@ from numba import int64, types
 from chaosdrill.codegen.signatures import KERNEL_TYPES, LANE_TYPES, block, matrix, vector
 from chaosdrill.engine import guards, lane_events, lane_step, taylor
 from chaosdrill.engine.events import take
-from chaosdrill.engine.flow import LARGE_GROWTH, SMALLEST_STEP, STALL_LIMIT, state_outcome
-from chaosdrill.engine.jit import compiled, inlined
+from chaosdrill.engine.flow import (
+    LARGE_GROWTH,
+    SMALLEST_STEP,
+    STALL_LIMIT,
+    integer_matrix,
+    scratch_type,
+    state_outcome,
+)
+from chaosdrill.engine.jit import compiled, inlined, inner
+from chaosdrill.engine.lane_series import value_in_lane
 from chaosdrill.engine.lanes import LANES
 from chaosdrill.engine.layout import (
     AFTER,
@@ -25,7 +33,6 @@ from chaosdrill.engine.layout import (
     BLOCK_V,
     BLOCK_WS,
     DONE,
-    ENDED,
     EVALUATIONS,
     EVENT_COLUMNS,
     EVENT_KIND,
@@ -36,6 +43,7 @@ from chaosdrill.engine.layout import (
     GOAL,
     IMAGE,
     INVALID_START,
+    LAST,
     LIVE,
     LONGEST,
     LOSES_RANK,
@@ -45,6 +53,7 @@ from chaosdrill.engine.layout import (
     ONGOING,
     ORDER,
     OUT,
+    PERIOD,
     PROVEN,
     QR_SINCE,
     QR_WAIT,
@@ -56,19 +65,19 @@ from chaosdrill.engine.layout import (
     STEP_UNDERFLOW,
     STEPS,
     STROBES,
+    TAKEN,
     TIES,
     TIME,
-    WINDOW_ROWS,
     WORKSPACE,
 )
+from chaosdrill.engine.revival import pin, revive
 from chaosdrill.engine.stepper import integers
-from chaosdrill.engine.tangents import orthonormalise, pin, revive
+from chaosdrill.engine.tangents import orthonormalise
+from chaosdrill.engine.window import bring_in_order, keep
 
 ACTIVE = 64
 """Runs under way at a time: enough to fill the lanes of every queue, few enough to stay in the cache."""
 
-_integer_matrix = int64[:, ::1]
-_scratch = types.Tuple((matrix, vector, vector, matrix, matrix, *[vector] * 6, matrix, vector, matrix))
 _blocks = types.Tuple(
     (
         *(vector, matrix, matrix, block, block, vector, vector, matrix, vector, matrix, vector),
@@ -77,12 +86,12 @@ _blocks = types.Tuple(
 )  # in the order of BLOCK_...
 _runs = types.Tuple(
     (
-        *(vector, matrix, matrix, block, block, _integer_matrix, _integer_matrix, matrix, _integer_matrix, matrix),
-        *(_integer_matrix, _integer_matrix, _integer_matrix, matrix, _integer_matrix, block, block),
+        *(matrix, matrix, matrix, block, block, integer_matrix, integer_matrix, matrix, integer_matrix, matrix),
+        *(integer_matrix, integer_matrix, integer_matrix, matrix, integer_matrix, block, block, integers),
     )
 )  # in the order of RUN_...
 (
-    RUN_PERIOD,
+    RUN_SETTINGS,
     RUN_C,
     RUN_X,
     RUN_SUMS,
@@ -97,35 +106,43 @@ _runs = types.Tuple(
     RUN_COUNTS,
     RUN_GRAZING,
     RUN_PROGRESS,
-    RUN_HISTORY,
+    RUN_GROWTH,
     RUN_WINDOW,
-) = range(17)
+    RUN_OUTCOME,
+) = range(18)
 
 
 @inlined
-def _forget(p, runs, frame, pinned):
+def _forget(p, runs, frame, pins):
     """Start all averages of a run anew."""
     runs[RUN_LOGS][p, :] = 0.0
     runs[RUN_COUNTS][p, :] = 0
     runs[RUN_SUMS][p, :, :] = 0.0
     runs[RUN_GRAZING][p, :] = math.inf
-    runs[RUN_PROGRESS][p, WINDOW_ROWS] = 0
     carried = runs[RUN_CARRIED][p]
     carried[TIES] = 0
     carried[STEPS] = 0
     carried[EVALUATIONS] = 0
-    dead = runs[RUN_DEAD][p]
-    lost = 0
-    for slot in range(frame.shape[0]):
-        lost += dead[slot]
-    if lost > 0:
-        revive(runs[RUN_VECTORS][p], frame, runs[RUN_SLOTS][p], dead, carried)
-        pin(runs[RUN_VECTORS][p], pinned[carried[MODE]], carried)
+    if carried[LIVE] < frame.shape[0]:
+        revive(runs[RUN_VECTORS][p], frame, runs[RUN_SLOTS][p], runs[RUN_DEAD][p], carried)
+        pin(runs[RUN_VECTORS][p], pins, carried)
 
 
 @inlined
-def _pass_goals(p, runs, frame, shifts, pinned, ends, image):
-    """Note what a run that stands at a goal has reached, until it has one ahead; returns whether it is over."""
+def _begin(p, runs, stretches):
+    progress = runs[RUN_PROGRESS][p]
+    strobes = runs[RUN_CARRIED][p, STROBES]
+    progress[STAGE] = 0
+    progress[GOAL] = strobes + stretches[0]
+    progress[LAST] = strobes + stretches.sum()
+    progress[TAKEN] = 0
+    runs[RUN_GROWTH][p, 0, :] = 0.0
+    runs[RUN_WINDOW][p, :, :] = math.nan
+
+
+@inner
+def _is_over(p, runs, frame, shifts, pins, stretches, image, spare):
+    """Note what a run has reached where it stands at a goal, until it has one ahead; whether there is none left."""
     progress = runs[RUN_PROGRESS][p]
     carried = runs[RUN_CARRIED][p]
     m = frame.shape[0]
@@ -142,41 +159,35 @@ def _pass_goals(p, runs, frame, shifts, pinned, ends, image):
             )
         stage = progress[STAGE]
         if stage == 0:
-            _forget(p, runs, frame, pinned)
-        for i in range(m):
-            runs[RUN_HISTORY][p, stage, i] = -math.inf if runs[RUN_DEAD][p, i] == 1 else runs[RUN_LOGS][p, i]
-        if stage == ends.size - 1:
+            _forget(p, runs, frame, pins)
+        else:
+            for i in range(m):
+                lost = runs[RUN_DEAD][p, i] == 1
+                runs[RUN_GROWTH][p, stage, i] = -math.inf if lost else runs[RUN_LOGS][p, i]
+        if stage == stretches.size - 1:
+            bring_in_order(runs[RUN_WINDOW][p], progress[TAKEN], spare)
             return True
         progress[STAGE] = stage + 1
-        progress[GOAL] += ends[stage + 1] - ends[stage]
+        progress[GOAL] += stretches[stage + 1]
     return False
 
 
 @inlined
-def _note(p, runs, states, offset, mode):
-    """Keep a section point, over the oldest one if the window is full."""
-    window = runs[RUN_WINDOW][p]
-    row = window[runs[RUN_PROGRESS][p, WINDOW_ROWS] % window.shape[0]]
-    n = row.size - 1
-    for i in range(n):
-        row[i] = states[offset + i]
-    row[n] = mode
-    runs[RUN_PROGRESS][p, WINDOW_ROWS] += 1
-
-
-@inlined
-def _pass_strobes(p, lane, runs, te, local, strobed, order, block, out):
+def _pass_strobes(p, lane, runs, te, local, strobed, block, out):
     """Count the strobes that fall into the step, with their states; returns the time of the last one in it, or -1."""
-    period = runs[RUN_PERIOD][p]
+    period = runs[RUN_SETTINGS][p, PERIOD]
     carried = runs[RUN_CARRIED][p]
     s = period - local
     strobe = -1.0
     while s <= te:
-        if strobed and runs[RUN_PROGRESS][p, STAGE] > 0:
-            for i in range(runs[RUN_X].shape[1]):
-                out[i] = lane_step.value_in_lane(block[BLOCK_WS], i, lane, order, s)
-            _note(p, runs, out, 0, carried[MODE])
         carried[STROBES] += 1
+        progress = runs[RUN_PROGRESS][p]
+        if strobed and progress[STAGE] > 0 and progress[LAST] - carried[STROBES] < runs[RUN_WINDOW].shape[1]:
+            n = runs[RUN_X].shape[1]
+            for i in range(n):
+                out[i] = value_in_lane(block[BLOCK_WS], i, lane, s)
+            keep(out, 0, n, carried[MODE], runs[RUN_WINDOW][p], progress[TAKEN])
+            progress[TAKEN] += 1
         carried[EVENTS_IN_PERIOD] = 0
         strobe = s
         s += period
@@ -229,12 +240,11 @@ def _move(p, lane, te, live, runs, block):
 def _finish_step(
     functions,
     settings_i,
-    settings_f,
     watch,
     marks,
     transitions,
     bounds,
-    wanted,
+    section,
     shifts,
     p,
     lane,
@@ -258,8 +268,8 @@ def _finish_step(
     local = carried_f[TIME]
     order = settings_i[ORDER]
     carried[FRESH] = ONGOING
-    strobed = wanted.size == 0 and runs[RUN_WINDOW].shape[1] > 0
-    strobe = _pass_strobes(p, lane, runs, te, local, strobed, order, block, scratch[OUT])
+    strobed = section.size == 0 and runs[RUN_WINDOW].shape[1] > 0
+    strobe = _pass_strobes(p, lane, runs, te, local, strobed, block, scratch[OUT])
     _move(p, lane, te, live, runs, block)
     carried_f[TIME] = te - strobe if strobe >= 0.0 else local + te
     carried_f[LONGEST] = max(carried_f[LONGEST], te)
@@ -289,7 +299,7 @@ def _finish_step(
             orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch[IMAGE])
         largest = take(
             functions,
-            settings_f,
+            runs[RUN_SETTINGS][p],
             transitions,
             j,
             carried_f[TIME],
@@ -305,8 +315,9 @@ def _finish_step(
         )
         if carried[EVENT_ROWS] > 0:
             carried[EVENT_ROWS] = 0
-            if wanted[int(row[0, EVENT_KIND])] == 1 and runs[RUN_PROGRESS][p, STAGE] > 0:
-                _note(p, runs, row[0], EVENT_COLUMNS, mode)
+            if section[int(row[0, EVENT_KIND])] == 1 and runs[RUN_PROGRESS][p, STAGE] > 0:
+                keep(row[0], EVENT_COLUMNS, x.size, mode, runs[RUN_WINDOW][p], runs[RUN_PROGRESS][p, TAKEN])
+                runs[RUN_PROGRESS][p, TAKEN] += 1
         if carried[EVENTS_IN_PERIOD] > settings_i[MAX_EVENTS]:
             return EVENT_LIMIT
         if largest == math.inf:
@@ -323,13 +334,12 @@ def _step(
     functions,
     lane_functions,
     settings_i,
-    settings_f,
     watch,
     marks,
     transitions,
     bounds,
     varying,
-    wanted,
+    section,
     shifts,
     places,
     count,
@@ -350,7 +360,7 @@ def _step(
     order = settings_i[ORDER]
     lane_step.gather(
         places,
-        runs[RUN_PERIOD],
+        runs[RUN_SETTINGS],
         x,
         vectors,
         runs[RUN_C],
@@ -359,8 +369,10 @@ def _step(
         live,
         block,
     )
-    lane_step.expand(lane_functions, mode, live, m, first + guard_count, settings_i, settings_f[REACH], block)
-    lane_step.look_for_gaps(n, settings_f[REACH], block)
+    lane_step.expand(
+        lane_functions, mode, live, m, first + guard_count, settings_i, runs[RUN_SETTINGS][places[0], REACH], block
+    )
+    lane_step.look_for_gaps(n, runs[RUN_SETTINGS][places[0], REACH], block)
     steps = block[BLOCK_H]
     for lane in range(count):
         p = places[lane]
@@ -370,7 +382,7 @@ def _step(
             steps[lane],
             block[BLOCK_GAP][lane],
             settings_i,
-            settings_f,
+            runs[RUN_SETTINGS][p],
             carried_f[TIME],
             runs[RUN_C][p],
             x[p],
@@ -410,7 +422,7 @@ def _step(
         happens = te >= 0.0
         if not happens:
             te = h
-        left = runs[RUN_PERIOD][p] - runs[RUN_CARRIED_F][p, TIME]
+        left = runs[RUN_SETTINGS][p, PERIOD] - runs[RUN_CARRIED_F][p, TIME]
         if runs[RUN_CARRIED][p, STROBES] + 1 >= runs[RUN_PROGRESS][p, GOAL] and te >= left:
             te = left
             happens = False
@@ -424,12 +436,11 @@ def _step(
             results[lane, 0] = _finish_step(
                 functions,
                 settings_i,
-                settings_f,
                 watch,
                 marks,
                 transitions,
                 bounds,
-                wanted,
+                section,
                 shifts,
                 p,
                 lane,
@@ -454,11 +465,13 @@ def _enqueue(queues, key, p):
     queue[2 + (queue[0] + queue[1]) % ACTIVE] = p
     queue[1] += 1
 
+
 _signature = int64(
     *KERNEL_TYPES,
     *LANE_TYPES,
-    *(integers, vector, _integer_matrix, _integer_matrix, _integer_matrix, matrix, integers, integers, matrix, matrix),
-    *(_integer_matrix, integers, integers, _runs, _integer_matrix, _integer_matrix, _integer_matrix, matrix, _blocks, _scratch),
+    *(integers, integers, integers, integer_matrix, integer_matrix, integer_matrix, integer_matrix, matrix),
+    *(integers, integers, matrix, matrix, _runs),
+    *(integer_matrix, integer_matrix, integer_matrix, matrix, matrix, _blocks, scratch_type),
 )
 
 
@@ -475,30 +488,32 @@ def lane_flow(
     lane_jet,
     lane_jacobian_jet,
     lane_tangent,
+    which,
+    stretches,
     settings_i,
-    settings_f,
     watch,
     marks,
     transitions,
+    pins,
     bounds,
+    section,
     varying,
-    wanted,
-    frame,
     shifts,
-    pinned,
-    ends,
-    which,
+    frame,
     runs,
     queues,
     results,
     plan,
     row,
+    spare,
     block,
     scratch,
 ):
-    """Run the points ``which`` to the last of ``ends``; what ended each goes into its progress. Returns the steps done.
+    """As ``drive``, for the Taylor method; returns the number of steps.
 
-    ``queues`` (keys, 2 + ACTIVE) hold the first place and the length, then a ring of runs.
+    ``queues`` (keys, 2 + ACTIVE) hold the first place and the length of each, then a ring of runs; ``varying`` says
+    which constants are not the same at all points; ``results`` (LANES + 1, LANES), ``plan`` (2 guards, LANES) and
+    ``row``, one row of the event buffer, are scratch.
     """
     functions = (jet, jacobian_jet, tangent, field, variation, guard, choose, reset)
     lane_functions = (lane_jet, lane_jacobian_jet, lane_tangent)
@@ -506,6 +521,8 @@ def lane_flow(
     places = results[LANES]
     progress = runs[RUN_PROGRESS]
     carried = runs[RUN_CARRIED]
+    outcome = runs[RUN_OUTCOME]
+    image = scratch[IMAGE]
     under_way = 0
     begun = 0
     steps = 0
@@ -513,11 +530,10 @@ def lane_flow(
         while under_way < ACTIVE and begun < which.size:
             p = which[begun]
             begun += 1
-            if _pass_goals(p, runs, frame, shifts, pinned, ends, scratch[IMAGE]):
-                progress[p, ENDED] = DONE
-                continue
-            _enqueue(queues, carried[p, MODE] * tangents + carried[p, LIVE], p)
-            under_way += 1
+            _begin(p, runs, stretches)
+            if outcome[p] == DONE and not _is_over(p, runs, frame, shifts, pins, stretches, image, spare):
+                _enqueue(queues, carried[p, MODE] * tangents + carried[p, LIVE], p)
+                under_way += 1
         if under_way == 0:
             return steps
         key = 0
@@ -539,13 +555,12 @@ def lane_flow(
             functions,
             lane_functions,
             settings_i,
-            settings_f,
             watch,
             marks,
             transitions,
             bounds,
             varying,
-            wanted,
+            section,
             shifts,
             places,
             count,
@@ -558,14 +573,9 @@ def lane_flow(
         )
         for lane in range(count):
             p = places[lane]
-            if results[lane, 0] != DONE:
-                progress[p, ENDED] = results[lane, 0]
-                under_way -= 1
-            elif carried[p, STROBES] >= progress[p, GOAL] and _pass_goals(
-                p, runs, frame, shifts, pinned, ends, scratch[IMAGE]
-            ):
-                progress[p, ENDED] = DONE
+            outcome[p] = results[lane, 0]
+            at_goal = outcome[p] == DONE and carried[p, STROBES] >= progress[p, GOAL]
+            if outcome[p] != DONE or (at_goal and _is_over(p, runs, frame, shifts, pins, stretches, image, spare)):
                 under_way -= 1
             else:
                 _enqueue(queues, carried[p, MODE] * tangents + carried[p, LIVE], p)
-

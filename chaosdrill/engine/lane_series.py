@@ -23,6 +23,23 @@ def lane_value(g, s):
 
 
 @series
+def value_in_lane(ws, i, lane, s):
+    """Value at s of the polynomial in row i of one lane, rounded as ``lane_value`` rounds it."""
+    fourth = (s * s) * (s * s)
+    a = ws[i, WIDTH - 4, lane]
+    b = ws[i, WIDTH - 3, lane]
+    c = ws[i, WIDTH - 2, lane]
+    d = ws[i, WIDTH - 1, lane]
+    for m in range(1, WIDTH // 4):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + ws[i, k, lane]
+        b = b * fourth + ws[i, k + 1, lane]
+        c = c * fourth + ws[i, k + 2, lane]
+        d = d * fourth + ws[i, k + 3, lane]
+    return (a + b * s) + (c + d * s) * (s * s)
+
+
+@series
 def lane_size(g, s):
     """Sums of the sizes of the terms at s > 0, from order 8 on."""
     fourth = (s * s) * (s * s)

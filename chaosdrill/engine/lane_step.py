@@ -4,8 +4,6 @@ What happens at single trajectories, their events above all, is left to the func
 arrays of lanes, in the order of ``engine.layout``.
 """
 
-from numba import uint64
-
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.lane_series import lane_size, lane_value
 from chaosdrill.engine.lanes import LANES, larger, magnitude, row_of, table_of
@@ -23,19 +21,20 @@ from chaosdrill.engine.layout import (
     BLOCK_X,
     JACOBIAN,
     ORDER,
+    PERIOD,
     TIME,
 )
 from chaosdrill.engine.taylor import LONGEST, radius
 
 
 @inlined
-def gather(places, period, x, vectors, c, varying, carried_f, live, block):
+def gather(places, settings, x, vectors, c, varying, carried_f, live, block):
     """Put the trajectories at ``places`` into lanes."""
     times = block[BLOCK_T]
     for lane in range(LANES):
         p = places[lane]
         times[lane] = carried_f[p, TIME]
-        block[BLOCK_PERIOD][lane] = period[p]
+        block[BLOCK_PERIOD][lane] = settings[p, PERIOD]
         for i in range(x.shape[1]):
             block[BLOCK_X][i, lane] = x[p, i]
         for v in range(live):
@@ -125,19 +124,6 @@ def evaluate(count, live, m, block):
         row = _first_row(ws, m, n, v)
         for i in range(n):
             vectors[v][i] = lane_value(series[row + i], s)
-
-
-@inlined
-def value_in_lane(ws, i, lane, order, s):
-    """Value at s of the polynomial in row i of one lane."""
-    square = s * s
-    top = order - order % 2
-    f = ws[i, top, lane]
-    g = ws[i, top + 1, lane] if order % 2 == 1 else 0.0
-    for k in range(top // 2):
-        f = f * square + ws[i, uint64(top - 2 - 2 * k), lane]
-        g = g * square + ws[i, uint64(top - 1 - 2 * k), lane]
-    return f + s * g
 
 
 @inlined

@@ -346,7 +346,7 @@ def _lane_by_lane(function: Any) -> None:
         return each
 
 
-for _name in "tan asin acos atan sinh cosh tanh asinh acosh atanh log sqrt".split():
+for _name in ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "log", "sqrt"):
     _lane_by_lane(getattr(math, _name))
 
 
@@ -368,5 +368,3 @@ def _pow(base, exponent):  # type: ignore[no-untyped-def]
         return result
 
     return each
-
-

@@ -85,8 +85,8 @@ METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
     BLOCK_ROOT,
 ) = range(17)
 
-# columns of what a point of a batch goes through
-STAGE, GOAL, WINDOW_ROWS, ENDED = range(4)
+# columns of how far a run of a batch is
+STAGE, GOAL, LAST, TAKEN = range(4)
 PROGRESS = 4
 
 WIDTH = 28
