@@ -4,11 +4,18 @@ An attractor is known by its kind, its period, and the moments of its section po
 moments of every state. They do not depend on the phase at which a strobe finds a cycle.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
+from numba import float64, void
 
+from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
+from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.stepper import integers
+
+_cubes = float64[:, :, ::1]
 
 SAME_CYCLE = 2e-5
 """Relative difference of moments below which two cycles are one."""
@@ -31,8 +38,8 @@ def moments(windows: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.nda
 
     Parameters
     ----------
-    windows : ndarray, shape (P, W, n)
-        Section points; NaN behind the last.
+    windows : ndarray, shape (P, W, n + 1)
+        Section points and modes; NaN behind the last.
     period : ndarray of int, shape (P,)
         Period of the cycle, whose points are then taken once each; 0 for all points there are.
 
@@ -43,25 +50,45 @@ def moments(windows: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.nda
     state : ndarray, shape (P, n)
         Of a cycle the point with the smallest first state, else the last point.
     """
-    points, size = windows.shape[:2]
-    there = np.isfinite(windows).all(axis=2)
-    rows = there.sum(axis=1)
-    last = np.maximum(rows - 1, 0)
-    taken = np.where(period > 0, period, rows)
-    place = np.arange(size)
-    inside = there & (place > (last - taken)[:, np.newaxis])
-    values = np.where(inside[:, :, np.newaxis], windows, 0.0)
-    count = np.maximum(inside.sum(axis=1), 1)[:, np.newaxis]
-    mean = values.sum(axis=1) / count
-    off = np.where(inside[:, :, np.newaxis], windows - mean[:, np.newaxis], 0.0)
-    spread = np.sqrt((off**2).sum(axis=1) / count)
-    extent = np.abs(values).max(axis=1, initial=1e-100)
-    skew = (off**3).sum(axis=1) / count / extent**2
-    found = np.stack([mean, spread, skew], axis=1)
-    found[rows == 0] = np.nan
-    lowest = np.where(inside, windows[:, :, 0], np.inf).argmin(axis=1)
-    state = windows[np.arange(points), np.where(period > 0, lowest, last)]
+    points, n = len(windows), windows.shape[2] - 1
+    found, state = np.full((points, 3, n), np.nan), np.full((points, n), np.nan)
+    _moments(np.ascontiguousarray(windows), period.astype(np.int64), found, state)
     return found, state
+
+
+@compiled(void(_cubes, integers, _cubes, matrix))
+def _moments(windows, period, found, state):
+    n = state.shape[1]
+    for p in range(windows.shape[0]):
+        rows = 0
+        while rows < windows.shape[1] and np.isfinite(windows[p, rows, 0]):
+            rows += 1
+        if rows == 0:
+            continue
+        count = period[p] if period[p] > 0 else rows
+        points = windows[p, rows - count : rows]
+        lowest = 0
+        for k in range(count):
+            if points[k, 0] < points[lowest, 0]:
+                lowest = k
+        chosen = lowest if period[p] > 0 else count - 1
+        for i in range(n):
+            state[p, i] = points[chosen, i]
+            mean = 0.0
+            size = 1e-100
+            for k in range(count):
+                mean += points[k, i]
+                size = max(size, abs(points[k, i]))
+            mean /= count
+            second = 0.0
+            third = 0.0
+            for k in range(count):
+                off = points[k, i] - mean
+                second += off * off
+                third += off * off * (off / size)
+            found[p, 0, i] = mean
+            found[p, 1, i] = math.sqrt(second / count)
+            found[p, 2, i] = third / count / size
 
 
 def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -7,13 +7,15 @@ the next four; this converges quadratically in the slow directions. The cycle is
 its own multipliers lie inside of the unit circle, its own period is p, and the run that led here comes closer to it.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, recurrence
+from chaosdrill.analysis.statistics import free_exponents
 from chaosdrill.analysis.verdicts import HYPERBOLIC, ROUND_OFF, Verdict, judge
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch
@@ -27,6 +29,9 @@ SHRINKS = 0.5
 SETTLING = 32
 """Cycles in which tangents turn into their directions before growth is averaged."""
 
+SETTLED = 1e-6
+"""Standard error of the logarithm of a multiplier above which tangents have not come to rest."""
+
 PARALLEL = 1e-3
 """Sine of the angle below which two differences have one direction."""
 
@@ -35,15 +40,19 @@ APPROACH = 0.25
 
 
 @dataclass(frozen=True)
-class Cycle:
-    """A cycle that was found: the batch that ran over it, what was judged there, and the place of the point in both."""
+class Cycles:
+    """Cycles of one period that were found: the batch that ran over them and what was judged there.
+
+    ``which`` are the points of the batch that asked, ``places`` those of this one, in the same order.
+    """
 
     batch: Batch
     verdict: Verdict
-    place: int
+    which: np.ndarray
+    places: np.ndarray
 
 
-def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str, np.ndarray]) -> dict[int, Cycle]:
+def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str, np.ndarray]) -> list[Cycles]:
     """Look for attracting cycles near the present states of some points of a batch.
 
     Parameters
@@ -58,10 +67,9 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
 
     Returns
     -------
-    dict of int to Cycle
-        By index of the point in the batch; points without an entry stay undecided.
+    list of Cycles
+        A point that is in none of them stays undecided.
     """
-    results: dict[int, Cycle] = {}
     here = {name: values[which] for name, values in parameters.items()}
     states, modes, trail = batch.x[which], batch.mode[which], batch.window[which]
     if plan.section is not None:
@@ -70,19 +78,41 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
         states, modes, trail = strobed.x, strobed.mode, strobed.window
     near = recurrence(trail, plan.max_period, 2 * plan.max_period).near
     open_ = np.ones(len(which), dtype=bool)
-    for period in sorted({d for q in set(near.ravel().tolist()) for d in range(1, q + 1) if q % d == 0}):
-        group = np.flatnonzero(open_ & ((near > 0) & (near % period == 0)).any(axis=1))
-        at = {name: values[group] for name, values in here.items()}
-        found, converged = extrapolate(plan, at, states[group], modes[group], period)
-        group, found = group[converged], found[converged]
-        if not len(group):
-            continue
-        at = {name: values[group] for name, values in here.items()}
-        good, cycle = _measure(plan, at, found, modes[group], trail[group], period)
-        for place in np.flatnonzero(good):
-            results[int(which[group[place]])] = Cycle(*cycle, int(place))
-        open_[group[good]] = False
-    return results
+    results = []
+    for points, periods in attempts(near):
+        unsolved = open_[points]
+        points, periods = points[unsolved], periods[unsolved]
+        found, converged = extrapolate(plan, _at(here, points), states[points], modes[points], periods)
+        for period in np.unique(periods[converged]).tolist():
+            chosen = converged & (periods == period)
+            group = points[chosen]
+            good, measured, verdict = _measure(
+                plan, _at(here, group), found[chosen], modes[group], trail[group], period
+            )
+            good &= open_[group]
+            open_[group[good]] = False
+            results.append(Cycles(measured, verdict, which[group[good]], np.flatnonzero(good)))
+    return [cycles for cycles in results if len(cycles.which)]
+
+
+def attempts(near: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Points and the periods to try there: all divisors of what nearly comes back, the shortest first.
+
+    Periods of one octave are tried together, since the time of many small batches is spent between them.
+    """
+    tasks: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for point, row in enumerate(near.tolist()):
+        divisors = sorted({d for q in row for d in range(1, q + 1) if q % d == 0})
+        for octave, some in groupby(divisors, key=lambda d: (d - 1).bit_length()):
+            for turn, divisor in enumerate(some):
+                tasks.setdefault((octave, turn), []).append((point, divisor))
+    for key in sorted(tasks):
+        points, periods = np.array(tasks[key]).T
+        yield points, periods
+
+
+def _at(parameters: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
+    return {name: values[which] for name, values in parameters.items()}
 
 
 def _measure(
@@ -92,37 +122,58 @@ def _measure(
     modes: np.ndarray,
     trail: np.ndarray,
     period: int,
-) -> tuple[np.ndarray, tuple[Batch, Verdict]]:
+) -> tuple[np.ndarray, Batch, Verdict]:
     """Run over cycles of one period, and say which of them are the answer."""
-    path = plan.strobed(parameters, states, modes, 2 * period)
-    path.run(0, np.array([0, 2 * period]))
     batch = plan.batch(parameters, states, modes)
-    cycles = max(SETTLING, -(-plan.periods // period))
+    cycles = max(SETTLING, -(-plan.rows // period))
     ends = block_ends(cycles, period)
     batch.run(SETTLING * period, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
-    good = (verdict.outcome == Outcome.PERIODIC) & (verdict.period > 0) & (verdict.multiplier < -HYPERBOLIC)
-    good &= recurrence(path.window, period).period == period
-    good &= approaches(trail, path.window[:, :period], verdict.multiplier / period)
-    return good, (batch, verdict)
+    path = batch.window
+    if plan.section is not None:
+        strobed = plan.strobed(parameters, states, modes, 2 * period)
+        strobed.run(0, np.array([0, 2 * period]))
+        path = strobed.window
+    multiplier = log_multiplier(plan, verdict, period * batch.period)
+    good = (verdict.outcome <= Outcome.CHAOTIC) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
+    good &= recurrence(path, period, 2 * period).period == period
+    good &= approaches(trail, path[:, :period], multiplier / period)
+    return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
+
+
+def log_multiplier(plan: Plan, verdict: Verdict, length: np.ndarray) -> np.ndarray:
+    """Logarithm of the modulus of the leading multiplier of cycles of some length, shape (P,).
+
+    The tangents of a complex pair go on turning, and share its growth unevenly in any record: then the two exponents
+    have not settled, and their mean is the answer, which does not fluctuate.
+    """
+    free = free_exponents(verdict.exponents, plan.neutral)
+    first = free[:, 0] * length
+    if free.shape[1] < 2:
+        return first
+    unsettled = np.nan_to_num(verdict.errors).max(axis=1) * length > SETTLED
+    with np.errstate(invalid="ignore"):
+        return np.where(unsettled & np.isfinite(free[:, 1]), 0.5 * (free[:, 0] + free[:, 1]) * length, first)
 
 
 def extrapolate(
-    plan: Plan, parameters: Mapping[str, np.ndarray], states: np.ndarray, modes: np.ndarray, period: int
+    plan: Plan, parameters: Mapping[str, np.ndarray], states: np.ndarray, modes: np.ndarray, periods: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """States that come back after a period, looked for from the given ones, and which of them were found."""
+    """States that come back after a period each, looked for from the given ones, and which of them were found."""
     x, n = states.copy(), states.shape[1]
     tolerance = max(ROUND_OFF, 10 * plan.numerics.tolerance)
     active, converged = np.arange(len(x)), np.zeros(len(x), dtype=bool)
     before = np.full(len(x), np.inf)
     for attempt in range(ROUNDS):
-        at = {name: values[active] for name, values in parameters.items()}
-        runs = plan.strobed(at, x[active], modes[active], 4 * period)
-        runs.run(0, np.array([0, 4 * period]))
-        passed = runs.window[:, period - 1 :: period]
-        points = passed[:, :, :n]
+        if not len(active):
+            break
+        length = 4 * int(periods[active].max())
+        runs = plan.strobed(_at(parameters, active), x[active], modes[active], length)
+        runs.run(0, np.array([0, length]))
+        places = np.arange(1, 5) * periods[active, np.newaxis] - 1
+        passed = np.take_along_axis(runs.window, places[:, :, np.newaxis], axis=1)
         sound = (runs.outcome == Outcome.OK) & (passed[:, :, n] == modes[active, np.newaxis]).all(axis=1)
-        active, points = active[sound], points[sound]
+        active, points = active[sound], passed[sound, :, :n]
         scale = np.abs(points).max(axis=1)
         scale = scale + 1e-6 * scale.max(axis=1, keepdims=True) + 1e-300
         residual = (np.abs(points[:, 0] - x[active]) / scale).max(axis=1)
@@ -130,8 +181,6 @@ def extrapolate(
         converged[active[there]] = True
         going = ~there & ((attempt < 2) | (residual < SHRINKS * before[active]))
         active, points, scale = active[going], points[going], scale[going]
-        if not len(active):
-            break
         before[active] = residual[going]
         x[active] = limit(points / scale[:, np.newaxis]) * scale
     return x, converged

@@ -14,6 +14,7 @@ import numpy as np
 from chaosdrill.analysis.attractors import count_attractors, moments
 from chaosdrill.analysis.cycles import search
 from chaosdrill.analysis.plan import Plan, block_ends
+from chaosdrill.analysis.regularity import LENGTH, is_regular
 from chaosdrill.analysis.verdicts import Verdict, judge
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.engine.batch import Batch, alike
@@ -21,7 +22,7 @@ from chaosdrill.engine.run import rate_names
 
 Arrays = dict[str, np.ndarray]
 
-AT_ONCE = 1024
+AT_ONCE = 2048
 """Points whose runs are held in memory together."""
 
 
@@ -183,20 +184,32 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     which = np.arange(len(places))
     verdict = judge(plan, batch, which, ends)
     _write(plan, batch, which, verdict, which, arrays, places)
+    lead = verdict.lead.copy()
     which, times = which[~verdict.decided], 2
     while len(which) and plan.patience:
-        cycles = search(plan, batch, which, parameters)
-        for point, cycle in cycles.items():
-            place = np.array([cycle.place])
-            _write(plan, cycle.batch, place, cycle.verdict, place, arrays, places[[point]])
-        which = np.array([p for p in which.tolist() if p not in cycles], dtype=int)
+        for cycles in search(plan, batch, which, parameters):
+            _write(plan, cycles.batch, cycles.places, cycles.verdict, cycles.places, arrays, places[cycles.which])
+            which = np.setdiff1d(which, cycles.which)
         if times > plan.patience or not len(which):
-            return
+            break
         ends = block_ends(plan.periods * times)
         batch.proceed(which, 0, ends)
         verdict = judge(plan, batch, which, ends)
         _write(plan, batch, which, verdict, np.arange(len(which)), arrays, places[which])
+        lead[which] = verdict.lead
         which, times = which[~verdict.decided], 2 * times
+    unclear = (arrays["outcome"][places[which]] == Outcome.QUASIPERIODIC) & (lead[which] > 0)
+    if plan.patience and unclear.any():
+        cloud = which[unclear][_fill_a_cloud(plan, parameters, batch, which[unclear])]
+        arrays["outcome"][places[cloud]] = Outcome.CHAOTIC
+
+
+def _fill_a_cloud(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray) -> np.ndarray:
+    """Whether points whose exponent is not told from zero are in weak chaos all the same."""
+    here = {name: values[which] for name, values in parameters.items()}
+    runs = plan.strobed(here, batch.x[which], batch.mode[which], LENGTH)
+    runs.run(0, np.array([0, LENGTH]))
+    return ~is_regular(runs.window[:, :, :-1]) & (runs.outcome == Outcome.OK)
 
 
 def _write(
@@ -220,7 +233,7 @@ def _write(
     arrays["lyapunov_error"][places] = verdict.errors[rows][:, : plan.exponents]
     for name, values in event_rates(plan, batch, which).items():
         arrays[name][places] = np.where(ended, np.nan, values)
-    arrays["moments"][places], arrays["state"][places] = moments(window[:, :, :n], period)
+    arrays["moments"][places], arrays["state"][places] = moments(window, period)
 
 
 def _last_rows(windows: np.ndarray, count: int) -> np.ndarray:

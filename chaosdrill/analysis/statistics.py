@@ -50,6 +50,18 @@ def kaplan_yorke(exponents: np.ndarray, states: int) -> float:
     return float(states) if len(exponents) == states else float("nan")
 
 
+def free_exponents(exponents: np.ndarray, neutral: int) -> np.ndarray:
+    """Exponents that are free to have any sign, the largest first, -inf in the place of the others; shape (P, m).
+
+    ``neutral`` of them are zero whatever the attractor: the flow direction of an autonomous system, its shifts.
+    """
+    size = np.where(np.isfinite(exponents), np.abs(exponents), np.inf)
+    free = np.isfinite(exponents)
+    rows = np.arange(len(exponents))[:, np.newaxis]
+    free[rows, np.argsort(size, axis=1, kind="stable")[:, : min(neutral, exponents.shape[1])]] = False
+    return -np.sort(-np.where(free, exponents, -np.inf), axis=1)
+
+
 def leading(
     exponents: np.ndarray, errors: np.ndarray, neutral: int, length: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -58,9 +70,9 @@ def leading(
     Parameters
     ----------
     exponents, errors : ndarray, shape (P, m)
-        Spectra and their standard errors.
+        Descending spectra and their standard errors.
     neutral : int
-        Exponents that are zero whatever the attractor: the flow direction of an autonomous system, its shifts.
+        As in `free_exponents`.
     length : ndarray, shape (P,)
         Time over which they were averaged; an exponent within 4 / length of zero is not told from it.
 
@@ -70,16 +82,11 @@ def leading(
         The value is -inf where no finite exponent is left, NaN where there are none at all.
     """
     points, m = exponents.shape
-    finite = np.isfinite(exponents)
-    size = np.where(finite, np.abs(exponents), np.inf)
-    free = finite.copy()
-    rows = np.arange(points)[:, np.newaxis]
-    free[rows, np.argsort(size, axis=1, kind="stable")[:, : min(neutral, m)]] = False
-    values = np.where(free, exponents, -np.inf)
-    value = values.max(axis=1, initial=-np.inf)
-    bars = np.nan_to_num(errors)[np.arange(points), values.argmax(axis=1)] if m else np.zeros(points)
-    value = np.where(np.isnan(exponents).all(axis=1), np.nan, value) if m else np.full(points, np.nan)
-    return value, np.maximum(3 * bars, 4 / length)
+    if not m:
+        return np.full(points, np.nan), 4 / length
+    value = free_exponents(exponents, neutral)[:, 0]
+    bars = np.nan_to_num(errors)[np.arange(points), (exponents == value[:, np.newaxis]).argmax(axis=1)]
+    return np.where(np.isnan(exponents).all(axis=1), np.nan, value), np.maximum(3 * bars, 4 / length)
 
 
 def classify(exponents: np.ndarray, errors: np.ndarray, neutral: int, length: float, period: int) -> Outcome:

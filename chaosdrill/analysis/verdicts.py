@@ -44,6 +44,8 @@ class Verdict:
         Whether that is beyond doubt.
     exponents, errors : ndarray, shape (P, m)
         Descending spectra and standard errors.
+    lead : ndarray, shape (P,)
+        Largest exponent that is free to have any sign.
     multiplier : ndarray, shape (P,)
         Logarithm of the leading multiplier of the cycle, where there is one.
     near : ndarray of int, shape (P, 3)
@@ -55,6 +57,7 @@ class Verdict:
     decided: np.ndarray
     exponents: np.ndarray
     errors: np.ndarray
+    lead: np.ndarray
     multiplier: np.ndarray
     near: np.ndarray
 
@@ -99,6 +102,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verd
         decided=decided | ended,
         exponents=exponents,
         errors=errors,
+        lead=lead,
         multiplier=multiplier,
         near=found.near,
     )
