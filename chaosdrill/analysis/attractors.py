@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from numba import float64, void
 
+from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.jit import compiled
@@ -95,7 +96,7 @@ def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray
     """Whether runs, (P,), are on the attractor of one run; all arrays have a leading dimension, that of ``first`` 1."""
     kind = (others["period"] == first["period"]) & (others["outcome"] == first["outcome"])
     one, many = first["moments"], others["moments"]
-    size = np.abs(one).max(axis=(1, 2), keepdims=True) * 1e-6 + np.abs(one).max(axis=1, keepdims=True)
+    size = sizes(one)[:, np.newaxis]
     close = (np.abs(many - one) <= SAME_CYCLE * size).all(axis=(1, 2))
     spread = np.maximum(one[:, 1], many[:, 1]) + SAME_CYCLE * size[:, 0]
     cloud = (np.abs(many[:, :2] - one[:, :2]) <= SAME_CLOUD * spread[:, np.newaxis]).all(axis=(1, 2))

@@ -14,7 +14,7 @@ from itertools import groupby
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan, block_ends
-from chaosdrill.analysis.recurrence import CLOSE, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
 from chaosdrill.analysis.statistics import free_exponents
 from chaosdrill.analysis.verdicts import HYPERBOLIC, ROUND_OFF, Verdict, judge
 from chaosdrill.dataset import Outcome
@@ -174,15 +174,15 @@ def extrapolate(
         passed = np.take_along_axis(runs.window, places[:, :, np.newaxis], axis=1)
         sound = (runs.outcome == Outcome.OK) & (passed[:, :, n] == modes[active, np.newaxis]).all(axis=1)
         active, points = active[sound], passed[sound, :, :n]
-        scale = np.abs(points).max(axis=1)
-        scale = scale + 1e-6 * scale.max(axis=1, keepdims=True) + 1e-300
+        scale = sizes(points)
         residual = (np.abs(points[:, 0] - x[active]) / scale).max(axis=1)
         there = residual <= tolerance
         converged[active[there]] = True
-        going = ~there & ((attempt < 2) | (residual < SHRINKS * before[active]))
-        active, points, scale = active[going], points[going], scale[going]
+        going = there | (attempt < 2) | (residual < SHRINKS * before[active])
+        active, points, scale, there = active[going], points[going], scale[going], there[going]
         before[active] = residual[going]
         x[active] = limit(points / scale[:, np.newaxis]) * scale
+        active = active[~there]
     return x, converged
 
 
@@ -221,8 +221,7 @@ def approaches(trail: np.ndarray, cycle: np.ndarray, rate: np.ndarray) -> np.nda
     """
     points, period, n = len(trail), cycle.shape[1], trail.shape[2] - 1
     rows = int(np.isfinite(trail[:, :, 0]).all(axis=0).sum())
-    scale = np.abs(cycle[:, :, :n]).max(axis=1)
-    scale = (scale + 1e-6 * scale.max(axis=1, keepdims=True) + 1e-300)[:, np.newaxis]
+    scale = sizes(cycle[:, :, :n])[:, np.newaxis]
     best = np.full(points, np.inf)
     answer = np.zeros(points, dtype=bool)
     half = rows // 2

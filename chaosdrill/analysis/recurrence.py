@@ -12,10 +12,17 @@ from chaosdrill.engine.stepper import integers
 CLOSE = 1e-6
 """Largest distance of two section points that count as the same, relative to the size of every state."""
 
+FLOOR = 1e-6
+"""Part of the largest state, or of 1, that is added to the size of every state: below it no digit is known."""
+
 NEAR = 0.05
 """Distance, relative to the extent of the section points, below which a period is worth a search."""
 
-CANDIDATES = 3
+CANDIDATES = 4
+
+CLOSER = 0.5
+"""Part of a distance that is left after a multiple of the iterates, below which the multiple counts on its own: after a
+period doubling the points nearly come back after half of their period."""
 
 _cubes = float64[:, :, ::1]
 _table = int64[:, ::1]
@@ -34,8 +41,8 @@ class Recurrence:
     splitting : ndarray, shape (P,)
         The same after a proper divisor of the period, the smallest over all of them: how far apart the points of a
         cycle are. Infinite for period 1.
-    near : ndarray of int, shape (P, 3)
-        Numbers of iterates after which the points nearly come back, none a multiple of another; 0: no more.
+    near : ndarray of int, shape (P, 4)
+        Numbers of iterates after which the points nearly come back, multiples only if they do so better; 0: no more.
     rows : ndarray of int, shape (P,)
         Section points there were.
     """
@@ -64,9 +71,15 @@ def recurrence(windows: np.ndarray, most: int, depth: int | None = None) -> Recu
     period, rows = np.zeros(points, dtype=np.int64), np.zeros(points, dtype=np.int64)
     residual, splitting = np.full(points, np.inf), np.full(points, np.inf)
     near = np.zeros((points, CANDIDATES), dtype=np.int64)
-    scale = np.zeros(windows.shape[2] - 1)
-    _compare(np.ascontiguousarray(windows), most, depth, scale, period, residual, splitting, near, rows)
+    scale, gap = np.zeros(windows.shape[2] - 1), np.zeros(CANDIDATES)
+    _compare(np.ascontiguousarray(windows), most, depth, scale, gap, period, residual, splitting, near, rows)
     return Recurrence(period, residual, splitting, near, rows)
+
+
+def sizes(points: np.ndarray) -> np.ndarray:
+    """What distances between states are relative to, for points of shape (P, rows, n); shape (P, n)."""
+    size = np.abs(points).max(axis=1)
+    return size + FLOOR * np.maximum(size.max(axis=1, keepdims=True), 1.0)
 
 
 def find_period(points: np.ndarray, most: int) -> int:
@@ -115,8 +128,7 @@ def _extent(points, rows, scale):
         size = max(size, scale[i])
     extent = 0.0
     for i in range(n):
-        # a state that stays at zero is measured by the others
-        scale[i] = scale[i] + 1e-6 * size if size > 0.0 else 1.0
+        scale[i] = scale[i] + FLOOR * max(size, 1.0)
         low = points[0, i]
         high = low
         for k in range(rows):
@@ -126,8 +138,8 @@ def _extent(points, rows, scale):
     return extent
 
 
-@compiled(void(_cubes, int64, int64, vector, integers, vector, vector, _table, integers))
-def _compare(windows, most, depth, scale, period, residual, splitting, near, rows):
+@compiled(void(_cubes, int64, int64, vector, vector, integers, vector, vector, _table, integers))
+def _compare(windows, most, depth, scale, gap, period, residual, splitting, near, rows):
     for p in range(windows.shape[0]):
         count = 0
         while count < windows.shape[1] and np.isfinite(windows[p, count].sum()):
@@ -145,9 +157,10 @@ def _compare(windows, most, depth, scale, period, residual, splitting, near, row
                 continue
             known = False
             for j in range(found):
-                known = known or q % near[p, j] == 0
+                known = known or (q % near[p, j] == 0 and distance > CLOSER * gap[j])
             if found < CANDIDATES and not known:
                 near[p, found] = q
+                gap[found] = distance
                 found += 1
             if distance <= CLOSE:
                 period[p] = q

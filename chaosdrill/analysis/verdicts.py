@@ -48,8 +48,6 @@ class Verdict:
         Largest exponent that is free to have any sign.
     multiplier : ndarray, shape (P,)
         Logarithm of the leading multiplier of the cycle, where there is one.
-    near : ndarray of int, shape (P, 3)
-        Numbers of iterates after which the section points nearly come back.
     """
 
     outcome: np.ndarray
@@ -59,7 +57,6 @@ class Verdict:
     errors: np.ndarray
     lead: np.ndarray
     multiplier: np.ndarray
-    near: np.ndarray
 
 
 def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verdict:
@@ -104,7 +101,6 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verd
         errors=errors,
         lead=lead,
         multiplier=multiplier,
-        near=found.near,
     )
 
 

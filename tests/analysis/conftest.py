@@ -1,10 +1,17 @@
 """Systems that several analyses are tried on."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import sympy
 
 import chaosdrill as cd
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from maps import map_system
 
 
 @pytest.fixture(scope="session")
@@ -53,4 +60,32 @@ def bouncer():
             cd.Transition("hit", "flight", "flight", guard=x, direction=-1, reset={v: -e * v}, kind="impact"),
         ],
         initial={x: 1.0, v: 3.0},
+    )
+
+
+@pytest.fixture(scope="session")
+def logistic():
+    """x -> r x (1 - x)."""
+    x, r = sympy.symbols("x r", real=True)
+    return map_system("logistic", (x,), {"r": 3.2}, {x: r * x * (1 - x)}, {x: 0.3})
+
+
+@pytest.fixture(scope="session")
+def delayed_logistic():
+    """x -> r x (1 - y), y -> x: the fixed point sheds an invariant circle at r = 2."""
+    x, y, r = sympy.symbols("x y r", real=True)
+    return map_system("delayed", (x, y), {"r": 2.1}, {x: r * x * (1 - y), y: x}, {x: 0.4, y: 0.5})
+
+
+@pytest.fixture(scope="session")
+def bistable():
+    """x' = a + x - x**3, y' = -y/2: two equilibria between the folds at a = -+2/sqrt(27)."""
+    x, y, a = sympy.symbols("x y a", real=True)
+    return cd.HybridSystem(
+        name="bistable",
+        states=(x, y),
+        parameters={"a": 0.0, "c": 1.0},
+        modes={"only": {x: a + x - x**3, y: -y * sympy.Symbol("c", real=True) / 2}},
+        period=sympy.Integer(1),
+        initial={x: -1.0, y: 0.1},
     )

@@ -1,0 +1,133 @@
+"""Basins: attractors are recognised across the cells, and the fractions are those of the cells."""
+
+import numpy as np
+import pytest
+import sympy
+from maps import map_system
+
+import chaosdrill as cd
+from chaosdrill.analysis.attractors import moments, number_attractors
+
+LENGTHS = {"transient": 60, "periods": 32, "max_period": 8}
+
+
+@pytest.fixture(scope="module")
+def wells(bistable):
+    grid = {"y": np.array([-0.5, 0.5]), "x": np.array([-2.0, -1.5, -0.6, -1e-3, 0.5, 1.0, 1.7, 2.0])}
+    return cd.basins(bistable.with_parameters(a=0.0), grid, **LENGTHS)
+
+
+def test_each_cell_leads_to_its_own_side(wells):
+    assert wells["attractor"].dims == ("y", "x")
+    state = wells["attractor_state"].values
+    np.testing.assert_allclose(np.sort(state[:, 0]), [-1.0, 1.0], atol=1e-9)
+    side = np.sign(state[:, 0])[wells["attractor"].values - 1]
+    np.testing.assert_array_equal(side, np.sign(wells["x"].values) * np.ones((2, 1)))
+
+
+def test_fractions_have_their_standard_errors(bistable):
+    """The unstable equilibrium at x = 0 parts the cells three to one."""
+    found = cd.basins(bistable, {"x": np.array([-1.5, -0.7, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]), "y": [0.0, 1.0]}, **LENGTHS)
+    np.testing.assert_allclose(found["fraction"].values, [0.75, 0.25], rtol=1e-15)
+    np.testing.assert_allclose(found["fraction_error"].values, np.sqrt(0.75 * 0.25 / 16), rtol=1e-15)
+    np.testing.assert_array_equal(found["attractor_number"].values, [1, 2])
+    np.testing.assert_allclose(found["attractor_exponent"].values, [[-0.5, -2.0]] * 2, rtol=1e-6)
+
+
+def test_cells_that_escape_are_on_no_attractor():
+    """x' = x**3 - x runs away from beyond 1 in finite time."""
+    x, y = sympy.symbols("x y", real=True)
+    system = cd.HybridSystem(
+        name="escaping",
+        states=(x, y),
+        parameters={},
+        modes={"only": {x: x**3 - x, y: -y}},
+        period=sympy.Integer(1),
+        bounds={x: (-10, 10)},
+    )
+    found = cd.basins(system, {"x": [-1.5, -0.9, 0.9, 1.1], "y": [0.0, 2.0]}, **LENGTHS)
+    expected = np.repeat([[0], [1], [1], [0]], 2, axis=1)
+    np.testing.assert_array_equal(found["attractor"].values, expected)
+    np.testing.assert_array_equal(found["outcome"].values, np.where(expected, cd.Outcome.PERIODIC, cd.Outcome.ESCAPED))
+    np.testing.assert_allclose(found["fraction"].values, 0.5)
+    np.testing.assert_allclose(found["attractor_state"].values, 0.0, atol=1e-9)
+
+
+GRID = {"x": np.linspace(0.03, 0.97, 40), "y": [-1.0, 0.0, 1.0]}
+
+
+@pytest.fixture(scope="module")
+def twofold():
+    """x -> r x (1 - x**2) on either side of zero, which it does not cross for r < 2.598; y -> y/2."""
+    x, y, r = sympy.symbols("x y r", real=True)
+    return map_system("cubic", (x, y), {"r": 2.1}, {x: r * x * (1 - x**2), y: y / 2}, {x: 0.3})
+
+
+def test_a_cycle_is_one_attractor_whatever_its_phase(twofold):
+    """The starts meet the cycle of two at either of its points."""
+    found = cd.basins(twofold, GRID, **LENGTHS)
+    assert found.sizes["attractor_number"] == 1
+    assert int(found["attractor_period"][0]) == 2
+    assert (found["attractor"].values == 1).all()
+
+
+def test_chaos_is_one_attractor(twofold):
+    found = cd.basins(twofold.with_parameters(r=2.5), GRID, transient=60, periods=300)
+    assert found.sizes["attractor_number"] == 1
+    assert int(found["attractor_outcome"][0]) == cd.Outcome.CHAOTIC
+
+
+@pytest.mark.parametrize(("r", "kind"), [(2.1, cd.Outcome.PERIODIC), (2.5, cd.Outcome.CHAOTIC)])
+def test_mirror_images_are_two_attractors(twofold, r, kind):
+    grid = {"x": [-0.9, -0.5, -0.2, 0.1, 0.4, 0.8], "y": [0.3, 0.5]}
+    found = cd.basins(twofold.with_parameters(r=r), grid, transient=200, periods=512)
+    assert found.sizes["attractor_number"] == 2
+    assert (found["attractor_outcome"].values == kind).all()
+    sides = found["attractor"].values[:3], found["attractor"].values[3:]
+    assert [len(set(side.ravel().tolist())) for side in sides] == [1, 1]
+
+
+def test_moments_do_not_know_the_phase():
+    rng = np.random.default_rng(5)
+    cycle = np.concatenate([rng.normal(size=(6, 3)), np.zeros((6, 1))], axis=1)
+    windows = np.stack([np.tile(np.roll(cycle, shift, axis=0), (4, 1)) for shift in range(6)])
+    found, state = moments(windows, np.full(6, 6))
+    np.testing.assert_allclose(found, found[:1] * np.ones((6, 1, 1)), rtol=1e-12, atol=1e-15)
+    np.testing.assert_array_equal(state, np.repeat(cycle[[cycle[:, 0].argmin()], :3], 6, axis=0))
+    np.testing.assert_allclose(found[0, 0], cycle[:, :3].mean(axis=0))
+    np.testing.assert_allclose(found[0, 1], cycle[:, :3].std(axis=0))
+
+
+def test_numbers_go_by_size_whatever_the_order():
+    period = np.array([1, 2, 2, 1, 3, 2, 0])
+    found = {
+        "period": period,
+        "outcome": np.array([1, 1, 1, 1, 1, 1, int(cd.Outcome.ESCAPED)]),
+        "moments": np.repeat(period[:, np.newaxis, np.newaxis], 3, axis=1).astype(float),
+        "lyapunov_exponent": np.zeros((7, 0)),
+        "lyapunov_error": np.zeros((7, 0)),
+    }
+    numbers, leaders = number_attractors(found)
+    assert numbers.tolist() == [2, 1, 1, 2, 3, 1, 0]
+    assert leaders.tolist() == [1, 0, 4]
+
+
+def test_a_state_that_the_mode_holds_spans_no_grid():
+    with pytest.raises(
+        cd.SettingsError, match="grid names 'w', which mode 'stick', the initial one, leaves no freedom"
+    ):
+        cd.basins(cd.drill(), {"y": [0.0], "w": [0.0, 0.1]}, transient=1, periods=4)
+
+
+@pytest.mark.parametrize(
+    ("grid", "words"),
+    [
+        ({"x": [0.0]}, r"grid names \['x'\]; basins are drawn over two states"),
+        ({"x": [0.0], "a": [0.0]}, "grid names 'a', which is no state of bistable"),
+        ({"x": [0.0, 0.0], "y": [1.0]}, "grid of 'x' holds a value twice"),
+        (None, "grid is None; it must be two states with their values"),
+    ],
+)
+def test_grids_that_cannot_be_used(bistable, grid, words):
+    with pytest.raises(cd.SettingsError, match=words):
+        cd.basins(bistable, grid, **LENGTHS)

@@ -1,0 +1,37 @@
+"""Quasiperiodic motion is neither periodic nor chaotic, and weak chaos is no torus."""
+
+import numpy as np
+
+import chaosdrill as cd
+from chaosdrill.analysis.regularity import is_regular
+
+
+def test_a_circle_is_shed_by_the_fixed_point(delayed_logistic):
+    """Multipliers of modulus sqrt(r - 1); above r = 2 a circle, the fixed point being left."""
+    r = 2 + np.array([-0.1, -1e-2, -1e-3, -1e-4, 1e-3, 5e-3, 2e-2, 5e-2, 0.1])
+    found = cd.bifurcation_diagram(delayed_logistic, {"r": r}, transient=500, periods=256).isel(seed=0)
+    np.testing.assert_array_equal(found["period"].values, [1] * 4 + [0] * 5)
+    outcome = cd.Outcome.PERIODIC, cd.Outcome.QUASIPERIODIC
+    np.testing.assert_array_equal(found["outcome"].values, [outcome[0]] * 4 + [outcome[1]] * 5)
+    exponents = np.sort(found["lyapunov_exponent"].values[:4], axis=1)[:, :2]
+    np.testing.assert_allclose(exponents.sum(axis=1), np.log(r[:4] - 1), rtol=1e-6)
+
+
+def test_a_rotation_has_the_period_of_its_angle_or_none(circle):
+    angles = 2 * np.pi * np.array([1 / 5, 3 / 7, (np.sqrt(5) - 1) / 2, np.sqrt(2) - 1])
+    found = cd.bifurcation_diagram(circle, {"angle": angles}, transient=50, periods=128).isel(seed=0)
+    np.testing.assert_array_equal(found["period"].values, [5, 7, 0, 0])
+    periodic, torus = cd.Outcome.PERIODIC, cd.Outcome.QUASIPERIODIC
+    np.testing.assert_array_equal(found["outcome"].values, [periodic, periodic, torus, torus])
+
+
+def test_smooth_averages_tell_a_torus_from_a_cloud():
+    k = np.arange(2048)
+    golden = 2 * np.pi * (np.sqrt(5) - 1) / 2
+    torus = np.stack([np.cos(golden * k), np.exp(np.sin(golden * k)) + 0.3 * np.cos(np.sqrt(3) * k)], axis=1)
+    x = np.empty(2048)
+    x[0] = 0.3
+    for i in range(2047):
+        x[i + 1] = 3.7 * x[i] * (1 - x[i])
+    cloud = np.stack([x, np.roll(x, 1)], axis=1)
+    assert is_regular(np.stack([torus, cloud])).tolist() == [True, False]
