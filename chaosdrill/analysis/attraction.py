@@ -77,7 +77,7 @@ def basins(
     axes = state_axes(system, grid)
     names = tuple(axis.name for axis in axes)
     _check_free(system, names)
-    given |= {"grid": listed(axes), "sweep": dict.fromkeys(names)}
+    given["grid"] = listed(axes)
     plan = make_plan(
         system,
         (),

@@ -27,6 +27,12 @@ SAME_CLOUD = 0.2
 SAME_EXPONENT = 6.0
 """Difference of their leading exponents, in combined standard errors, up to which they are one."""
 
+KNOWN_BY = ("period", "outcome", "moments", "lyapunov_exponent", "lyapunov_error")
+"""What attractors are told apart by."""
+
+BLOCK = 2**16
+"""Runs that are compared at once."""
+
 MOST = 1000
 """Attractors that are told apart in one analysis."""
 
@@ -118,8 +124,10 @@ def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.n
     left = np.flatnonzero(np.isin(found["outcome"], ATTRACTING) & np.isfinite(found["moments"]).all(axis=(1, 2)))
     leaders: list[int] = []
     while len(left) and len(leaders) < MOST:
-        first = {name: values[left[:1]] for name, values in found.items()}
-        same = alike_first(first, {name: values[left] for name, values in found.items()})
+        first = _part(found, left[:1])
+        same = np.concatenate(
+            [alike_first(first, _part(found, some)) for some in np.split(left, range(BLOCK, len(left), BLOCK))]
+        )
         same[0] = True
         leaders.append(int(left[0]))
         numbers[left[same]] = len(leaders)
@@ -131,15 +139,19 @@ def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.n
     return rank[numbers], np.array(leaders, dtype=np.int64)[order]
 
 
+def _part(found: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
+    return {name: found[name][which] for name in KNOWN_BY}
+
+
 def count_attractors(found: Mapping[str, np.ndarray]) -> np.ndarray:
     """Number of different attractors among the seeds of every point; arrays of shape (P, S, ...)."""
     points, seeds = found["outcome"].shape
     numbers = np.zeros((points, seeds), dtype=np.int64)
     sound = np.isin(found["outcome"], ATTRACTING) & np.isfinite(found["moments"]).all(axis=(2, 3))
     for seed in range(seeds):
-        others = {name: values[:, seed] for name, values in found.items()}
+        others = {name: found[name][:, seed] for name in KNOWN_BY}
         for earlier in range(seed):
-            first = {name: values[:, earlier] for name, values in found.items()}
+            first = {name: found[name][:, earlier] for name in KNOWN_BY}
             same = sound[:, seed] & sound[:, earlier] & (numbers[:, seed] == 0) & alike_first(first, others)
             numbers[same, seed] = numbers[same, earlier]
         new = sound[:, seed] & (numbers[:, seed] == 0)

@@ -137,7 +137,7 @@ def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
         "lyapunov_exponent": ("f8", (plan.exponents,)),
         "lyapunov_error": ("f8", (plan.exponents,)),
         **dict.fromkeys(rate_names(plan.system), ("f8", ())),
-        "moments": ("f8", (3, n)),
+        "moments": ("f4", (3, n)),
         "state": ("f8", (n,)),
     }
 
