@@ -14,7 +14,7 @@ from itertools import groupby
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan, block_ends
-from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
+from chaosdrill.analysis.recurrence import CLOSE, fading, recurrence, sizes
 from chaosdrill.analysis.statistics import free_exponents
 from chaosdrill.analysis.verdicts import HYPERBOLIC, ROUND_OFF, Verdict, judge
 from chaosdrill.dataset import Outcome
@@ -29,8 +29,8 @@ SHRINKS = 0.5
 SETTLING = 32
 """Cycles in which tangents turn into their directions before growth is averaged."""
 
-SETTLED = 1e-6
-"""Standard error of the logarithm of a multiplier above which tangents have not come to rest."""
+CYCLES = 16
+"""Cycles over which it is averaged, at least."""
 
 PARALLEL = 1e-3
 """Sine of the angle below which two differences have one direction."""
@@ -80,14 +80,14 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
     open_ = np.ones(len(which), dtype=bool)
     results = []
     for points, periods in attempts(near):
-        unsolved = open_[points]
-        points, periods = points[unsolved], periods[unsolved]
-        found, converged = extrapolate(plan, _at(here, points), states[points], modes[points], periods)
+        tried = open_[points] & fading(trail, points, periods)
+        points, periods = points[tried], periods[tried]
+        found, converged, turning = extrapolate(plan, _at(here, points), states[points], modes[points], periods)
         for period in np.unique(periods[converged]).tolist():
             chosen = converged & (periods == period)
             group = points[chosen]
             good, measured, verdict = _measure(
-                plan, _at(here, group), found[chosen], modes[group], trail[group], period
+                plan, _at(here, group), found[chosen], modes[group], trail[group], period, turning[chosen]
             )
             good &= open_[group]
             open_[group[good]] = False
@@ -107,7 +107,7 @@ def attempts(near: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
             for turn, divisor in enumerate(some):
                 tasks.setdefault((octave, turn), []).append((point, divisor))
     for key in sorted(tasks):
-        points, periods = np.array(tasks[key]).T
+        points, periods = np.array(tasks[key]).T.copy()
         yield points, periods
 
 
@@ -122,10 +122,11 @@ def _measure(
     modes: np.ndarray,
     trail: np.ndarray,
     period: int,
+    turning: np.ndarray,
 ) -> tuple[np.ndarray, Batch, Verdict]:
     """Run over cycles of one period, and say which of them are the answer."""
     batch = plan.batch(parameters, states, modes)
-    cycles = max(SETTLING, -(-plan.rows // period))
+    cycles = max(CYCLES, -(-plan.rows // period))
     ends = block_ends(cycles, period)
     batch.run(SETTLING * period, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
@@ -134,36 +135,33 @@ def _measure(
         strobed = plan.strobed(parameters, states, modes, 2 * period)
         strobed.run(0, np.array([0, 2 * period]))
         path = strobed.window
-    multiplier = log_multiplier(plan, verdict, period * batch.period)
+    free = free_exponents(verdict.exponents, plan.neutral)
+    # the tangents of a complex pair go on turning and share its growth unevenly, but lose none of it
+    pair = turning & (free.shape[1] > 1) & np.isfinite(free[:, min(1, free.shape[1] - 1)])
+    with np.errstate(invalid="ignore"):
+        multiplier = np.where(pair, free[:, :2].mean(axis=1), free[:, 0]) * period * batch.period
     good = (verdict.outcome <= Outcome.CHAOTIC) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
     good &= recurrence(path, period, 2 * period).period == period
     good &= approaches(trail, path[:, :period], multiplier / period)
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
 
 
-def log_multiplier(plan: Plan, verdict: Verdict, length: np.ndarray) -> np.ndarray:
-    """Logarithm of the modulus of the leading multiplier of cycles of some length, shape (P,).
-
-    The tangents of a complex pair go on turning, and share its growth unevenly in any record: then the two exponents
-    have not settled, and their mean is the answer, which does not fluctuate.
-    """
-    free = free_exponents(verdict.exponents, plan.neutral)
-    first = free[:, 0] * length
-    if free.shape[1] < 2:
-        return first
-    unsettled = np.nan_to_num(verdict.errors).max(axis=1) * length > SETTLED
-    with np.errstate(invalid="ignore"):
-        return np.where(unsettled & np.isfinite(free[:, 1]), 0.5 * (free[:, 0] + free[:, 1]) * length, first)
-
-
 def extrapolate(
     plan: Plan, parameters: Mapping[str, np.ndarray], states: np.ndarray, modes: np.ndarray, periods: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """States that come back after a period each, looked for from the given ones, and which of them were found."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States that come back after a period each, looked for from the given ones.
+
+    Returns
+    -------
+    states : ndarray, shape (P, n)
+    found : ndarray of bool, shape (P,)
+    turning : ndarray of bool, shape (P,)
+        Whether neighbours turn about them: the leading multipliers are a complex pair.
+    """
     x, n = states.copy(), states.shape[1]
     tolerance = max(ROUND_OFF, 10 * plan.numerics.tolerance)
     active, converged = np.arange(len(x)), np.zeros(len(x), dtype=bool)
-    before = np.full(len(x), np.inf)
+    before, turning = np.full(len(x), np.inf), np.zeros(len(x), dtype=bool)
     for attempt in range(ROUNDS):
         if not len(active):
             break
@@ -181,13 +179,27 @@ def extrapolate(
         going = there | (attempt < 2) | (residual < SHRINKS * before[active])
         active, points, scale, there = active[going], points[going], scale[going], there[going]
         before[active] = residual[going]
-        x[active] = limit(points / scale[:, np.newaxis]) * scale
+        ends, turns = limit(points / scale[:, np.newaxis])
+        x[active] = ends * scale
+        turning[active[~there]] = turns[~there]
         active = active[~there]
-    return x, converged
+    return x, converged, turning
 
 
-def limit(z: np.ndarray) -> np.ndarray:
-    """Limit of sequences that obey a linear recurrence of order two, or one, from four points; (P, 4, n) to (P, n)."""
+def limit(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Limit of sequences that obey a linear recurrence of order two, or one.
+
+    Parameters
+    ----------
+    z : ndarray, shape (P, 4, n)
+        Four successive points.
+
+    Returns
+    -------
+    limit : ndarray, shape (P, n)
+    turning : ndarray of bool, shape (P,)
+        Whether the order is two and the roots are a complex pair.
+    """
     d1, d2, d3 = (z[:, k + 1] - z[:, k] for k in range(3))
 
     def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -203,8 +215,10 @@ def limit(z: np.ndarray) -> np.ndarray:
         second = (c0 * z[:, 1] + c1 * z[:, 2] + z[:, 3]) / (1 + c0 + c1)
         ratio = dot(d2, d3) / dot(d2, d2)
         first = z[:, 3] + d3 * ratio / (1 - ratio)
-        found = np.where(b > PARALLEL**2 * dot(d2, d2), second, first)
-    return np.where(np.isfinite(found).all(axis=1, keepdims=True), found, z[:, 3])
+        planar = b > PARALLEL**2 * dot(d2, d2)
+        found = np.where(planar, second, first)
+        turning = (planar & (c1**2 < 4 * c0))[:, 0]
+    return np.where(np.isfinite(found).all(axis=1, keepdims=True), found, z[:, 3]), turning
 
 
 def approaches(trail: np.ndarray, cycle: np.ndarray, rate: np.ndarray) -> np.ndarray:

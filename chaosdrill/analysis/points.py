@@ -22,7 +22,7 @@ from chaosdrill.engine.run import rate_names
 
 Arrays = dict[str, np.ndarray]
 
-AT_ONCE = 2048
+AT_ONCE = 4096
 """Points whose runs are held in memory together."""
 
 

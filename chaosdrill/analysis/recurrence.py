@@ -20,6 +20,9 @@ NEAR = 0.05
 
 CANDIDATES = 4
 
+FADES = 1e-4
+"""Part of a distance that is lost from one half of a record to the other, at least, if it is to vanish in the end."""
+
 CLOSER = 0.5
 """Part of a distance that is left after a multiple of the iterates, below which the multiple counts on its own: after a
 period doubling the points nearly come back after half of their period."""
@@ -74,6 +77,26 @@ def recurrence(windows: np.ndarray, most: int, depth: int | None = None) -> Recu
     scale, gap = np.zeros(windows.shape[2] - 1), np.zeros(CANDIDATES)
     _compare(np.ascontiguousarray(windows), most, depth, scale, gap, period, residual, splitting, near, rows)
     return Recurrence(period, residual, splitting, near, rows)
+
+
+def fading(windows: np.ndarray, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Whether distances between section points a number of iterates apart shrink along the record, or have vanished.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (P, W, n + 1)
+        As in `recurrence`.
+    points, periods : ndarray of int, shape (K,)
+        Which window, and how many iterates.
+
+    Returns
+    -------
+    ndarray of bool, shape (K,)
+        Where this is False no cycle of so many iterates is being approached.
+    """
+    late, early = np.zeros(len(points)), np.zeros(len(points))
+    _halves(np.ascontiguousarray(windows), points, periods, np.zeros(windows.shape[2] - 1), early, late)
+    return (late <= CLOSE) | (late < (1 - FADES) * early)
 
 
 def sizes(points: np.ndarray) -> np.ndarray:
@@ -136,6 +159,29 @@ def _extent(points, rows, scale):
             high = max(high, points[k, i])
         extent = max(extent, (high - low) / scale[i])
     return extent
+
+
+@compiled(void(_cubes, integers, integers, vector, vector, vector))
+def _halves(windows, points, periods, scale, early, late):
+    n = scale.size
+    for k in range(points.size):
+        window = windows[points[k]]
+        rows = 0
+        while rows < window.shape[0] and np.isfinite(window[rows].sum()):
+            rows += 1
+        q = periods[k]
+        if rows <= q + 1:
+            continue
+        _extent(window, rows, scale)
+        middle = (rows + q) // 2
+        for row in range(q, rows):
+            distance = 0.0
+            for i in range(n):
+                distance = max(distance, abs(window[row, i] - window[row - q, i]) / scale[i])
+            if row < middle:
+                early[k] = max(early[k], distance)
+            else:
+                late[k] = max(late[k], distance)
 
 
 @compiled(void(_cubes, int64, int64, vector, vector, integers, vector, vector, _table, integers))
