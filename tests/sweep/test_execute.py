@@ -1,6 +1,7 @@
 """The same bits whoever runs the units; nothing runs twice; faults and interruptions come through."""
 
-import _thread
+import os
+import signal
 import threading
 import time
 from dataclasses import dataclass
@@ -49,11 +50,11 @@ def test_every_unit_runs_once(workers):
 
 
 def test_expensive_units_do_not_stall_the_rest():
-    # one unit of 0.4 s among 400 of 1 ms: two threads need the 0.4 s and hardly more
-    task = Logistic(units=400, iterations=1, pause=0.001, slow={3: 0.4})
+    # one unit of a second among 400 that take a second together: one after the other they would need two
+    task = Logistic(units=400, iterations=1, pause=0.0025, slow={3: 1.0})
     start = time.perf_counter()
     execute(task, workers=2)
-    assert time.perf_counter() - start < 0.65
+    assert time.perf_counter() - start < 1.6
 
 
 def test_progress_counts_points_by_outcome(task, whole):
@@ -84,9 +85,14 @@ def test_a_fault_comes_through_and_stops_the_rest(workers):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_interruption_keeps_what_has_finished(tmp_path, whole, same, workers):
     task = Logistic(units=1200, pause=0.002)
-    threading.Timer(0.4, _thread.interrupt_main).start()
+    timer = threading.Timer(0.1, os.kill, [os.getpid(), signal.SIGINT])
+
+    def progress(done, total, outcomes):
+        if done and not timer.ident:
+            timer.start()
+
     with pytest.raises(KeyboardInterrupt):
-        execute(task, workers=workers, store=tmp_path)
+        execute(task, workers=workers, store=tmp_path, progress=progress)
     told = []
     found = execute(Logistic(units=1200), store=tmp_path, progress=lambda *seen: told.append(seen))
     assert 0 < told[0][0] < 1200
