@@ -14,7 +14,7 @@ from chaosdrill.files import remove_drafts, replacing
 from chaosdrill.sweep import Parts, execute
 
 CALLS = ("open", "mkdir", "posix_fallocate", "pwrite", "write", "fsync", "replace", "unlink", "rmdir")
-TASK = Logistic(units=40, iterations=3)
+TASK = Logistic(units=12, iterations=3)
 folder = Path(sys.argv[1])
 target, parts_folder = folder / "out.bin", folder / "out.nc.parts"
 
