@@ -200,7 +200,7 @@ def _proven(functions, h, gap, settings_i, settings_f, t, c, x, carried, carried
     if carried[FRESH] == ONGOING and h <= 1.3 * carried_f[PROVEN]:
         return h
     if not gap <= taylor.GAP:
-        lane_step.copy_lane(block[BLOCK_WS], 0, x.size, lane, settings_i[ORDER], scratch[WORKSPACE])
+        lane_step.copy_lane(block[BLOCK_WS], 0, block[BLOCK_OUT].shape[0], lane, settings_i[ORDER], scratch[WORKSPACE])
         spare = (scratch[OUT], scratch[BEFORE], scratch[AFTER])
         h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, scratch[WORKSPACE], spare)
     carried_f[PROVEN] = h

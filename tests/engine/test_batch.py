@@ -1,6 +1,7 @@
 """Many runs at a time are those runs one by one, whoever their neighbours are."""
 
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -177,3 +178,20 @@ def test_a_system_travels_without_its_code(drill):
     a.run(5, ENDS)
     b.run(5, ENDS)
     assert results(a, 0) == results(b, 0)
+
+
+def test_a_gap_in_the_series_shortens_no_step_of_an_integral(drill):
+    # sliding ever faster, the drill is nearly linear: late coefficients promise steps that the defect is asked about
+    system = drill.with_initial(y=-1.0, u=2.0)
+    numerics = Numerics("taylor", 1e-12)
+    run = Run(system, system.forcing_period(), numerics)
+    run.advance(18)
+    start = np.array([[system.initial[s] for s in system.state_names]])
+    together = Batch(system, {}, start, np.array([system.mode_names.index("stick")]), numerics)
+    # steps of 1e-10 would take for ever
+    thread = threading.Thread(target=lambda: together.run(0, np.array([0, 18])), daemon=True)
+    thread.start()
+    thread.join(60)
+    assert not thread.is_alive()
+    assert together.drilled[0, 0] == pytest.approx(run.integrals()[0], rel=1e-11)
+    np.testing.assert_allclose(together.x[0], run.x, rtol=0, atol=1e-11)
