@@ -27,10 +27,13 @@ SHRINKS = 0.5
 """Part of the residual that may be left after a round, beyond the first two."""
 
 SETTLING = 32
-"""Cycles in which tangents turn into their directions before growth is averaged."""
+"""Periods in which tangents turn into their directions before growth is averaged."""
 
-CYCLES = 16
-"""Cycles over which it is averaged, at least."""
+AVERAGING = 16
+"""Periods over which it is averaged, at least."""
+
+LEAST_CYCLES = 4
+"""Cycles of either, at least."""
 
 PARALLEL = 1e-3
 """Sine of the angle below which two differences have one direction."""
@@ -115,6 +118,10 @@ def _at(parameters: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np
     return {name: values[which] for name, values in parameters.items()}
 
 
+def _cycles(periods: int, period: int) -> int:
+    return max(LEAST_CYCLES, -(-periods // period))
+
+
 def _measure(
     plan: Plan,
     parameters: Mapping[str, np.ndarray],
@@ -126,9 +133,8 @@ def _measure(
 ) -> tuple[np.ndarray, Batch, Verdict]:
     """Run over cycles of one period, and say which of them are the answer."""
     batch = plan.batch(parameters, states, modes)
-    cycles = max(CYCLES, -(-plan.rows // period))
-    ends = block_ends(cycles, period)
-    batch.run(SETTLING * period, ends)
+    ends = block_ends(_cycles(max(AVERAGING, plan.rows), period), period)
+    batch.run(_cycles(SETTLING, period) * period, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
     path = batch.window
     if plan.section is not None:
@@ -139,7 +145,10 @@ def _measure(
     # the tangents of a complex pair go on turning and share its growth unevenly, but lose none of it
     pair = turning & (free.shape[1] > 1) & np.isfinite(free[:, min(1, free.shape[1] - 1)])
     with np.errstate(invalid="ignore"):
-        multiplier = np.where(pair, free[:, :2].mean(axis=1), free[:, 0]) * period * batch.period
+        shared = free[:, :2].mean(axis=1)
+    multiplier = np.where(pair, shared, free[:, 0]) * period * batch.period
+    if not plan.neutral:
+        verdict.exponents[pair, :2] = shared[pair, np.newaxis]
     good = (verdict.outcome <= Outcome.CHAOTIC) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
     good &= recurrence(path, period, 2 * period).period == period
     good &= approaches(trail, path[:, :period], multiplier / period)

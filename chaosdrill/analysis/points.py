@@ -23,7 +23,10 @@ from chaosdrill.engine.run import rate_names
 Arrays = dict[str, np.ndarray]
 
 AT_ONCE = 4096
-"""Points whose runs are held in memory together."""
+"""Points whose runs are held in memory together, at most."""
+
+MOST_HELD = 2**26
+"""Bytes of their section points, at most."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +94,8 @@ class PointTask:
 
     def run(self, first: int, count: int) -> Arrays:
         """Results of some points of the grid with all their seeds."""
-        seeds = len(self.starts)
-        step = max(1, AT_ONCE // seeds)
+        held = 8 * self.plan.window * (len(self.plan.system.states) + 1)
+        step = max(1, min(AT_ONCE, MOST_HELD // held) // len(self.starts))
         parts = [self._run(begin, min(step, first + count - begin)) for begin in range(first, first + count, step)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
