@@ -34,6 +34,7 @@ def compile_ahead() -> None:
 
 
 def await_engine() -> None:
-    """Wait for the process that compiles the engine, if there is one."""
-    while _started:
-        _started.pop().wait()
+    """Wait for the process that compiles the engine, if there is one; several threads may."""
+    for process in tuple(_started):
+        process.wait()
+    _started.clear()

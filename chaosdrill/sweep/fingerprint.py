@@ -17,7 +17,7 @@ def origin() -> dict[str, Any]:
     """Versions of everything that computes numbers, and a key of the package's own numerical code."""
     from chaosdrill.codegen.cache import code_key
 
-    return {"versions": library_versions(), "code": code_key()}
+    return {"versions": library_versions(), "package source": code_key()}
 
 
 def of_system(system: "HybridSystem") -> dict[str, Any]:
