@@ -31,7 +31,7 @@ class Kernels:
     Attributes
     ----------
     functions : tuple
-        The eight functions of ``codegen.signatures``, in order.
+        The seven functions of ``codegen.signatures``, in order.
     path, lanes_path : pathlib.Path
         The generated source files.
     events : tuple of tuple of Event

@@ -1,6 +1,9 @@
 """The fixed signatures through which the engine sees a system; arrays are C-contiguous doubles."""
 
+from typing import NamedTuple
+
 from numba import float64, int64, types, void
+from numba.extending import register_jitable
 
 vector = float64[::1]
 matrix = float64[:, ::1]
@@ -13,10 +16,9 @@ SIGNATURES = {
     "field": void(int64, float64, vector, vector, vector),
     "variation": void(int64, float64, vector, vector, vector, vector),
     "guard": float64(int64, int64, float64, vector, vector, vector),
-    "choose": int64(int64, int64, float64, vector, vector, float64, vector),
-    "reset": void(int64, float64, vector, vector, vector, matrix),
+    "transit": int64(int64, int64, int64, float64, vector, vector, float64, vector),
 }
-"""name -> signature of the eight functions that make a system, in the order in which the engine takes them
+"""name -> signature of the seven functions that make a system, in the order in which the engine takes them
 
 * ``jet(mode, order, t, c, x, ws)`` Taylor coefficients of states, quadratures and guards
 * ``jacobian_jet(mode, order, c, ws)`` coefficients of the Jacobian's entries
@@ -24,10 +26,33 @@ SIGNATURES = {
 * ``field(mode, t, c, x, out)`` time derivatives of states, then integrands of quadratures
 * ``variation(mode, t, c, x, d, out)`` Jacobian times a vector
 * ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative
-* ``choose(mode, j, t, c, x, tolerance, rest)`` the transition that this event takes, -1 for none; if it replaces
-  rebounds, the time that they would last goes into ``rest[0]``
-* ``reset(transition, t, c, x, out, jacobian)`` state after, and derivatives by states and, last, time
+* ``transit(mode, j, tangents, t, c, x, tolerance, event)`` puts the state onto the mode's j-th guard and returns the
+  transition that this event takes, -1 for none; what goes with it stands in ``event``, see `event_places`. Where
+  ``tangents`` is 0 that is not all: what only tangents need is left out
 """
+
+
+class EventPlaces(NamedTuple):
+    """Where in the array of an event its numbers begin."""
+
+    gradient: int
+    rest: int
+    before: int
+    after: int
+    image: int
+    jacobian: int
+    size: int
+
+
+@register_jitable
+def event_places(n: int) -> EventPlaces:
+    """Places for a system of n states.
+
+    Gradient of the guard and, last, its time derivative; the time that rebounds which are replaced would last, or -1;
+    rates of the states before and after; the state after; its derivatives by states and, last, time, row by row.
+    """
+    return EventPlaces(0, n + 1, n + 2, 2 * n + 2, 3 * n + 2, 4 * n + 2, 4 * n + 2 + n * (n + 1))
+
 
 LANE_SIGNATURES = {
     "jet": void(int64, int64, vector, matrix, matrix, block),

@@ -8,9 +8,10 @@ import sympy
 from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.expression import ExpressionPrinter, special_imports, statements
 from chaosdrill.codegen.taylor import ModeSource
+from chaosdrill.codegen.transit import transit
 from chaosdrill.codegen.variational import tangent
 from chaosdrill.errors import ModelError
-from chaosdrill.model.derive import guard_gradient, jacobian, rebound, reset_jacobian, reset_map
+from chaosdrill.model.derive import guard_gradient, jacobian, reset_jacobian, reset_map
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -134,24 +135,19 @@ def _pointwise(system: "HybridSystem", printer: ExpressionPrinter, events: tuple
     unpack = [f"x{i} = x[{i}]" for i in range(n)]
     outputs = [f"out[{i}]" for i in range(n)]
     direction = [sympy.Symbol(f"d_{i}", real=True) for i in range(n)]
-    fields, variations, guards, chooses, resets = [], [], [], [], []
+    fields, variations, guards, transits = [], [], [], []
     for mode, watched in zip(system.modes, events, strict=True):
         rates = [system.modes[mode][s] for s in system.states] + list(system.quadratures.values())
         fields.append(unpack + statements(printer, [f"out[{i}]" for i in range(len(rates))], rates))
         image = list(jacobian(system, mode) * sympy.Matrix(direction))
         variations.append([*unpack, *(f"d_{i} = d[{i}]" for i in range(n)), *statements(printer, outputs, image)])
         guards.append([_guard_body(system, printer, e) for e in watched])
-        chooses.append([_choose_body(system, printer, e) for e in watched])
-    for transition in system.transitions:
-        names = outputs + [f"jacobian[{i}, {j}]" for i in range(n) for j in range(n + 1)]
-        values = reset_map(system, transition) + [v for row in reset_jacobian(system, transition) for v in row]
-        resets.append(unpack + statements(printer, names, values))
+        transits.append([transit(system, printer, mode, e) for e in watched])
     return [
         _branches("field", "mode, t, c, x, out", "mode", fields),
         _branches("variation", "mode, t, c, x, d, out", "mode", variations),
         _nested("guard", "mode, j, t, c, x, gradient", unpack, guards, "return 0.0"),
-        _nested("choose", "mode, j, t, c, x, tolerance, rest", unpack, chooses, "return -1"),
-        _branches("reset", "transition, t, c, x, out, jacobian", "transition", resets),
+        _nested("transit", "mode, j, tangents, t, c, x, tolerance, event", unpack, transits, "return -1"),
     ]
 
 
@@ -159,38 +155,6 @@ def _guard_body(system: "HybridSystem", printer: ExpressionPrinter, event: Event
     gradient = guard_gradient(system, event.guard)
     names = ["value", *(f"gradient[{i}]" for i in range(len(gradient)))]
     return [*statements(printer, names, [event.guard, *gradient]), "return value"]
-
-
-def _choose_body(system: "HybridSystem", printer: ExpressionPrinter, event: Event) -> list[str]:
-    named = {t.name: t for t in system.transitions}
-    completing = [i for i in event.outcomes if system.transitions[i].completes is not None]
-    lines = []
-    for index in completing:
-        lines += _completion(system, printer, index, named[system.transitions[index].completes])
-    for index in event.outcomes:
-        if index in completing:
-            continue
-        condition = system.transitions[index].condition
-        if condition is None or condition == sympy.true:
-            return [*lines, f"return {index}"]
-        lines += [f"if {printer.doprint(condition)}:", f"    return {index}"]
-    return [*lines, "return -1"]
-
-
-def _completion(system: "HybridSystem", printer: ExpressionPrinter, index: int, rebounding: Any) -> list[str]:
-    """Lines that choose the transition if the rebounds to come take a negligible time, which goes into ``rest``.
-
-    With the normal speeds v before and w after a rebound and the acceleration a they last 2 w/a (1 + e + ..), e = -w/v.
-    """
-    condition = system.transitions[index].condition
-    sign = "" if rebounding.direction > 0 else "-"
-    lines = statements(printer, ["before", "after", "pull"], list(rebound(system, rebounding)))
-    lines.append("rest[0] = 0.0 if after == 0.0 else -2.0 * after * before / (pull * (before + after))")
-    tests = [f"{sign}pull > 0.0", f"{sign}after <= 0.0", f"{sign}(before + after) >= 0.0"]
-    tests.append("rest[0] * rest[0] * abs(pull) <= tolerance")
-    if condition is not None:
-        tests.append(f"({printer.doprint(condition)})")
-    return [*lines, f"if {' and '.join(tests)}:", f"    return {index}", "rest[0] = -1.0"]
 
 
 def _function(name: str, arguments: str, body: list[str], decorator: str | None = None) -> str:

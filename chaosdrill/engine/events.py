@@ -1,11 +1,11 @@
-"""An event is taken: projection on the guard, choice of the outcome, reset, saltation of the tangents."""
+"""An event is taken: the reset of its outcome, and the saltation of the tangents."""
 
 import math
 
+from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
-    AFTER,
-    BEFORE,
+    EVENT,
     EVENT_COLUMNS,
     EVENT_KIND,
     EVENT_MODE,
@@ -16,7 +16,6 @@ from chaosdrill.engine.layout import (
     EVENTS_IN_PERIOD,
     FIRED,
     FRESH,
-    GRADIENT,
     IMAGE,
     JUMP,
     LIVE,
@@ -25,7 +24,6 @@ from chaosdrill.engine.layout import (
     NEW_MODE,
     RANK_CHECK,
     RANK_DEFICIENT,
-    RESET_JACOBIAN,
     SAME_MODE,
     STROBES,
     TO_MODE,
@@ -34,53 +32,47 @@ from chaosdrill.engine.layout import (
 
 
 @inlined
-def _project(value, gradient, x):
-    """Put the state on the guard, along the guard's gradient."""
-    square = 0.0
-    for i in range(x.size):
-        square += gradient[i] * gradient[i]
-    if square > 0.0:
-        for i in range(x.size):
-            x[i] -= value * gradient[i] / square
-
-
-@inlined
-def _normal_speed(gradient, before, n):
+def normal_speed(event, n):
     """Rate at which the guard is crossed: n.F- + dh/dt."""
-    speed = gradient[n]
+    place = event_places(n)
+    speed = event[place.gradient + n]
     for i in range(n):
-        speed += gradient[i] * before[i]
+        speed += event[place.gradient + i] * event[place.before + i]
     return speed
 
 
 @inlined
-def saltation_jump(jacobian, before, after, out):
+def saltation_jump(event, out):
     """F+ - DR F- - dR/dt, the part of the saltation that goes with the tangent's speed across the guard."""
     n = out.size
+    place = event_places(n)
     for i in range(n):
-        out[i] = after[i] - jacobian[i, n]
+        row = place.jacobian + i * (n + 1)
+        out[i] = event[place.after + i] - event[row + n]
         for j in range(n):
-            out[i] -= jacobian[i, j] * before[j]
+            out[i] -= event[row + j] * event[place.before + j]
 
 
 @inlined
-def saltate(vectors, live, jacobian, gradient, speed, jump, image):
+def saltate(vectors, live, event, speed, jump, image):
     """Map live tangents across an event, S d = DR d + jump (n.d) / (n.F- + dh/dt); returns their largest entry.
 
     A tangent along the guard is mapped by the reset alone, without round-off from a large jump; so is every tangent
     where the flow does not jump, however slowly it comes.
     """
     n = vectors.shape[1]
+    place = event_places(n)
     largest = 0.0
     for v in range(live):
         across = 0.0
         for j in range(n):
-            across += gradient[j] * vectors[v, j]
+            across += event[place.gradient + j] * vectors[v, j]
         across = across / speed if across != 0.0 else 0.0
         for i in range(n):
+            row = place.jacobian + i * (n + 1)
             s = 0.0
             for j in range(n):
-                s += jacobian[i, j] * vectors[v, j]
+                s += event[row + j] * vectors[v, j]
             image[i] = s + jump[i] * across if jump[i] != 0.0 else s
         for i in range(n):
             vectors[v, i] = image[i]
@@ -96,21 +88,17 @@ def take(functions, settings_f, transitions, j, local, t, c, x, vectors, carried
     rebounds the limit time and state are recorded; the run goes on from here, on the same path within the tolerance.
     """
     n = x.size
+    place = event_places(n)
     mode = carried[MODE]
-    gradient = scratch[GRADIENT]
-    before = scratch[BEFORE]
-    _project(functions[5](mode, j, t, c, x, gradient), gradient, x)
-    before[0] = -1.0
-    transition = functions[6](mode, j, t, c, x, settings_f[TOLERANCE], before)
-    rest = before[0]
+    event = scratch[EVENT]
+    recorded = buffer.shape[0] > 0
+    transition = functions[6](mode, j, carried[LIVE] + recorded, t, c, x, settings_f[TOLERANCE], event)
+    rest = event[place.rest]
     carried[FIRED] = j
     carried[FRESH] = SAME_MODE
     if transition < 0:
         return 0.0
-    functions[3](mode, t, c, x, before)
-    functions[5](mode, j, t, c, x, gradient)
-    speed = _normal_speed(gradient, before, n)
-    recorded = buffer.shape[0] > 0
+    speed = normal_speed(event, n)
     if recorded:
         row = buffer[carried[EVENT_ROWS]]
         row[EVENT_STROBES] = carried[STROBES]
@@ -123,18 +111,14 @@ def take(functions, settings_f, transitions, j, local, t, c, x, vectors, carried
     largest = 0.0
     if transitions[transition, MARKS_ONLY] == 0:
         target = transitions[transition, TO_MODE]
-        image = scratch[IMAGE]
-        functions[7](transition, t, c, x, image, scratch[RESET_JACOBIAN])
         for i in range(n):
-            x[i] = image[i]
-        if carried[LIVE] > 0 or rest > 0.0:
-            functions[3](target, t, c, x, scratch[AFTER])
+            x[i] = event[place.image + i]
         if carried[LIVE] > 0:
             if rest >= 0.0 and speed == 0.0:
                 # a state that stands on the guard already is mapped by the reset alone
                 speed = math.inf
-            saltation_jump(scratch[RESET_JACOBIAN], before, scratch[AFTER], scratch[JUMP])
-            largest = saltate(vectors, carried[LIVE], scratch[RESET_JACOBIAN], gradient, speed, scratch[JUMP], image)
+            saltation_jump(event, scratch[JUMP])
+            largest = saltate(vectors, carried[LIVE], event, speed, scratch[JUMP], scratch[IMAGE])
             if transitions[transition, RANK_DEFICIENT] == 1:
                 carried[RANK_CHECK] = 1
         if target != mode:
@@ -146,7 +130,7 @@ def take(functions, settings_f, transitions, j, local, t, c, x, vectors, carried
         if rest > 0.0:
             row[EVENT_TIME] += rest
             for i in range(n):
-                row[EVENT_COLUMNS + n + i] += rest * scratch[AFTER][i]
+                row[EVENT_COLUMNS + n + i] += rest * event[place.after + i]
         carried[EVENT_ROWS] += 1
     counts[transition] += 1
     if rest < 0.0:

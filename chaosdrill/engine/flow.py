@@ -68,7 +68,7 @@ LARGE_GROWTH = 1e4
 
 integer_matrix = int64[:, ::1]
 scratch_type = types.Tuple(
-    (matrix, vector, vector, matrix, matrix, *[vector] * 6, matrix, vector, matrix)
+    (matrix, vector, vector, matrix, matrix, *[vector] * 8, matrix)
 )  # in the order of engine.layout
 SIGNATURE = int64(
     *KERNEL_TYPES,
@@ -118,8 +118,7 @@ def flow(
     field,
     variation,
     guard,
-    choose,
-    reset,
+    transit,
     expand,
     locate,
     evaluate,
@@ -149,7 +148,7 @@ def flow(
     scratch,
 ):
     """Continue a run; returns DONE, FULL, or the outcome that ended it."""
-    functions = (jet, jacobian_jet, tangent, field, variation, guard, choose, reset)
+    functions = (jet, jacobian_jet, tangent, field, variation, guard, transit)
     stepper = (expand, locate, evaluate, advance_by)
     period = settings_f[PERIOD]
     series = settings_i[METHOD] != RK4

@@ -483,8 +483,7 @@ def lane_flow(
     field,
     variation,
     guard,
-    choose,
-    reset,
+    transit,
     lane_jet,
     lane_jacobian_jet,
     lane_tangent,
@@ -515,7 +514,7 @@ def lane_flow(
     which constants are not the same at all points; ``results`` (LANES + 1, LANES), ``plan`` (2 guards, LANES) and
     ``row``, one row of the event buffer, are scratch.
     """
-    functions = (jet, jacobian_jet, tangent, field, variation, guard, choose, reset)
+    functions = (jet, jacobian_jet, tangent, field, variation, guard, transit)
     lane_functions = (lane_jet, lane_jacobian_jet, lane_tangent)
     tangents = frame.shape[0] + 1
     places = results[LANES]

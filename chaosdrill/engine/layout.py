@@ -59,7 +59,7 @@ METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
     AFTER,
     OUT,
     IMAGE,
-    RESET_JACOBIAN,
+    EVENT,
     JUMP,
     STAGES,
 ) = range(14)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
+from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import frozen_states
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _TOLERANCE = 1e-8
+_SAMPLES = 12
 
 
 def forcing_periods(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: int) -> np.ndarray:
@@ -74,8 +76,9 @@ def check_period(system: "HybridSystem", period: float) -> None:
     n, q = len(system.states), len(system.quadratures)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260104)
-    gradient, jacobian = np.empty(n + 1), np.empty((n, n + 1))
-    for _ in range(3):
+    place = event_places(n)
+    event = np.empty(place.size)
+    for _ in range(_SAMPLES):
         x, t = rng.uniform(0.1, 0.9, n), rng.uniform(0, period)
         for state in frozen_states(system):
             x[system.states.index(state)] = system.initial[state.name]
@@ -86,11 +89,11 @@ def check_period(system: "HybridSystem", period: float) -> None:
                 rates = np.empty(n + q)
                 kernels.functions[3](mode, instant, c, x, rates)
                 values.extend(rates)
-                values.extend(kernels.functions[5](mode, j, instant, c, x, gradient) for j in range(len(events)))
-            for transition in range(len(system.transitions)):
-                image = np.empty(n)
-                kernels.functions[7](transition, instant, c, x, image, jacobian)
-                values.extend(image)
+                for j in range(len(events)):
+                    values.append(kernels.functions[5](mode, j, instant, c, x, event))
+                    event[place.image : place.jacobian] = x
+                    values.append(kernels.functions[6](mode, j, 0, instant, c, x.copy(), 0.0, event))
+                    values.extend(event[place.image : place.jacobian])
             seen.append(np.array(values))
         here, later = seen
         if not np.all(np.abs(later - here) <= _TOLERANCE * (1 + np.abs(here)), where=np.isfinite(here)):

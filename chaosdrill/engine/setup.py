@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import stage_rows
 from chaosdrill.engine.numerics import Numerics
@@ -89,6 +90,6 @@ def workspace(system: "HybridSystem", m: int) -> tuple[np.ndarray, ...]:
     return (
         np.zeros((system.kernels.rows + (m + m % 2) * n, at.COLUMNS)), np.zeros(at.COLUMNS), np.zeros(at.COLUMNS),
         np.zeros((DEPTH, at.COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
-        np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros((n, n + 1)), np.zeros(n),
+        np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros(event_places(n).size), np.zeros(n),
         np.zeros((stage_rows(m), n + q)),
     )  # fmt: skip

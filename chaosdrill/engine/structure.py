@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import sympy
 
-from chaosdrill.engine.events import saltate, saltation_jump
+from chaosdrill.codegen.signatures import event_places
+from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.model.derive import shift_directions
 
 if TYPE_CHECKING:
@@ -24,30 +25,25 @@ _RANK_TOLERANCE = 1e-13
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
     kernels = system.kernels
-    field, guard, choose, reset = (kernels.functions[i] for i in (3, 5, 6, 7))
-    n, q = len(system.states), len(system.quadratures)
+    guard, transit = kernels.functions[5:7]
+    n = len(system.states)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
-    before, after, image = np.empty(n + q), np.empty(n + q), np.empty(n)
-    gradient, jacobian, jump = np.empty(n + 1), np.empty((n, n + 1)), np.empty(n)
-    scratch, rest = np.empty(n), np.empty(1)
+    event, gradient, jump, scratch = np.empty(event_places(n).size), np.empty(n + 1), np.empty(n), np.empty(n)
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             for _ in range(_SAMPLES):
                 x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
-                transition = choose(mode, j, t, c, x, 0.0, rest)
-                field(mode, t, c, x, before)
-                guard(mode, j, t, c, x, gradient)
-                speed = gradient[:n] @ before[:n] + gradient[n]
+                transition = transit(mode, j, 1, t, c, x, 0.0, event)
+                speed = normal_speed(event, n)
                 if transition < 0 or speed * events[j].direction < 0 or speed == 0:
                     continue
-                reset(transition, t, c, x, image, jacobian)
-                field(int(kernels.transition_table[transition, 0]), t, c, image, after)
-                saltation_jump(jacobian, before, after, jump)
                 columns = np.eye(n)
-                saltate(columns, n, jacobian, gradient, speed, jump, scratch)
+                if not kernels.transition_table[transition, 1]:
+                    saltation_jump(event, jump)
+                    saltate(columns, n, event, speed, jump, scratch)
                 if np.isfinite(columns).all():
                     yield transition, columns.T
 

@@ -5,6 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.codegen.signatures import event_places
 from chaosdrill.codegen.source import mode_events
 
 X, V, LIMIT = sympy.symbols("x v limit", real=True)
@@ -12,6 +13,11 @@ X, V, LIMIT = sympy.symbols("x v limit", real=True)
 
 def outcome(name, target="a", **more):
     return cd.Transition(name, **{"source": "a", "target": target, "guard": X, "direction": +1, **more})
+
+
+def outcome_of(system, c, speed):
+    event = np.empty(event_places(2).size)
+    return system.kernels.functions[6](0, 0, 0, 0.0, c, np.array([0.0, speed]), 0.0, event)
 
 
 @pytest.fixture(scope="module")
@@ -37,15 +43,12 @@ def system():
     [(0.5, "slow"), (1.0, "middling"), (1.5, "exact"), (2.0, "fast"), (49.0, "fast"), (60.0, None), (101.0, "exact")],
 )
 def test_the_first_condition_that_holds_decides(system, speed, taken):
-    choose = system.kernels.functions[6]
-    found = choose(0, 0, 0.0, system.kernels.constants(system.parameters), np.array([0.0, speed]), 0.0, np.empty(1))
-    assert found == ([t.name for t in system.transitions].index(taken) if taken else -1)
+    c = system.kernels.constants(system.parameters)
+    assert outcome_of(system, c, speed) == ([t.name for t in system.transitions].index(taken) if taken else -1)
 
 
 def test_the_limit_is_the_parameter_of_the_run(system):
-    choose = system.kernels.functions[6]
-    c = system.kernels.constants({"limit": 20.0})
-    assert choose(0, 0, 0.0, c, np.array([0.0, 5.0]), 0.0, np.empty(1)) == 0
+    assert outcome_of(system, system.kernels.constants({"limit": 20.0}), 5.0) == 0
 
 
 def test_events_are_grouped_by_guard_and_direction(system):

@@ -1,11 +1,14 @@
 """Field, variation, guards and resets of the compiled kernels against mpmath, derivatives against differences."""
 
+from itertools import pairwise
+
 import mpmath
 import numpy as np
 import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.codegen.signatures import event_places
 
 X, Y, Z, T, P = sympy.symbols("x y z t p", real=True)
 FIELD = {X: Y * sympy.exp(-P * Z), Y: sympy.sin(X) - sympy.sqrt(1 + Z**2) * sympy.cos(P * T), Z: X**3 / (2 + Y**2)}
@@ -85,21 +88,54 @@ def test_guard(kernels, place):
     np.testing.assert_allclose(found, gradient(GUARD, place[:3], place[3]), rtol=1e-13, atol=1e-13)
 
 
-@pytest.mark.parametrize("place", PLACES)
-def test_reset(kernels, place):
+def crossed(kernels, place, tangents=1):
+    """The event of the guard near a place: transition, state on the guard, and the parts of the event by name."""
     functions, c = kernels[0].functions, kernels[1]
-    out, jacobian = np.empty(3), np.empty((3, 4))
-    functions[7](1, place[3], c, np.array(place[:3]), out, jacobian)
-    np.testing.assert_allclose(out, [float(value(RESET[s], place[:3], place[3])) for s in STATES], rtol=1e-14)
-    expected = [gradient(RESET[s], place[:3], place[3]) for s in STATES]
-    np.testing.assert_allclose(jacobian, expected, rtol=1e-13, atol=1e-13)
+    x, places = np.array(place[:3]), event_places(3)
+    event = np.full(places.size, np.nan)
+    transition = functions[6](1, 0, tangents, place[3], c, x, 0.0, event)
+    first = places._asdict()
+    order = sorted(first, key=first.get)
+    ends = {name: first[later] for name, later in pairwise(order)}
+    return transition, x, {name: event[first[name] : ends[name]] for name in order[:-1]}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_an_event_puts_the_state_closer_to_the_guard_along_its_gradient(kernels, place):
+    _, x, _ = crossed(kernels, place)
+    way = np.array(gradient(GUARD, place[:3], place[3])[:3])
+    height = float(value(GUARD, place[:3], place[3]))
+    np.testing.assert_allclose(x, np.array(place[:3]) - height * way / (way @ way), rtol=1e-13)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_parts_of_an_event(kernels, place):
+    transition, x, event = crossed(kernels, place)
+    t = place[3]
+    assert transition == 1
+    assert event["rest"] == -1.0
+    np.testing.assert_allclose(event["gradient"], gradient(GUARD, x, t), rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(event["before"], [float(value(e, x, t)) for e in FIELD.values()], rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(event["image"], [float(value(RESET[s], x, t)) for s in STATES], rtol=1e-14)
+    np.testing.assert_array_equal(event["after"], [0.0, 0.0, 0.0])
+    expected = [gradient(RESET[s], x, t) for s in STATES]
+    np.testing.assert_allclose(event["jacobian"].reshape(3, 4), expected, rtol=1e-13, atol=1e-13)
+
+
+def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
+    functions, c = kernels[0].functions, kernels[1]
+    x, places = np.array([1.0, 0.4, -0.3]), event_places(3)
+    event = np.empty(places.size)
+    assert functions[6](0, 0, 1, 0.9, c, x, 0.0, event) == 0
+    expected = [float(value(e, x, 0.9)) for e in FIELD.values()]
+    np.testing.assert_allclose(event[places.after : places.image], expected, rtol=1e-14)
 
 
 def test_a_mode_or_guard_that_is_not_there_chooses_nothing(kernels):
     functions, c = kernels[0].functions, kernels[1]
-    x = np.zeros(3)
-    assert functions[6](1, 1, 0.0, c, x, 0.0, np.empty(1)) == -1
-    assert functions[6](7, 0, 0.0, c, x, 0.0, np.empty(1)) == -1
+    event = np.empty(event_places(3).size)
+    assert functions[6](1, 1, 0, 0.0, c, np.zeros(3), 0.0, event) == -1
+    assert functions[6](7, 0, 0, 0.0, c, np.zeros(3), 0.0, event) == -1
 
 
 def test_constants_are_parameters_first(kernels):
