@@ -68,8 +68,10 @@ class Run:
         self.system = system
         self.period = period
         self.method = numerics.method
-        self.settings_i = integer_settings(system, numerics, samples=samples, orthonormalise=orthonormalise and m > 0)
-        self.settings_f = real_settings(numerics, np.array([period]))[0]
+        self.settings_i = integer_settings(
+            system, numerics, numerics.order, samples=samples, orthonormalise=orthonormalise and m > 0
+        )
+        self.settings_f = real_settings(numerics, numerics.order, np.array([period]))[0]
         self.marks, self.transitions = event_tables(system, deficient)
         self.bounds = bounds_of(system)
         self.c = kernels.constants(system.parameters)

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 def integer_settings(
-    system: "HybridSystem", numerics: Numerics, *, samples: int = 1, orthonormalise: bool = True
+    system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool = True
 ) -> np.ndarray:
-    """Settings that are integers, in the order of ``engine.layout``."""
+    """Settings that are integers, in the order of ``engine.layout``; ``order`` is that of a guard's polynomial."""
     settings = np.zeros(at.SETTINGS_I, dtype=np.int64)
     settings[at.METHOD] = at.METHOD_CODES[numerics.method]
-    settings[at.ORDER] = numerics.order
+    settings[at.ORDER] = order
     settings[at.QUADRATURES] = len(system.quadratures)
     settings[at.SAMPLES] = samples
     settings[at.ORTHOGONALISE] = int(orthonormalise)
@@ -32,12 +32,12 @@ def integer_settings(
     return settings
 
 
-def real_settings(numerics: Numerics, periods: np.ndarray) -> np.ndarray:
+def real_settings(numerics: Numerics, order: int, periods: np.ndarray) -> np.ndarray:
     """Settings that are doubles, shape (P, settings), for the periods of P runs."""
     settings = np.zeros((len(periods), at.SETTINGS_F))
     settings[:, at.TOLERANCE] = numerics.tolerance
     # at this part of the radius of convergence the last term is a quarter of the tolerance
-    settings[:, at.REACH] = (numerics.tolerance / 4) ** (1 / numerics.order)
+    settings[:, at.REACH] = (numerics.tolerance / 4) ** (1 / order)
     settings[:, at.PERIOD] = periods
     settings[:, at.STEP] = periods / (numerics.steps or 200)
     return settings

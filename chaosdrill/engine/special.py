@@ -30,11 +30,16 @@ ATANH = np.array([1.0 / (2 * j + 3) for j in range(18)])
 
 @numba.njit(error_model="numpy", cache=True)
 def horner(coefficients, x):
-    """Polynomial with these coefficients, the lowest first, at x."""
-    value = 0.0
-    for j in range(coefficients.size - 1, -1, -1):
-        value = value * x + coefficients[j]
-    return value
+    """Polynomial with these coefficients, the lowest first, at x; even and odd terms apart, for two short chains."""
+    square = x * x
+    even = 0.0
+    odd = 0.0
+    top = coefficients.size - 1
+    for j in range(top - top % 2, -1, -2):
+        even = even * square + coefficients[j]
+    for j in range(top - 1 + top % 2, -1, -2):
+        odd = odd * square + coefficients[j]
+    return even + x * odd
 
 
 @numba.njit(error_model="numpy", cache=True)
