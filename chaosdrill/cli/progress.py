@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic
@@ -10,11 +11,13 @@ from typing import TextIO
 BAR = 24
 REDRAW_S = 0.1
 LINE_S = 10.0
+WINDOW_S = 30.0
+"""Seconds of which the rate is taken, but for the last line, which has the mean."""
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast it goes: seconds since the beginning, and items in the seconds since the first report."""
+    """How fast it goes: seconds since the beginning, and and items in some seconds of late."""
 
     elapsed_s: float = 0.0
     measured: int = 0
@@ -48,18 +51,26 @@ class Progress:
         """
         self._end_line()
         start = last = monotonic()
-        begun: tuple[int, float] | None = None
+        seen: deque[tuple[float, int]] = deque()
+        begun = start, 0
         if not self.live:
             self._write(f"{name}: begins\n")
 
         def show(done: int, total: int, outcomes: dict[str, int] | None = None) -> None:
             nonlocal last, begun
             now = monotonic()
-            begun = begun or (done, now)
+            if not seen:
+                begun = now, done
+            if not seen or now - seen[-1][0] >= REDRAW_S:
+                seen.append((now, done))
+            # what was slow at the beginning, as the compiler is, says nothing about the time left
+            while len(seen) > 1 and seen[1][0] <= now - WINDOW_S:
+                seen.popleft()
             if done < total and now - last < (REDRAW_S if self.live else LINE_S):
                 return
             last = now
-            pace = Pace(now - start, done - begun[0], now - begun[1])
+            since, before = seen[0] if done < total else begun
+            pace = Pace(now - start, done - before, now - since)
             self._show(progress_text(name, done, total, pace, outcomes, bar=self.live))
 
         return show

@@ -51,6 +51,20 @@ def test_what_was_there_before_makes_no_rate(now):
     ]
 
 
+def test_time_left_forgets_a_slow_beginning(now):
+    stream = io.StringIO()
+    with Progress(stream) as shown:
+        show = shown.report("chart")
+        show(0, 1000, {})
+        now[0] += 120
+        show(1, 1000, {"chaotic": 1})
+        for done in range(101, 1000, 100):
+            now[0] += 10
+            show(done, 1000, {"chaotic": done})
+    last = stream.getvalue().splitlines()[-1]
+    assert last == "chart:  90 %  901/1000  10/s  0:10 left  chaotic 901"
+
+
 def test_bar_on_a_terminal(now, monkeypatch):
     monkeypatch.setenv("COLUMNS", "72")
     stream = Terminal()
