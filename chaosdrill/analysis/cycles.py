@@ -14,7 +14,7 @@ from itertools import groupby
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan, block_ends
-from chaosdrill.analysis.recurrence import CLOSE, fading, recurrence, sizes
+from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes, trend
 from chaosdrill.analysis.statistics import free_exponents
 from chaosdrill.analysis.verdicts import HYPERBOLIC, ROUND_OFF, Verdict, judge
 from chaosdrill.dataset import Outcome
@@ -73,29 +73,39 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
     list of Cycles
         A point that is in none of them stays undecided.
     """
-    here = {name: values[which] for name, values in parameters.items()}
-    states, modes, trail = batch.x[which], batch.mode[which], batch.window[which]
-    if plan.section is not None:
-        strobed = plan.strobed(here, states, modes, 2 * plan.max_period)
-        strobed.run(0, np.array([0, 2 * plan.max_period]))
-        states, modes, trail = strobed.x, strobed.mode, strobed.window
+    if not len(which):
+        return []
+    here = at_points(parameters, which)
+    states, modes, trail = strobe_trail(plan, batch, which, here)
     near = recurrence(trail, plan.max_period, 2 * plan.max_period).near
     open_ = np.ones(len(which), dtype=bool)
     results = []
     for points, periods in attempts(near):
-        tried = open_[points] & fading(trail, points, periods)
+        tried = open_[points] & trend(trail, points, periods)[0]
         points, periods = points[tried], periods[tried]
-        found, converged, turning = extrapolate(plan, _at(here, points), states[points], modes[points], periods)
+        found, converged, turning = extrapolate(plan, at_points(here, points), states[points], modes[points], periods)
         for period in np.unique(periods[converged]).tolist():
             chosen = converged & (periods == period)
             group = points[chosen]
             good, measured, verdict = _measure(
-                plan, _at(here, group), found[chosen], modes[group], trail[group], period, turning[chosen]
+                plan, at_points(here, group), found[chosen], modes[group], trail[group], period, turning[chosen]
             )
             good &= open_[group]
             open_[group[good]] = False
             results.append(Cycles(measured, verdict, which[group[good]], np.flatnonzero(good)))
     return [cycles for cycles in results if len(cycles.which)]
+
+
+def strobe_trail(
+    plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Present states and modes of some points of a batch, and the strobe points that led there."""
+    states, modes = batch.x[which], batch.mode[which]
+    if plan.section is None:
+        return states, modes, batch.window[which]
+    strobed = plan.strobed(here, states, modes, 2 * plan.max_period)
+    strobed.run(0, np.array([0, 2 * plan.max_period]))
+    return strobed.x, strobed.mode, strobed.window
 
 
 def attempts(near: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -114,7 +124,8 @@ def attempts(near: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         yield points, periods
 
 
-def _at(parameters: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
+def at_points(parameters: Mapping[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndarray]:
+    """Parameters of some of the points."""
     return {name: values[which] for name, values in parameters.items()}
 
 
@@ -175,7 +186,7 @@ def extrapolate(
         if not len(active):
             break
         length = 4 * int(periods[active].max())
-        runs = plan.strobed(_at(parameters, active), x[active], modes[active], length)
+        runs = plan.strobed(at_points(parameters, active), x[active], modes[active], length)
         runs.run(0, np.array([0, length]))
         places = np.arange(1, 5) * periods[active, np.newaxis] - 1
         passed = np.take_along_axis(runs.window, places[:, :, np.newaxis], axis=1)

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from chaosdrill.analysis.attractors import count_attractors, moments
-from chaosdrill.analysis.cycles import search
+from chaosdrill.analysis.cycles import at_points, search
+from chaosdrill.analysis.departures import departures
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.regularity import LENGTH, is_regular
 from chaosdrill.analysis.verdicts import Verdict, judge
@@ -201,15 +202,43 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         _write(plan, batch, which, verdict, np.arange(len(which)), arrays, places[which])
         lead[which] = verdict.lead
         which, times = which[~verdict.decided], 2 * times
+    if len(which) and plan.patience:
+        which = _displace(plan, parameters, batch, which, arrays, places)
     unclear = (arrays["outcome"][places[which]] == Outcome.QUASIPERIODIC) & (lead[which] > 0)
     if plan.patience and unclear.any():
         cloud = which[unclear][_fill_a_cloud(plan, parameters, batch, which[unclear])]
         arrays["outcome"][places[cloud]] = Outcome.CHAOTIC
 
 
+def _displace(
+    plan: Plan,
+    parameters: Mapping[str, np.ndarray],
+    batch: Batch,
+    which: np.ndarray,
+    arrays: Arrays,
+    places: np.ndarray,
+) -> np.ndarray:
+    """Run the points that leave an unstable cycle from further away of it; returns those that stay undecided."""
+    leaving, runs = departures(plan, batch, which, parameters)
+    if not len(leaving):
+        return which
+    here = at_points(parameters, leaving)
+    runs.run(plan.transient, plan.ends)
+    verdict = judge(plan, runs, np.arange(len(leaving)), plan.ends)
+    decided = verdict.decided & (runs.outcome == Outcome.OK)
+    rows = np.flatnonzero(decided)
+    _write(plan, runs, rows, verdict, rows, arrays, places[leaving[rows]])
+    which = np.setdiff1d(which, leaving[rows])
+    for cycles in search(plan, runs, np.flatnonzero(~verdict.decided), here):
+        solved = leaving[cycles.which]
+        _write(plan, cycles.batch, cycles.places, cycles.verdict, cycles.places, arrays, places[solved])
+        which = np.setdiff1d(which, solved)
+    return which
+
+
 def _fill_a_cloud(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray) -> np.ndarray:
     """Whether points whose exponent is not told from zero are in weak chaos all the same."""
-    here = {name: values[which] for name, values in parameters.items()}
+    here = at_points(parameters, which)
     runs = plan.strobed(here, batch.x[which], batch.mode[which], LENGTH)
     runs.run(0, np.array([0, LENGTH]))
     return ~is_regular(runs.window[:, :, :-1]) & (runs.outcome == Outcome.OK)

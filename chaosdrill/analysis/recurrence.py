@@ -21,7 +21,7 @@ NEAR = 0.05
 CANDIDATES = 4
 
 FADES = 1e-4
-"""Part of a distance that is lost from one half of a record to the other, at least, if it is to vanish in the end."""
+"""Part of a distance that is lost or won from one half of a record to the other, at least, where it does not stay."""
 
 CLOSER = 0.5
 """Part of a distance that is left after a multiple of the iterates, below which the multiple counts on its own: after a
@@ -79,8 +79,8 @@ def recurrence(windows: np.ndarray, most: int, depth: int | None = None) -> Recu
     return Recurrence(period, residual, splitting, near, rows)
 
 
-def fading(windows: np.ndarray, points: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Whether distances between section points a number of iterates apart shrink along the record, or have vanished.
+def trend(windows: np.ndarray, points: np.ndarray, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whether section points a number of iterates apart come closer along the record, and whether they part.
 
     Parameters
     ----------
@@ -91,12 +91,13 @@ def fading(windows: np.ndarray, points: np.ndarray, periods: np.ndarray) -> np.n
 
     Returns
     -------
-    ndarray of bool, shape (K,)
-        Where this is False no cycle of so many iterates is being approached.
+    shrinks, grows : ndarray of bool, shape (K,)
+        Without the first no cycle of so many iterates is approached, without the second none is left. Distances that
+        are as small as those of a converged cycle count as shrinking in any case, since round-off is all they have.
     """
     late, early = np.zeros(len(points)), np.zeros(len(points))
     _halves(np.ascontiguousarray(windows), points, periods, np.zeros(windows.shape[2] - 1), early, late)
-    return (late <= CLOSE) | (late < (1 - FADES) * early)
+    return (late <= CLOSE) | (late < (1 - FADES) * early), late > (1 + FADES) * early
 
 
 def sizes(points: np.ndarray) -> np.ndarray:

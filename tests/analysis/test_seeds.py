@@ -29,6 +29,24 @@ def test_hysteresis_between_the_folds(bistable):
         assert x[k, 1] == pytest.approx(high if value > -FOLD else low, abs=1e-6)
 
 
+def test_a_followed_state_leaves_a_cycle_that_has_doubled(logistic):
+    """1e-4 behind a doubling the state of the neighbour stands beside the old cycle and would stay for 1e5 periods."""
+    first, second = 3.0, 1 + np.sqrt(6)
+    off = np.array([-1e-3, -1e-4, 1e-4, 3e-4, 1e-3])
+    r = np.concatenate([first + off, second + off])
+    found = cd.bifurcation_diagram(logistic, {"r": r}, transient=200, periods=256, follow="both")
+    expected = np.repeat([1, 2, 2, 4], [2, 3, 2, 3])
+    np.testing.assert_array_equal(found["period"].values, np.stack([expected, expected], axis=1))
+    assert (found["outcome"].values == cd.Outcome.PERIODIC).all()
+
+
+def test_a_seed_beside_an_unstable_cycle_leaves_it(logistic):
+    r = 3.0003
+    seeds = [{"x": 1 - 1 / r + off} for off in (1e-7, -1e-6, 1e-4)]
+    found = cd.bifurcation_diagram(logistic, {"r": [r]}, transient=100, periods=128, seeds=seeds)
+    np.testing.assert_array_equal(found["period"].values, [[2, 2, 2]])
+
+
 def test_a_single_direction_is_one_seed(bistable):
     forward = cd.bifurcation_diagram(bistable, {"a": [0.5, 0.0]}, follow="forward", **SHORT)
     backward = cd.bifurcation_diagram(bistable, {"a": [0.0, 0.5]}, follow="backward", **SHORT)
