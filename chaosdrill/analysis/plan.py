@@ -40,7 +40,7 @@ class Plan:
     patience : int
         How many times as long as ``periods`` a point may run on that is undecided; 0: it is taken as it is.
     exponents : int
-        Number of exponents that are asked for. Where some are zero whatever happens, one more than these is computed.
+        Number of exponents that are asked for; of those that are not zero whatever happens two are computed at least.
     frame, shifts, deficient, neutral
         What is known of the tangents, see `chaosdrill.engine.structure`.
     rows : int
@@ -132,7 +132,8 @@ def make_plan(
     chosen = None if strobe else frozenset(section_transitions(system, at) or ())
     count = tangent_count(system, exponents)
     structure = examine(system)
-    enough = max(count, min(structure.neutral + 1, len(system.states))) if count else 0
+    # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
+    enough = max(count, min(structure.neutral + 2, len(system.states))) if count else 0
     frame, shifts = structure.tangents(enough)
     in_resets = {
         i
