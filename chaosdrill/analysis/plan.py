@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.analysis.arguments import section_transitions, tangent_count, whole
+from chaosdrill.codegen.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import examine
@@ -131,6 +132,8 @@ def make_plan(
     strobe = isinstance(at, str) and at == "strobe"
     chosen = None if strobe else frozenset(section_transitions(system, at) or ())
     count = tangent_count(system, exponents)
+    if numerics.method == "taylor":
+        compile_ahead(LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
     enough = max(count, min(structure.neutral + 2, len(system.states))) if count else 0

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.codegen.ahead import compile_ahead
+from chaosdrill.codegen.ahead import compile_one_run_ahead
 from chaosdrill.codegen.cache import cache_folder, code_key
 from chaosdrill.codegen.source import Event, SystemSource, write_source
 
@@ -78,7 +78,7 @@ def compile_system(system: "HybridSystem") -> Kernels:
 
     source = write_source(system)
     path = _write(source.text)
-    compile_ahead()
+    compile_one_run_ahead()
     module = _load(path)
     guards = max((len(e) for e in source.events), default=0)
     mode_table = np.zeros((len(source.events), 1 + guards), dtype=np.int64)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.codegen.ahead import await_engine
+from chaosdrill.codegen.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
@@ -158,7 +158,6 @@ class Batch:
 
     def proceed(self, which: np.ndarray, transient: int, ends: np.ndarray) -> None:
         """Let some points go on from where they are, and average anew; as `run`, for the indices ``which``."""
-        await_engine()
         which = np.asarray(which, dtype=np.int64)
         points, m = len(self.x), len(self._frame)
         if self.sums.shape[1] != len(ends):
@@ -174,16 +173,18 @@ class Batch:
             values[ended] = np.nan
 
     def _step_in_lanes(self, which: np.ndarray, stretches: np.ndarray) -> None:
-        from chaosdrill.engine.lane_flow import lane_flow
-        from chaosdrill.engine.lane_setup import block, bookkeeping
-
         kernels, m = self.system.kernels, len(self._frame)
         if not len(which):
             return
+        in_lanes = kernels.lanes
+        await_part(LANES)
+        from chaosdrill.engine.lane_flow import lane_flow
+        from chaosdrill.engine.lane_setup import block, bookkeeping
+
         varying = np.flatnonzero((self._c != self._c[:1]).any(axis=0))
         lane_flow(
             *kernels.functions,
-            *kernels.lanes,
+            *in_lanes,
             *(which, stretches, self._settings_i, kernels.mode_table, self._marks, self._transitions, self._pins),
             *(self._bounds, self._section, varying, self._shifts, self._frame),
             (
@@ -196,6 +197,7 @@ class Batch:
         )
 
     def _step_alone(self, which: np.ndarray, stretches: np.ndarray) -> None:
+        await_part(ONE_RUN)
         from chaosdrill.engine.drive import drive
         from chaosdrill.engine.flow import flow
         from chaosdrill.engine.stepper import stepper

@@ -7,17 +7,16 @@ arguments. A strobe falls once a period wherever the steps fall; only the last o
 
 import math
 
-from numba import int64, types
+from numba import int64
 
 from chaosdrill.codegen.signatures import KERNEL_TYPES, matrix, vector
 from chaosdrill.engine import guards
 from chaosdrill.engine.events import take
-from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import (
     ABSOLUTE_TIME,
     BASE,
     DONE,
-    ESCAPED,
     EVENT_LIMIT,
     EVENT_ROWS,
     EVENTS_IN_PERIOD,
@@ -53,23 +52,18 @@ from chaosdrill.engine.layout import (
     TIME,
     WORKSPACE,
 )
+from chaosdrill.engine.limits import (
+    LARGE_GROWTH,
+    SMALLEST_STEP,
+    STALL_LIMIT,
+    integer_matrix,
+    scratch_type,
+    state_outcome,
+)
 from chaosdrill.engine.step import advance, prepare, record
 from chaosdrill.engine.stepper import STEPPER_TYPES, integers
 from chaosdrill.engine.tangents import orthonormalise
 
-STALL_LIMIT = 50
-"""Events in succession without time passing before a run is called stalled."""
-
-SMALLEST_STEP = 1e-15
-"""Shortest step, as a part of the longest one taken so far."""
-
-LARGE_GROWTH = 1e4
-"""Tangents are orthonormalised at once after an event that makes one this long."""
-
-integer_matrix = int64[:, ::1]
-scratch_type = types.Tuple(
-    (matrix, vector, vector, matrix, matrix, *[vector] * 8, matrix)
-)  # in the order of engine.layout
 SIGNATURE = int64(
     *KERNEL_TYPES,
     *STEPPER_TYPES,
@@ -97,17 +91,6 @@ SIGNATURE = int64(
     matrix,
     scratch_type,
 )
-
-
-@inner
-def state_outcome(x, bounds):
-    for i in range(x.size):
-        if not math.isfinite(x[i]):
-            return NONFINITE
-    for i in range(x.size):
-        if not bounds[0, i] <= x[i] <= bounds[1, i]:
-            return ESCAPED
-    return DONE
 
 
 @compiled(SIGNATURE)

@@ -12,14 +12,6 @@ from numba import int64, types
 from chaosdrill.codegen.signatures import KERNEL_TYPES, LANE_TYPES, block, matrix, vector
 from chaosdrill.engine import guards, lane_events, lane_step, taylor
 from chaosdrill.engine.events import take
-from chaosdrill.engine.flow import (
-    LARGE_GROWTH,
-    SMALLEST_STEP,
-    STALL_LIMIT,
-    integer_matrix,
-    scratch_type,
-    state_outcome,
-)
 from chaosdrill.engine.jit import compiled, inlined, inner
 from chaosdrill.engine.lane_series import value_in_lane
 from chaosdrill.engine.lanes import LANES
@@ -69,6 +61,14 @@ from chaosdrill.engine.layout import (
     TIES,
     TIME,
     WORKSPACE,
+)
+from chaosdrill.engine.limits import (
+    LARGE_GROWTH,
+    SMALLEST_STEP,
+    STALL_LIMIT,
+    integer_matrix,
+    scratch_type,
+    state_outcome,
 )
 from chaosdrill.engine.revival import pin, revive
 from chaosdrill.engine.stepper import integers

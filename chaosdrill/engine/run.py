@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.codegen.ahead import await_engine
+from chaosdrill.codegen.ahead import ONE_RUN, await_part
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
@@ -189,7 +189,7 @@ class Run:
         full : bool
             Whether a buffer was filled before the end; ``advance(0, ...)`` goes on to the same target.
         """
-        await_engine()
+        await_part(ONE_RUN)
         from chaosdrill.engine.flow import flow
         from chaosdrill.engine.stepper import stepper
 

@@ -37,13 +37,13 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
                 transition = transit(mode, j, 1, t, c, x, 0.0, event)
-                speed = normal_speed(event, n)
+                speed = normal_speed.py_func(event, n)
                 if transition < 0 or speed * events[j].direction < 0 or speed == 0:
                     continue
                 columns = np.eye(n)
                 if not kernels.transition_table[transition, 1]:
-                    saltation_jump(event, jump)
-                    saltate(columns, n, event, speed, jump, scratch)
+                    saltation_jump.py_func(event, jump)
+                    saltate.py_func(columns, n, event, speed, jump, scratch)
                 if np.isfinite(columns).all():
                     yield transition, columns.T
 
