@@ -8,10 +8,10 @@ AIM_S = 1.0
 FINE_S = 0.05
 """Seconds of the last chunks of a sweep, by which workers may end apart."""
 
-BUNDLE = 64
-"""Units that kernels step together without loss; a chunk is not cut below that where it is cheap enough."""
+FIRST = 8
+"""Units of the first chunks, where there are many: kernels step so many in the time of one."""
 
-GROWTH = 4
+GROWTH = 8
 """A chunk has at most this many times as many units as the largest one before it."""
 
 MOST_UNITS = 4096
@@ -22,8 +22,8 @@ MOST_BYTES = 2**24
 class ChunkSizes:
     """Sizes of the chunks to come.
 
-    The first chunks are of one unit, since nobody knows what a unit costs. Then sizes grow until a chunk takes about
-    a second, shrink at once when units become expensive, and shrink towards the end so that all workers end together.
+    The first chunks are small, since nobody knows what a unit costs. Then sizes grow until a chunk takes about a
+    second, shrink at once when units become expensive, and shrink towards the end so that all workers end together.
 
     Parameters
     ----------
@@ -45,14 +45,18 @@ class ChunkSizes:
         self.cost = max(cost, (cost + self.cost) / 2)
         self.largest = max(self.largest, count)
 
+    @property
+    def growing(self) -> bool:
+        """Whether chunks are still much shorter than they are to be, so that none should wait for its turn."""
+        return self.cost * self.largest < AIM_S / 10
+
     def next(self, left: int, workers: int) -> int:
         """Number of units of the next chunk, of ``left`` that no worker has yet."""
         if not self.largest:
-            return 1
+            return min(FIRST, self.most) if left >= FIRST * FIRST * workers else 1
         cost = max(self.cost, 1e-9)
-        fine = max(1.0, min(BUNDLE, FINE_S / cost))
         share = left / (2 * workers) if workers > 1 else left
-        size = min(AIM_S / cost, max(share, fine), GROWTH * self.largest, self.most)
+        size = min(AIM_S / cost, max(share, FINE_S / cost), GROWTH * self.largest, self.most)
         return max(1, min(int(size), left))
 
 

@@ -107,7 +107,8 @@ def _run(crew: Crew, gaps: Gaps, kept: Memory, tally: Tally) -> None:
     pending: dict[Future[tuple[Arrays, float]], tuple[int, int]] = {}
     while gaps.left or pending:
         hands = crew.size()
-        while gaps.left and len(pending) < (AHEAD * hands if crew.parallel else 1):
+        ahead = AHEAD if crew.parallel and not sizes.growing else 1
+        while gaps.left and len(pending) < ahead * hands:
             first, count = gaps.take(sizes.next(gaps.left, hands))
             pending[crew.submit(first, count)] = (first, count)
         # what has finished beside a chunk that failed is kept before its fault goes up

@@ -82,7 +82,7 @@ def test_resume_writes_the_archive_of_an_uninterrupted_run(call, scene, tmp_path
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume", "--workers", "2")
     assert answer.code == 0
     assert "spectrum: finished before\n" in answer.err
-    assert "diagram: 85 of 300 points before\n" in answer.err
+    assert "diagram: 72 of 300 points before\n" in answer.err
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []
     assert not unfinished.exists()
 
@@ -91,7 +91,7 @@ def test_without_resume_nothing_is_touched(call, scene, tmp_path, unfinished):
     before = {path: path.read_bytes() for path in unfinished.rglob("*") if path.is_file()}
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     assert (answer.code, answer.out) == (2, "")
-    assert "holds an unfinished run (diagram 85 of 300 points, spectrum finished)" in answer.err
+    assert "holds an unfinished run (diagram 72 of 300 points, spectrum finished)" in answer.err
     assert "go on with it by --resume, or remove the folder to start over" in answer.err
     assert {path: path.read_bytes() for path in unfinished.rglob("*") if path.is_file()} == before
 
@@ -206,7 +206,7 @@ def test_a_full_disk_at_the_end_loses_nothing(call, scene, tmp_path, whole, monk
 
 
 def test_a_full_disk_on_the_way(call, scene, tmp_path, monkeypatch):
-    plain, left = os.pwrite, [30]
+    plain, left = os.pwrite, [15]
 
     def full(*arguments):
         left[0] -= 1
@@ -249,7 +249,7 @@ def test_clocks_that_jump_and_times_of_files_do_not_matter(call, scene, tmp_path
         os.utime(path, (4e9, 4e9))
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 0
-    assert "diagram: 85 of 300 points before\n" in answer.err
+    assert "diagram: 72 of 300 points before\n" in answer.err
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []
 
 

@@ -14,7 +14,7 @@ from chaosdrill.archive.read import open_archive
 from chaosdrill.sweep.store import kept_points
 
 KILLS = 10
-POINTS = 600 + 2 * 20 + 2 * 30 * 20 + 20 * 20
+POINTS = 600 + 2 * 20 + 2 * 30 * 20 + 30 * 30
 
 SCENE = """\
 [system]
@@ -43,8 +43,8 @@ transient = 20
 periods = 32
 [analysis.basins]
 kind = "basins"
-grid.x = { start = -1.0, stop = 0.25, num = 20 }
-grid.v = { start = -1.0, stop = 1.0, num = 20 }
+grid.x = { start = -1.0, stop = 0.25, num = 30 }
+grid.v = { start = -1.0, stop = 1.0, num = 30 }
 transient = 20
 periods = 32
 [analysis.motion]
@@ -113,7 +113,7 @@ def test_ten_kills_at_random_moments(folder, one):
     parts = folder / "killed.nc.parts"
     kept = []
     # moments count in points, so that a slow machine is killed as far into the work as a fast one
-    for moment in sorted(chance.uniform(0, 0.9) * POINTS for _ in range(KILLS)):
+    for moment in sorted(chance.uniform(0, 0.75) * POINTS for _ in range(KILLS)):
         call = command(folder, "-o", folder / "killed.nc", "--resume", "--workers", chance.choice([1, 2]))
         with subprocess.Popen(call, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
             while process.poll() is None and points_in(parts) < moment:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chaosdrill.sweep.chunks import AIM_S, BUNDLE, FINE_S, ChunkSizes, Gaps
+from chaosdrill.sweep.chunks import AIM_S, FINE_S, FIRST, ChunkSizes, Gaps
 
 
 def simulate(costs, workers):
@@ -34,11 +34,16 @@ def test_cheap_units_come_in_chunks_of_about_a_second(workers):
     assert max(clocks) - min(clocks) < 2 * FINE_S
 
 
-def test_chunks_of_cheap_units_are_no_smaller_than_a_bundle_but_for_the_first_and_the_last():
+def test_few_chunks_are_short():
     chunks, _ = simulate([0.0005] * 30_000, 2)
-    sizes = [count for _, count, _ in chunks]
-    assert sizes[:2] == [1, 1]
-    assert all(count >= BUNDLE for count in sizes[8:-1])
+    assert [count for _, count, _ in chunks[:2]] == [FIRST, FIRST]
+    assert all(spent >= FINE_S / 2 for *_, spent in chunks[4:-1])
+    assert len(chunks) < 40
+
+
+def test_few_units_go_out_one_by_one_at_first():
+    chunks, _ = simulate([0.001] * 20, 4)
+    assert [count for _, count, _ in chunks[:4]] == [1] * 4
 
 
 def test_units_of_several_seconds_go_out_one_by_one():
