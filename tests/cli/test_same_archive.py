@@ -60,7 +60,7 @@ def command(folder, *options):
 
 def run(folder, name, *options):
     """Run the scene to its end and return the archive's path."""
-    done = subprocess.run(command(folder, "-o", folder / name, *options), capture_output=True, text=True, timeout=200)
+    done = subprocess.run(command(folder, "-o", folder / name, *options), capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     assert not (folder / f"{name}.parts").exists()
     return folder / name
