@@ -7,7 +7,7 @@ seen for all lanes at once. Whatever is less plain is left to ``engine.guards``,
 from numba import uint64
 
 from chaosdrill.engine import guards
-from chaosdrill.engine.jit import inlined, series
+from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_series import lane_size_whole
 from chaosdrill.engine.lane_step import copy_lane
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
@@ -205,7 +205,7 @@ def _polish(order, block):
             return
 
 
-@inlined
+@inner
 def _alone(first, j, shift, order, h, up, lane, block, scratch):
     """The first crossing of one guard of one lane, by the search for one trajectory."""
     copy_lane(block[BLOCK_WS], first + j, 1, lane, order, scratch[WORKSPACE])
@@ -245,37 +245,35 @@ def search(first, count, order, lanes, plan, results, block, scratch):
             continue
         _bernstein(order, block)
         isolated = 0
-        for lane in range(LANES):
-            if roots[1, lane] == 0.0:
+        for lane in range(lanes):
+            # from here on row 2 says which lanes are searched, and row 1 which of them are polished
+            searched = roots[1, lane]
+            roots[2, lane] = searched
+            if searched != 0.0:
+                where = _isolated(b, lane)
+                if where == -1.0:
+                    roots[2, lane] = 0.0
+                if where >= 0.0:
+                    roots[0, lane] = where
+                    isolated += 1
+                else:
+                    roots[1, lane] = 0.0
+                    roots[0, lane] = -1.0
+        if isolated > 0:
+            _polish(order, block)
+        for lane in range(lanes):
+            if roots[2, lane] == 0.0:
                 continue
-            where = _isolated(b, lane)
-            roots[1, lane] = 0.0
-            if where >= 0.0:
-                roots[0, lane] = where
-                roots[1, lane] = 1.0
-                isolated += 1
-                times[j, lane] = 0.0
-            elif where == -2.0:
+            u = roots[0, lane]
+            if roots[1, lane] == 0.0 and 0.0 <= u <= 1.0:
+                times[j, lane] = u * block[BLOCK_H][lane]
+            else:
                 shift = int(shifts[count + j, lane])
                 up = plan[count + j, lane] < 0
                 times[j, lane] = _alone(first, j, shift, order, block[BLOCK_H][lane], up, lane, block, scratch)
-        if isolated == 0:
-            continue
-        for lane in range(LANES):
-            roots[2, lane] = roots[1, lane]
-        _polish(order, block)
-        for lane in range(LANES):
-            if roots[2, lane] == 1.0:
-                u = roots[0, lane]
-                if roots[1, lane] != 0.0 or not 0.0 <= u <= 1.0:
-                    shift = int(shifts[count + j, lane])
-                    up = plan[count + j, lane] < 0
-                    times[j, lane] = _alone(first, j, shift, order, block[BLOCK_H][lane], up, lane, block, scratch)
-                else:
-                    times[j, lane] = u * block[BLOCK_H][lane]
 
 
-@inlined
+@inner
 def _by_itself(first, count, directions, marks, order, h, x, carried, sides, armed, lane, block, scratch):
     """First event of one lane's step, as ``guards.first_event`` finds it for one trajectory."""
     floor = 0.0

@@ -31,7 +31,7 @@ from chaosdrill.engine.taylor import LONGEST, radius
 def gather(places, settings, x, vectors, c, varying, carried_f, live, block):
     """Put the trajectories at ``places`` into lanes."""
     times = block[BLOCK_T]
-    for lane in range(LANES):
+    for lane in range(places.size):
         p = places[lane]
         times[lane] = carried_f[p, TIME]
         block[BLOCK_PERIOD][lane] = settings[p, PERIOD]
