@@ -4,6 +4,7 @@
     python3 studies/run.py silent_error   what the exponents lose when events are left out of the tangents
     python3 studies/run.py hard_cases     thirteen cases on which hybrid codes break, here and elsewhere
     python3 studies/run.py accuracy       what accuracy costs, beside other programs and the paper's method
+    python3 studies/run.py throughput     how fast charts are, beside other programs, with two workers, with more points
     python3 studies/run.py tests          the test suite with its coverage
 
 The first run makes ``.venv`` beside ``pyproject.toml`` and installs the package into it. Further arguments go to the
@@ -29,6 +30,7 @@ JOBS = {
     "silent_error": ("", ["studies/silent_error/make.py"]),
     "hard_cases": ("", ["studies/hard_cases/make.py"]),
     "accuracy": ("", ["studies/accuracy/make.py"]),
+    "throughput": ("", ["studies/throughput/make.py"]),
     "tests": (
         "[test]",
         ["-m", "pytest", "-n", "2", "--dist", "worksteal", "--cov", "--cov-report", "term", "--cov-fail-under", "90"],

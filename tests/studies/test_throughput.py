@@ -1,0 +1,135 @@
+"""What the study of throughput says is computed from single measurements, and its charts do what it counts."""
+
+import csv
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from chaosdrill.scene import load_scene
+
+FOLDER = Path(__file__).parents[2] / "studies" / "throughput"
+PARTS = ("speed", "workers", "growth", "memory")
+
+
+@pytest.fixture(scope="module")
+def module():
+    sys.path.insert(0, str(FOLDER))
+    sys.modules.pop("make", None)
+    yield importlib.import_module
+    sys.modules.pop("make", None)
+    sys.path.remove(str(FOLDER))
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_tables_are_made_of_the_measurements_beside_them(module, part):
+    with (FOLDER / f"{part}.csv").open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        rows = list(reader)
+    assert tuple(reader.fieldnames) == module(part).COLUMNS
+    table = module(part).table(rows)
+    assert (FOLDER / f"{part}.md").read_text(encoding="utf-8").startswith(table)
+
+
+def _cells(table):
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
+
+
+def test_ratios_of_speed_are_medians_within_rounds(module):
+    own = [("2", "1", "0.5"), ("6", "4", "2"), ("9", "8", "4")]
+    rows = [
+        {"chart": "c", "program": "chart", "us_asked": a, "us_run": r, "us_stepping": s, "us_around_a_point": "7"}
+        for a, r, s in own
+    ]
+    rows += [{"chart": "c", "program": "other", "us_asked": value} for value in ("1", "4", "3")]
+    rows += [{"chart": "c", "program": "many", "us_asked": value} for value in ("1", "2", "3")]
+    _, _, cells = _cells(module("speed").table(rows))
+    assert cells == ["c", "3 (1)", "2 (1)", "6 (2)", "4 (1)", "2 (0.5)", "7"]
+
+
+def test_the_gain_of_two_workers_is_that_of_the_clock(module):
+    rows = [
+        dict(zip(module("workers").COLUMNS, ("chart", i, one, two, 0, share), strict=True))
+        for i, (one, two, share) in enumerate([(10, 5, 0.01), (8, 5, 0.02), (9, 5, 0.0)])
+    ]
+    _, _, cells = _cells(module("workers").table(rows))
+    assert cells == ["chart", "9", "5", "1.800", "3", "0.02"]
+
+
+def test_the_cost_of_a_point_is_the_least_of_the_rounds(module):
+    rows = [
+        {"points": "100", "round": "1", "processor_s": "0.2", "stepping_s": "0.1"},
+        {"points": "100", "round": "2", "processor_s": "0.1", "stepping_s": "0.2"},
+    ]
+    assert _cells(module("growth").table(rows))[2] == ["100", "1000", "1000"]
+
+
+def test_memory_is_told_by_workers(module):
+    rows = [
+        {"points": "4", "workers": w, "peak_mb": mb, "archive_mb": "0.5"} for w, mb in (("1", "300.4"), ("2", "310.6"))
+    ]
+    head, _, cells = _cells(module("memory").table(rows))
+    assert head[1:3] == ["peak with 1 worker, MB", "peak with 2 workers, MB"]
+    assert cells == ["4", "300", "311", "0.5"]
+
+
+def test_a_chart_is_the_scene_that_it_says(module, tmp_path):
+    chart = module("own").Chart((0.55, 0.9), 12, 30, 70)
+    (tmp_path / "scene.toml").write_text(chart.scene(), encoding="utf-8")
+    scene = load_scene(tmp_path / "scene.toml")
+    assert scene.analyses["chart"].kind == "parameter-chart"
+    assert scene.numerics.keywords()["tolerance"] == 1e-10
+    assert scene.system.parameters["xi"] == 0.06
+    assert chart.asked == 144 * 100
+
+
+def test_periods_of_undecided_points_are_counted(module):
+    own = module("own")
+    short = own.Chart((0.45, 0.9), 3, 5, 20, 1e-6, patience=0)
+    spent = own.spend(short)
+    assert spent.periods == short.asked
+    assert own.spend(own.Chart((0.45, 0.9), 3, 5, 20, 1e-6, patience=2)).periods > short.asked
+    assert 0 < spent.stepping_s < spent.processor_s
+
+
+def _echo(words):
+    script = (
+        f"import sys; print('words'); print(chr(123) + chr(34) + 'us_per_period' + chr(34) + ': ' + {words} + chr(125))"
+    )
+    return f'{sys.executable} -c "{script}" {{eta}} {{periods}} {{tolerance}}'
+
+
+def test_copies_of_a_program_are_as_slow_as_the_slowest(module):
+    program = module("outside").Program("echo", _echo("sys.argv[2]"))
+    assert program.at_once(0.63, 1e-10, 1234, 2) == 1234
+
+
+def test_many_points_at_once_span_the_range(module, monkeypatch):
+    outside = module("outside")
+    asked = []
+
+    def run(self, eta, tolerance, periods, spread):
+        asked.append((eta, spread))
+        return eta
+
+    monkeypatch.setattr(outside.Program, "_run", run)
+    many = outside.Program("many", "program {eta} {periods} {tolerance} {spread}")
+    assert many.cost(0.5, 0.85, 1e-10, 100) == 0.5
+    assert asked.pop() == (0.5, pytest.approx(0.05))
+    one = outside.Program("one", "program {eta} {periods} {tolerance}")
+    assert one.cost(0.5, 0.9, 1e-10, 100) == pytest.approx(0.7)
+    assert [eta for eta, _ in asked] == pytest.approx([0.525 + 0.05 * i for i in range(8)])
+
+
+def test_other_work_is_noticed(module):
+    others = module("load").Others()
+    others.all -= 10.0
+    others.clock -= 5.0
+    assert 1.5 < others.share() < 4.1
+
+
+def test_every_part_is_told_of_in_the_readme(module):
+    assert set(module("make").MODULES) == set(PARTS)
+    text = (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert all(f"| `{part}` |" in text for part in PARTS)
