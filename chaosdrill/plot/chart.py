@@ -7,7 +7,7 @@ import numpy as np
 
 from chaosdrill.plot.cells import bounds, draw_kinds, hatch, legend_entry
 from chaosdrill.plot.looks import MOTIONS, NO_NUMBER, Look, outcomes
-from chaosdrill.plot.style import axis_label, label, new_figure, seed_names
+from chaosdrill.plot.style import axis_label, label, new_figure, seed_names, shorten
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,7 +80,7 @@ def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
         if place + columns >= len(parts):
             axes.tick_params(labelbottom=True)
         if len(parts) > 1:
-            axes.set_title(names[place])
+            axes.set_title(names[place] + _start(dataset, place))
         for name, set_ticks in ((across, axes.set_xticks), (up, axes.set_yticks)):
             if dataset.sizes[name] == 1:
                 set_ticks(dataset[name].values)
@@ -93,6 +93,21 @@ def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
         figure.suptitle(f"seeds 1 to {len(parts)} of {len(names)}", x=0.01, ha="left", fontsize=9)
     x, y = (bounds(ordered[name].values) for name in (across, up))
     return Chart(figure, list(zip(grid.flat, parts, strict=False)), x, y, (width, height))
+
+
+def _frame(dataset: "xr.Dataset") -> "xr.Dataset":
+    """What a chart needs to know besides what it shows."""
+    return dataset[[name for name in ("outcome", "initial_state") if name in dataset.variables]]
+
+
+def _start(dataset: "xr.Dataset", seed: int) -> str:
+    """Where a seed starts, told by the states in which the seeds differ; nothing if the archive does not tell."""
+    if "initial_state" not in dataset.variables:
+        return ""
+    states = dataset["initial_state"].transpose("seed", "state").values
+    names = dataset["state_name"].values
+    apart = np.flatnonzero(np.ptp(states, axis=0) > 0)
+    return ": " * bool(apart.size) + ", ".join(f"{names[i]} = {shorten(float(states[seed, i]))}" for i in apart)
 
 
 def kind_chart(
@@ -110,7 +125,7 @@ def kind_chart(
     dims : sequence of str
         Dimensions of ``kinds``; without ``seed`` there is one panel.
     """
-    drawn = chart(dataset[["outcome"]].assign(_kinds=(dims, kinds)), seeds="seed" in dims)
+    drawn = chart(_frame(dataset).assign(_kinds=(dims, kinds)), seeds="seed" in dims)
     for axes, part in drawn.panels:
         draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size)
     drawn.legend(looks)
@@ -151,7 +166,7 @@ def value_chart(
         kinds[values.values == value] = len(looks)
         looks.append(look)
     marked, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_NUMBER)
-    drawn = chart(dataset[["outcome"]].assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)))
+    drawn = chart(_frame(dataset).assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)))
     for axes, part in drawn.panels:
         numbers = part["_shown"].values
         shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3].astype(np.float32)

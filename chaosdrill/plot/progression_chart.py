@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+# the few points beyond this percentile, runs about to escape above all, do not set the scale
+_COVERED = 99.9
+
 
 def progression_chart(dataset: "xr.Dataset") -> "Figure":
     """Draw the mean progression rate over two parameters.
@@ -30,4 +33,6 @@ def progression_chart(dataset: "xr.Dataset") -> "Figure":
 
     rate = progression(dataset)
     finite = rate.values[np.isfinite(rate.values)]
-    return value_chart(dataset, rate, Normalize(min(0.0, finite.min()), finite.max() or 1.0), sequential())
+    top = float(np.percentile(finite, _COVERED, method="higher"))
+    extend = "max" if finite.max() > top else "neither"
+    return value_chart(dataset, rate, Normalize(min(0.0, finite.min()), top or 1.0), sequential(), extend=extend)

@@ -65,6 +65,15 @@ def test_seeds_have_their_names(chart):
     assert (figure.get_supxlabel(), figure.get_supylabel()) == ("load q", "p")
 
 
+def test_panels_say_where_their_seeds_start(chart):
+    states = xr.DataArray([[0.5, -1.0, 0.0], [0.5, 0.25, 2.0]], dims=("seed", "state"))
+    named = chart.assign(initial_state=states).assign_coords(
+        seed_name=("seed", ["fixed 1", "fixed 2"]), state_name=("state", ["x", "y", "u"])
+    )
+    figure = isoperiodic_chart(named)
+    assert [axes.get_title() for axes in figure.axes[:2]] == ["fixed 1: y = −1, u = 0", "fixed 2: y = 0.25, u = 2"]
+
+
 def test_more_seeds_than_find_room_are_counted(chart):
     figure = outcome_chart(xr.concat([chart.isel(seed=0, drop=True)] * 12, "seed"))
     assert figure.get_suptitle() == "seeds 1 to 9 of 12"
@@ -109,6 +118,14 @@ def test_few_extreme_exponents_do_not_set_the_scale(chart):
     many = xr.concat([chart.isel(p=[0])] * 200, "p").assign_coords(p=np.arange(200.0))
     many["lyapunov_exponent"][0, 0] = -1e6
     assert lyapunov_chart(many).axes[-1].get_ylim()[0] == pytest.approx(-0.6)
+
+
+def test_few_extreme_rates_do_not_set_the_scale(chart):
+    usual = chart.isel(p=[1])
+    many = xr.concat([usual] * 600, "p").assign_coords(p=np.arange(600.0))
+    many["progression_rate"][0, 0] = 1e6
+    top = progression_chart(many).axes[-1].get_ylim()[1]
+    assert top == np.nanmax(usual["progression_rate"])
 
 
 def test_progression_is_dark_where_it_is_fast(chart):
