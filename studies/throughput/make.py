@@ -43,7 +43,7 @@ def measure(part: str, given: argparse.Namespace) -> list[dict[str, Any]]:
     """Single measurements of one part."""
     programs = [Program(name, command) for name, command in given.against]
     if part == "workers":
-        return workers.measure(programs, given.rounds, given.patience, say)
+        return workers.measure(given.rounds, say)
     if part == "memory":
         return memory.measure(say)
     cores = os.sched_getaffinity(0)
@@ -88,7 +88,6 @@ def main() -> int:
     parser.add_argument("parts", nargs="*", choices=[*MODULES, []], metavar="PART", help=", ".join(MODULES))
     parser.add_argument("--against", nargs=2, action="append", default=[], metavar=("NAME", "COMMAND"))
     parser.add_argument("--rounds", type=int, default=7, help="interleaved rounds of a comparison")
-    parser.add_argument("--patience", type=float, default=300.0, help="seconds in which disturbed rounds are repeated")
     parser.add_argument("--keep", action="store_true", help="write beside the script, too")
     given = parser.parse_args()
     OUT.mkdir(exist_ok=True)

@@ -47,12 +47,6 @@ class Program:
         """Periods that fill one run."""
         return max(100, round(SETTLE_S * 1e6 / self._run(eta, tolerance, 2000, 1e-4)))
 
-    def at_once(self, eta: float, tolerance: float, periods: int, copies: int) -> float:
-        """Microseconds of the clock a period while several copies run."""
-        words = self._words(eta, tolerance, periods, 1e-4)
-        running = [subprocess.Popen(words, stdout=subprocess.PIPE, text=True) for _ in range(copies)]
-        return max(_figure(process.communicate()[0]) for process in running)
-
     def _words(self, eta: float, tolerance: float, periods: int, spread: float) -> list[str]:
         given = {"eta": eta, "tolerance": tolerance, "periods": periods, "spread": spread}
         return [word.format(**given) for word in shlex.split(self.command)]

@@ -3,6 +3,7 @@
 import csv
 import importlib
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -48,13 +49,30 @@ def test_ratios_of_speed_are_medians_within_rounds(module):
     assert cells == ["c", "3 (1)", "2 (1)", "6 (2)", "4 (1)", "2 (0.5)", "7"]
 
 
-def test_the_gain_of_two_workers_is_that_of_the_clock(module):
+def test_the_gain_of_two_workers_is_the_median_of_rounds(module):
     rows = [
-        dict(zip(module("workers").COLUMNS, ("chart", i, one, two, 0, share), strict=True))
-        for i, (one, two, share) in enumerate([(10, 5, 0.01), (8, 5, 0.02), (9, 5, 0.0)])
+        {"workers": workers, "alone_s": seconds, "clock_s": 2 * seconds + workers, "others": 0.5 * workers}
+        for one, two in ((10, 5), (8, 5), (9, 5))
+        for workers, seconds in ((1, one), (2, two))
     ]
-    _, _, cells = _cells(module("workers").table(rows))
-    assert cells == ["chart", "9", "5", "1.800", "3", "0.02"]
+    _, _, free, clock = _cells(module("workers").table(rows))
+    assert free == ["without waiting for other work", "9", "5", "1.80", "3", "0.8"]
+    assert clock == ["by the clock", "19", "12", "1.58", "3", "0.8"]
+
+
+@pytest.mark.skipif(not Path("/proc/self/schedstat").is_file(), reason="needs Linux's count of waiting")
+def test_waiting_for_a_core_is_taken_off(module, monkeypatch):
+    waiting, own = module("waiting"), module("own")
+    chart = own.Chart((0.6, 0.7), 6, 5, 20, 1e-6, patience=0)
+    waited = iter(range(1000))
+    monkeypatch.setattr(waiting, "_waited", lambda thread: next(waited))
+    seconds, clock = waiting.alone(chart, 1)
+    # asked at the beginning, before and after the points, and at the end
+    assert clock - seconds == pytest.approx(3)
+    main = threading.get_native_id()
+    monkeypatch.setattr(waiting, "_waited", lambda thread: 0.0 if thread == main else 10.0)
+    seconds, clock = waiting.alone(chart, 2)
+    assert 9 < clock - seconds <= 10
 
 
 def test_the_cost_of_a_point_is_the_least_of_the_rounds(module):
@@ -91,18 +109,6 @@ def test_periods_of_undecided_points_are_counted(module):
     assert spent.periods == short.asked
     assert own.spend(own.Chart((0.45, 0.9), 3, 5, 20, 1e-6, patience=2)).periods > short.asked
     assert 0 < spent.stepping_s < spent.processor_s
-
-
-def _echo(words):
-    script = (
-        f"import sys; print('words'); print(chr(123) + chr(34) + 'us_per_period' + chr(34) + ': ' + {words} + chr(125))"
-    )
-    return f'{sys.executable} -c "{script}" {{eta}} {{periods}} {{tolerance}}'
-
-
-def test_copies_of_a_program_are_as_slow_as_the_slowest(module):
-    program = module("outside").Program("echo", _echo("sys.argv[2]"))
-    assert program.at_once(0.63, 1e-10, 1234, 2) == 1234
 
 
 def test_many_points_at_once_span_the_range(module, monkeypatch):
