@@ -46,7 +46,11 @@ _WEIGHTS = bernstein_weights(DEGREE)
 ITERATIONS = 12
 """Newton steps before a root is left to the search for one trajectory."""
 
+SURE = 1e-12
+"""Part of the largest coefficient by which a value must be above zero to be called so."""
+
 AT_ONCE, SEARCH, ALONE = range(3)
+BELOW, ABOVE, BACK = range(3)
 
 
 @inlined
@@ -136,32 +140,60 @@ def _bernstein(order, block):
     b[DEGREE + 1] = rest
 
 
+@series
+def _value(a, order, lane, u):
+    """Value at u of the polynomial in one lane."""
+    value = a[order, lane]
+    for k in range(order):
+        value = value * u + a[uint64(order - 1 - k), lane]
+    return value
+
+
 @inlined
-def _isolated(b, lane):
-    """Where one lane's polynomial changes its sign, about, if it does so just once; -1 if never, -2 if not plain."""
+def _isolated(a, b, order, lane):
+    """Where one lane's polynomial first crosses zero, about, and a bound below which it does so just once.
+
+    The first is -1 if it never does, and -2 if that is not plain: if the signs of the Bernstein coefficients, up to
+    what the rest may change of them, do not go once up and at most once down (Descartes' rule).
+    """
     rest = b[DEGREE + 1, lane]
-    where = -1.0
     before = b[0, lane]
     if not before < -rest:
-        return -2.0
+        return -2.0, 1.0
+    where = -1.0
+    phase = BELOW
     doubtful = False
-    above = False
+    highest = 0
     for j in range(1, DEGREE + 1):
         value = b[j, lane]
-        if value > rest:
-            above = True
-        elif value < -rest:
-            # after one that may have been above zero there is no going back
-            if above or doubtful:
-                return -2.0
-        else:
-            if above:
-                return -2.0
+        if abs(value) <= rest:
             doubtful = True
-        if before < 0.0 <= value:
+        elif value > rest:
+            if phase == BACK or (phase == ABOVE and doubtful):
+                return -2.0, 1.0
+            phase = ABOVE
+            doubtful = False
+        elif value < -rest:
+            if phase == ABOVE:
+                phase = BACK
+            elif doubtful:
+                return -2.0, 1.0
+            doubtful = False
+        else:
+            return -2.0, 1.0
+        if value > b[highest, lane]:
+            highest = j
+        if before < 0.0 <= value and where < 0.0:
             where = (j - 1 + before / (before - value)) / DEGREE
         before = value
-    return -2.0 if doubtful and not above else where
+    if phase == BELOW:
+        return (-2.0 if doubtful else -1.0), 1.0
+    if phase == ABOVE and not doubtful:
+        return where, 1.0
+    bound = highest / DEGREE
+    if (phase == BACK and doubtful) or not _value(a, order, lane, bound) > SURE * b[highest, lane]:
+        return -2.0, 1.0
+    return where, bound
 
 
 @series
@@ -250,7 +282,7 @@ def search(first, count, order, lanes, plan, results, block, scratch):
             searched = roots[1, lane]
             roots[2, lane] = searched
             if searched != 0.0:
-                where = _isolated(b, lane)
+                where, roots[3, lane] = _isolated(block[BLOCK_POLYNOMIAL], b, order, lane)
                 if where == -1.0:
                     roots[2, lane] = 0.0
                 if where >= 0.0:
@@ -265,7 +297,7 @@ def search(first, count, order, lanes, plan, results, block, scratch):
             if roots[2, lane] == 0.0:
                 continue
             u = roots[0, lane]
-            if roots[1, lane] == 0.0 and 0.0 <= u <= 1.0:
+            if roots[1, lane] == 0.0 and 0.0 <= u <= roots[3, lane]:
                 times[j, lane] = u * block[BLOCK_H][lane]
             else:
                 shift = int(shifts[count + j, lane])

@@ -32,7 +32,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> tuple[np.nda
         aligned(LANES), in_lanes, aligned(n, LANES), aligned(m, n, LANES), aligned(rows, at.COLUMNS, LANES),
         aligned(LANES), aligned(LANES), aligned(3, LANES), aligned(LANES), aligned(n + q, LANES), aligned(LANES),
         aligned(2 * guards, LANES), aligned(guards, LANES), aligned(guards, LANES), aligned(at.COLUMNS, LANES),
-        aligned(DEGREE + 2, LANES), aligned(3, LANES),
+        aligned(DEGREE + 2, LANES), aligned(4, LANES),
     )  # fmt: skip
 
 

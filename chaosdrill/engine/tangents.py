@@ -12,6 +12,9 @@ from chaosdrill.engine.layout import LIVE, QR_SINCE, QR_WAIT, RANK_CHECK
 RANK_TOLERANCE = 1e-13
 """At an event of deficient rank a tangent is lost if less than this part of its image is new."""
 
+ONCE = 0.25
+"""Part of its squared length that a tangent must keep for one projection to be enough (Kahan; Parlett 1998, 6.9)."""
+
 LONGEST_WAIT = 4
 """Steps between two orthonormalisations, at most: contraction may set in at any time."""
 
@@ -50,17 +53,20 @@ def orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch):
         before = 0.0
         for a in range(n):
             before += vectors[i, a] * vectors[i, a]
-        before = math.sqrt(before)
-        for _ in range(2):
+        length = before
+        for _ in range(2 if kept > 0 else 0):
             for j in range(kept):
                 dot = 0.0
                 for a in range(n):
                     dot += vectors[j, a] * vectors[i, a]
                 for a in range(n):
                     vectors[i, a] -= dot * vectors[j, a]
-        length = 0.0
-        for a in range(n):
-            length += vectors[i, a] * vectors[i, a]
+            length = 0.0
+            for a in range(n):
+                length += vectors[i, a] * vectors[i, a]
+            if length > ONCE * before:
+                break
+        before = math.sqrt(before)
         length = math.sqrt(length)
         if length == 0.0 or (carried[RANK_CHECK] == 1 and length <= RANK_TOLERANCE * before):
             dead[slots[i]] = 1

@@ -173,3 +173,32 @@ def test_chatter_is_completed_in_lanes():
     # the clock stops where the ball is taken to rest, which is within the square root of the tolerance of the limit
     np.testing.assert_allclose(b.x[:, 2], 4 * speeds, rtol=0, atol=3e-6)
     np.testing.assert_allclose(b.window[:, 0, 2], b.x[:, 2], rtol=0, atol=0)
+
+
+def test_all_roots_of_a_guard_are_met_in_their_order():
+    """A guard (s - r1)(s - r2)(s - r3) along s = t: three roots in one step, some of them close together."""
+    r1, r2, r3 = sympy.symbols("r1 r2 r3", real=True)
+    system = cd.HybridSystem(
+        name="cubic",
+        states=(S,),
+        parameters={"r1": 0.1, "r2": 0.2, "r3": 0.3},
+        modes={"go": {S: 1}},
+        transitions=[cd.Transition("meet", "go", "go", guard=(S - r1) * (S - r2) * (S - r3), direction=0)],
+        period=sympy.Integer(1),
+    )
+    rng = np.random.default_rng(11)
+    roots = rng.uniform(0.02, 0.98, (400, 3))
+    roots[100:250, 1] = roots[100:250, 0] + 10.0 ** rng.uniform(-6, -1, 150)
+    roots = np.sort(np.where(roots < 0.99, roots, roots - 0.5), axis=1)
+    kept = np.diff(roots, axis=1).min(axis=1) > 5e-7
+    roots = roots[kept]
+    assert len(roots) > 380
+    parameters = {f"r{i + 1}": roots[:, i] for i in range(3)}
+    b = batch(system, np.zeros((len(roots), 1)), parameters=parameters, window=4, section={0})
+    b.run(0, ONE)
+    np.testing.assert_array_equal(b.counts[:, 0], 3)
+    slopes = np.abs([np.prod([r[i] - r[k] for k in range(3) if k != i]) for r in roots for i in range(3)]).reshape(
+        -1, 3
+    )
+    # a root is as sharp as the guard's round-off over its slope allows
+    assert (np.abs(b.window[:, :3, 0] - roots) <= 1e-15 + 1e-15 / slopes).all()
