@@ -29,6 +29,9 @@ MANIFEST, RESULTS, JOURNAL = "manifest.json", "results.bin", "journal.txt"
 FORMAT = 1
 _ALIGNMENT = 64
 
+MOST_BYTES = 16_000_000_000
+"""Size of the results of a sweep, at most: a slip of the pen must not fill a disk."""
+
 
 class Memory:
     """Results of all units in memory.
@@ -37,12 +40,24 @@ class Memory:
     ----------
     task : Task
         Whose results.
+
+    Raises
+    ------
+    SettingsError
+        If the results are larger than ``MOST_BYTES``.
     """
 
     def __init__(self, task: Task) -> None:
         self.columns = {name: (np.dtype(dtype), tuple(shape)) for name, (dtype, shape) in task.columns().items()}
         self.units = task.units
         self.finished: list[tuple[int, int]] = []
+        size = self.units * self.unit_bytes
+        if size > MOST_BYTES:
+            points = self.units * task.points_per_unit
+            raise SettingsError(
+                f"the results of {points} points would take {1e-9 * size:.3g} GB, {size // points} bytes a point; "
+                f"at most {1e-9 * MOST_BYTES:.3g} GB are kept: give fewer points, seeds or recorded periods"
+            )
         self._arrays = self._reserve()
 
     def __enter__(self) -> "Memory":
@@ -94,7 +109,7 @@ class Store(Memory):
     Raises
     ------
     SettingsError
-        If the folder holds results of another task, with what differs.
+        If the folder holds results of another task, with what differs, or if they are larger than ``MOST_BYTES``.
     ArchiveError
         If the folder cannot be read or written, also by the methods.
     """

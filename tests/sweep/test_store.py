@@ -176,3 +176,10 @@ def test_clocks_and_times_of_files_do_not_matter(folder, whole, same, monkeypatc
     found, before = resumed(folder)
     assert before == 38
     assert same(found, whole(TASK))
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_results_that_would_fill_a_disk_are_refused_before_anything_is_reserved(tmp_path, kept):
+    with pytest.raises(SettingsError, match=r"20000000000 points would take \d+ GB, .*give fewer points"):
+        execute(replace(TASK, units=20_000_000_000), store=tmp_path / "parts" if kept else None)
+    assert not (tmp_path / "parts").exists()
