@@ -50,9 +50,7 @@ def _axis(system: "HybridSystem", argument: str, kind: str, name: str, given: An
     except TypeError:
         values = np.array([])
     if isinstance(given, str | Mapping) or len(values) == 0 or not np.isfinite(values).all():
-        raise SettingsError(
-            f"{argument} of {name!r} is {given!r}; it must be a list of finite numbers, not an empty one"
-        )
+        raise SettingsError(f"{argument} of {name!r} is {given!r}; it must be a list of finite numbers, at least one")
     if len(np.unique(values)) != len(values):
         raise SettingsError(f"{argument} of {name!r} holds a value twice; every value may stand there once")
     return Axis(name, values, of_start=kind == "state")

@@ -10,7 +10,16 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
-from chaosdrill.engine.setup import begin, bounds_of, event_tables, integer_settings, pins, real_settings, workspace
+from chaosdrill.engine.setup import (
+    begin,
+    bounds_of,
+    event_tables,
+    integer_settings,
+    pins,
+    real_settings,
+    values_of_pins,
+    workspace,
+)
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -100,6 +109,7 @@ class Batch:
         frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         m = len(frame)
         self.system, self.method = system, numerics.method
+        self._parameters = {name: np.asarray(values, dtype=float) for name, values in parameters.items()}
         self.period = forcing_periods(system, parameters, points)
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
@@ -220,7 +230,8 @@ class Batch:
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.
 
-        A point whose run there has ended keeps its own initial state.
+        A point whose run there has ended keeps its own initial state. What a mode holds in a place that depends on the
+        parameters, as a contact does, is put where it is held at these.
         """
         alive = np.flatnonzero(other.outcome == Outcome.OK)
         self.x[alive] = other.x[alive]
@@ -228,6 +239,11 @@ class Batch:
         self._armed[alive] = other._armed[alive]
         for entry in (at.MODE, at.FRESH):
             self._carried[alive, entry] = other._carried[alive, entry]
+        for mode in np.unique(self.mode[alive]).tolist():
+            there = alive[self.mode[alive] == mode]
+            here = {name: values[there] for name, values in self._parameters.items()}
+            for state, value in values_of_pins(self.system, here, mode).items():
+                self.x[there, state] = value
         self._vectors[alive] = self._frame
         self._pin(alive)
 

@@ -1,16 +1,17 @@
 """What a system and its numerics put into the engine's arrays, whatever the point at which it is run."""
 
-from collections.abc import Collection
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy
 
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import stage_rows
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.roots import DEPTH
-from chaosdrill.model.derive import pinned_states
+from chaosdrill.model.derive import pinned_states, pinned_values
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -72,6 +73,22 @@ def pins(system: "HybridSystem") -> np.ndarray:
             row[list(pinned_states(system, mode))] = 1
         system.shared["pins"] = table
     return table
+
+
+def values_of_pins(system: "HybridSystem", parameters: Mapping[str, Any], mode: int) -> dict[int, Any]:
+    """What a mode pins its states to at the strobe: index of the state -> value, an array if a parameter is one."""
+    known = system.shared.setdefault("values of pins", {})
+    names = list(system.parameters)
+    if mode not in known:
+        symbols = [sympy.Symbol(name, real=True) for name in names]
+        known[mode] = {
+            i: sympy.lambdify(
+                symbols, value if system.time is None else value.xreplace({system.time: sympy.Integer(0)})
+            )
+            for i, value in pinned_values(system, system.mode_names[mode]).items()
+        }
+    numbers = [parameters.get(name, system.parameters[name]) for name in names]
+    return {i: value(*numbers) for i, value in known[mode].items()}
 
 
 def begin(carried: np.ndarray, tangents: int) -> None:

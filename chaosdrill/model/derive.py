@@ -161,3 +161,10 @@ def pinned_states(system: "HybridSystem", mode: str) -> tuple[int, ...]:
         and all(follows(x, t) for t in ways_in)
         and all(follows(x, t) or t.reset.get(x, x) == x for t in within)
     )
+
+
+def pinned_values(system: "HybridSystem", mode: str) -> dict[int, Any]:
+    """What a mode pins its states to, as functions of time; without those whose ways in differ in it."""
+    ways_in = [t for t in system.transitions if t.target == mode and set(t.source) != {mode}]
+    values = {i: {t.reset[system.states[i]] for t in ways_in} for i in pinned_states(system, mode)}
+    return {i: found.pop() for i, found in values.items() if len(found) == 1}

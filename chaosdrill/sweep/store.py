@@ -279,10 +279,17 @@ def _write(handle: int, data: Any, offset: int | None) -> None:
 
 
 def _reserve(handle: int, size: int) -> None:
+    """Reserve room in a file, or leave the file and the disk as they were."""
+    before = os.fstat(handle).st_size
+    there = os.fstatvfs(handle)
+    # a file system may take all that is left before it says that this is not enough
+    if size - before > there.f_bavail * there.f_frsize:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     try:
         os.posix_fallocate(handle, 0, size)
     # not every system and file system can
     except (AttributeError, OSError) as fault:
+        os.ftruncate(handle, before)
         if isinstance(fault, OSError) and fault.errno not in (errno.EOPNOTSUPP, errno.EINVAL):
             raise
         os.ftruncate(handle, size)

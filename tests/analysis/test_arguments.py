@@ -76,7 +76,7 @@ def test_a_strobe_needs_a_period(bouncer):
 
 DIAGRAM = {"transient": 1, "periods": 4}
 SWEEPS = [
-    ({"gamma": []}, {}, "sweep of 'gamma' is .* not an empty one"),
+    ({"gamma": []}, {}, "sweep of 'gamma' is .* finite numbers, at least one"),
     ({"gamma": [0.1, np.nan]}, {}, "finite numbers"),
     ({"gamma": [[0.1, 0.2]]}, {}, "sweep of 'gamma'"),
     ({"gamma": ["a"]}, {}, "sweep of 'gamma'"),

@@ -8,6 +8,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill import systems
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch, alike
 from chaosdrill.engine.numerics import Numerics
@@ -162,6 +163,18 @@ def test_an_attractor_is_followed_along_a_parameter(drill):
     np.testing.assert_array_equal(here.x[1], 0.0, err_msg="a run that escaped leads nowhere")
     here.run(600, ENDS)
     np.testing.assert_allclose(here.window[0, -4:, :3], there.window[0, -4:, :3], rtol=0, atol=2e-3)
+
+
+def test_a_held_contact_is_followed_to_where_it_is_held():
+    """A ball that rests on a moving floor is at 0 with the floor's speed, amplitude * omega, at the strobe."""
+    ball = systems.build("bouncing-ball")
+    start, modes = np.array([[0.0, 0.3]]), np.array([ball.mode_names.index("contact")])
+    there = Batch(ball, {"amplitude": np.array([0.3])}, start, modes, Numerics())
+    there.run(2, ENDS)
+    here = Batch(ball, {"amplitude": np.array([0.7])}, start, modes, Numerics(), window=2)
+    here.continue_from(there)
+    here.run(2, ENDS)
+    np.testing.assert_allclose(here.window[0, :, :2], [[0.0, 0.7]] * 2, rtol=0, atol=1e-11)
 
 
 def test_points_whose_exponents_are_whole_have_code_of_their_own():

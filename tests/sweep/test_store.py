@@ -183,3 +183,15 @@ def test_results_that_would_fill_a_disk_are_refused_before_anything_is_reserved(
     with pytest.raises(SettingsError, match=r"20000000000 points would take \d+ GB, .*give fewer points"):
         execute(replace(TASK, units=20_000_000_000), store=tmp_path / "parts" if kept else None)
     assert not (tmp_path / "parts").exists()
+
+
+def test_a_disk_that_is_too_small_is_left_as_it_was(tmp_path, monkeypatch):
+    """A file system may take all that is left before it says that this is not enough: it is not asked then."""
+    there = os.statvfs(tmp_path)
+    full = os.statvfs_result([*there[:4], 0, *there[5:]])
+    monkeypatch.setattr(os, "fstatvfs", lambda _: full)
+    monkeypatch.setattr(os, "posix_fallocate", lambda *_: pytest.fail("asked for room that is not there"))
+    with pytest.raises(ArchiveError, match=r"cannot reserve .*No space left"):
+        execute(TASK, store=tmp_path / "parts")
+    results = tmp_path / "parts" / RESULTS
+    assert not results.exists() or results.stat().st_size == 0
