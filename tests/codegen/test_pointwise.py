@@ -128,7 +128,7 @@ def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
     event = np.empty(places.size)
     assert functions[6](0, 0, 1, 0.9, c, x, 0.0, event) == 0
     expected = [float(value(e, x, 0.9)) for e in FIELD.values()]
-    np.testing.assert_allclose(event[places.after : places.image], expected, rtol=1e-14)
+    np.testing.assert_allclose(event[places.after : places.image], expected, rtol=1e-14, atol=1e-15)
 
 
 def test_a_mode_or_guard_that_is_not_there_chooses_nothing(kernels):
