@@ -10,23 +10,19 @@ from chaosdrill.engine import flow as engine
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import (
     DONE,
-    EVALUATIONS,
     EVENT_COLUMNS,
     EVENT_KIND,
     EVENT_MODE,
     EVENT_ROWS,
     FULL,
-    LIVE,
     RECORD,
     SAMPLE_ROWS,
     STAGES,
-    STEPS,
     STROBES,
     TARGET,
-    TIES,
     WORKSPACE,
 )
-from chaosdrill.engine.revival import pin, revive
+from chaosdrill.engine.revival import forget
 from chaosdrill.engine.stepper import STEPPER_TYPES, integers
 from chaosdrill.engine.window import bring_in_order, keep
 
@@ -174,14 +170,5 @@ def drive(
                 for i in range(m):
                     growth[p, s, i] = -float("inf") if dead[p, i] == 1 else logs[p, i]
                 continue
-            logs[p, :] = 0.0
-            counts[p, :] = 0
-            sums[p, :, :] = 0.0
-            grazing[p, :] = float("inf")
-            carried[p, TIES] = 0
-            carried[p, STEPS] = 0
-            carried[p, EVALUATIONS] = 0
-            if carried[p, LIVE] < m:
-                revive(vectors[p], frame, slots[p], dead[p], carried[p])
-                pin(vectors[p], pins, carried[p])
+            forget(frame, pins, vectors[p], slots[p], dead[p], logs[p], sums[p], counts[p], grazing[p], carried[p])
         bring_in_order(windows[p], taken, spare)

@@ -62,6 +62,7 @@ from chaosdrill.engine.layout import (
     WORKSPACE,
 )
 from chaosdrill.engine.limits import LARGE_GROWTH, SMALLEST_STEP, STALL_LIMIT, state_outcome
+from chaosdrill.engine.step import add_to
 from chaosdrill.engine.tangents import orthonormalise
 from chaosdrill.engine.window import keep
 
@@ -98,8 +99,8 @@ def _update_sides(first, count, directions, order, te, sides, armed, lane, block
 
 
 @inlined
-def _move(p, lane, te, live, runs, block):
-    """Take over the state, the tangents and the integrals of one lane; integrals by a compensated sum."""
+def _move(p, lane, live, runs, block):
+    """Take over the state, the tangents and the integrals of one lane."""
     x = runs[RUN_X][p]
     n = x.size
     out = block[BLOCK_OUT]
@@ -108,13 +109,8 @@ def _move(p, lane, te, live, runs, block):
     for v in range(live):
         for i in range(n):
             runs[RUN_VECTORS][p, v, i] = block[BLOCK_V][v, i, lane]
-    sums = runs[RUN_SUMS][p]
     for i in range(n, out.shape[0]):
-        old = sums[0, i - n]
-        term = out[i, lane]
-        new = old + term
-        sums[1, i - n] += (old - new) + term if abs(old) >= abs(term) else (term - new) + old
-        sums[0, i - n] = new
+        add_to(runs[RUN_SUMS][p], i - n, out[i, lane])
 
 
 @inlined
@@ -132,7 +128,6 @@ def finish_step(
     mode,
     live,
     te,
-    h,
     happens,
     j,
     ties,
@@ -151,7 +146,7 @@ def finish_step(
     carried[FRESH] = ONGOING
     strobed = section.size == 0 and runs[RUN_WINDOW].shape[1] > 0
     strobe = _pass_strobes(p, lane, runs, te, local, strobed, block, scratch[OUT])
-    _move(p, lane, te, live, runs, block)
+    _move(p, lane, live, runs, block)
     carried_f[TIME] = te - strobe if strobe >= 0.0 else local + te
     carried_f[LONGEST] = max(carried_f[LONGEST], te)
     if te > SMALLEST_STEP * carried_f[LONGEST]:

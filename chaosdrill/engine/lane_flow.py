@@ -5,7 +5,7 @@ stepped together, each with its own step, and go to the queue of the mode that t
 one by the functions of a single run. No number of a run depends on which others are stepped with it.
 """
 
-from numba import int64
+from numba import void
 
 from chaosdrill.codegen.signatures import KERNEL_TYPES, LANE_TYPES, matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
@@ -194,7 +194,6 @@ def _step(
                 mode,
                 live,
                 reach[lane],
-                steps[lane],
                 results[lane, 1] >= 0,
                 results[lane, 1],
                 results[lane, 2],
@@ -213,7 +212,7 @@ def _enqueue(queues, key, p):
     queue[1] += 1
 
 
-_signature = int64(
+_signature = void(
     *KERNEL_TYPES,
     *LANE_TYPES,
     *(integers, integers, integers, integer_matrix, integer_matrix, integer_matrix, integer_matrix, matrix),
@@ -255,7 +254,7 @@ def lane_flow(
     block,
     scratch,
 ):
-    """As ``drive``, for the Taylor method; returns the number of steps.
+    """As ``drive``, for the Taylor method.
 
     ``queues`` (keys, 2 + ACTIVE) hold the first place and the length of each, then a ring of runs; ``varying`` says
     which constants are not the same at all points; ``results`` (LANES + 1, LANES), ``plan`` (2 guards, LANES) and
@@ -271,7 +270,6 @@ def lane_flow(
     image = scratch[IMAGE]
     under_way = 0
     begun = 0
-    steps = 0
     while True:
         while under_way < ACTIVE and begun < which.size:
             p = which[begun]
@@ -281,7 +279,7 @@ def lane_flow(
                 _enqueue(queues, carried[p, MODE] * tangents + carried[p, LIVE], p)
                 under_way += 1
         if under_way == 0:
-            return steps
+            return
         key = 0
         for k in range(1, queues.shape[0]):
             if queues[k, 1] > queues[key, 1]:
@@ -296,7 +294,6 @@ def lane_flow(
                 places[lane] = places[0]
         queue[0] = (queue[0] + count) % ACTIVE
         queue[1] -= count
-        steps += count
         _step(
             functions,
             lane_functions,

@@ -7,18 +7,14 @@ from numba import types
 from chaosdrill.codegen.signatures import block, matrix, vector
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
-    EVALUATIONS,
     GOAL,
     LAST,
-    LIVE,
     STAGE,
-    STEPS,
     STROBES,
     TAKEN,
-    TIES,
 )
 from chaosdrill.engine.limits import integer_matrix
-from chaosdrill.engine.revival import pin, revive
+from chaosdrill.engine.revival import forget
 from chaosdrill.engine.stepper import integers
 from chaosdrill.engine.tangents import orthonormalise
 from chaosdrill.engine.window import bring_in_order
@@ -58,22 +54,6 @@ runs_type = types.Tuple(
 
 
 @inlined
-def _forget(p, runs, frame, pins):
-    """Start all averages of a run anew."""
-    runs[RUN_LOGS][p, :] = 0.0
-    runs[RUN_COUNTS][p, :] = 0
-    runs[RUN_SUMS][p, :, :] = 0.0
-    runs[RUN_GRAZING][p, :] = math.inf
-    carried = runs[RUN_CARRIED][p]
-    carried[TIES] = 0
-    carried[STEPS] = 0
-    carried[EVALUATIONS] = 0
-    if carried[LIVE] < frame.shape[0]:
-        revive(runs[RUN_VECTORS][p], frame, runs[RUN_SLOTS][p], runs[RUN_DEAD][p], carried)
-        pin(runs[RUN_VECTORS][p], pins, carried)
-
-
-@inlined
 def begin(p, runs, stretches):
     progress = runs[RUN_PROGRESS][p]
     strobes = runs[RUN_CARRIED][p, STROBES]
@@ -104,7 +84,18 @@ def is_over(p, runs, frame, shifts, pins, stretches, image, spare):
             )
         stage = progress[STAGE]
         if stage == 0:
-            _forget(p, runs, frame, pins)
+            forget(
+                frame,
+                pins,
+                runs[RUN_VECTORS][p],
+                runs[RUN_SLOTS][p],
+                runs[RUN_DEAD][p],
+                runs[RUN_LOGS][p],
+                runs[RUN_SUMS][p],
+                runs[RUN_COUNTS][p],
+                runs[RUN_GRAZING][p],
+                carried,
+            )
         else:
             for i in range(m):
                 lost = runs[RUN_DEAD][p, i] == 1

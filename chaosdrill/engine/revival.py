@@ -1,12 +1,12 @@
-"""Tangents that were lost start anew once a transient is over."""
+"""Once a transient is over averages start anew, and so do tangents that were lost."""
 
 import math
 
 from numba import int64, void
 
 from chaosdrill.codegen.signatures import matrix
-from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.layout import LIVE, MODE, RANK_CHECK
+from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.layout import EVALUATIONS, LIVE, MODE, RANK_CHECK, STEPS, TIES
 from chaosdrill.engine.stepper import integers
 
 INDEPENDENT = 1e-6
@@ -64,3 +64,18 @@ def revive(vectors, frame, slots, dead, carried):
         dead[slot] = 0
         live += 1
     carried[LIVE] = m
+
+
+@inner
+def forget(frame, pins, vectors, slots, dead, logs, sums, counts, grazing, carried):
+    """Start all averages of a run anew, and the tangents that were lost before."""
+    logs[:] = 0.0
+    counts[:] = 0
+    sums[:, :] = 0.0
+    grazing[:] = math.inf
+    carried[TIES] = 0
+    carried[STEPS] = 0
+    carried[EVALUATIONS] = 0
+    if carried[LIVE] < frame.shape[0]:
+        revive(vectors, frame, slots, dead, carried)
+        pin(vectors, pins, carried)

@@ -186,8 +186,17 @@ def record(functions, stepper, settings_i, settings_f, local, t, c, x, sums, te,
 
 
 @inlined
+def add_to(sums, i, term):
+    """Add to a compensated sum (Neumaier 1974): row 0 holds the sum, row 1 what it has lost."""
+    old = sums[0, i]
+    new = old + term
+    sums[1, i] += (old - new) + term if abs(old) >= abs(term) else (term - new) + old
+    sums[0, i] = new
+
+
+@inlined
 def advance(functions, stepper, settings_i, t, c, x, s, sums, vectors, carried, carried_f, scratch):
-    """Move state, tangents and quadratures to s; quadratures by a compensated sum (Neumaier 1974)."""
+    """Move state, tangents and quadratures to s."""
     n = x.size
     out = scratch[OUT]
     live = carried[LIVE]
@@ -199,7 +208,4 @@ def advance(functions, stepper, settings_i, t, c, x, s, sums, vectors, carried, 
     for i in range(n):
         x[i] = out[i]
     for i in range(n, out.size):
-        old = sums[0, i - n]
-        new = old + out[i]
-        sums[1, i - n] += (old - new) + out[i] if abs(old) >= abs(out[i]) else (out[i] - new) + old
-        sums[0, i - n] = new
+        add_to(sums, i - n, out[i])
