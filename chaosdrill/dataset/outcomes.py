@@ -22,6 +22,10 @@ class Outcome(IntEnum):
     STEP_UNDERFLOW = 8
     INVALID_START = 9
     FAILED = 10
+    NO_ORBIT = 11
+    EQUILIBRIUM = 12
+    INADMISSIBLE = 13
+    OPEN = 14
 
     @property
     def meaning(self) -> str:
@@ -68,4 +72,17 @@ _ADVICE = {
     Outcome.STEP_UNDERFLOW: "The step became too small to move time; loosen the tolerance or look for a singularity.",
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
     Outcome.FAILED: "The point could not be computed; run it alone as a trajectory to see where it stops.",
+    Outcome.NO_ORBIT: (
+        "Newton's method found no orbit of this period near the start; start closer to one, ask for another period, "
+        'or let a search look for it (start = "search").'
+    ),
+    Outcome.EQUILIBRIUM: "The system comes to rest at a point, which is no orbit; start where it moves.",
+    Outcome.INADMISSIBLE: (
+        "The equations of the orbit close, but on the way another guard is crossed or an event comes out otherwise, so "
+        "the system has no such orbit; start closer to one that it has."
+    ),
+    Outcome.OPEN: (
+        "All returns but for a state that only grows, as a distance does; write the system in states that repeat, and "
+        "carry the one that grows as a quadrature."
+    ),
 }

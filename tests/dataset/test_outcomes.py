@@ -10,10 +10,11 @@ from chaosdrill.dataset.outcomes import count_outcomes
 def test_codes_are_fixed():
     # archives hold these numbers
     codes = (
-        "ok periodic quasiperiodic chaotic escaped event_limit stalled nonfinite step_underflow invalid_start failed"
+        "ok periodic quasiperiodic chaotic escaped event_limit stalled nonfinite step_underflow invalid_start failed "
+        "no_orbit equilibrium inadmissible open"
     )
     assert [outcome.meaning for outcome in Outcome] == codes.split()
-    assert [int(outcome) for outcome in Outcome] == list(range(11))
+    assert [int(outcome) for outcome in Outcome] == list(range(15))
 
 
 @pytest.mark.parametrize("outcome", Outcome)

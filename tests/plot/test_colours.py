@@ -46,7 +46,8 @@ def lightness(colours):
     return lab(colours)[:, 0]
 
 
-OUTCOMES = [looks.outcome_look(outcome.meaning) for outcome in Outcome]
+# those after "failed" are outcomes of looking for an orbit, which no chart shows
+OUTCOMES = [looks.outcome_look(outcome.meaning) for outcome in Outcome if outcome <= Outcome.FAILED]
 PERIODS = [looks.Look(f"period {n}", colour) for n, colour in enumerate(looks.PERIOD_COLOURS, 1)]
 PERIODS.append(looks.Look("longer", looks.LONGER_COLOUR))
 TOGETHER = {

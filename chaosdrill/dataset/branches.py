@@ -1,0 +1,82 @@
+"""What a point of a branch of periodic orbits can be, and how such a branch can end."""
+
+from enum import IntEnum
+
+
+class Special(IntEnum):
+    """What happens at a point of a branch; archives store the number, with the names as CF flag meanings."""
+
+    REGULAR = 0
+    FOLD = 1
+    PERIOD_DOUBLING = 2
+    NEIMARK_SACKER = 3
+    GRAZING = 4
+    EVENT_SWAP = 5
+    OUTCOME_SWITCH = 6
+
+    @property
+    def meaning(self) -> str:
+        """Name in lower case, as in ``flag_meanings``."""
+        return self.name.lower()
+
+    @property
+    def words(self) -> str:
+        """What happens there, in one sentence."""
+        return _HAPPENS[self]
+
+
+class BranchEnd(IntEnum):
+    """How a branch ended; archives store the number, with the names as CF flag meanings."""
+
+    LIMIT = 0
+    GRAZING = 1
+    EVENT_SWAP = 2
+    OUTCOME_SWITCH = 3
+    CLOSED = 4
+    MOST_POINTS = 5
+    ESCAPED = 6
+    NO_CONVERGENCE = 7
+    NO_EFFECT = 8
+    JOINED = 9
+    DOUBLING = 10
+
+    @property
+    def meaning(self) -> str:
+        """Name in lower case, as in ``flag_meanings``."""
+        return self.name.lower()
+
+    @property
+    def advice(self) -> str:
+        """One sentence: what this end means and what to try."""
+        return _ADVICE[self]
+
+
+_HAPPENS = {
+    Special.REGULAR: "Nothing: the orbit changes smoothly with the parameter.",
+    Special.FOLD: "A multiplier is +1: the branch turns back, and the orbit meets another one and both vanish.",
+    Special.PERIOD_DOUBLING: "A multiplier is -1: an orbit of twice the period begins.",
+    Special.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: a torus begins.",
+    Special.GRAZING: "A guard is met at no speed: an event appears or vanishes.",
+    Special.EVENT_SWAP: "Two events happen at the same time and trade places beyond.",
+    Special.OUTCOME_SWITCH: "The condition between two outcomes of an event is just met: beyond, the other is taken.",
+}
+
+_ADVICE = {
+    BranchEnd.LIMIT: "The parameter reached its limit; widen the range to go on.",
+    BranchEnd.GRAZING: (
+        "An event appears or vanishes at no speed, and no orbit with the other sequence of events goes on from there; "
+        "what attracts beyond is not on this branch."
+    ),
+    BranchEnd.EVENT_SWAP: "Two events fall together, and no orbit with the two in the other order goes on from there.",
+    BranchEnd.OUTCOME_SWITCH: "An event comes out otherwise beyond, and no orbit with that outcome goes on from there.",
+    BranchEnd.CLOSED: "The branch came back to where it began: a closed loop, which holds all of it.",
+    BranchEnd.MOST_POINTS: "So many points were allowed; raise max_points, or allow a larger step.",
+    BranchEnd.ESCAPED: "A state of the orbit left its bounds; widen them if larger states are meant.",
+    BranchEnd.NO_CONVERGENCE: (
+        "Newton's method found no orbit at the smallest step, with no sign of grazing or of another change of events; "
+        "try a smaller step or a tighter tolerance, and look at the smallest normal speed before the end."
+    ),
+    BranchEnd.NO_EFFECT: "The orbit does not depend on the parameter, so there is nothing to follow; choose another.",
+    BranchEnd.JOINED: "The branch runs into another one that has been followed already.",
+    BranchEnd.DOUBLING: "The doubled orbit shrank onto the orbit of half its period, at another period doubling.",
+}
