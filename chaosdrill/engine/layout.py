@@ -97,7 +97,7 @@ COLUMNS = WIDTH + 4
 
 # what a call of the engine ends with; values from 4 on are those of dataset.Outcome
 DONE, FULL = range(2)
-ESCAPED, EVENT_LIMIT, STALLED, NONFINITE, STEP_UNDERFLOW, INVALID_START = range(4, 10)
+ESCAPED, EVENT_LIMIT, STALLED, NONFINITE, STEP_UNDERFLOW, INVALID_START, FAILED = range(4, 11)
 
 # how a guard stands at the start of a step
 ARMED, PASSED, FIRE, INVALID = range(4)

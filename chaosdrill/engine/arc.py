@@ -1,0 +1,123 @@
+"""One arc of an orbit: a flow of given duration in one mode, with its tangents, past whatever guards it meets.
+
+An orbit that is looked for is cut at its events into such arcs. Their ends are unknowns like their starts, so that no
+event is searched for; on the way the guards are only watched, to say whether the arc is what the system would do.
+"""
+
+from chaosdrill.engine import guards
+from chaosdrill.engine.jit import inlined
+from chaosdrill.engine.layout import (
+    DONE,
+    FIRED,
+    FRESH,
+    INVALID_START,
+    LONGEST,
+    MARKS,
+    METHOD,
+    MODE,
+    NONFINITE,
+    ONGOING,
+    ORDER,
+    PERIOD,
+    QUADRATURES,
+    RK4,
+    SAME_MODE,
+    STALLED,
+    STEP_UNDERFLOW,
+    WORKSPACE,
+)
+from chaosdrill.engine.limits import SMALLEST_STEP, STALL_LIMIT, state_outcome
+from chaosdrill.engine.step import advance, prepare
+
+END = 1e-8
+"""Part of the longest step before the end of an arc in which a guard is taken for the one that ends it."""
+
+
+@inlined
+def follow(
+    functions,
+    stepper,
+    settings_i,
+    settings_f,
+    watch,
+    asleep,
+    marks,
+    start,
+    duration,
+    watched,
+    c,
+    bounds,
+    x,
+    sums,
+    vectors,
+    carried,
+    carried_f,
+    sides,
+    armed,
+    scratch,
+):
+    """Move state and tangents through an arc, the mode and what came before being in ``carried``.
+
+    Returns what ended it (DONE, or an outcome) and the first guard that it crosses before its end, -1 for none. A
+    duration below zero leads backwards, within one step; nothing is watched then.
+    """
+    mode = carried[MODE]
+    first_guard = x.size + settings_i[QUADRATURES]
+    carried_f[:] = 0.0
+    crossed = -1
+    done = 0.0
+    still = 0
+    if duration == 0.0:
+        return DONE, crossed
+    while True:
+        watching = watched and crossed < 0 and duration > 0.0
+        rest = duration - done
+        h, te, j, _ = prepare(
+            functions,
+            stepper,
+            settings_i,
+            settings_f,
+            watch if watching else asleep,
+            marks,
+            start + done,
+            start + done,
+            c,
+            x,
+            vectors,
+            carried,
+            carried_f,
+            sides,
+            armed,
+            scratch,
+        )
+        if te == -2.0:
+            crossed = j
+            continue
+        if not h > SMALLEST_STEP * carried_f[LONGEST]:
+            return (STEP_UNDERFLOW if h == h else NONFINITE), crossed
+        carried[FRESH] = ONGOING
+        if rest < -h:
+            return INVALID_START, crossed
+        last = rest <= h
+        s = rest if last else h
+        if te >= 0.0 and te < s:
+            if marks[mode, j] & MARKS:
+                s = te
+                last = False
+                carried[FRESH] = SAME_MODE
+                carried[FIRED] = j
+                still = still + 1 if te == 0.0 else 0
+                if still > STALL_LIMIT:
+                    return STALLED, crossed
+            elif te < rest - END * settings_f[PERIOD]:
+                crossed = j
+        advance(functions, stepper, settings_i, start + done, c, x, s, sums, vectors, carried, carried_f, scratch)
+        carried_f[LONGEST] = max(carried_f[LONGEST], abs(s))
+        outcome = state_outcome(x, bounds)
+        if outcome != DONE or last:
+            return outcome, crossed
+        if watching and settings_i[METHOD] != RK4:
+            guards.update_sides(
+                scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], s, sides, armed
+            )
+        done += s

@@ -1,0 +1,273 @@
+"""Orbits of one system, with the parameters that are left free: the compiled shooting problem behind plain calls."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy
+
+from chaosdrill.engine import lap as at
+from chaosdrill.engine import layout
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.setup import bounds_of, event_tables, integer_settings, real_settings, workspace
+from chaosdrill.model import HybridSystem
+from chaosdrill.model.derive import differentiate
+from chaosdrill.orbits.orbit import Orbit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+CLOCK = "forcing period"
+"""A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
+
+ROUND_OFF = 3e-13
+"""Residual at which an orbit is found: what is left when all equations hold to rounding."""
+
+
+@dataclass(frozen=True)
+class Lap:
+    """What one time around an orbit shows.
+
+    Attributes
+    ----------
+    outcome : int
+        DONE, or what ended a run on the way.
+    residual : float
+        Largest violation of an equation.
+    equations : ndarray, shape (N + d + 1, columns + 1)
+        Linearised equations; their constants last.
+    sensitivity : ndarray, shape (N, d + q, columns + 1)
+        Starts of the arcs by the reduced unknowns.
+    monodromy : ndarray, shape (d, d)
+        Tangent map around the orbit from its first start, saltation included.
+    speeds : ndarray, shape (N,)
+        Speeds at which the guards are crossed, positive in their direction; infinite where there is none.
+    crossed, came : ndarray of int, shape (N,)
+        Guard crossed on the way, -1 for none; the transition that its end took.
+    """
+
+    outcome: int
+    residual: float
+    equations: np.ndarray
+    sensitivity: np.ndarray
+    monodromy: np.ndarray
+    speeds: np.ndarray
+    crossed: np.ndarray
+    came: np.ndarray
+
+
+class Family:
+    """The orbits of a system over its free parameters.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        With the values of all parameters that are not free.
+    free : sequence of str
+        Parameters that orbits are looked for in; none by default.
+    numerics : Numerics
+        Method and tolerance.
+    """
+
+    def __init__(self, system: HybridSystem, free: "Sequence[str]" = (), numerics: Numerics | None = None) -> None:
+        self.plain, self.free = system, tuple(free)
+        self.numerics = numerics or Numerics()
+        self.states = len(system.states)
+        self.system = _with_free(system, self.free) if self.free else system
+        kernels = self.system.kernels
+        n = len(self.system.states)
+        self.forced = system.period is not None
+        settings_i = integer_settings(self.system, self.numerics, self.numerics.order)
+        settings_i[layout.TARGET] = 2**62
+        unit = system.forcing_period() or layout_unit(system)
+        settings_f = real_settings(self.numerics, self.numerics.order, np.array([unit]))[0]
+        marks, _ = event_tables(self.system, ())
+        self._machine = (
+            *(settings_i, settings_f, kernels.mode_table, np.zeros_like(kernels.mode_table), marks),
+            *(kernels.constants(self.system.parameters), bounds_of(self.system)),
+        )
+        q, guards = len(self.system.quadratures), max(kernels.mode_table.shape[1], 1)
+        self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
+        self._scratch = workspace(self.system, n)
+        self._fixed_room = (
+            *(np.zeros(n), np.zeros((2, q)), np.zeros((n, n)), np.zeros(layout.CARRIED_I, dtype=np.int64)),
+            *(np.zeros(layout.CARRIED_F), np.zeros(guards, dtype=np.int64), np.zeros(guards, dtype=np.int64)),
+        )
+        self._rooms: dict[int, Any] = {}
+
+    @property
+    def period(self) -> float | None:
+        """Forcing period at the present values, as far as they are not free."""
+        return self.plain.forcing_period()
+
+    def period_at(self, orbit: Orbit) -> float | None:
+        """Forcing period of an orbit."""
+        if not self.forced:
+            return None
+        values = dict(zip(self.free, orbit.starts[0, self.states :].tolist(), strict=True))
+        return self.plain.with_parameters(**values).forcing_period()
+
+    def columns(self, orbit: Orbit) -> int:
+        """Number of reduced unknowns."""
+        return self.states + 1 + len(orbit) + len(self.free)
+
+    def lap(self, orbit: Orbit, watched: bool = True) -> Lap:
+        """Go around once."""
+        sizes, arrays, found, _, room = self._prepare(orbit)
+        outcome, residual = at.lap(
+            *self._kernels(), self._machine, sizes, orbit.arcs, self._plane(orbit), *arrays[:1], orbit.phase, arrays[2],
+            int(watched), found, room, self._scratch,
+        )  # fmt: skip
+        return self._seen(orbit, outcome, residual, found)
+
+    def solve(
+        self, orbit: Orbit, conditions: np.ndarray | None = None, reach: float = 0.5
+    ) -> tuple[int, Orbit, Lap, np.ndarray]:
+        """Newton's method from a guess.
+
+        Parameters
+        ----------
+        orbit : Orbit
+        conditions : ndarray, shape (q, columns), optional
+            Rows that corrections are orthogonal to; by default the free parameters stay as they are.
+        reach : float
+            Longest correction by one lap, in the norm of `weights`.
+
+        Returns
+        -------
+        code : int
+            0 if it converged, else why not: an outcome of a run, or one of `chaosdrill.engine.branch`.
+        orbit : Orbit
+        lap : Lap
+            The last one.
+        residuals : ndarray
+            One a lap.
+        """
+        from chaosdrill.engine import branch
+
+        sizes, arrays, found, solved, room = self._prepare(orbit)
+        columns = self.columns(orbit)
+        if conditions is None:
+            conditions = np.eye(columns)[self.states + 1 + len(orbit) :]
+        history = np.zeros(branch.MOST_LAPS)
+        code, laps = branch.newton(
+            *self._kernels(), self._machine, sizes, orbit.arcs, self._plane(orbit), *arrays,
+            np.ascontiguousarray(conditions), self.weights(orbit), ROUND_OFF, reach, history, found, solved, room,
+            self._scratch,
+        )  # fmt: skip
+        result = replace(orbit, starts=arrays[0], phase=float(arrays[1][0]), durations=arrays[2])
+        return code, result, self._seen(orbit, int(code), history[max(laps - 1, 0)], found), history[:laps]
+
+    def weights(self, orbit: Orbit, spans: np.ndarray | None = None) -> np.ndarray:
+        """What a difference of each reduced unknown counts.
+
+        States count by their size along the orbit, times by the period; parameters by ``spans``, the ranges in which
+        they are followed, and then so much more that a step along a branch is one in them.
+        """
+        d, count = self.states, len(orbit)
+        size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), 0.1)
+        unit = self.period_at(orbit) or float(orbit.durations.sum())
+        part = 1.0 if spans is None else STATES_TO_PARAMETERS
+        values = np.ones(len(self.free)) if spans is None else 1 / spans
+        return np.concatenate([part / size, np.full(1 + count, part / unit), values])
+
+    def direction(self, orbit: Orbit, lap: Lap, weights: np.ndarray, ahead: np.ndarray | None = None) -> np.ndarray:
+        """Direction of the branch through an orbit, shape (columns,), of weighted length 1; q must be 1.
+
+        It is the null vector of the linearised equations, on the side of ``ahead``, else that of a growing parameter.
+        """
+        scaled = lap.equations[: len(orbit) + self.states + 1, :-1] / weights
+        vector = np.linalg.svd(scaled)[2][-1] / weights
+        reference = np.eye(len(vector))[-1] if ahead is None else ahead * weights**2
+        return vector if vector @ reference >= 0 else -vector
+
+    def moved(self, orbit: Orbit, lap: Lap, change: np.ndarray) -> Orbit:
+        """The orbit after a change of its reduced unknowns, to first order."""
+        d = self.states
+        return replace(
+            orbit,
+            starts=orbit.starts + lap.sensitivity[:, :, :-1] @ change,
+            phase=orbit.phase + float(change[d]),
+            durations=orbit.durations + change[d + 1 : d + 1 + len(orbit)],
+        )
+
+    def _kernels(self) -> tuple[Any, ...]:
+        from chaosdrill.engine.stepper import stepper
+
+        return (*self.system.kernels.functions, *stepper(self.numerics.method))
+
+    def _plane(self, orbit: Orbit) -> np.ndarray:
+        """State and normal of the plane on which an orbit without events and period starts: across the flow."""
+        d = self.states
+        plane = np.zeros((2, d))
+        if orbit.arcs[0, at.ARC_END] == at.PLANE:
+            rate = np.zeros(len(self.system.states) + len(self.system.quadratures))
+            mode = int(orbit.arcs[0, at.ARC_MODE])
+            self.system.kernels.functions[3](mode, orbit.phase, self._machine[-2], orbit.starts[0].copy(), rate)
+            plane[0], plane[1] = orbit.starts[0, :d], rate[:d]
+        return plane
+
+    def _prepare(self, orbit: Orbit) -> tuple[np.ndarray, tuple[np.ndarray, ...], Any, Any, Any]:
+        n, d, q = len(self.system.states), self.states, len(self.free)
+        count = len(orbit)
+        columns = self.columns(orbit)
+        sizes = np.array([d, q, orbit.periods, self._clock, int(self.forced)], dtype=np.int64)
+        arrays = (orbit.starts.copy(), np.array([orbit.phase, 0.0]), orbit.durations.copy())
+        if count not in self._rooms:
+            found = (
+                *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
+                *(np.zeros(count), np.zeros((count, 2), dtype=np.int64)),
+            )
+            solved = (
+                *(np.zeros((columns, columns + 1)), np.zeros(columns, dtype=np.int64)),
+                *(np.zeros(columns), np.zeros(columns), np.zeros(columns)),
+            )
+            room = (
+                *self._fixed_room,
+                *(np.zeros((n, columns + 1)), np.zeros((n + 1, max(n, q, 1))), np.zeros((n, n))),
+                *(np.zeros((n + 1, max(columns + 1, n))), np.zeros(columns + 1)),
+            )
+            self._rooms = {count: (found, solved, room)}
+        return sizes, arrays, *self._rooms[count]
+
+    def _seen(self, orbit: Orbit, outcome: int, residual: float, found: Any) -> Lap:
+        equations, sensitivity, monodromy, speeds, seen = (a.copy() for a in found)
+        return Lap(
+            outcome, residual, equations, sensitivity, monodromy[: self.states, : self.states], speeds, seen[:, 0],
+            seen[:, 1],
+        )  # fmt: skip
+
+
+STATES_TO_PARAMETERS = 0.2
+
+
+def layout_unit(system: HybridSystem) -> float:
+    """A time unit for systems without a period."""
+    return 1.0
+
+
+def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
+    """The system with free parameters among its states, and a mode that tells the period."""
+    key = ("free", free)
+    known = system.shared.get(key)
+    if known is None:
+        symbols = {name: sympy.Symbol(name, real=True) for name in free}
+        plain = HybridSystem(
+            name=system.name, states=system.states, time=system.time, parameters=system.parameters,
+            modes=system.modes, transitions=system.transitions, initial=system.initial,
+            quadratures=system.quadratures, bounds=system.bounds, description=system.description, labels=system.labels,
+        )  # fmt: skip
+        known = plain.augmented(parameters=free)
+        if system.period is not None and system.period.free_symbols & set(symbols.values()):
+            period = system.period.subs({sympy.Symbol(k, real=True): sympy.Symbol(k, real=True) for k in free})
+            rates = [period, *(differentiate(period, symbols[name]) for name in free)]
+            rates += [sympy.Integer(0)] * (len(known.states) - len(rates))
+            modes = {**known.modes, CLOCK: dict(zip(known.states, rates, strict=True))}
+            known = HybridSystem(
+                name=known.name, states=known.states, time=known.time, parameters=known.parameters, modes=modes,
+                transitions=known.transitions, initial=known.initial, quadratures={}, bounds=known.bounds,
+                description=known.description, labels=known.labels,
+            )  # fmt: skip
+        system.shared[key] = known
+    values = {name: value for name, value in system.parameters.items() if name not in free}
+    return known.with_parameters(**values)
