@@ -95,13 +95,13 @@ def span(system: "HybridSystem", periods: Any, duration: Any, transient: Any, *,
     return Span(length / units, units, settle, False)
 
 
-def whole(name: str, value: Any, least: int) -> int:
-    """An integer not below ``least``, or an error that names the argument."""
+def whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
+    """An integer from ``least`` to ``most``, or an error that names the argument."""
     number = real(value)
     if number != np.floor(number) or not least <= number < np.inf:
         raise SettingsError(f"{name} is {value!r}; it must be an integer >= {least}")
-    if number > LARGEST:
-        raise SettingsError(f"{name} is {value!r}; it must be an integer from {least} to {LARGEST}")
+    if number > most:
+        raise SettingsError(f"{name} is {value!r}; it must be an integer from {least} to {most}")
     return int(value)
 
 

@@ -5,9 +5,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.provenance import provenance
-from chaosdrill.dataset.schema import QUADRATURE, SCHEMA, SWEEP, Variable
+from chaosdrill.dataset.schema import ORBIT, QUADRATURE, SCHEMA, SWEEP, Variable
 from chaosdrill.errors import ChaosdrillError
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
     if "state_name" in ds:
         names = [str(name) for name in ds["state_name"].values]
         ds = ds.assign_coords(state_long_name=("state", [str(system.labels.get(name, name)) for name in names]))
-    declared = declarations(kind, system=system, sweep=tuple(sweep))
+    declared = declarations(kind, system=system, sweep=tuple(sweep), many="orbit" in ds.dims)
     present = {str(name) for name in ds.variables}
     if unknown := sorted(present - declared.keys()):
         raise ChaosdrillError(f"{kind}: the table of variables does not declare {', '.join(unknown)}")
@@ -73,16 +74,17 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
     return ds
 
 
-def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = ()) -> dict[str, Variable]:
-    """The table of one kind with its placeholders filled in for a system and its swept parameters."""
+def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = (), many: bool = False) -> dict[str, Variable]:
+    """The table of one kind with its placeholders filled in for a system, its swept parameters, one orbit or many."""
     if kind not in SCHEMA:
         raise ChaosdrillError(f"no table of variables for kind {kind!r}; there is one for {', '.join(SCHEMA)}")
     names = {SWEEP: sweep, QUADRATURE: tuple(str(name) for name in system.quadratures)}
+    several: dict[str, tuple[str, ...]] = {SWEEP: sweep, ORBIT: ("orbit",) if many else ()}
     declared: dict[str, Variable] = {}
     for variable in SCHEMA[kind].values():
         for name in names.get(variable.name, (variable.name,)):
-            own = (name,) if variable.name == SWEEP else variable.dims
-            dims = tuple(part for dim in own for part in (sweep if dim == SWEEP else (dim,)))
+            own = (name,) if variable.name == SWEEP and variable.coordinate else variable.dims
+            dims = tuple(part for dim in own for part in several.get(dim, (dim,)))
             long_name = variable.long_name
             if variable.name in names:
                 long_name = str(system.labels.get(name, name))
@@ -123,6 +125,9 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
             "outcome": [outcome.meaning for outcome in Outcome],
             "mode": list(system.modes),
             "transition": [transition.name for transition in system.transitions],
+            "special": [special.meaning for special in Special],
+            "branch_end": [end.meaning for end in BranchEnd],
+            "truth": ["no", "yes"],
         }[variable.flags]
         # CF separates the meanings by blanks and allows only these characters in one. A system without transitions
         # has no meanings at all, and NetCDF holds no empty array.

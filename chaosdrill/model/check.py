@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.dataset.schema import QUADRATURE, SCHEMA, SWEEP
+from chaosdrill.dataset.schema import PLACEHOLDERS, SCHEMA
 from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import frozen_states
 from chaosdrill.model.special import SPECIAL
@@ -16,9 +16,12 @@ if TYPE_CHECKING:
 
 MOST_CODES = 127
 
-RESERVED = frozenset(
-    name for table in SCHEMA.values() for variable in table.values() for name in (variable.name, *variable.dims)
-) - {QUADRATURE, SWEEP}
+RESERVED = (
+    frozenset(
+        name for table in SCHEMA.values() for variable in table.values() for name in (variable.name, *variable.dims)
+    )
+    - PLACEHOLDERS
+)
 """Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
 
 

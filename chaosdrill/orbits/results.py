@@ -211,6 +211,10 @@ class BranchResult:
         The special points in order of their points.
     cascade : Cascade, optional
         Period doublings in a row, where doubled branches were followed.
+    outcome : Outcome
+        Of the search for the orbit that the first branch starts from; ``Outcome.PERIODIC`` if there is one.
+    message : str
+        What there is to say of the start, as why there is no branch; empty if all is well.
     """
 
     parameters: tuple[str, ...]
@@ -230,3 +234,5 @@ class BranchResult:
     branches: tuple[BranchInfo, ...]
     events: tuple[SpecialPoint, ...]
     cascade: Cascade | None = None
+    outcome: Outcome = Outcome.PERIODIC
+    message: str = ""

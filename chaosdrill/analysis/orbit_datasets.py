@@ -1,0 +1,159 @@
+"""Datasets of what the search for orbits and the following of branches give."""
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.orbits.stability import is_stable
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.results import BranchResult, FoundOrbit
+
+
+def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr.Dataset:
+    """The raw dataset of ``periodic-orbit``, with the dimension ``orbit``.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        The system, of n states.
+    orbits : sequence of FoundOrbit
+        What was found; shorter ones are filled up with NaN, and -1 for codes.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    n = len(system.states)
+    found = np.array([orbit.outcome == Outcome.PERIODIC for orbit in orbits], dtype=bool)
+    multipliers = _filled([orbit.multipliers for orbit in orbits], (n,), complex(np.nan, np.nan))
+    section = _filled([orbit.states for orbit in orbits], (0, n))
+    codes = _filled([orbit.event_transitions for orbit in orbits], (0,), -1)
+
+    def each(values: Iterable[Any], missing: float, dtype: Any = float) -> tuple[str, np.ndarray]:
+        return "orbit", np.where(found, np.array(list(values), dtype=dtype), missing).astype(dtype)
+
+    def over(*dims: str) -> tuple[str, ...]:
+        return ("orbit", *dims)
+
+    speeds = [np.abs(orbit.event_speeds).min(initial=np.inf) for orbit in orbits]
+    variables = {
+        "orbit_state": (over("state"), _at_start(section)),
+        "mode": each((orbit.mode for orbit in orbits), -1, np.int8),
+        "section": (over("iterate", "state"), section),
+        "period": each((orbit.period for orbit in orbits), 0, np.int32),
+        "period_time": each((orbit.duration for orbit in orbits), np.nan),
+        "multiplier_real": (over("multiplier"), multipliers.real),
+        "multiplier_imag": (over("multiplier"), multipliers.imag),
+        "rank": each((orbit.rank for orbit in orbits), 0, np.int32),
+        "stable": each(is_stable(multipliers, autonomous=system.period is None), 0, np.int8),
+        "residual": each((orbit.residual for orbit in orbits), np.nan),
+        "newton_residual": (over("iteration"), _filled([orbit.newton for orbit in orbits], (0,))),
+        "event_count": ("orbit", np.array([len(orbit.event_times) for orbit in orbits], dtype=np.int32)),
+        "event_time": (over("event"), _filled([orbit.event_times for orbit in orbits], (0,))),
+        "event_kind": (over("event"), codes.astype(np.int8)),
+        "event_speed": (over("event"), _filled([orbit.event_speeds for orbit in orbits], (0,))),
+        "event_state_before": (over("event", "state"), _filled([o.event_states_before for o in orbits], (0, n))),
+        "event_state_after": (over("event", "state"), _filled([o.event_states_after for o in orbits], (0, n))),
+        "smallest_speed": each(speeds, np.nan),
+        "lyapunov_exponent": (over("multiplier"), _filled([orbit.checks.exponents for orbit in orbits], (n,))),
+        "exponent_difference": each((orbit.checks.exponent_difference for orbit in orbits), np.nan),
+        "determinant_difference": each((orbit.checks.determinant_difference for orbit in orbits), np.nan),
+        "recurrence_difference": each((orbit.checks.recurrence_difference for orbit in orbits), np.nan),
+        "consistent": each((orbit.checks.consistent for orbit in orbits), 0, np.int8),
+        "outcome": ("orbit", np.array([orbit.outcome for orbit in orbits], dtype=np.int8)),
+    }
+    if system.period is not None:
+        variables["forcing_period"] = ((), system.forcing_period())
+    ds = xr.Dataset(variables)
+    numbers = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
+    numbers |= {name: np.arange(1, ds.sizes[name] + 1, dtype=np.int32) for name in ("orbit", "multiplier")}
+    return ds.assign_coords(state_name=("state", list(system.state_names)), **numbers)
+
+
+def branches_dataset(system: "HybridSystem", result: "BranchResult") -> xr.Dataset:
+    """The raw dataset of ``continuation``.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        The system, of n states.
+    result : BranchResult
+        Branches with their special points.
+
+    Returns
+    -------
+    xarray.Dataset
+    """
+    n = len(system.states)
+    branches, special = result.branches, result.events
+    values = np.array([point.values for point in special]).reshape(len(special), len(result.parameters))
+    variables: dict[str, Any] = {
+        **{name: ("point", result.values[:, i]) for i, name in enumerate(result.parameters)},
+        "branch": ("point", result.branch),
+        "arclength": ("point", result.arclength),
+        "orbit_state": (("point", "state"), _at_start(result.section)),
+        "section": (("point", "iterate", "state"), result.section),
+        "mode": ("point", result.mode),
+        "period": ("point", result.period),
+        "multiplier_real": (("point", "multiplier"), result.multipliers.real),
+        "multiplier_imag": (("point", "multiplier"), result.multipliers.imag),
+        "stable": ("point", result.stable),
+        "special_point": ("point", result.special),
+        "sequence": ("point", result.sequence),
+        "event_sequence": ("sequence_number", np.array(result.sequences, dtype=str)),
+        "smallest_speed": ("point", result.smallest_speed),
+        "residual": ("point", result.residual),
+        "branch_parent": ("branch_number", np.array([branch.parent for branch in branches], dtype=np.int32)),
+        "branch_period": ("branch_number", np.array([branch.period for branch in branches], dtype=np.int32)),
+        "branch_start": ("branch_number", np.array([branch.start for branch in branches], dtype=str)),
+        "branch_end": ("branch_number", np.array([branch.end_code for branch in branches], dtype=np.int8)),
+        "branch_end_text": ("branch_number", np.array([branch.end for branch in branches], dtype=str)),
+        "special_index": ("special", np.array([point.point for point in special], dtype=np.int32)),
+        "special_kind": ("special", np.array([point.code for point in special], dtype=np.int8)),
+        "special_error": ("special", np.array([point.error for point in special], dtype=float)),
+        "special_text": ("special", np.array([point.text for point in special], dtype=str)),
+        "outcome": ((), np.int8(result.outcome)),
+    }
+    for i, name in enumerate(("special_value", "special_value_2")[: len(result.parameters)]):
+        variables[name] = ("special", values[:, i].astype(float))
+    if result.cascade is not None:
+        cascade = result.cascade
+        variables |= {
+            "doubling_value": ("doubling", cascade.values),
+            "doubling_period": ("doubling", cascade.periods),
+            "feigenbaum_ratio": ("doubling", cascade.ratios),
+            "accumulation": ((), cascade.limit),
+            "accumulation_error": ((), cascade.limit_error),
+        }
+    ds = xr.Dataset(variables)
+    return ds.assign_coords(
+        state_name=("state", list(system.state_names)),
+        multiplier=np.arange(1, n + 1, dtype=np.int32),
+        iterate=np.arange(ds.sizes["iterate"], dtype=np.int32),
+        branch_number=np.arange(len(branches), dtype=np.int32),
+    )
+
+
+def numbered(texts: Iterable[str]) -> str:
+    """Texts that are not empty, a line each, with the number of the orbit in front."""
+    return "\n".join(f"orbit {number}: {text}" for number, text in enumerate(texts, 1) if text)
+
+
+def _at_start(section: np.ndarray) -> np.ndarray:
+    """States at the first strobe, NaN where there is none, shape (rows, n)."""
+    rows, length, n = section.shape
+    return section[:, 0] if length else np.full((rows, n), np.nan)
+
+
+def _filled(rows: Sequence[np.ndarray], least: tuple[int, ...], fill: Any = np.nan) -> np.ndarray:
+    """Rows of one array each, filled up to the longest; ``least`` is the shape of a row where there are none."""
+    length = max((len(row) for row in rows), default=least[0])
+    filled = np.full((len(rows), length, *least[1:]), fill)
+    for i, row in enumerate(rows):
+        filled[i, : len(row)] = row
+    return filled

@@ -1,0 +1,20 @@
+"""What happens on a branch has fixed codes, each with its words."""
+
+import pytest
+
+from chaosdrill.dataset import BranchEnd, Special
+
+
+def test_codes_are_fixed():
+    # archives hold these numbers
+    special = "regular fold period_doubling neimark_sacker grazing event_swap outcome_switch"
+    ends = "limit grazing event_swap outcome_switch closed most_points escaped no_convergence no_effect joined doubling"
+    assert [code.meaning for code in Special] == special.split()
+    assert [code.meaning for code in BranchEnd] == ends.split()
+    assert [*map(int, Special)] == list(range(7))
+    assert [*map(int, BranchEnd)] == list(range(11))
+
+
+@pytest.mark.parametrize("text", [*(code.words for code in Special), *(code.advice for code in BranchEnd)])
+def test_every_code_has_a_sentence(text):
+    assert text.endswith(".")
