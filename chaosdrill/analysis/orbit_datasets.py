@@ -41,7 +41,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
         return ("orbit", *dims)
 
     speeds = [np.abs(orbit.event_speeds).min(initial=np.inf) for orbit in orbits]
-    variables = {
+    variables: dict[str, Any] = {
         "orbit_state": (over("state"), _at_start(section)),
         "mode": each((orbit.mode for orbit in orbits), -1, np.int8),
         "section": (over("iterate", "state"), section),
@@ -70,7 +70,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
     if system.period is not None:
         variables["forcing_period"] = ((), system.forcing_period())
     ds = xr.Dataset(variables)
-    numbers = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
+    numbers: dict[str, Any] = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
     numbers |= {name: np.arange(1, ds.sizes[name] + 1, dtype=np.int32) for name in ("orbit", "multiplier")}
     return ds.assign_coords(state_name=("state", list(system.state_names)), **numbers)
 
