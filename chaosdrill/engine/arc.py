@@ -30,7 +30,7 @@ from chaosdrill.engine.limits import SMALLEST_STEP, STALL_LIMIT, state_outcome
 from chaosdrill.engine.step import advance, prepare
 
 END = 1e-8
-"""Part of the longest step before the end of an arc in which a guard is taken for the one that ends it."""
+"""Part of the period before the end of an arc in which its guard is taken to be met at the end."""
 
 
 @inlined
@@ -44,6 +44,7 @@ def follow(
     marks,
     start,
     duration,
+    end,
     watched,
     c,
     bounds,
@@ -58,17 +59,19 @@ def follow(
 ):
     """Move state and tangents through an arc, the mode and what came before being in ``carried``.
 
-    Returns what ended it (DONE, or an outcome) and the first guard that it crosses before its end, -1 for none. A
-    duration below zero leads backwards, within one step; nothing is watched then.
+    Returns what ended it (DONE, or an outcome), the first guard that it crosses before its end, -1 for none, and when.
+    ``end`` is the guard that is to be met at the end. A duration below zero leads backwards, within one step; nothing
+    is watched then.
     """
     mode = carried[MODE]
     first_guard = x.size + settings_i[QUADRATURES]
     carried_f[:] = 0.0
     crossed = -1
+    when = 0.0
     done = 0.0
     still = 0
     if duration == 0.0:
-        return DONE, crossed
+        return DONE, crossed, when
     while True:
         watching = watched and crossed < 0 and duration > 0.0
         rest = duration - done
@@ -92,12 +95,13 @@ def follow(
         )
         if te == -2.0:
             crossed = j
+            when = done
             continue
         if not h > SMALLEST_STEP * carried_f[LONGEST]:
-            return (STEP_UNDERFLOW if h == h else NONFINITE), crossed
+            return (STEP_UNDERFLOW if h == h else NONFINITE), crossed, when
         carried[FRESH] = ONGOING
         if rest < -h:
-            return INVALID_START, crossed
+            return INVALID_START, crossed, when
         last = rest <= h
         s = rest if last else h
         if te >= 0.0 and te < s:
@@ -108,14 +112,15 @@ def follow(
                 carried[FIRED] = j
                 still = still + 1 if te == 0.0 else 0
                 if still > STALL_LIMIT:
-                    return STALLED, crossed
-            elif te < rest - END * settings_f[PERIOD]:
+                    return STALLED, crossed, when
+            elif j != end or te < rest - END * settings_f[PERIOD]:
                 crossed = j
+                when = done + te
         advance(functions, stepper, settings_i, start + done, c, x, s, sums, vectors, carried, carried_f, scratch)
         carried_f[LONGEST] = max(carried_f[LONGEST], abs(s))
         outcome = state_outcome(x, bounds)
         if outcome != DONE or last:
-            return outcome, crossed
+            return outcome, crossed, when
         if watching and settings_i[METHOD] != RK4:
             guards.update_sides(
                 scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], s, sides, armed

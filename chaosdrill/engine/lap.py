@@ -62,8 +62,9 @@ ROOM = types.Tuple(
 )
 """scratch of a lap: state, integrals, tangents, carried integers and doubles, sides, armed, four matrices, a row"""
 
-FOUND = types.Tuple((matrix, cube, matrix, vector, integer_matrix))
-"""equations, sensitivity of the starts, monodromy matrix, speeds at the events, crossings and outcomes"""
+FOUND = types.Tuple((matrix, cube, matrix, vector, integer_matrix, vector))
+"""equations, sensitivity of the starts, monodromy matrix, speeds at the events, crossings and outcomes, times of
+crossings since the start of the arc"""
 
 SIGNATURE = types.Tuple((int64, float64))(
     *KERNEL_TYPES,
@@ -124,14 +125,14 @@ def lap(
         Whether to look for other guards on the way.
     found : tuple of ndarray
         Filled: equations (N + d + 1 + .., columns + 1), sensitivities (N, d + q, columns), monodromy (d + q, d + q),
-        speeds (N,), crossings and outcomes (N, 2). A speed is positive if the guard is crossed in its direction.
+        speeds (N,), positive in the guard's direction, crossings and outcomes (N, 2), times of crossings (N,).
 
     The residual is the largest violation of an equation: distances relative to max(1, |x|), time to the period.
     """
     functions = (jet, jacobian_jet, tangent, field, variation, guard, transit)
     stepper = (expand, locate, evaluate, advance_by)
     settings_i, settings_f, watch, asleep, marks, c, bounds = machine
-    equations, sensitivity, monodromy, speeds, seen = found
+    equations, sensitivity, monodromy, speeds, seen, met = found
     x, sums, vectors, carried, carried_f, sides, armed, moved, stretch, product, step, clock_row = room
     count, n = starts.shape
     d, q = sizes[STATES], sizes[FREE]
@@ -184,7 +185,7 @@ def lap(
             carried[FRESH] = SAME_MODE if arcs[last, ARC_MODE] == mode else NEW_MODE
         sides[:] = 0
         armed[:] = 0
-        outcome, crossed = follow(
+        outcome, crossed, when = follow(
             functions,
             stepper,
             settings_i,
@@ -194,6 +195,7 @@ def lap(
             marks,
             t,
             durations[i],
+            end,
             watched == 1,
             c,
             bounds,
@@ -209,6 +211,7 @@ def lap(
         if outcome != DONE:
             return outcome, math.inf
         seen[i, CROSSED] = crossed
+        met[i] = when
         seen[i, CAME] = arcs[i, ARC_OUTCOME]
         te = t + durations[i]
         total += durations[i]

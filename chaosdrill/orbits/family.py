@@ -20,6 +20,12 @@ if TYPE_CHECKING:
 CLOCK = "forcing period"
 """A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
 
+UNIT = 1.0
+"""Longest step of systems without a period."""
+
+STATES_TO_PARAMETERS = 0.2
+"""What a change of a state by its size counts along a branch, where one of the parameter by its range counts 1."""
+
 ROUND_OFF = 3e-13
 """Residual at which an orbit is found: what is left when all equations hold to rounding."""
 
@@ -44,6 +50,8 @@ class Lap:
         Speeds at which the guards are crossed, positive in their direction; infinite where there is none.
     crossed, came : ndarray of int, shape (N,)
         Guard crossed on the way, -1 for none; the transition that its end took.
+    met : ndarray, shape (N,)
+        Time since the start of the arc at which that guard is crossed.
     """
 
     outcome: int
@@ -54,6 +62,7 @@ class Lap:
     speeds: np.ndarray
     crossed: np.ndarray
     came: np.ndarray
+    met: np.ndarray
 
 
 class Family:
@@ -79,7 +88,7 @@ class Family:
         self.forced = system.period is not None
         settings_i = integer_settings(self.system, self.numerics, self.numerics.order)
         settings_i[layout.TARGET] = 2**62
-        unit = system.forcing_period() or layout_unit(system)
+        unit = system.forcing_period() or UNIT
         settings_f = real_settings(self.numerics, self.numerics.order, np.array([unit]))[0]
         marks, _ = event_tables(self.system, ())
         self._machine = (
@@ -191,6 +200,43 @@ class Family:
             durations=orbit.durations + change[d + 1 : d + 1 + len(orbit)],
         )
 
+    def at(self, orbits: "Sequence[Orbit]", instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States and modes of orbits of the same arcs at times since their starts.
+
+        Parameters
+        ----------
+        orbits : sequence of Orbit
+        instants : ndarray, shape (P, K)
+            Rising along every row.
+
+        Returns
+        -------
+        states : ndarray, shape (P, K, d)
+        modes : ndarray of int, shape (P, K)
+        """
+        from chaosdrill.engine.walk import walk
+
+        sizes, _, _, _, room = self._prepare(orbits[0])
+        states = np.zeros((*instants.shape, len(self.system.states)))
+        modes = np.zeros(instants.shape, dtype=np.int64)
+        walk(
+            *self._kernels(), self._machine, sizes, orbits[0].arcs, np.array([o.starts for o in orbits]),
+            np.array([o.phase for o in orbits]), np.array([o.durations for o in orbits]), instants, states, modes, room,
+            self._scratch,
+        )  # fmt: skip
+        return states[:, :, : self.states], modes
+
+    def strobes(self, orbits: "Sequence[Orbit]") -> tuple[np.ndarray, np.ndarray]:
+        """States (P, k, d) at phase 0 of every forcing period, in the order in which they come, and modes (P, k).
+
+        Of systems without a period: the states at the starts of the first arcs.
+        """
+        if not self.forced:
+            return self.at(orbits, np.zeros((len(orbits), 1)))
+        periods = np.array([self.period_at(o) for o in orbits])
+        first = -np.array([o.phase for o in orbits]) % periods
+        return self.at(orbits, first[:, np.newaxis] + periods[:, np.newaxis] * np.arange(orbits[0].periods))
+
     def _kernels(self) -> tuple[Any, ...]:
         from chaosdrill.engine.stepper import stepper
 
@@ -216,7 +262,7 @@ class Family:
         if count not in self._rooms:
             found = (
                 *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
-                *(np.zeros(count), np.zeros((count, 2), dtype=np.int64)),
+                *(np.zeros(count), np.zeros((count, 2), dtype=np.int64), np.zeros(count)),
             )
             solved = (
                 *(np.zeros((columns, columns + 1)), np.zeros(columns, dtype=np.int64)),
@@ -231,19 +277,10 @@ class Family:
         return sizes, arrays, *self._rooms[count]
 
     def _seen(self, orbit: Orbit, outcome: int, residual: float, found: Any) -> Lap:
-        equations, sensitivity, monodromy, speeds, seen = (a.copy() for a in found)
+        equations, sensitivity, monodromy, speeds, seen, met = (a.copy() for a in found)
         return Lap(
-            outcome, residual, equations, sensitivity, monodromy[: self.states, : self.states], speeds, seen[:, 0],
-            seen[:, 1],
+            outcome, residual, equations, sensitivity, monodromy[: self.states, : self.states], speeds, seen[:, 0], seen[:, 1], met,
         )  # fmt: skip
-
-
-STATES_TO_PARAMETERS = 0.2
-
-
-def layout_unit(system: HybridSystem) -> float:
-    """A time unit for systems without a period."""
-    return 1.0
 
 
 def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:

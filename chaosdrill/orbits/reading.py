@@ -1,0 +1,171 @@
+"""Guesses of orbits, read off runs of the ordinary engine."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import lap as at
+from chaosdrill.engine import layout
+from chaosdrill.engine.run import Run
+from chaosdrill.orbits.orbit import Orbit
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.family import Family
+
+MOST_EVENTS = 4096
+"""Events of one orbit; more are chatter that is not completed."""
+
+
+def settled(family: "Family", transient: int) -> tuple[Outcome, np.ndarray, str]:
+    """State and mode at phase 0 to which the system's initial state leads over a transient, and how that went."""
+    run = Run(family.plain, family.period or 1.0, family.numerics)
+    outcome = run.advance(transient)[0] if transient else Outcome.OK
+    return outcome, run.x.copy(), run.mode
+
+
+def guess_of_forced(
+    family: "Family", state: np.ndarray, mode: str, periods: int, values: np.ndarray, phase: float = 0.0
+) -> tuple[Outcome, Orbit | None]:
+    """The path from a state over so many forcing periods, as a guess of an orbit.
+
+    Parameters
+    ----------
+    family : Family
+    state : ndarray, shape (d,)
+    mode : str
+    periods : int
+    values : ndarray, shape (q,)
+        Free parameters.
+    phase : float
+        Time in the period at which the state is.
+
+    Returns
+    -------
+    outcome : Outcome
+        ``Outcome.OK``, or what ended the run before.
+    orbit : Orbit or None
+    """
+    system = with_values(family, values).with_initial(
+        **dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode
+    )
+    period = system.forcing_period()
+    assert period is not None
+    run = Run(system, period, family.numerics)
+    run.carried_f[layout.TIME] = phase
+    outcome, events = _events(run, periods + (phase > 0))
+    if outcome != Outcome.OK:
+        return outcome, None
+    times = events[:, layout.EVENT_STROBES] * period + events[:, layout.EVENT_TIME]
+    inside = times < phase + periods * period
+    events, times = events[inside], times[inside]
+    if not len(events):
+        return outcome, _eventless(family, state, mode, periods, values, period)
+    durations = np.diff(times, prepend=times[-1] - periods * period)
+    return outcome, _orbit(family, events, durations, periods, values, float(times[-1] % period))
+
+
+def guess_of_autonomous(
+    family: "Family", state: np.ndarray, mode: str, duration: float, values: np.ndarray
+) -> tuple[Outcome, Orbit | None]:
+    """The path from a state until it is back as nearly as it comes within a duration, as a guess of an orbit."""
+    system = with_values(family, values).with_initial(
+        **dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode
+    )
+    unit = 1.0
+    run = Run(system, unit, family.numerics, samples=SAMPLES)
+    whole = int(np.ceil(duration))
+    samples = np.zeros(((whole + 2) * SAMPLES, len(state) + len(system.quadratures) + 1))
+    outcome, events = _events(run, whole, samples)
+    if outcome != Outcome.OK:
+        return outcome, None
+    d = len(state)
+    if len(events):
+        last = _shortest_return(events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND])
+        if last is None:
+            return outcome, None
+        times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
+        durations = np.diff(times)[:last]
+        return outcome, _orbit(family, events[1 : last + 1], durations, 1, values, 0.0)
+    path = np.vstack([state, samples[: run.filled()[0], :d]])
+    away = np.abs(path - state).max(axis=1)
+    size = np.abs(path - path.mean(axis=0)).max()
+    if size <= 1e-9 * max(1.0, np.abs(path).max()):
+        return outcome, None
+    left = np.flatnonzero(away > 0.2 * size)
+    if not len(left):
+        return outcome, None
+    back = left[0] + _first_dip(away[left[0] :])
+    arcs = np.array([[family.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
+    starts = np.concatenate([state, values])[np.newaxis]
+    return outcome, Orbit(arcs, 1, starts, 0.0, np.array([back * unit / SAMPLES]))
+
+
+SAMPLES = 64
+"""Samples a time unit, where a path without events is searched for its return."""
+
+NEAR = 0.05
+"""Part of the spread of the states within which a state counts as back."""
+
+
+def _first_dip(away: np.ndarray) -> int:
+    """Index of the first local minimum that is not much larger than the smallest value."""
+    inner = np.flatnonzero((away[1:-1] <= away[:-2]) & (away[1:-1] <= away[2:])) + 1
+    if not len(inner):
+        return int(away.argmin())
+    good = inner[away[inner] <= max(2 * away[inner].min(), NEAR * away.max())]
+    return int(good[0])
+
+
+def _shortest_return(states: np.ndarray, kinds: np.ndarray) -> int | None:
+    """Number of events after which the first one comes again, as nearly as it does; None if its kind never does."""
+    same = np.flatnonzero(kinds[1:] == kinds[0]) + 1
+    if not len(same):
+        return None
+    spread = np.maximum(np.ptp(states, axis=0), 1e-12)
+    away = (np.abs(states[same] - states[0]) / spread).max(axis=1)
+    good = same[away <= max(2 * away.min(), NEAR)]
+    return int(good[0])
+
+
+def _events(run: Run, periods: int, samples: np.ndarray | None = None) -> tuple[Outcome, np.ndarray]:
+    """Events that change something, over so many periods."""
+    d = len(run.x)
+    buffer = np.zeros((MOST_EVENTS, layout.EVENT_COLUMNS + 2 * d))
+    outcome, full = run.advance(periods, samples, buffer)
+    if full:
+        return Outcome.EVENT_LIMIT, buffer[:0]
+    rows = buffer[: run.filled()[1]]
+    changing = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
+    return outcome, rows[changing[rows[:, layout.EVENT_KIND].astype(int)]] if len(rows) else rows
+
+
+def _orbit(
+    family: "Family", events: np.ndarray, durations: np.ndarray, periods: int, values: np.ndarray, phase: float
+) -> Orbit:
+    d = family.states
+    guards = family.system.kernels.events
+    arcs = np.zeros((len(events), 3), dtype=np.int64)
+    for arc, row in zip(arcs, events, strict=True):
+        mode, kind = int(row[layout.EVENT_MODE]), int(row[layout.EVENT_KIND])
+        arc[:] = mode, next(j for j, e in enumerate(guards[mode]) if kind in e.outcomes), kind
+    after = np.roll(events[:, layout.EVENT_COLUMNS + d : layout.EVENT_COLUMNS + 2 * d], 1, axis=0)
+    starts = np.column_stack([after, np.tile(values, (len(events), 1))])
+    return Orbit(arcs, periods, starts, phase, durations)
+
+
+def _eventless(
+    family: "Family", state: np.ndarray, mode: str, periods: int, values: np.ndarray, period: float
+) -> Orbit:
+    arcs = np.tile([family.system.mode_names.index(mode), at.SHARE, -1], (periods, 1)).astype(np.int64)
+    whole = np.full(periods, period)
+    one = Orbit(arcs[:1], 1, np.concatenate([state, values])[np.newaxis], 0.0, whole[:1])
+    long = Orbit(one.arcs, 1, one.starts, 0.0, np.array([periods * period]))
+    path = family.at([long], np.arange(periods)[np.newaxis] * period)[0][0]
+    return Orbit(arcs, periods, np.column_stack([path, np.tile(values, (periods, 1))]), 0.0, whole)
+
+
+def with_values(family: "Family", values: np.ndarray) -> "HybridSystem":
+    """The plain system at values of the free parameters."""
+    return family.plain.with_parameters(**dict(zip(family.free, values.tolist(), strict=True)))
