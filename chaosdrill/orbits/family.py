@@ -278,9 +278,8 @@ class Family:
 
     def _seen(self, orbit: Orbit, outcome: int, residual: float, found: Any) -> Lap:
         equations, sensitivity, monodromy, speeds, seen, met = (a.copy() for a in found)
-        return Lap(
-            outcome, residual, equations, sensitivity, monodromy[: self.states, : self.states], speeds, seen[:, 0], seen[:, 1], met,
-        )  # fmt: skip
+        monodromy = monodromy[: self.states, : self.states]
+        return Lap(outcome, residual, equations, sensitivity, monodromy, speeds, seen[:, 0], seen[:, 1], met)
 
 
 def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:

@@ -67,7 +67,7 @@ def starting_orbit(
     orbit, lap, residuals = orbit_from_state(family, state, mode, period)
     least, message = least_period(family, orbit)
     if least is not orbit:
-        code, least, lap, residuals = family.solve(least)
+        _, least, lap, residuals = family.solve(least)
     return family, least, lap, residuals, message
 
 
