@@ -101,7 +101,7 @@ def _section(
     panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", lost: "NDArray[np.bool_]"
 ) -> None:
     states = dataset["section"].transpose(sweep, "seed", "iterate", "state").values
-    index = _first_that_varies(states)
+    index = first_that_varies(states)
     section = states[..., index]
     period = dataset["period"].transpose(sweep, "seed").values
     x = np.broadcast_to(dataset[sweep].values[:, None], section[:, 0].shape)
@@ -132,8 +132,11 @@ def _section(
         legend_above(panel)
 
 
-def _first_that_varies(states: "NDArray[np.float64]") -> int:
-    """Index of the first state that is not one value on the whole section, as that of a wall is at an impact."""
+def first_that_varies(states: "NDArray[np.float64]") -> int:
+    """Return the index of the first state that is not one value on the whole section, as that of a wall at an impact.
+
+    The states are the last axis of ``states``; values may be missing.
+    """
     for index in range(states.shape[-1]):
         values = states[..., index][np.isfinite(states[..., index])]
         if values.size and np.ptp(values) > _FLAT * max(1.0, float(np.abs(values).max())):

@@ -7,12 +7,13 @@ import numpy as np
 
 from chaosdrill.plot.cells import bounds, draw_kinds, hatch, legend_entry
 from chaosdrill.plot.looks import MOTIONS, NO_NUMBER, Look, outcomes
-from chaosdrill.plot.style import axis_label, label, new_figure, seed_names, shorten
+from chaosdrill.plot.style import axis_label, label, legend_outside, new_figure, seed_names, shorten
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure
@@ -45,13 +46,11 @@ class Chart:
     y: "NDArray[np.float64]"
     size: tuple[float, float]
 
-    def legend(self, looks: "Sequence[Look]") -> None:
-        """Put one legend above all panels; what stands in several of them is named once."""
-        if looks:
-            handles = [legend_entry(look) for look in dict.fromkeys(looks)]
-            self.figure.legend(
-                handles=handles, loc="outside upper left", ncols=6, handlelength=1.6, handleheight=1.1, borderpad=0
-            )
+    def legend(self, looks: "Sequence[Look]", further: "Sequence[Artist]" = ()) -> None:
+        """Put one legend above all panels: looks, each named once, and what else is drawn over the cells."""
+        if looks or further:
+            handles = [*(legend_entry(look) for look in dict.fromkeys(looks)), *further]
+            legend_outside(self.figure, handles, handlelength=1.6, handleheight=1.1, borderpad=0)
 
 
 def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
@@ -125,11 +124,19 @@ def kind_chart(
     dims : sequence of str
         Dimensions of ``kinds``; without ``seed`` there is one panel.
     """
+    drawn = kind_panels(dataset, kinds, looks, dims)
+    drawn.legend(looks)
+    return drawn.figure
+
+
+def kind_panels(
+    dataset: "xr.Dataset", kinds: "NDArray[np.int64]", looks: "Sequence[Look]", dims: "Sequence[str]"
+) -> Chart:
+    """Draw the cells of `kind_chart` without a legend, for a picture that lays something over them."""
     drawn = chart(_frame(dataset).assign(_kinds=(dims, kinds)), seeds="seed" in dims)
     for axes, part in drawn.panels:
         draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size)
-    drawn.legend(looks)
-    return drawn.figure
+    return drawn
 
 
 def value_chart(

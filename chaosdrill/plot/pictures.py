@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from chaosdrill.errors import ArchiveError, SettingsError
+from chaosdrill.plot.companions import fits, swept
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,12 +28,18 @@ class Picture:
         Its name, part of the file's name.
     home : str
         ``module:function`` within ``chaosdrill.plot``; the function takes the dataset and returns a matplotlib figure.
+        That of a picture with ``over`` takes all datasets that belong together, and what they lie over as ``over``.
     summary : str
         What it shows, in a few words.
     states, seeds : int, default 1
         How many states the system, and how many seeds the dataset, must have for it.
     needs : str, default ""
         Variable of which it must hold a finite value.
+    parameters : int, default 0
+        How many parameters the analysis ran through; 0 if that does not matter.
+    over : str, default ""
+        Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
+        All groups that could lie over the same one go into one picture.
     """
 
     kind: str
@@ -42,11 +49,14 @@ class Picture:
     states: int = 1
     seeds: int = 1
     needs: str = ""
+    parameters: int = 0
+    over: str = ""
 
-    def draw(self, dataset: "xr.Dataset") -> "Figure":
-        """Return the figure of a dataset."""
-        module, function = self.home.split(":")
-        figure: Figure = getattr(import_module(f"chaosdrill.plot.{module}"), function)(dataset)
+    def draw(self, *datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
+        """Return the figure of a dataset, or of several that belong together."""
+        module, name = self.home.split(":")
+        function = getattr(import_module(f"chaosdrill.plot.{module}"), name)
+        figure: Figure = function(*datasets, over=over) if self.over else function(*datasets)
         return figure
 
     def suits(self, dataset: "xr.Dataset") -> bool:
@@ -57,6 +67,7 @@ class Picture:
             dataset.attrs.get("kind") == self.kind
             and dataset.sizes.get("state", self.states) >= self.states
             and dataset.sizes.get("seed", 1) >= self.seeds
+            and self.parameters in (0, len(swept(dataset)))
             and (
                 not self.needs
                 or (self.needs in dataset.variables and bool(np.isfinite(dataset[self.needs].values).any()))
@@ -111,6 +122,44 @@ PICTURES = (
     Picture("parameter-chart", "outcome-chart", "outcome_chart:outcome_chart", "how the run of each point ended"),
     Picture("basins", "basins", "basins:basins", "the attractor that each initial state leads to"),
     Picture(
+        "periodic-orbit",
+        "periodic-orbit",
+        "orbit:orbit",
+        "points and events of the orbit, its multipliers, and the steps of Newton's method",
+    ),
+    Picture(
+        "continuation",
+        "branches",
+        "branches:branches",
+        "branches of orbits and their special points, over the bifurcation diagram if there is one",
+        parameters=1,
+        over="bifurcation-diagram",
+    ),
+    Picture(
+        "continuation",
+        "multipliers",
+        "multipliers:multipliers",
+        "multipliers along the branches, in the unit circle and as moduli",
+        needs="multiplier_real",
+        parameters=1,
+    ),
+    Picture(
+        "continuation",
+        "cascade",
+        "cascade:cascade",
+        "period doublings, their accumulation point and Feigenbaum ratios",
+        needs="accumulation",
+        parameters=1,
+    ),
+    Picture(
+        "continuation",
+        "curves",
+        "curves:curves",
+        "curves of special points over two parameters, over the chart of periods if there is one",
+        parameters=2,
+        over="parameter-chart",
+    ),
+    Picture(
         "work-precision",
         "work-precision",
         "work_precision:work_precision",
@@ -156,22 +205,46 @@ def plot_archive(
     if group is not None and group.strip("/") not in groups:
         raise ArchiveError(f"{path}: no group {group!r}; groups are {', '.join(groups) or 'none'}")
     wanted = groups if group is None else {group.strip("/"): groups[group.strip("/")]}
-    planned = [(name, ds, picture) for name, ds in wanted.items() for picture in PICTURES if picture.suits(ds)]
+    planned = _plan(wanted)
     if not planned:
         kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
         raise ArchiveError(f"{path}: there is no picture for {kinds or 'an archive without analyses'}")
 
     files = []
-    for name, dataset, picture in planned:
+    for names, picture in planned:
         file = target
         if output is None or len(planned) > 1:
             # a group that is named as its picture need not say so twice
-            parts = dict.fromkeys([target.stem, name.replace("/", "-"), picture.name])
+            parts = dict.fromkeys([target.stem, *(name.replace("/", "-") for name in names), picture.name])
             file = target.with_name("-".join(part for part in parts if part) + target.suffix)
         with style():
-            figure = picture.draw(dataset)
+            figure = picture.draw(*(wanted[name] for name in names), over=_behind(picture, wanted[names[0]], groups))
             figure.savefig(file)
             # it holds itself in circles, and a million cells would wait for the collector
             figure.clear()
         files.append(file)
     return files
+
+
+def _plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
+    """The pictures to draw, each with the groups that go into it."""
+    planned: list[tuple[list[str], Picture]] = []
+    for name, dataset in wanted.items():
+        for picture in PICTURES:
+            if not picture.suits(dataset):
+                continue
+            together = (
+                names
+                for names, other in planned
+                if other is picture and picture.over and fits(wanted[names[0]], dataset)
+            )
+            if (names := next(together, None)) is not None:
+                names.append(name)
+            else:
+                planned.append(([name], picture))
+    return planned
+
+
+def _behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
+    """What a picture is drawn over: the first group of the archive that fits, also if it was not asked for itself."""
+    return next((ds for ds in groups.values() if ds.attrs["kind"] == picture.over and fits(dataset, ds)), None)

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -158,6 +161,27 @@ def uncertain(value: float, error: float) -> str:
     if last == 10:
         digits, last = max(0, digits - 1), 1
     return f"{value:.{digits}f}({last})".replace("-", "−")
+
+
+def legend_outside(figure: "Figure", handles: "Sequence[Artist]", most: int = 6, **options: Any) -> None:
+    """Put one legend above all panels of a figure, with as many columns as find room, up to ``most``.
+
+    The handles bring their labels.
+    """
+    labels = [str(handle.get_label()) for handle in handles]
+    columns = next((n for n in range(most, 1, -1) if _legend_width(labels, n) < 72 * WIDTH), 1)
+    figure.legend(handles=handles, loc="outside upper left", ncols=columns, **options)
+
+
+def _legend_width(labels: "Sequence[str]", columns: int) -> float:
+    """About how wide a legend is, in points; matplotlib fills one column after the other."""
+    size = _SETTINGS["legend.fontsize"]
+    longest = [
+        max(len(line) for text in part for line in str(text).split("\n"))
+        for part in np.array_split(labels, columns)
+        if len(part)
+    ]
+    return float(size * sum(0.53 * letters + 4.8 for letters in longest))
 
 
 def legend_above(axes: "Axes", columns: int = 6, **options: object) -> None:

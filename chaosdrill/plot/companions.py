@@ -1,0 +1,41 @@
+"""Which datasets belong into one picture: those of the same system over the same parameters."""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def swept(dataset: "xr.Dataset") -> tuple[str, ...]:
+    """Return the names of the parameters that an analysis ran through, in its own order."""
+    return tuple(settings(dataset).get("sweep") or ())
+
+
+def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
+    """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
+
+    Where both hold sections these must be the same; those of periodic orbits are at the forcing's phase zero.
+    """
+    names = set(swept(dataset))
+    places = {settings(ds).get("at", "strobe") if "section" in ds.variables else None for ds in (dataset, other)}
+    return (
+        bool(names)
+        and names == set(swept(other))
+        and _fixed(dataset, names) == _fixed(other, names)
+        and len(places - {None}) < 2
+    )
+
+
+def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
+    """All that has to agree: the system, the names of its states, the parameters but those swept."""
+    parameters = json.loads(str(dataset.attrs.get("parameters", "{}")))
+    rest = {name: value for name, value in parameters.items() if name not in apart}
+    states = [str(name) for name in dataset["state_name"].values]
+    return dataset.attrs.get("system"), states, rest
+
+
+def settings(dataset: "xr.Dataset") -> dict[str, Any]:
+    """Return the arguments of the analysis."""
+    found: dict[str, Any] = json.loads(str(dataset.attrs.get("settings", "{}")))
+    return found

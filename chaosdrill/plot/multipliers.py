@@ -1,0 +1,112 @@
+"""Multipliers along branches of periodic orbits: in the complex plane, and their moduli over the parameter."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.plot.companions import swept
+from chaosdrill.plot.looks import sequential
+from chaosdrill.plot.marks import mark, named_once, period_colours, specials, warn
+from chaosdrill.plot.style import axis_label, new_figure, subscript
+from chaosdrill.plot.unit_circle import unit_circle
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+_CROSSINGS = ("fold", "period_doubling", "neimark_sacker")
+_SMALLEST = 1e-3
+"""Moduli below are not shown: they tell nothing of stability."""
+
+
+def multipliers(dataset: "xr.Dataset") -> "Figure":
+    """Draw the multipliers of all orbits on the branches.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``continuation`` over one parameter.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Above, the complex plane with the unit circle; the colour of a point is the parameter, and the points at which
+        a multiplier crosses the circle are marked. Below, the moduli over the parameter on a logarithmic axis, a colour
+        a period, with the special points that no multiplier crosses the circle at along the foot.
+    """
+    name = swept(dataset)[0]
+    values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
+    figure = new_figure(6.4)
+    grid = figure.add_gridspec(2, 2, height_ratios=[1.7, 1.0], width_ratios=[1.75, 1.0])
+    plane, side, below = (figure.add_subplot(place) for place in (grid[0, 0], grid[0, 1], grid[1, :]))
+    _plane(figure, plane, dataset, name, values)
+    _moduli(below, dataset, name, np.abs(values))
+    side.set_axis_off()
+    side.legend(handles=named_once(below), loc="upper left", handlelength=1.8)
+    warn(figure, [dataset])
+    return figure
+
+
+def _plane(figure: "Figure", axes: "Axes", dataset: "xr.Dataset", name: str, values: "NDArray[np.complex128]") -> None:
+    outside = unit_circle(axes, values)
+    shown = np.isfinite(values) & (values != 0)
+    x = np.broadcast_to(dataset[name].values[:, None], values.shape)
+    dots = axes.scatter(
+        values.real[shown],
+        values.imag[shown],
+        c=x[shown],
+        s=5,
+        cmap=sequential(),
+        linewidth=0,
+        zorder=2,
+        rasterized=True,
+    )
+    bar = figure.colorbar(dots, ax=axes, aspect=30, pad=0.02)
+    bar.set_label(axis_label(dataset, name))
+    bar.outline.set_linewidth(0.5)
+    for kind, points in specials(dataset):
+        if kind in _CROSSINGS:
+            crossing = np.concatenate([_crossing(values[point], kind) for point in points])
+            mark(axes, crossing.real, crossing.imag, kind, 6.5)
+    if outside:
+        axes.set_title(f"{outside} of {np.isfinite(values).sum()} lie outside; their moduli are below")
+
+
+def _crossing(values: "NDArray[np.complex128]", kind: str) -> "NDArray[np.complex128]":
+    """Of the multipliers of one orbit, those that cross the unit circle."""
+    if kind == "neimark_sacker":
+        pairs = values[values.imag != 0]
+        return pairs[np.argsort(np.abs(np.abs(pairs) - 1), kind="stable")[:2]]
+    target = 1.0 if kind == "fold" else -1.0
+    return values[[int(np.argmin(np.abs(np.nan_to_num(values, nan=np.inf) - target)))]]
+
+
+def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.float64]") -> None:
+    from matplotlib.transforms import blended_transform_factory
+
+    x, branch = dataset[name].values, dataset["branch"].values
+    colours = period_colours([dataset])
+    axes.axhline(1, color="0.35", linewidth=0.9, zorder=1)
+    positive = np.where(moduli > 0, moduli, np.nan)
+    for number in np.unique(branch):
+        points = branch == number
+        period = int(dataset["branch_period"].values[number])
+        axes.plot(x[points], positive[points], color=colours[period], label=f"period {period}")
+    for i in range(moduli.shape[1]):
+        lost = moduli[:, i] == 0
+        if lost.any():
+            where = "" if lost.all() else f" at {lost.sum()} of {lost.size} points"
+            axes.plot([], [], linestyle="none", label=f"{subscript('μ', i + 1)} = 0{where}")
+    foot = blended_transform_factory(axes.transData, axes.transAxes)
+    for kind, points in specials(dataset):
+        if kind in _CROSSINGS:
+            mark(axes, x[points], np.ones(len(points)), kind, 6.5)
+        else:
+            mark(axes, x[points], np.full(len(points), 0.05), kind, 5, transform=foot)
+    finite = positive[np.isfinite(positive)]
+    axes.set_yscale("log")
+    axes.set_ylim(max(_SMALLEST, 0.7 * finite.min(initial=0.5)), 1.5 * finite.max(initial=1.0))
+    axes.set(xlabel=axis_label(dataset, name), ylabel="modulus")
+    axes.margins(x=0.02)

@@ -1,0 +1,164 @@
+"""One periodic orbit: its points and events, its multipliers, and how Newton's method closed in on it."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.plot.marks import WARNING, caveat
+from chaosdrill.plot.orbits import orbits
+from chaosdrill.plot.style import (
+    EVENT_MARKERS,
+    PALETTE,
+    flag_names,
+    new_figure,
+    readable,
+    shorten,
+    state_label,
+    subscript,
+    wrapped,
+)
+from chaosdrill.plot.unit_circle import unit_circle
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+_TOLD = 12
+"""Events of a period that the title tells in their order."""
+_LEAST = 1e-17
+"""A residual of zero is drawn here, below all that round-off gives."""
+
+
+def orbit(dataset: "xr.Dataset") -> "Figure":
+    """Draw a periodic orbit, or all that a search found.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``periodic-orbit``. That of a search goes to `orbits`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        On the left the points on the section, in their order, and the states before (open) and after (filled) each
+        event, joined by a dotted line; in the plane of the first two states, or over time for a system with one state.
+        On the right the multipliers in the unit circle, and the residual after each step of Newton's method. What
+        keeps the orbit from being one stands above.
+    """
+    if "orbit" in dataset.dims:
+        return orbits(dataset)
+    figure = new_figure(5.0)
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1.0], height_ratios=[1.3, 1.0])
+    _points(figure.add_subplot(grid[:, 0]), dataset)
+    _circle(figure.add_subplot(grid[0, 1]), dataset)
+    _newton(figure.add_subplot(grid[1, 1]), dataset)
+    warning = caveat(dataset)
+    text = "\n".join([_heading(dataset)] * _found(dataset) + [wrapped(warning, 100)] * bool(warning))
+    figure.suptitle(text, x=0.01, ha="left", fontsize=9, color=WARNING if warning else "black")
+    return figure
+
+
+def _found(dataset: "xr.Dataset") -> bool:
+    """Whether there is an orbit to draw, be it one that does not hold."""
+    return bool(np.isfinite(dataset["section"].values).any())
+
+
+def _heading(dataset: "xr.Dataset") -> str:
+    kind = "stable" if int(dataset["stable"]) else "unstable"
+    time, residual = float(dataset["period_time"]), float(dataset["residual"])
+    names = flag_names(dataset["event_kind"]) if dataset.sizes["event"] else {}
+    events = [readable(names[int(code)]) for code in dataset["event_kind"].values]
+    text = f"{kind} orbit of period {int(dataset['period'])}, time {time:.8g}; returns to within {residual:.1e}"
+    shown = ", ".join(events[:_TOLD]) + f" and {len(events) - _TOLD} more" * (len(events) > _TOLD)
+    return f"{text}\n{wrapped(f'events: {shown}', 110)}" if events else text
+
+
+def _points(axes: "Axes", dataset: "xr.Dataset") -> None:
+    if not _found(dataset):
+        axes.set_axis_off()
+        return
+    section, period = dataset["section"].values, dataset["period_time"].values
+    before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
+    time, kinds = dataset["event_time"].values, dataset["event_kind"].values
+    plane = section.shape[1] > 1
+    if plane:
+        places = [values[:, :2] for values in (section, before, after)]
+    else:
+        strobes = np.arange(len(section)) / max(len(section), 1) * float(period)
+        places = [np.column_stack([t, v[:, 0]]) for t, v in ((strobes, section), (time, before), (time, after))]
+    section, before, after = places
+    names = flag_names(dataset["event_kind"]) if kinds.size else {}
+    for number, (code, name) in enumerate(names.items()):
+        here = kinds == code
+        if not here.any():
+            continue
+        colour, marker = PALETTE[(number + 2) % len(PALETTE)], EVENT_MARKERS[number % len(EVENT_MARKERS)]
+        gap = np.full((int(here.sum()), 1, 2), np.nan)
+        jumps = np.concatenate([before[here][:, None], after[here][:, None], gap], axis=1).reshape(-1, 2)
+        axes.plot(*jumps.T, color=colour, linewidth=0.9, linestyle=(0, (1, 2)), zorder=2)
+        options: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 6, "color": colour}
+        axes.plot(*before[here].T, markerfacecolor="white", zorder=3, **options)
+        axes.plot(*after[here].T, zorder=3, label=readable(name), **options)
+    axes.plot(*section.T, "o", color=PALETTE[1], markersize=6, markeredgecolor="white", zorder=4, label=_where(dataset))
+    if 1 < len(section) <= 16:
+        for number, (x, y) in enumerate(section, start=1):
+            axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7, zorder=5)
+    axes.set_xlabel(state_label(dataset, 0) if plane else "time since the start of the period")
+    axes.set_ylabel(state_label(dataset, 1 if plane else 0))
+    axes.margins(0.12)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2, handlelength=1.2)
+
+
+def _where(dataset: "xr.Dataset") -> str:
+    forced = "forcing_period" in dataset.variables
+    return "once a forcing period" if forced else "on the section"
+
+
+def _circle(axes: "Axes", dataset: "xr.Dataset") -> None:
+    values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
+    outside = unit_circle(axes, values)
+    axes.plot(values.real, values.imag, "o", color=PALETTE[0], markersize=5, zorder=3)
+    lines = _numbers(values)
+    if outside:
+        lines.append(f"{outside} outside of the picture")
+    axes.set_title("\n".join(lines), fontsize=8)
+
+
+def _numbers(values: "NDArray[np.complex128]") -> list[str]:
+    """The multipliers in words, a line each; a pair has two, and several zeros have one together."""
+    lines, zeros = [], []
+    for i, value in enumerate(values):
+        if value == 0:
+            zeros.append(subscript("μ", i + 1))
+        elif np.isnan(value):
+            continue
+        elif value.imag == 0:
+            lines.append(f"{subscript('μ', i + 1)} = {shorten(value.real)}")
+        elif value.imag > 0 or i == 0 or values[i - 1] != value.conjugate():
+            pair = [subscript("μ", i + 1), subscript("μ", i + 2)]
+            lines.append(f"{', '.join(pair)} = {shorten(value.real)} ± {shorten(abs(value.imag))}i")
+            lines.append(f"|{pair[0]}| = |{pair[1]}| = {shorten(abs(value))}")
+    return lines + ([f"{' = '.join(zeros)} = 0 (rank lost)"] if zeros else [])
+
+
+def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
+    residual = dataset["newton_residual"].values
+    axes.semilogy(np.arange(len(residual)), np.maximum(residual, _LEAST), "o-", color=PALETTE[0], markersize=4)
+    for step in np.flatnonzero(residual == 0):
+        axes.annotate(
+            "0", (step, _LEAST), xytext=(-7, 0), textcoords="offset points", ha="center", va="center", fontsize=7
+        )
+    axes.axhline(np.finfo(float).eps, color="0.6", linewidth=0.8, linestyle="--", zorder=1)
+    axes.annotate(
+        "ε",
+        (1, np.finfo(float).eps),
+        xycoords=("axes fraction", "data"),
+        xytext=(2, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=8,
+    )
+    axes.set(xlabel="step of Newton's method", ylabel="residual")
+    axes.set_xticks(np.arange(0, len(residual), max(1, len(residual) // 8)))
