@@ -7,7 +7,8 @@ import numpy as np
 
 from chaosdrill.plot.bifurcation import first_that_varies
 from chaosdrill.plot.companions import swept
-from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, period_colours, specials, warn
+from chaosdrill.plot.looks import BACKGROUND, Look
+from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, period_looks, specials, warn
 from chaosdrill.plot.style import axis_label, legend_outside, new_figure, state_label
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-_ATTRACTORS = "0.72"
 _MARK, _BAR = 6.5, 11.0
 _JUMP = 12.0
 """A step of the section this many times as long as both its neighbours is a jump."""
@@ -48,11 +48,11 @@ def branches(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figu
     index = first_that_varies(np.concatenate([values.reshape(-1, values.shape[-1]) for values in states]))
     if over is not None:
         _attractors(axes, over, index)
-    colours = period_colours(datasets)
+    looks = period_looks(datasets)
     for dataset in datasets:
-        _lines(axes, dataset, name, index, colours)
-    for period, colour in colours.items():
-        axes.plot([], [], color=colour, linewidth=1.8, label=f"period {period}")
+        _lines(axes, dataset, name, index, looks)
+    for look in dict.fromkeys(looks.values()):
+        axes.plot([], [], color=look.colour, linewidth=1.8, label=look.name)
     for dashes, text in (("-", "stable"), ((0, (4, 2)), "unstable")):
         axes.plot([], [], color="0.25", linestyle=dashes, linewidth=1.2, label=text)
     _marks(axes, datasets, name, index)
@@ -70,21 +70,22 @@ def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
     x = np.broadcast_to(diagram[name].values[:, None, None], section.shape)
     known = np.isfinite(section)
     size = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.6, 4.0)))
-    options: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": _ATTRACTORS, "markeredgewidth": 0}
+    options: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": BACKGROUND, "markeredgewidth": 0}
     axes.plot(x[known], section[known], markersize=size, rasterized=True, zorder=1, **options)
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)
 
 
-def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, colours: dict[int, str]) -> None:
+def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, looks: dict[int, Look]) -> None:
     x, section = dataset[name].values, dataset["section"].values
     for number in np.unique(dataset["branch"].values):
         points = np.flatnonzero(dataset["branch"].values == number)
         period = int(dataset["branch_period"].values[number])
         thin = _thinner(period)
-        stable = stretches(dataset["stable"].values[points] != 0, dataset["special_point"].values[points] != 0)
+        stable = _stretches(dataset["stable"].values[points] != 0, dataset["special_point"].values[points] != 0)
         cuts = {0, len(points) - 1, *(np.flatnonzero(np.diff(stable)) + 1).tolist()}
         jumps = set(_jumps(section[points]).tolist())
         edges = sorted(cuts | jumps | {jump + 1 for jump in jumps})
+        used = np.isfinite(section[points, :, index]).any(axis=0)
         for first, last in pairwise(edges):
             if first in jumps:
                 continue
@@ -92,16 +93,20 @@ def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, colours: 
             width = 1.5 if stable[first] else 0.9
             options: dict[str, Any] = {"linewidth": width * thin, "linestyle": "-" if stable[first] else (0, (4, 2))}
             axes.plot(
-                x[part], section[part, :, index], color=colours[period], zorder=3 if stable[first] else 2, **options
+                x[part],
+                section[part][:, used, index],
+                color=looks[period].colour,
+                zorder=3 if stable[first] else 2,
+                **options,
             )
 
 
-def stretches(stable: "NDArray[np.bool_]", special: "NDArray[np.bool_]") -> "NDArray[np.bool_]":
+def _stretches(stable: "NDArray[np.bool_]", special: "NDArray[np.bool_]") -> "NDArray[np.bool_]":
     """Return whether each stretch between neighbouring points is stable, shape (m - 1,).
 
-    At a special point stability may change, and round-off decides what is stored there: its neighbour tells.
+    At a special point, and where one branch leaves another, round-off decides what is stored: the neighbour tells.
     """
-    told: NDArray[np.bool_] = np.where(special[:-1], stable[1:], stable[:-1])
+    told: NDArray[np.bool_] = np.where(special[:-1] | (np.arange(len(stable) - 1) == 0), stable[1:], stable[:-1])
     return told
 
 

@@ -48,9 +48,8 @@ class Chart:
 
     def legend(self, looks: "Sequence[Look]", further: "Sequence[Artist]" = ()) -> None:
         """Put one legend above all panels: looks, each named once, and what else is drawn over the cells."""
-        if looks or further:
-            handles = [*(legend_entry(look) for look in dict.fromkeys(looks)), *further]
-            legend_outside(self.figure, handles, handlelength=1.6, handleheight=1.1, borderpad=0)
+        handles = [*(legend_entry(look) for look in dict.fromkeys(looks)), *further]
+        legend_outside(self.figure, handles, handlelength=1.6, handleheight=1.1, borderpad=0)
 
 
 def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:

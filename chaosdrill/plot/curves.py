@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.plot.chart import kind_panels
 from chaosdrill.plot.companions import settings, swept
-from chaosdrill.plot.looks import motions
+from chaosdrill.plot.looks import LINE_COLOURS, motions
 from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, special_name, specials, warn
 from chaosdrill.plot.style import axis_label, legend_outside, new_figure
 
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# on white, and with a white rim on all colours of a chart
-_COLOURS = ("#000000", "#B0176B", "#8A3B00", "#00544B", "#3C2C9E", "#5B5B00")
 _DASHES = {"fold": "-", "period_doubling": (0, (5, 1.5)), "grazing": (0, (1.2, 1.2))}
 
 
@@ -33,7 +31,7 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
     Returns
     -------
     matplotlib.figure.Figure
-        A colour for each kind of curve and period, dashes by the kind. Points on a curve at which something else
+        A colour for each kind of curve and period, and dashes by the kind. Points on a curve at which something else
         happens have their shape, ends inside of the parameters' range a bar.
     """
     if over is not None:
@@ -73,7 +71,7 @@ def _curves(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", across: str, up: s
         for number in np.unique(branch):
             period = int(dataset["branch_period"].values[number])
             text = f"{special_name(kind)}, period {period}"
-            colour = named.setdefault(text, _COLOURS[len(named) % len(_COLOURS)])
+            colour = named.setdefault(text, LINE_COLOURS[len(named) % len(LINE_COLOURS)])
             points = branch == number
             dashes = _DASHES.get(kind, "-.")
             axes.plot(

@@ -20,6 +20,10 @@ LONGER_COLOUR = "#281C37"
 ATTRACTOR_COLOURS = ("#F2DA6F", "#0E6FB7", "#9BC9EE", "#1F6037", "#AD8BCB", "#0D3B81", "#EAF1FA", "#D55E00")
 # of dots on white, which lie on each other: more than these are not told apart
 SEED_COLOURS = ("#DCA438", "#0D3B81", "#D55E00")
+# of lines on white and over the dots of a diagram, or with a white rim on any colour of a chart; even in lightness
+LINE_COLOURS = ("#000000", "#33208A", "#98105E", "#C9471B", "#2F9B72", "#E0A936")
+BACKGROUND = "#CFCFCF"
+"""Dots of a diagram that lies behind lines."""
 
 _OUTCOME_HATCHES = {
     "ok": "---",

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plot.style import PALETTE, flag_names, readable, wrapped
+from chaosdrill.plot.looks import LINE_COLOURS, Look
+from chaosdrill.plot.style import flag_names, readable, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -90,10 +91,14 @@ def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":
     return np.array([point for point, _ in found], dtype=np.int64), list(dict.fromkeys(name for _, name in found))
 
 
-def period_colours(datasets: "Sequence[xr.Dataset]") -> dict[int, str]:
-    """Return a colour for each period that occurs; the longest ones share the last."""
+def period_looks(datasets: "Sequence[xr.Dataset]") -> dict[int, Look]:
+    """Return the colour and the name of each period that occurs; where there are many, the longest ones share both."""
     periods = sorted({int(period) for dataset in datasets for period in np.unique(dataset["branch_period"].values)})
-    return {period: PALETTE[min(place, len(PALETTE) - 1)] for place, period in enumerate(periods)}
+    looks = {period: Look(f"period {period}", colour) for period, colour in zip(periods, LINE_COLOURS, strict=False)}
+    if len(periods) > len(LINE_COLOURS):
+        longest = periods[len(LINE_COLOURS) - 1 :]
+        looks |= dict.fromkeys(longest, Look(f"periods {longest[0]} to {longest[-1]}", LINE_COLOURS[-1]))
+    return looks
 
 
 def end_label(names: "Iterable[str]") -> str:
@@ -114,16 +119,16 @@ def caveat(dataset: "xr.Dataset") -> str:
 
     It is an outcome other than an orbit found, or numbers of the orbit that do not agree with each other.
     """
-    parts = []
-    if "outcome" in dataset.variables:
-        names = flag_names(dataset["outcome"])
-        bad = dict.fromkeys(names[int(code)] for code in np.ravel(dataset["outcome"].values))
-        text = str(dataset.attrs.get("message", ""))
-        parts += [f"outcome: {readable(name)}" + (f" ({text})" if text else "") for name in bad if name != "periodic"]
-    if "consistent" in dataset.variables and not np.all(dataset["consistent"].values):
-        count, total = int(np.sum(dataset["consistent"].values == 0)), dataset["consistent"].size
-        text = str(dataset.attrs.get("disagreement", "")) or "see the differences in the archive"
-        parts.append(f"the numbers disagree{f' for {count} of {total} orbits' if total > 1 else ''}: {text}")
+    codes = np.ravel(dataset["outcome"].values)
+    names = np.array([flag_names(dataset["outcome"])[int(code)] for code in codes], dtype=str)
+    failed = dict.fromkeys(str(name) for name in names if name != "periodic")
+    message, disagreement = (str(dataset.attrs.get(name, "")) for name in ("message", "disagreement"))
+    parts = [readable(name) for name in failed] or ["no orbit found"] * (codes.size == 0)
+    parts += [message] * bool(parts and message)
+    if "consistent" in dataset.variables:
+        apart = (np.ravel(dataset["consistent"].values) == 0) & (names == "periodic")
+        of = f" of {apart.sum()} of {apart.size} orbits" if apart.size > 1 else ""
+        parts += [f"the numbers{of} disagree: {disagreement or 'see the differences'}"] * bool(apart.any())
     return "; ".join(parts)
 
 

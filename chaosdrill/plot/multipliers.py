@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.plot.companions import swept
 from chaosdrill.plot.looks import sequential
-from chaosdrill.plot.marks import mark, named_once, period_colours, specials, warn
+from chaosdrill.plot.marks import mark, named_once, period_looks, specials, warn
 from chaosdrill.plot.style import axis_label, new_figure, subscript
 from chaosdrill.plot.unit_circle import unit_circle
 
@@ -87,13 +87,13 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
     from matplotlib.transforms import blended_transform_factory
 
     x, branch = dataset[name].values, dataset["branch"].values
-    colours = period_colours([dataset])
+    looks = period_looks([dataset])
     axes.axhline(1, color="0.35", linewidth=0.9, zorder=1)
     positive = np.where(moduli > 0, moduli, np.nan)
     for number in np.unique(branch):
         points = branch == number
-        period = int(dataset["branch_period"].values[number])
-        axes.plot(x[points], positive[points], color=colours[period], label=f"period {period}")
+        look = looks[int(dataset["branch_period"].values[number])]
+        axes.plot(x[points], positive[points], color=look.colour, label=look.name)
     for i in range(moduli.shape[1]):
         lost = moduli[:, i] == 0
         if lost.any():

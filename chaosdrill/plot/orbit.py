@@ -45,24 +45,34 @@ def orbit(dataset: "xr.Dataset") -> "Figure":
         On the left the points on the section, in their order, and the states before (open) and after (filled) each
         event, joined by a dotted line; in the plane of the first two states, or over time for a system with one state.
         On the right the multipliers in the unit circle, and the residual after each step of Newton's method. What
-        keeps the orbit from being one stands above.
+        keeps the orbit from being one stands above; where there is none at all, the residuals are left.
     """
     if "orbit" in dataset.dims:
         return orbits(dataset)
-    figure = new_figure(5.0)
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1.0], height_ratios=[1.3, 1.0])
-    _points(figure.add_subplot(grid[:, 0]), dataset)
-    _circle(figure.add_subplot(grid[0, 1]), dataset)
-    _newton(figure.add_subplot(grid[1, 1]), dataset)
+    dataset = _own(dataset)
+    # an orbit that does not hold may be there to draw all the same
+    found = dataset.sizes["iterate"] > 0
+    figure = new_figure(5.0 if found else 2.8)
+    if found:
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1.0], height_ratios=[1.3, 1.0])
+        _points(figure.add_subplot(grid[:, 0]), dataset)
+        _circle(figure.add_subplot(grid[0, 1]), dataset)
+        _newton(figure.add_subplot(grid[1, 1]), dataset)
+    else:
+        _newton(figure.subplots(), dataset)
     warning = caveat(dataset)
-    text = "\n".join([_heading(dataset)] * _found(dataset) + [wrapped(warning, 100)] * bool(warning))
+    text = "\n".join([_heading(dataset)] * found + [wrapped(warning, 100)] * bool(warning))
     figure.suptitle(text, x=0.01, ha="left", fontsize=9, color=WARNING if warning else "black")
     return figure
 
 
-def _found(dataset: "xr.Dataset") -> bool:
-    """Whether there is an orbit to draw, be it one that does not hold."""
-    return bool(np.isfinite(dataset["section"].values).any())
+def _own(dataset: "xr.Dataset") -> "xr.Dataset":
+    """The dataset without the rows that one orbit of a search is filled up with."""
+    return dataset.isel(
+        event=dataset["event_kind"].values >= 0,
+        iterate=np.isfinite(dataset["section"].values).all(axis=1),
+        iteration=np.isfinite(dataset["newton_residual"].values),
+    )
 
 
 def _heading(dataset: "xr.Dataset") -> str:
@@ -76,9 +86,6 @@ def _heading(dataset: "xr.Dataset") -> str:
 
 
 def _points(axes: "Axes", dataset: "xr.Dataset") -> None:
-    if not _found(dataset):
-        axes.set_axis_off()
-        return
     section, period = dataset["section"].values, dataset["period_time"].values
     before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
     time, kinds = dataset["event_time"].values, dataset["event_kind"].values

@@ -168,6 +168,8 @@ def legend_outside(figure: "Figure", handles: "Sequence[Artist]", most: int = 6,
 
     The handles bring their labels.
     """
+    if not handles:
+        return
     labels = [str(handle.get_label()) for handle in handles]
     columns = next((n for n in range(most, 1, -1) if _legend_width(labels, n) < 72 * WIDTH), 1)
     figure.legend(handles=handles, loc="outside upper left", ncols=columns, **options)

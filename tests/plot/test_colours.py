@@ -56,6 +56,7 @@ TOGETHER = {
     "attractors": [looks.attractor_look(n, str(n)) for n in range(12)]
     + [look for look in OUTCOMES if look.name not in looks.MOTIONS]
     + [looks.UNRECOGNISED, looks.FURTHER],
+    "lines": [looks.Look(colour, colour) for colour in (*looks.LINE_COLOURS, looks.BACKGROUND)],
     "seeds": [looks.Look(colour, colour) for colour in looks.SEED_COLOURS],
 }
 
@@ -83,8 +84,9 @@ def test_text_and_hatching_are_read_on_their_colour(look):
     assert abs(first - second) > 45
 
 
-def test_seeds_are_seen_on_white():
-    assert (lightness(looks.SEED_COLOURS) < 75).all()
+@pytest.mark.parametrize("colours", [looks.SEED_COLOURS, looks.LINE_COLOURS])
+def test_dots_and_lines_are_seen_on_white(colours):
+    assert (lightness(colours) < 75).all()
 
 
 def test_the_diverging_scale_is_even_and_both_signs_alike():

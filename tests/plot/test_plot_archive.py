@@ -50,9 +50,9 @@ def test_unknown_group_is_refused_with_the_names_of_the_others(archive):
 
 def test_an_archive_without_a_suitable_picture_says_what_it_holds(tmp_path, ball):
     path = tmp_path / "other.nc"
-    ball.attrs["kind"] = "periodic-orbit"
+    ball.attrs["kind"] = "unheard-of"
     xr.DataTree.from_dict({"orbit": ball}).to_netcdf(path)
-    with pytest.raises(ArchiveError, match=r"no picture for orbit \(periodic-orbit\)"):
+    with pytest.raises(ArchiveError, match=r"no picture for orbit \(unheard-of\)"):
         plot_archive(path)
 
 
