@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.plot.bifurcation import first_that_varies
-from chaosdrill.plot.companions import swept
+from chaosdrill.plot.companions import limits, swept
 from chaosdrill.plot.looks import BACKGROUND, Look
 from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, period_looks, specials, warn
 from chaosdrill.plot.style import axis_label, legend_outside, new_figure, state_label
@@ -39,13 +39,17 @@ def branches(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figu
     matplotlib.figure.Figure
         The first state that varies, at all points of each orbit on the section: a line an iterate, a colour a period,
         solid where the orbit is stable and dashed where it is not. Special points have a shape a kind. Ends of branches
-        inside of the parameter's range are marked by a bar, and the legend says what they are.
+        inside of the parameter's range are marked by a bar, and the legend says what they are. The axis shows the range
+        asked for, whatever that of the diagram.
     """
     name = swept(datasets[0])[0]
     figure = new_figure(4.6)
     axes = figure.subplots()
     states = [dataset["section"].values for dataset in datasets]
     index = first_that_varies(np.concatenate([values.reshape(-1, values.shape[-1]) for values in states]))
+    low, high = zip(*(limits(dataset)[name] for dataset in datasets), strict=True)
+    edge = 0.02 * (max(high) - min(low))
+    axes.set_xlim(min(low) - edge, max(high) + edge)
     if over is not None:
         _attractors(axes, over, index)
     looks = period_looks(datasets)
@@ -58,7 +62,6 @@ def branches(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figu
     _marks(axes, datasets, name, index)
     axes.set_xlabel(axis_label(datasets[0], name))
     axes.set_ylabel(state_label(datasets[0], index))
-    axes.margins(x=0.02)
     legend_outside(figure, named_once(axes), handlelength=2.0)
     warn(figure, datasets)
     return figure
@@ -68,8 +71,9 @@ def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
     name = swept(diagram)[0]
     section = diagram["section"].transpose(name, "seed", "iterate", "state").values[..., index]
     x = np.broadcast_to(diagram[name].values[:, None, None], section.shape)
-    known = np.isfinite(section)
-    size = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.6, 4.0)))
+    left, right = axes.get_xlim()
+    known = np.isfinite(section) & (x >= left) & (x <= right)
+    size = float(np.sqrt(np.clip(4e4 / max(known.sum(), 1), 0.6, 4.0)))
     options: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": BACKGROUND, "markeredgewidth": 0}
     axes.plot(x[known], section[known], markersize=size, rasterized=True, zorder=1, **options)
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)

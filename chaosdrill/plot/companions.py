@@ -12,6 +12,12 @@ def swept(dataset: "xr.Dataset") -> tuple[str, ...]:
     return tuple(settings(dataset).get("sweep") or ())
 
 
+def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
+    """Return the least and the largest value of each parameter that an analysis was asked for."""
+    sweep = settings(dataset).get("sweep") or {}
+    return {name: (float(min(values)), float(max(values))) for name, values in sweep.items()}
+
+
 def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
     """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.plot.companions import fits, swept
+from chaosdrill.plot.companions import fits, limits, swept
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ class Picture:
         How many parameters the analysis ran through; 0 if that does not matter.
     over : str, default ""
         Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
-        All groups that could lie over the same one go into one picture.
+        All groups over the same ranges of these go into one picture.
     """
 
     kind: str
@@ -236,13 +236,18 @@ def _plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
             together = (
                 names
                 for names, other in planned
-                if other is picture and picture.over and fits(wanted[names[0]], dataset)
+                if other is picture and picture.over and _alike(wanted[names[0]], dataset)
             )
             if (names := next(together, None)) is not None:
                 names.append(name)
             else:
                 planned.append(([name], picture))
     return planned
+
+
+def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
+    """Whether two datasets go into one picture: in that of a wide range nothing would be seen of a narrow one."""
+    return fits(dataset, other) and limits(dataset) == limits(other)
 
 
 def _behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":

@@ -127,6 +127,13 @@ def test_the_diagram_lies_behind(continuation):
     assert dots.get_zorder() < min(line.get_zorder() for line in figure.axes[0].get_lines()[2:])
 
 
+def test_a_diagram_over_a_wider_range_does_not_widen_the_picture(continuation):
+    narrow = continuation.assign_attrs(settings='{"sweep": {"r": [3.45, 3.2]}}')
+    axes = branches(narrow, over=_diagram(continuation)).axes[0]
+    np.testing.assert_allclose(axes.get_xlim(), [3.195, 3.455])
+    np.testing.assert_allclose(np.unique(axes.get_lines()[0].get_xdata()), [3.2, 3.28, 3.36, 3.44])
+
+
 @pytest.mark.parametrize(
     "attrs",
     [

@@ -9,7 +9,7 @@ from chaosdrill.plot import plot_archive
 
 @pytest.fixture
 def archive(tmp_path, continuation, curve, as_orbit, found):
-    """Two continuations over r, with a diagram; two curves; one continuation of another system; an orbit."""
+    """Two continuations over r, with a diagram; one of another system, one over less; two curves; an orbit."""
     r = np.linspace(2.8, 3.6, 5)
     diagram = xr.Dataset(
         {
@@ -23,6 +23,7 @@ def archive(tmp_path, continuation, curve, as_orbit, found):
         "one": continuation,
         "two": continuation,
         "stranger": continuation.assign_attrs(system="another"),
+        "narrow": continuation.assign(accumulation=np.nan).assign_attrs(settings='{"sweep": {"r": [3.4, 3.5]}}'),
         "diagram": diagram.assign_attrs(continuation.attrs, kind="bifurcation-diagram"),
         "folds": curve("fold"),
         "doublings": curve("period_doubling"),
@@ -43,6 +44,8 @@ def test_what_belongs_together_is_one_picture(archive):
         "run-stranger-branches.png",
         "run-stranger-multipliers.png",
         "run-stranger-cascade.png",
+        "run-narrow-branches.png",
+        "run-narrow-multipliers.png",
         "run-diagram-bifurcation-diagram.png",
         "run-folds-doublings-curves.png",
         "run-found-periodic-orbit.png",
