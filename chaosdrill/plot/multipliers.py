@@ -7,7 +7,7 @@ import numpy as np
 from chaosdrill.plot.companions import swept
 from chaosdrill.plot.looks import sequential
 from chaosdrill.plot.marks import mark, named_once, period_looks, specials, warn
-from chaosdrill.plot.style import axis_label, new_figure, subscript
+from chaosdrill.plot.style import axis_label, new_figure, subscript, wrapped
 from chaosdrill.plot.unit_circle import unit_circle
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _plane(figure: "Figure", axes: "Axes", dataset: "xr.Dataset", name: str, val
         rasterized=True,
     )
     bar = figure.colorbar(dots, ax=axes, aspect=30, pad=0.02)
-    bar.set_label(axis_label(dataset, name))
+    bar.set_label(wrapped(axis_label(dataset, name), 36))
     bar.outline.set_linewidth(0.5)
     for kind, points in specials(dataset):
         if kind in _CROSSINGS:

@@ -183,7 +183,7 @@ def _legend_width(labels: "Sequence[str]", columns: int) -> float:
         for part in np.array_split(labels, columns)
         if len(part)
     ]
-    return float(size * sum(0.53 * letters + 4.8 for letters in longest))
+    return float(size * sum(0.56 * letters + 4.8 for letters in longest))
 
 
 def legend_above(axes: "Axes", columns: int = 6, **options: object) -> None:
