@@ -1,5 +1,7 @@
 """The closed forms of the impact oscillator against Newton's method on its exact flow, and that flow against SciPy."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import wall_at_rest as wall
@@ -22,7 +24,7 @@ def test_newtons_method_finds_the_orbit_in_closed_form(digits, r, n, w):
     assert abs(mp.det(map_) - known.determinant) < 1e-30
     assert found.highest() < 0
     later = found.residuals[1:]
-    assert all(b < 100 * a**2 or b < 1e-30 for a, b in zip(later, later[1:], strict=False))
+    assert all(b < 100 * a**2 or b < 1e-30 for a, b in pairwise(later))
 
 
 @pytest.mark.parametrize(("r", "n", "w"), CASES)

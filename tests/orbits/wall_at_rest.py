@@ -73,7 +73,7 @@ def _forced(w: Any, t: Any) -> tuple[Any, Any, Any]:
 
 
 class Flight:
-    """Flight between impacts at ``t0`` and ``t1``: speeds ``start`` and ``end``, and their derivatives by both times."""
+    """Flight between impacts at ``t0`` and ``t1``: speeds ``start`` and ``end``, their derivatives by both times."""
 
     def __init__(self, w: Any, t0: Any, t1: Any) -> None:
         self.w, self.t0, self.h = w, t0, t1 - t0
