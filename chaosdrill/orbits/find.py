@@ -9,10 +9,12 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.orbits.describe import describe, no_orbit
 from chaosdrill.orbits.family import Family, Lap
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.reading import guess_of_autonomous, guess_of_forced, settled
+from chaosdrill.orbits.results import FoundOrbit
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -42,6 +44,29 @@ class NoOrbitError(Exception):
         super().__init__(message)
         self.outcome, self.message = outcome, message
         self.residuals = np.zeros(0) if residuals is None else residuals
+
+
+def find_orbit(system: "HybridSystem", period: int, start: str, transient: float, numerics: Numerics) -> FoundOrbit:
+    """One orbit with all that is known of it, or why there is none.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    period : int
+        In forcing periods; 1 for systems without a period.
+    start : {"attractor", "guess"}
+        Where Newton's method starts: at the system's initial state, or where a run has come to from there.
+    transient : float
+        Forcing periods of that run, or its time.
+    numerics : Numerics
+    """
+    try:
+        family, orbit, lap, residuals, message = starting_orbit(
+            system, (), period, start, int(np.ceil(transient)), numerics
+        )
+    except NoOrbitError as failure:
+        return no_orbit(system, failure.outcome, failure.message, period, failure.residuals)
+    return describe(family, orbit, lap, residuals, message)
 
 
 def starting_orbit(

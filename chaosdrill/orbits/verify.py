@@ -1,0 +1,120 @@
+"""An orbit followed by the ordinary engine: whether it returns, and by the events that it is said to have."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import lap as at
+from chaosdrill.engine import layout
+from chaosdrill.engine.run import Run
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.family import Family
+    from chaosdrill.orbits.orbit import Orbit
+
+ROUND_OFF = 1e-15
+"""What a step adds to the difference after a lap, beside the tolerance."""
+
+SLACK = 1e3
+"""Steps, and how unevenly they count, in the difference after a lap that round-off and the tolerance explain."""
+
+
+@dataclass(frozen=True)
+class Lapped:
+    """What runs of the engine around an orbit showed.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        ``Outcome.OK``, or what ended the run.
+    residual, recurrence : float
+        Largest difference after one period and after two, relative to max(1, |x|).
+    growth : float
+        Largest factor by which a small deviation grows over a period.
+    differs : str
+        How the events differ from those of the orbit, in words; empty if they do not.
+    """
+
+    outcome: Outcome
+    residual: float
+    recurrence: float
+    growth: float
+    differs: str
+
+    def explained(self, tolerance: float, laps: int = 1) -> float:
+        """Difference after so many laps that round-off and the tolerance explain."""
+        return SLACK * (ROUND_OFF + tolerance) * max(1.0, self.growth) ** laps
+
+
+def standpoint(family: "Family", orbit: "Orbit") -> tuple[int, float, np.ndarray]:
+    """Middle of the longest arc: its number, the time since the start of the orbit, the state.
+
+    There no event is near, so that a run that begins there meets all of them.
+    """
+    longest = int(orbit.durations.argmax())
+    step = (family.period or 1.0) / (family.numerics.steps or 200)
+    clock = orbit.phase if family.forced else 0.0
+    middle = float(orbit.durations[:longest].sum() + orbit.durations[longest] / 2)
+    # fixed steps fall where those of the orbit fell
+    on_grid = round((clock + middle) / step) * step - clock
+    if abs(on_grid - middle) < orbit.durations[longest] / 2:
+        middle = on_grid
+    return longest, middle, family.at([orbit], np.array([[middle]]))[0][0, 0]
+
+
+def run_from(family: "Family", orbit: "Orbit", arc: int, time: float, state: np.ndarray, **options: object) -> Run:
+    """A run of the ordinary engine that begins on an orbit; a period of it is one of the forcing, or the whole orbit.
+
+    Parameters
+    ----------
+    family : Family
+    orbit : Orbit
+    arc, time, state : int, float, ndarray
+        Where: number of the arc, time since the start of the orbit, state of shape (d,).
+    options
+        Passed on to `Run`.
+    """
+    values = dict(zip(family.free, orbit.starts[0, family.states :].tolist(), strict=True))
+    system = family.plain.with_parameters(**values).with_initial(
+        **dict(zip(family.plain.state_names, state.tolist(), strict=True)),
+        mode=family.plain.mode_names[orbit.arcs[arc, at.ARC_MODE]],
+    )
+    period = system.forcing_period()
+    run = Run(system, period or float(orbit.durations.sum()), family.numerics, **options)  # type: ignore[arg-type]
+    if period:
+        run.carried_f[layout.BASE] = (orbit.phase + time) % period
+    run.settings_f[layout.STEP] = (period or 1.0) / (family.numerics.steps or 200)
+    return run
+
+
+def verify(family: "Family", orbit: "Orbit") -> Lapped:
+    """Go around an orbit twice with the ordinary engine, which searches for events and knows nothing of arcs."""
+    arc, time, state = standpoint(family, orbit)
+    d = family.states
+    run = run_from(family, orbit, arc, time, state, tangents=np.eye(d), orthonormalise=False)
+    buffer = np.zeros((8 * len(orbit) + 64, layout.EVENT_COLUMNS + 2 * d))
+    outcome, full = run.advance(orbit.periods, events=buffer)
+    if outcome != Outcome.OK:
+        return Lapped(outcome, np.inf, np.inf, np.inf, f"the run ends: {outcome.advice}")
+    differs = "many more events than the orbit has" if full else _compare(family, orbit, arc, buffer[: run.filled()[1]])
+    size = max(1.0, float(np.abs(state).max()))
+    residual = float(np.abs(run.x - state).max()) / size
+    growth = float(np.linalg.norm(run.vectors, 2)) if np.isfinite(run.vectors).all() else np.inf
+    again = Outcome.OK if full else run.advance(orbit.periods)[0]
+    recurrence = float(np.abs(run.x - state).max()) / size if again == Outcome.OK and not full else np.inf
+    return Lapped(Outcome.OK, residual, recurrence, growth, differs)
+
+
+def _compare(family: "Family", orbit: "Orbit", arc: int, rows: np.ndarray) -> str:
+    """How the events of a run that began on an arc differ from those of the orbit, in words."""
+    transitions = family.plain.transitions
+    met = [(int(row[layout.EVENT_MODE]), int(row[layout.EVENT_KIND])) for row in rows]
+    met = [(mode, kind) for mode, kind in met if not transitions[kind].marks_only()]
+    turned = np.roll(orbit.arcs, -arc, axis=0)
+    expected = [(int(mode), int(kind)) for mode, end, kind in turned if end >= 0]
+    if met == expected:
+        return ""
+    names = [" ".join(transitions[kind].name for _, kind in events) or "no event" for events in (met, expected)]
+    return f"{names[0]} instead of {names[1]}"
