@@ -167,6 +167,18 @@ class Family:
         result = replace(orbit, starts=arrays[0], phase=float(arrays[1][0]), durations=arrays[2])
         return code, result, self._seen(orbit, int(code), history[max(laps - 1, 0)], found), history[:laps]
 
+    def trace(self, orbit: Orbit, weights: np.ndarray, *arrays: Any) -> tuple[int, int]:
+        """Follow a branch; the arrays are those of `chaosdrill.engine.branch.trace` from ``limits`` on."""
+        from chaosdrill.engine import branch
+
+        sizes, _, found, solved, room = self._prepare(orbit)
+        conditions = np.zeros((1, self.columns(orbit)))
+        code, points = branch.trace(
+            *self._kernels(), self._machine, sizes, orbit.arcs, self._plane(orbit), weights, *arrays, conditions,
+            found, solved, room, self._scratch,
+        )  # fmt: skip
+        return int(code), int(points)
+
     def weights(self, orbit: Orbit, spans: np.ndarray | None = None) -> np.ndarray:
         """What a difference of each reduced unknown counts.
 

@@ -1,0 +1,264 @@
+"""Where the events of an orbit change: a hit or a slip appears or vanishes, two trade places, one comes out otherwise.
+
+A branch of orbits with a given sequence of events goes on smoothly beyond the last one that the system follows. The
+border is found by bisection on whether it does. From there the orbits with other sequences are looked for that go
+through the same path at the border (di Bernardo, Budd, Champneys and Kowalczyk 2008, doi:10.1007/978-1-84628-708-4).
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.branches import Special
+from chaosdrill.engine import branch
+from chaosdrill.engine import lap as at
+from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.multipliers import based
+from chaosdrill.orbits.reading import guess_of_forced
+from chaosdrill.orbits.special import ON_CHORD
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.family import Family, Lap
+    from chaosdrill.orbits.orbit import Orbit
+
+BISECTIONS = 60
+
+STEPS = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)
+"""Lengths along a new branch at which its first orbit is tried."""
+
+BEYOND = (0.0, 1e-8, 1e-6, 1e-4, 1e-2)
+"""Parts of the way beyond the border at which the events of the system's own path are read."""
+
+NEAR = 0.1
+"""Distance from the border, in the norm of the weights, within which an orbit belongs to it."""
+
+PROBE = 1e-5
+"""Step along a new branch that tells which way leads away from the border."""
+
+TANGENT = 1e-3
+"""Speed relative to the largest on the orbit below which a guard counts as met tangentially at a border."""
+
+
+@dataclass(frozen=True)
+class Border:
+    """The last orbit of a sequence of events, what was seen there, and the first one beyond if it could be solved for.
+
+    ``error`` is the distance between the two in the parameter.
+    """
+
+    good: "Orbit"
+    lap: "Lap"
+    bad: "Orbit | None"
+    bad_lap: "Lap | None"
+    error: float
+
+
+@dataclass(frozen=True)
+class Continuation:
+    """An orbit with another sequence of events, behind a border, and which way leads away from it."""
+
+    orbit: "Orbit"
+    lap: "Lap"
+    ahead: np.ndarray
+
+
+def bisect(family: "Family", good: "Orbit", bad: "Orbit", weights: np.ndarray) -> Border:
+    """The border between an orbit of the system and a solution of the equations that is none."""
+    d = family.states
+    conditions = ((bad.reduced(d) - good.reduced(d)) * weights**2)[np.newaxis]
+    low, high = 0.0, 1.0
+    inside, lap_inside = good, family.lap(good)
+    outside: Orbit | None = bad
+    lap_outside: Lap | None = family.lap(bad)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        code, orbit, lap, _ = family.solve(good.between(bad, middle), conditions, ON_CHORD)
+        solved = code == branch.CONVERGED
+        if solved and admissible(orbit, lap):
+            low, inside, lap_inside = middle, orbit, lap
+        else:
+            high = middle
+            outside, lap_outside = (orbit, lap) if solved else (None, None)
+    error = (high - low) * abs(bad.starts[0, -1] - good.starts[0, -1])
+    return Border(inside, lap_inside, outside, lap_outside, float(error) + 1e-15)
+
+
+def reason(family: "Family", border: Border) -> tuple[Special, str]:
+    """What happens at a border behind which nothing goes on, from its last orbit and the first one beyond."""
+    system = family.plain
+    orbit, lap = (border.good, border.lap) if border.bad is None else (border.bad, border.bad_lap)
+    assert lap is not None
+    events = orbit.arcs[:, at.ARC_END] >= 0
+    names = [system.transitions[k].name if k >= 0 else "" for k in orbit.arcs[:, at.ARC_OUTCOME]]
+    for i, (mode, _, outcome) in enumerate(orbit.arcs.tolist()):
+        if lap.crossed[i] >= 0:
+            name = system.transitions[family.system.kernels.events[mode][lap.crossed[i]].outcomes[0]].name
+            if lap.met[i] <= 1e-6 * orbit.durations[i] or lap.met[i] >= (1 - 1e-6) * orbit.durations[i]:
+                return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i]}"
+            return Special.GRAZING, f"{name} appears"
+        if events[i] and lap.came[i] != outcome:
+            return Special.OUTCOME_SWITCH, f"{names[i]} comes out otherwise"
+    slow = np.where(events, lap.speeds / max(float(lap.speeds[events].max(initial=0.0)), 1e-300), np.inf)
+    short = orbit.durations / orbit.durations.sum()
+    if slow.min(initial=np.inf) <= TANGENT:
+        return Special.GRAZING, f"{names[int(slow.argmin())]} vanishes"
+    if short.min() <= TANGENT:
+        i = int(short.argmin())
+        return Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} fall together"
+    return Special.REGULAR, ""
+
+
+def go_on(family: "Family", border: Border, weights_of: "WeightsOf") -> Continuation | None:
+    """An orbit behind a border with another sequence of events, if there is one that begins there."""
+    tried = [border.good]
+    for guess in _guesses(family, border):
+        if len(guess) == 0 or any(_same_cycle(guess, old) for old in tried):
+            continue
+        tried.append(guess)
+        found = _branch_from(family, guess, border, weights_of)
+        if found is not None:
+            return found
+    return None
+
+
+def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Special, str]:
+    """What happens at a border, from the sequences of events on its two sides."""
+    system = family.plain
+    old, new = (Counter(o.events(system).split()) for o in (before, after))
+    appeared, vanished = list((new - old).elements()), list((old - new).elements())
+    if len(before) == len(after) and not before.eventless:
+        if not appeared and not vanished:
+            return Special.EVENT_SWAP, "two events trade places"
+        return Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}"
+    parts = []
+    if appeared:
+        parts.append(f"{' and '.join(appeared)} appear{'s' if len(appeared) == 1 else ''}")
+    if vanished:
+        parts.append(f"{' and '.join(vanished)} vanish{'es' if len(vanished) == 1 else ''}")
+    return Special.GRAZING, ", ".join(parts)
+
+
+def _guesses(family: "Family", border: Border) -> "Iterator[Orbit]":
+    """Paths with other events: those of the system itself near the border, then those with events left out."""
+    d = family.states
+    last = border.bad if border.bad is not None else border.good
+    if family.forced:
+        for part in BEYOND:
+            for orbit in (border.good, last):
+                values = orbit.starts[0, d:] * (1 + part * 1e-3)
+                for shifted in (values, orbit.starts[0, d:] * (1 - part * 1e-3)) if part else (values,):
+                    guess = _own_path(family, orbit, shifted)
+                    if guess is not None:
+                        yield guess
+    yield from _left_out(border)
+
+
+def _own_path(family: "Family", orbit: "Orbit", values: np.ndarray) -> "Orbit | None":
+    """What the system does from the middle of the longest arc on."""
+    longest = int(np.argmax(orbit.durations))
+    instant = float(orbit.durations[:longest].sum() + 0.5 * orbit.durations[longest])
+    states, modes = family.at([orbit], np.array([[instant]]))
+    period = family.period_at(orbit)
+    assert period is not None
+    outcome, guess = guess_of_forced(
+        family, states[0, 0], family.plain.mode_names[modes[0, 0]], orbit.periods, values,
+        (orbit.phase + instant) % period,
+    )  # fmt: skip
+    return based(family, guess) if outcome == Outcome.OK and guess is not None else None
+
+
+def _left_out(border: Border) -> "Iterator[Orbit]":
+    """The orbit without one event that leads back into its mode, or without two or three that do so together."""
+    orbit = border.good
+    count = len(orbit)
+    if orbit.eventless:
+        return
+    merit = np.minimum(border.lap.speeds, orbit.durations / orbit.durations.sum())
+    for first in np.argsort(merit).tolist():
+        for dropped in (1, 2, 3):
+            if dropped >= count:
+                break
+            for shift in range(dropped):
+                begin = (first - shift) % count
+                turned = _turned(orbit, begin)
+                if turned.arcs[0, at.ARC_MODE] == turned.arcs[dropped % count, at.ARC_MODE]:
+                    arcs = np.vstack([turned.arcs[dropped], turned.arcs[dropped + 1 :]])
+                    durations = np.concatenate(
+                        [[turned.durations[: dropped + 1].sum()], turned.durations[dropped + 1 :]]
+                    )
+                    starts = np.vstack([turned.starts[0], turned.starts[dropped + 1 :]])
+                    yield replace(turned, arcs=arcs, durations=durations, starts=starts)
+
+
+def _turned(orbit: "Orbit", first: int) -> "Orbit":
+    """The same path from another arc on, with its phase not reduced to one period."""
+    return orbit.rotated(first, None)
+
+
+def _same_cycle(one: "Orbit", other: "Orbit") -> bool:
+    return len(one) == len(other) and any(
+        np.array_equal(np.roll(one.arcs, k, axis=0), other.arcs) for k in range(len(one))
+    )
+
+
+def _branch_from(family: "Family", guess: "Orbit", border: Border, weights_of: "WeightsOf") -> Continuation | None:
+    """The branch of orbits with the events of a guess that begins at a border, some way along it."""
+    guess = based(family, guess)
+    lap = family.lap(guess)
+    if lap.outcome != 0 or not np.isfinite(lap.equations).all():
+        return None
+    weights = weights_of(guess)
+    direction = family.direction(guess, lap, weights)
+    conditions = (direction * weights**2)[np.newaxis]
+    for length in STEPS:
+        start = family.moved(guess, lap, length * direction)
+        code, orbit, seen, _ = family.solve(start, conditions, ON_CHORD)
+        if (
+            code != branch.CONVERGED
+            or not admissible(orbit, seen)
+            or distance(family, orbit, border.good, weights) > NEAR
+        ):
+            continue
+        ahead = _away(family, orbit, seen, border, weights)
+        if ahead is not None:
+            return Continuation(orbit, seen, ahead)
+    return None
+
+
+def distance(family: "Family", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+    """Distance of two orbits at the strobes and in the parameter, in the norm of the weights."""
+    d = family.states
+    here, there = (family.strobes([o])[0][0] for o in (orbit, other))
+    closest = min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
+    return closest + float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
+
+
+def _away(family: "Family", orbit: "Orbit", lap: "Lap", border: Border, weights: np.ndarray) -> np.ndarray | None:
+    """The direction that leads away from a border, along orbits that the system follows."""
+    direction = family.direction(orbit, lap, weights)
+    farthest, away = 0.0, None
+    step = max(PROBE, 2 * distance(family, orbit, border.good, weights))
+    for sign in (1.0, -1.0):
+        moved = family.moved(orbit, lap, sign * step * direction)
+        code, there, seen, _ = family.solve(moved, (direction * weights**2)[np.newaxis], ON_CHORD)
+        if code == branch.CONVERGED and admissible(there, seen):
+            far = distance(family, there, border.good, weights)
+            if far > farthest:
+                farthest, away = far, sign * direction
+    return away
+
+
+class WeightsOf:
+    """Weights of the reduced unknowns of an orbit, for the ranges in which its parameters are followed."""
+
+    def __init__(self, family: "Family", spans: np.ndarray) -> None:
+        self._family, self._spans = family, spans
+
+    def __call__(self, orbit: "Orbit") -> np.ndarray:
+        return self._family.weights(orbit, self._spans)

@@ -1,0 +1,182 @@
+"""Branches of orbits over one parameter: from a start in both directions, and onto the doubled ones."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.orbits.borders import WeightsOf
+from chaosdrill.orbits.cascade import cascade_from
+from chaosdrill.orbits.collect import Planned, collect
+from chaosdrill.orbits.doubling import doubled
+from chaosdrill.orbits.find import starting_orbit
+from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
+from chaosdrill.orbits.results import BranchResult, Cascade
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.family import Family
+
+NO_EFFECT = 1e-12
+"""Change of an orbit, in the norm of the weights, below which a parameter does nothing to it."""
+
+FINER = 20
+"""Steps in the distance between two doublings, on the branches that follow."""
+
+Progress = Callable[[int, int, None], None]
+
+
+def branches(
+    system: "HybridSystem",
+    parameter: str,
+    limits: tuple[float, float],
+    period: int,
+    start: str,
+    transient: int,
+    doublings: int,
+    step: float,
+    max_points: int,
+    numerics: Numerics,
+    progress: Progress | None,
+) -> BranchResult:
+    """The branch through an orbit, and up to ``doublings`` generations of doubled ones.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    parameter : str
+    limits : pair of float
+        Smallest and largest value of the parameter.
+    period, start, transient
+        Of the first orbit, as in `chaosdrill.orbits.find.starting_orbit`.
+    doublings : int
+        Generations of doubled orbits that are followed.
+    step : float
+        Longest step of the parameter.
+    max_points : int
+        Points of one branch, at most.
+    numerics : Numerics
+    progress : callable, optional
+        Called with branches done, branches planned and None.
+
+    Raises
+    ------
+    NoOrbitError
+        There is no orbit to start with.
+    """
+    family, orbit, lap, _, message = starting_orbit(system, (parameter,), period, start, transient, numerics)
+    span = limits[1] - limits[0]
+    frame = Frame(limits, step / span, max_points)
+    weights = WeightsOf(family, frame.spans)(orbit)
+    direction = family.direction(orbit, lap, weights)
+    if float(np.linalg.norm((weights * direction)[:-1])) < NO_EFFECT:
+        point = replace(frame, most=1)
+        only = Planned(grow(family, orbit, direction, point), -1, message)
+        only.grown.end, only.grown.words = BranchEnd.NO_EFFECT, BranchEnd.NO_EFFECT.advice
+        return collect(family, (parameter,), [only], None)
+    forward = grow(family, orbit, direction, frame)
+    if forward.end == BranchEnd.CLOSED:
+        whole = forward
+    else:
+        whole = _joined(grow(family, orbit, -direction, frame, tuple(forward.stretches)), forward)
+    value = system.parameters[parameter]
+    planned = [Planned(whole, -1, f"an orbit of period {orbit.periods} at {parameter} = {value:g}")]
+    _report(progress, planned, doublings)
+    generation = [0]
+    for turn in range(doublings):
+        following: list[int] = []
+        for parent in generation:
+            for mark in _to_follow(planned[parent].grown, first_only=turn > 0):
+                grown = _doubled_branch(family, planned, parent, mark, frame, turn)
+                if grown is not None:
+                    born = _value(planned[parent].grown, mark)
+                    words = f"the period doubling at {parameter} = {born:.12g}"
+                    planned.append(Planned(grown, parent, words, born))
+                    following.append(len(planned) - 1)
+        generation = following
+        _report(progress, planned, doublings)
+    return collect(family, (parameter,), planned, _longest_cascade(planned) if doublings else None)
+
+
+def _report(progress: Progress | None, planned: list[Planned], doublings: int) -> None:
+    if progress is not None:
+        progress(len(planned), max(len(planned), doublings + 1), None)
+
+
+def _joined(backward: Grown, forward: Grown) -> Grown:
+    """One branch of the two halves, which share their first orbit."""
+    lengths = [len(s) for s in backward.stretches]
+    count = len(lengths)
+    marks = [
+        replace(m, stretch=count - 1 - m.stretch, point=lengths[m.stretch] - 1 - m.point)
+        for m in reversed(backward.marks)
+    ]
+    marks += [replace(m, stretch=count + m.stretch, point=m.point - int(m.stretch == 0)) for m in forward.marks]
+    stretches = [s.reversed() for s in reversed(backward.stretches)]
+    stretches += [forward.stretches[0].part(slice(1, None)), *forward.stretches[1:]]
+    origin = float(stretches[0].arclengths[0])
+    stretches = [replace(s, arclengths=s.arclengths - origin) for s in stretches]
+    words = forward.words if forward.words == backward.words else f"{forward.words}; at its start: {backward.words}"
+    return Grown(stretches, [*reversed(backward.ranks), *forward.ranks], marks, forward.end, words)
+
+
+def _longest_cascade(planned: list[Planned]) -> Cascade | None:
+    """The longest chain of branches, each from the doubling of the one before, with the doubling that ends it."""
+    best: list[tuple[float, int]] = []
+    for number in range(len(planned)):
+        chain: list[tuple[float, int]] = []
+        first = _to_follow(planned[number].grown, True) if number else []
+        if first:
+            chain.append(_doubling(planned[number].grown, first[0]))
+        while planned[number].parent >= 0:
+            parent = planned[number].parent
+            born = float(planned[number].born)
+            chain.append((born, planned[parent].grown.stretches[0].periods))
+            number = parent
+        if len(chain) > len(best):
+            best = chain
+    return cascade_from(*zip(*reversed(best), strict=True)) if best else None
+
+
+def _doubling(grown: Grown, mark: Mark) -> tuple[float, int]:
+    return _value(grown, mark), grown.stretches[mark.stretch].periods
+
+
+def _value(grown: Grown, mark: Mark) -> float:
+    return float(grown.stretches[mark.stretch].starts[mark.point, 0, -1])
+
+
+def _to_follow(grown: Grown, first_only: bool) -> list[Mark]:
+    """Period doublings from which doubled branches are followed: those where stability is lost, or the first one."""
+    marks = [m for m in grown.marks if m.kind == Special.PERIOD_DOUBLING]
+    marks.sort(key=lambda m: (m.stretch, m.point))
+    if first_only:
+        return marks[:1]
+    return [m for m in marks if _beside_stable(grown, m)] or marks
+
+
+def _beside_stable(grown: Grown, mark: Mark) -> bool:
+    stretch = grown.stretches[mark.stretch]
+    beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(stretch)]
+    return any(bool((np.abs(np.linalg.eigvals(stretch.monodromies[k])) < 1).all()) for k in beside)
+
+
+def _doubled_branch(
+    family: "Family", planned: list[Planned], parent: int, mark: Mark, frame: Frame, turn: int
+) -> Grown | None:
+    grown = planned[parent].grown
+    stretch = grown.stretches[mark.stretch]
+    orbit = stretch.orbit(mark.point)
+    here = _value(grown, mark)
+    finer = frame
+    scale = 1.0
+    if turn > 0:
+        gap = abs(here - planned[parent].born) / frame.spans[0]
+        finer = replace(frame, step=min(frame.step, gap / FINER))
+        scale = min(1.0, finer.step / frame.step)
+    weights_of = WeightsOf(family, frame.spans)
+    found = doubled(family, orbit, weights_of, scale)
+    return None if found is None else grow(family, *found, finer)

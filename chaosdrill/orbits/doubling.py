@@ -1,0 +1,72 @@
+"""From a period doubling onto the branch of doubled orbits, and where such a branch comes back."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.engine import branch
+from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.special import ON_CHORD
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from chaosdrill.orbits.borders import WeightsOf
+    from chaosdrill.orbits.family import Family
+    from chaosdrill.orbits.orbit import Orbit
+
+LENGTHS = (1e-3, 3e-3, 3e-4, 1e-2, 1e-4, 3e-2)
+"""Distances from the doubling at which the doubled orbit is tried, in the norm of the weights."""
+
+APART = 0.01
+"""Difference between the two halves of a doubled orbit, as a part of that distance, at least."""
+
+
+def doubled(
+    family: "Family", orbit: "Orbit", weights_of: "WeightsOf", scale: float
+) -> tuple["Orbit", np.ndarray] | None:
+    """An orbit of twice the period near a period doubling, and the direction that leads away from there.
+
+    Of the two null vectors of the equations of the orbit gone through twice one is the direction of the old branch; the
+    new branch starts across it. ``scale`` is a part by which distances are shortened, high up in a cascade.
+    """
+    d = family.states
+    twice = orbit.repeated(2)
+    lap = family.lap(twice, watched=False)
+    weights = weights_of(twice)
+    scaled = lap.equations[: len(twice) + d + 1, :-1] / weights
+    plane = np.linalg.svd(scaled)[2][-2:]
+    old = family.direction(orbit, family.lap(orbit, watched=False), weights_of(orbit))
+    times = np.tile(old[d + 1 : -1], 2) if len(twice) > len(orbit) else 2 * old[d + 1 : -1]
+    old = weights * np.concatenate([old[: d + 1], times, old[-1:]])
+    inside = plane @ old
+    direction = np.array([-inside[1], inside[0]]) @ plane / np.linalg.norm(inside) / weights
+    conditions = (direction * weights**2)[np.newaxis]
+    for length in LENGTHS:
+        start = family.moved(twice, lap, scale * length * direction)
+        code, found, seen, _ = family.solve(start, conditions, ON_CHORD)
+        if code == branch.CONVERGED and admissible(found, seen):
+            gap = np.abs(halves_apart(family, [found])[0] * weights_of(found)[:d]).max()
+            if gap > APART * scale * length:
+                return found, direction
+    return None
+
+
+def halves_apart(family: "Family", orbits: "Sequence[Orbit]") -> np.ndarray:
+    """Difference between orbits and themselves half their durations later, shape (P, d)."""
+    halves = np.array([[0.0, 0.5 * o.durations.sum()] for o in orbits])
+    states = family.at(orbits, halves)[0]
+    return states[:, 0] - states[:, 1]
+
+
+def returns(family: "Family", orbits: "Sequence[Orbit]") -> int | None:
+    """Number of the first orbit behind the point at which a branch of doubled orbits runs through its parent."""
+    arcs = orbits[0].arcs
+    half = len(arcs) // 2
+    forced_odd = family.forced and orbits[0].periods % 2
+    if len(orbits) < 2 or forced_odd or (len(arcs) > 1 and (len(arcs) % 2 or (arcs[:half] != arcs[half:]).any())):
+        return None
+    gaps = halves_apart(family, orbits)
+    flips = np.flatnonzero((gaps[1:] * gaps[:-1]).sum(axis=1) < 0) + 1
+    small = [k for k in flips.tolist() if np.abs(gaps[k - 1 : k + 1]).max() < 0.5 * np.abs(gaps).max()]
+    return int(small[0]) if small else None

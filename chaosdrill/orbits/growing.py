@@ -1,0 +1,220 @@
+"""A whole branch grown from one orbit: stretch by stretch, across the borders at which its events change."""
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.engine import branch
+from chaosdrill.orbits.borders import Border, WeightsOf, bisect, go_on, reason, what_changed
+from chaosdrill.orbits.doubling import returns
+from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.multipliers import structural_rank
+from chaosdrill.orbits.reading import with_values
+from chaosdrill.orbits.special import LostError, locate, special_points
+from chaosdrill.orbits.stretch import Stretch, follow_branch
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.family import Family
+    from chaosdrill.orbits.orbit import Orbit
+
+FIRST = 0.1
+"""First step of a stretch, as a part of the longest."""
+
+MOST_BORDERS = 200
+"""Borders that one branch may cross."""
+
+
+@dataclass
+class Mark:
+    """A special point: which point of which stretch it is, what happens, how exactly it is known."""
+
+    stretch: int
+    point: int
+    kind: Special
+    error: float
+    text: str
+
+
+@dataclass
+class Grown:
+    """Stretches of one branch in order, with the rank of each one's tangent maps, marks, and how it ended."""
+
+    stretches: list[Stretch] = field(default_factory=list)
+    ranks: list[int] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+    end: BranchEnd = BranchEnd.MOST_POINTS
+    words: str = ""
+
+    def __len__(self) -> int:
+        return sum(len(s) for s in self.stretches)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What limits a branch: ranges of its parameter, the longest step as a part of them, its number of points."""
+
+    limits: tuple[float, float]
+    step: float
+    most: int
+
+    @property
+    def spans(self) -> np.ndarray:
+        """Width of the ranges, shape (1,)."""
+        return np.array([self.limits[1] - self.limits[0]])
+
+
+MEETING = 1e-6
+"""Distance in the norm of the weights at which two orbits of the same events are one."""
+
+
+def met(family: "Family", orbit: "Orbit", weights: np.ndarray, known: list[Stretch]) -> bool:
+    """Whether an orbit is one of those at the ends of stretches that are known."""
+    for stretch in known:
+        if len(stretch) and np.array_equal(stretch.arcs, orbit.arcs):
+            for k in (0, -1):
+                other = stretch.orbit(k % len(stretch))
+                gap = np.abs(other.reduced(family.states) - orbit.reduced(family.states)) * weights
+                gap[family.states] = 0.0
+                if gap.max() < MEETING:
+                    return True
+    return False
+
+
+def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, known: tuple[Stretch, ...] = ()) -> Grown:
+    """Follow a branch from a converged orbit in one direction, until it ends.
+
+    Parameters
+    ----------
+    family : Family
+    orbit : Orbit
+    ahead : ndarray, shape (columns,)
+        Which way to go.
+    frame : Frame
+    known : tuple of Stretch
+        What was followed before in the other direction; the branch ends where it meets it.
+    """
+    weights_of = WeightsOf(family, frame.spans)
+    grown = Grown()
+    length = 0.0
+    for _ in range(MOST_BORDERS):
+        weights = weights_of(orbit)
+        room = frame.most - len(grown)
+        if room < 1:
+            return grown
+        traced = follow_branch(family, orbit, ahead, weights, frame.limits, (FIRST * frame.step, frame.step), room)
+        stretch = traced.stretch
+        back = returns(family, [stretch.orbit(k) for k in range(len(stretch))]) if len(stretch) else None
+        if back is not None:
+            stretch = stretch.part(slice(0, back))
+        if not len(stretch):
+            grown.end, grown.words = BranchEnd.NO_CONVERGENCE, BranchEnd.NO_CONVERGENCE.advice
+            return grown
+        rank = structural_rank(family, stretch.orbit(0), with_values(family, stretch.starts[0, 0, family.states :]))
+        stretch, marks = _marked(family, stretch, weights, rank)
+        grown.stretches.append(_shifted(stretch, length))
+        grown.ranks.append(rank)
+        place = len(grown.stretches) - 1
+        grown.marks += [Mark(place, *mark) for mark in marks]
+        if back is not None:
+            grown.end, grown.words = BranchEnd.DOUBLING, BranchEnd.DOUBLING.advice
+            return grown
+        if traced.code == branch.BEYOND_LIMITS:
+            _to_limit(family, grown, traced.beyond, frame, weights)
+            grown.end, grown.words = BranchEnd.LIMIT, "the parameter reached its limit"
+            return grown
+        if traced.code == branch.CLOSED:
+            grown.end, grown.words = BranchEnd.CLOSED, BranchEnd.CLOSED.advice
+            return grown
+        if traced.code == branch.MOST_POINTS:
+            grown.words = BranchEnd.MOST_POINTS.advice
+            return grown
+        last = stretch.orbit(len(stretch) - 1)
+        if traced.beyond is None:
+            border = Border(last, family.lap(last), None, None, frame.step * frame.spans[0] * branch.SHORTEST)
+        else:
+            border = bisect(family, last, traced.beyond, weights)
+        coming = border.good.starts[0, -1] - stretch.starts[max(len(stretch) - 2, 0), 0, -1]
+        beyond = go_on(family, border, weights_of)
+        if beyond is None:
+            kind, text = reason(family, border)
+            _close(grown, border, kind, f"{text}; the branch ends" if text else "")
+            return grown
+        kind, text = what_changed(family, border.good, beyond.orbit)
+        way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
+        _append(grown, border, kind, f"{text}; the branch {way}")
+        length = float(grown.stretches[-1].arclengths[-1])
+        orbit, ahead = beyond.orbit, beyond.ahead
+        if met(family, orbit, weights_of(orbit), [*known, *grown.stretches]):
+            grown.end, grown.words = BranchEnd.CLOSED, BranchEnd.CLOSED.advice
+            return grown
+    grown.words = f"more than {MOST_BORDERS} changes of the sequence of events"
+    return grown
+
+
+def _shifted(stretch: Stretch, length: float) -> Stretch:
+    return replace(stretch, arclengths=stretch.arclengths + length)
+
+
+def _marked(
+    family: "Family", stretch: Stretch, weights: np.ndarray, rank: int
+) -> tuple[Stretch, list[tuple[int, Special, float, str]]]:
+    """The stretch with its folds, doublings and Neimark-Sacker points among its points, and their marks."""
+    marks: list[tuple[int, Special, float, str]] = []
+    for added, (k, kind) in enumerate(special_points(family, stretch, rank)):
+        k += added
+        try:
+            orbit, lap, error = locate(family, stretch.orbit(k - 1), stretch.orbit(k), kind, weights, rank)
+        except LostError:
+            orbit, error = stretch.orbit(k - 1), abs(float(stretch.starts[k, 0, -1] - stretch.starts[k - 1, 0, -1]))
+            lap = family.lap(orbit)
+        stretch = stretch.with_point(k, orbit, lap, kind)
+        marks.append((k, kind, error, kind.words))
+    return stretch, marks
+
+
+def _append(grown: Grown, border: Border, kind: Special, text: str) -> None:
+    """The last orbit before a border becomes the last point of its stretch."""
+    stretch = grown.stretches[-1]
+    k = len(stretch)
+    gap = np.linalg.norm(border.good.starts - stretch.starts[-1])
+    grown.stretches[-1] = Stretch(
+        stretch.arcs, stretch.periods,
+        *(np.concatenate([old, np.asarray(new)[np.newaxis]]) for old, new in (
+            (stretch.starts, border.good.starts), (stretch.phases, border.good.phase),
+            (stretch.durations, border.good.durations), (stretch.speeds, border.lap.speeds),
+            (stretch.arclengths, stretch.arclengths[-1] + gap), (stretch.residuals, border.lap.residual),
+            (stretch.monodromies, border.lap.monodromy), (stretch.directions, stretch.directions[-1]),
+            (stretch.special, int(kind)),
+        )),
+    )  # fmt: skip
+    grown.marks.append(Mark(len(grown.stretches) - 1, k, kind, border.error, text))
+
+
+def _close(grown: Grown, border: Border, kind: Special, text: str) -> None:
+    """End a branch at a border behind which nothing was found."""
+    ends = {
+        Special.GRAZING: BranchEnd.GRAZING,
+        Special.EVENT_SWAP: BranchEnd.EVENT_SWAP,
+        Special.OUTCOME_SWITCH: BranchEnd.OUTCOME_SWITCH,
+    }
+    grown.end = ends.get(kind, BranchEnd.NO_CONVERGENCE)
+    grown.words = text or grown.end.advice
+    if kind != Special.REGULAR:
+        _append(grown, border, kind, text)
+
+
+def _to_limit(family: "Family", grown: Grown, beyond: "Orbit | None", frame: Frame, weights: np.ndarray) -> None:
+    """The last point is the one at the limit itself."""
+    assert beyond is not None
+    stretch = grown.stretches[-1]
+    last = stretch.orbit(len(stretch) - 1)
+    here, there = last.starts[0, -1], beyond.starts[0, -1]
+    limit = frame.limits[0] if there < frame.limits[0] else frame.limits[1]
+    guess = last.between(beyond, (limit - here) / (there - here)).with_values(np.array([limit]), family.states)
+    code, orbit, lap, _ = family.solve(guess)
+    if code == branch.CONVERGED and admissible(orbit, lap) and abs(limit - here) > 0:
+        border = Border(orbit, lap, None, None, 0.0)
+        _append(grown, border, Special.REGULAR, "")
+        grown.marks.pop()

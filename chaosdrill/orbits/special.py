@@ -1,0 +1,115 @@
+"""Special points of a branch: roots of scalar functions along it.
+
+A sign change between two points is followed by Brent's method along the line between them, each trial being corrected
+onto the branch by Newton's method, so that a root is as exact as the multipliers are.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq
+
+from chaosdrill.dataset.branches import Special
+from chaosdrill.engine import branch
+from chaosdrill.engine import lap as at
+from chaosdrill.engine.setup import pins
+from chaosdrill.orbits.multipliers import free_multipliers, multipliers
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.family import Family, Lap
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.stretch import Stretch
+
+ON_CHORD = 0.2
+"""Longest correction by one lap of a trial, in the norm of the weights."""
+
+NOISE = 1e-13
+"""Error of an entry of a tangent map, relative to its largest one."""
+
+Test = Callable[["Family", "Orbit", "Lap"], float]
+
+
+class LostError(Exception):
+    """Newton's method failed between two points of a branch."""
+
+
+def doubling_test(family: "Family", orbit: "Orbit", monodromy: np.ndarray) -> np.ndarray:
+    """Function that vanishes where a multiplier is -1: the determinant of M + 1 in the free states."""
+    free = np.flatnonzero(pins(family.plain)[orbit.arcs[0, at.ARC_MODE]] == 0)
+    return np.linalg.det(monodromy[..., free[:, np.newaxis], free] + np.eye(len(free)))
+
+
+def torus_test(values: np.ndarray) -> np.ndarray:
+    """Function that vanishes where the product of two multipliers is 1: the product of 1 - mu_i mu_j over pairs."""
+    m = values.shape[-1]
+    first, second = np.triu_indices(m, 1)
+    return np.prod(1 - values[..., first] * values[..., second], axis=-1).real
+
+
+def turning_pair(values: np.ndarray) -> np.ndarray:
+    """Whether the pair of multipliers nearest to the unit circle is a complex one."""
+    nearest = np.take_along_axis(values, np.abs(np.abs(values) - 1).argmin(axis=-1)[..., np.newaxis], axis=-1)
+    return np.abs(nearest[..., 0].imag) > 1e-6
+
+
+def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tuple[int, Special]]:
+    """Folds, period doublings and Neimark-Sacker points between neighbours: (number of the point behind, what)."""
+    if len(stretch) < 2:
+        return []
+    orbit = stretch.orbit(0)
+    values = free_multipliers(family, multipliers(family, orbit, stretch.monodromies, rank))
+    doubling = doubling_test(family, orbit, stretch.monodromies)
+    torus, turns = torus_test(values), turning_pair(values)
+    found = [(k, Special.FOLD) for k in _changes(stretch.directions[:, -1])]
+    found += [(k, Special.PERIOD_DOUBLING) for k in _changes(doubling)]
+    found += [(k, Special.NEIMARK_SACKER) for k in _changes(torus) if turns[k - 1] and turns[k]]
+    return sorted(found)
+
+
+def _changes(values: np.ndarray) -> list[int]:
+    return (np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0) + 1).tolist()
+
+
+def locate(
+    family: "Family", before: "Orbit", after: "Orbit", kind: Special, weights: np.ndarray, rank: int
+) -> tuple["Orbit", "Lap", float]:
+    """A special point between two orbits of a branch: (orbit, lap, error of the parameter).
+
+    Raises
+    ------
+    LostError
+    """
+    chord = after.reduced(family.states) - before.reduced(family.states)
+    conditions = (chord * weights**2)[np.newaxis]
+    last: dict[str, tuple[Orbit, Lap]] = {}
+
+    def value(part: float) -> float:
+        orbit, lap = between(family, before, after, part, conditions)
+        last["found"] = orbit, lap
+        if kind == Special.FOLD:
+            return float(family.direction(orbit, lap, weights, chord)[-1])
+        if kind == Special.PERIOD_DOUBLING:
+            return float(doubling_test(family, orbit, lap.monodromy))
+        return float(torus_test(free_multipliers(family, multipliers(family, orbit, lap.monodromy, rank))))
+
+    low, high = value(0.0), value(1.0)
+    if low * high > 0:
+        raise LostError("the function has one sign at both ends")
+    root = brentq(value, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
+    value(root)
+    orbit, lap = last["found"]
+    slope = abs(high - low) / max(abs(chord[-1]), 1e-300)
+    noise = NOISE * max(1.0, float(np.abs(lap.monodromy).max())) ** 2 * len(orbit)
+    error = NOISE if kind == Special.FOLD else noise / slope + NOISE * abs(orbit.starts[0, -1])
+    return orbit, lap, error
+
+
+def between(
+    family: "Family", before: "Orbit", after: "Orbit", part: float, conditions: np.ndarray
+) -> tuple["Orbit", "Lap"]:
+    """The orbit of the branch beside a point of the line between two."""
+    code, orbit, lap, _ = family.solve(before.between(after, part), conditions, ON_CHORD)
+    if code != branch.CONVERGED:
+        raise LostError(f"no orbit at part {part} of the way")
+    return orbit, lap
