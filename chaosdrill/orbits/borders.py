@@ -18,8 +18,8 @@ from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.multipliers import based
-from chaosdrill.orbits.reading import guess_of_forced
-from chaosdrill.orbits.special import ON_CHORD
+from chaosdrill.orbits.reading import guess_of_autonomous, guess_of_forced
+from chaosdrill.orbits.special import NOISE, ON_CHORD
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
@@ -30,8 +30,8 @@ BISECTIONS = 60
 STEPS = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)
 """Lengths along a new branch at which its first orbit is tried."""
 
-BEYOND = (0.0, 1e-8, 1e-6, 1e-4, 1e-2)
-"""Parts of the way beyond the border at which the events of the system's own path are read."""
+BESIDE = (0.0, 1e-11, -1e-11, 1e-9, -1e-9, 1e-7, -1e-7, 1e-5, -1e-5)
+"""Changes of the parameter, relative, at which the events of the system's own path are read."""
 
 NEAR = 0.1
 """Distance from the border, in the norm of the weights, within which an orbit belongs to it."""
@@ -86,7 +86,7 @@ def bisect(family: "Family", good: "Orbit", bad: "Orbit", weights: np.ndarray) -
             high = middle
             outside, lap_outside = (orbit, lap) if solved else (None, None)
     error = (high - low) * abs(bad.starts[0, -1] - good.starts[0, -1])
-    return Border(inside, lap_inside, outside, lap_outside, float(error) + 1e-15)
+    return Border(inside, lap_inside, outside, lap_outside, float(error) + NOISE * abs(float(inside.starts[0, -1])))
 
 
 def reason(family: "Family", border: Border) -> tuple[Special, str]:
@@ -137,10 +137,10 @@ def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Spe
             return Special.EVENT_SWAP, "two events trade places"
         return Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}"
     parts = []
-    if appeared:
-        parts.append(f"{' and '.join(appeared)} appear{'s' if len(appeared) == 1 else ''}")
-    if vanished:
-        parts.append(f"{' and '.join(vanished)} vanish{'es' if len(vanished) == 1 else ''}")
+    for names, one, many in ((appeared, "appears", "appear"), (vanished, "vanishes", "vanish")):
+        counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
+        if names:
+            parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
     return Special.GRAZING, ", ".join(parts)
 
 
@@ -148,14 +148,11 @@ def _guesses(family: "Family", border: Border) -> "Iterator[Orbit]":
     """Paths with other events: those of the system itself near the border, then those with events left out."""
     d = family.states
     last = border.bad if border.bad is not None else border.good
-    if family.forced:
-        for part in BEYOND:
-            for orbit in (border.good, last):
-                values = orbit.starts[0, d:] * (1 + part * 1e-3)
-                for shifted in (values, orbit.starts[0, d:] * (1 - part * 1e-3)) if part else (values,):
-                    guess = _own_path(family, orbit, shifted)
-                    if guess is not None:
-                        yield guess
+    for part in BESIDE:
+        for orbit in (border.good, last):
+            guess = _own_path(family, orbit, orbit.starts[0, d:] * (1 + part))
+            if guess is not None:
+                yield guess
     yield from _left_out(border)
 
 
@@ -164,12 +161,14 @@ def _own_path(family: "Family", orbit: "Orbit", values: np.ndarray) -> "Orbit | 
     longest = int(np.argmax(orbit.durations))
     instant = float(orbit.durations[:longest].sum() + 0.5 * orbit.durations[longest])
     states, modes = family.at([orbit], np.array([[instant]]))
-    period = family.period_at(orbit)
-    assert period is not None
-    outcome, guess = guess_of_forced(
-        family, states[0, 0], family.plain.mode_names[modes[0, 0]], orbit.periods, values,
-        (orbit.phase + instant) % period,
-    )  # fmt: skip
+    mode = family.plain.mode_names[modes[0, 0]]
+    if family.forced:
+        period = family.period_at(orbit)
+        assert period is not None
+        phase = (orbit.phase + instant) % period
+        outcome, guess = guess_of_forced(family, states[0, 0], mode, orbit.periods, values, phase)
+    else:
+        outcome, guess = guess_of_autonomous(family, states[0, 0], mode, 2 * float(orbit.durations.sum()), values)
     return based(family, guess) if outcome == Outcome.OK and guess is not None else None
 
 

@@ -10,10 +10,11 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.borders import WeightsOf
 from chaosdrill.orbits.cascade import cascade_from
-from chaosdrill.orbits.collect import Planned, collect
+from chaosdrill.orbits.collect import Planned, collect, nothing
 from chaosdrill.orbits.doubling import doubled
-from chaosdrill.orbits.find import starting_orbit
+from chaosdrill.orbits.find import NoOrbitError, starting_orbit
 from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
+from chaosdrill.orbits.multipliers import free_multipliers, multipliers
 from chaosdrill.orbits.results import BranchResult, Cascade
 
 if TYPE_CHECKING:
@@ -62,12 +63,15 @@ def branches(
     progress : callable, optional
         Called with branches done, branches planned and None.
 
-    Raises
-    ------
-    NoOrbitError
-        There is no orbit to start with.
+    Returns
+    -------
+    BranchResult
+        Without points, and with the reason in its outcome and message, if there is no orbit to start with.
     """
-    family, orbit, lap, _, message = starting_orbit(system, (parameter,), period, start, transient, numerics)
+    try:
+        family, orbit, lap, _, message = starting_orbit(system, (parameter,), period, start, transient, numerics)
+    except NoOrbitError as failure:
+        return nothing(system, (parameter,), failure.outcome, failure.message)
     span = limits[1] - limits[0]
     frame = Frame(limits, step / span, max_points)
     weights = WeightsOf(family, frame.spans)(orbit)
@@ -89,7 +93,9 @@ def branches(
     for turn in range(doublings):
         following: list[int] = []
         for parent in generation:
-            for mark in _to_follow(planned[parent].grown, first_only=turn > 0):
+            for mark in _to_follow(family, planned[parent].grown, first_only=turn > 0):
+                if _reached(planned, parent, mark, frame):
+                    continue
                 grown = _doubled_branch(family, planned, parent, mark, frame, turn)
                 if grown is not None:
                     born = _value(planned[parent].grown, mark)
@@ -98,7 +104,7 @@ def branches(
                     following.append(len(planned) - 1)
         generation = following
         _report(progress, planned, doublings)
-    return collect(family, (parameter,), planned, _longest_cascade(planned) if doublings else None)
+    return collect(family, (parameter,), planned, _longest_cascade(family, planned) if doublings else None)
 
 
 def _report(progress: Progress | None, planned: list[Planned], doublings: int) -> None:
@@ -123,12 +129,12 @@ def _joined(backward: Grown, forward: Grown) -> Grown:
     return Grown(stretches, [*reversed(backward.ranks), *forward.ranks], marks, forward.end, words)
 
 
-def _longest_cascade(planned: list[Planned]) -> Cascade | None:
+def _longest_cascade(family: "Family", planned: list[Planned]) -> Cascade | None:
     """The longest chain of branches, each from the doubling of the one before, with the doubling that ends it."""
     best: list[tuple[float, int]] = []
     for number in range(len(planned)):
         chain: list[tuple[float, int]] = []
-        first = _to_follow(planned[number].grown, True) if number else []
+        first = _to_follow(family, planned[number].grown, True) if number else []
         if first:
             chain.append(_doubling(planned[number].grown, first[0]))
         while planned[number].parent >= 0:
@@ -149,19 +155,31 @@ def _value(grown: Grown, mark: Mark) -> float:
     return float(grown.stretches[mark.stretch].starts[mark.point, 0, -1])
 
 
-def _to_follow(grown: Grown, first_only: bool) -> list[Mark]:
+def _to_follow(family: "Family", grown: Grown, first_only: bool) -> list[Mark]:
     """Period doublings from which doubled branches are followed: those where stability is lost, or the first one."""
     marks = [m for m in grown.marks if m.kind == Special.PERIOD_DOUBLING]
     marks.sort(key=lambda m: (m.stretch, m.point))
     if first_only:
         return marks[:1]
-    return [m for m in marks if _beside_stable(grown, m)] or marks
+    return [m for m in marks if _beside_stable(family, grown, m)] or marks
 
 
-def _beside_stable(grown: Grown, mark: Mark) -> bool:
+def _beside_stable(family: "Family", grown: Grown, mark: Mark) -> bool:
     stretch = grown.stretches[mark.stretch]
     beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(stretch)]
-    return any(bool((np.abs(np.linalg.eigvals(stretch.monodromies[k])) < 1).all()) for k in beside)
+    values = multipliers(family, stretch.orbit(0), stretch.monodromies[beside], grown.ranks[mark.stretch])
+    return bool((np.abs(free_multipliers(family, values)) < 1).all(axis=-1).any())
+
+
+def _reached(planned: list[Planned], parent: int, mark: Mark, frame: Frame) -> bool:
+    """Whether a doubled branch that was followed from elsewhere has come to this doubling."""
+    here = _value(planned[parent].grown, mark)
+    ends = [
+        float(one.grown.stretches[-1].starts[-1, 0, -1])
+        for one in planned
+        if one.parent == parent and one.grown.end == BranchEnd.DOUBLING
+    ]
+    return any(abs(end - here) < frame.step * frame.spans[0] for end in ends)
 
 
 def _doubled_branch(

@@ -1,19 +1,32 @@
 """Branches that have grown become one table of points."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.dataset.branches import Special
+from chaosdrill.orbits.family import Family
 from chaosdrill.orbits.multipliers import free_multipliers, multipliers
+from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, SpecialPoint
+from chaosdrill.orbits.verify import verify
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from chaosdrill.orbits.family import Family
+    from chaosdrill.dataset import Outcome
+    from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.growing import Grown
     from chaosdrill.orbits.stretch import Stretch
+
+
+TANGENT = 1e-9
+"""Speed at a guard below which it counts as met tangentially."""
+
+CHECKED = 6
+"""Points of a stretch that the ordinary engine follows as well, at most."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +69,10 @@ def collect(
     for table in tables:
         lacking = longest - table["section"].shape[1]
         table["section"] = np.pad(table["section"], ((0, 0), (0, lacking), (0, 0)), constant_values=np.nan)
-    joined = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
+    joined: dict[str, Any] = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
+    misses = [miss for one in planned for stretch in one.grown.stretches for miss in _misses(family, stretch)]
     return BranchResult(
+        message="; ".join(misses[:3]),
         parameters=parameters,
         sequences=tuple(names),
         branches=tuple(infos),
@@ -72,6 +87,8 @@ def _table(family: "Family", stretch: "Stretch", rank: int, number: int, sequenc
     orbits = [stretch.orbit(k) for k in range(points)]
     section, modes = family.strobes(orbits)
     values = multipliers(family, orbits[0], stretch.monodromies, rank)
+    # at grazing the map has no derivative on the side where the guard is crossed
+    values[stretch.speeds.min(axis=1) < TANGENT] = complex(np.nan, np.nan)
     return {
         "values": stretch.values(d),
         "branch": np.full(points, number),
@@ -86,6 +103,36 @@ def _table(family: "Family", stretch: "Stretch", rank: int, number: int, sequenc
         "smallest_speed": stretch.speeds.min(axis=1),
         "residual": stretch.residuals,
     }
+
+
+def _misses(family: "Family", stretch: "Stretch") -> "Iterator[str]":
+    """What a run of the ordinary engine says against some of the points."""
+    d = family.states
+    for k in np.unique(np.linspace(0, len(stretch) - 1, min(CHECKED, len(stretch))).astype(int)).tolist():
+        if stretch.special[k] != Special.REGULAR:
+            continue
+        orbit = stretch.orbit(k)
+        system = with_values(family, orbit.starts[0, d:])
+        plain = Family(system, (), family.numerics)
+        lapped = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
+        values = ", ".join(f"{name} = {v:.9g}" for name, v in zip(family.free, orbit.starts[0, d:], strict=True))
+        if lapped.differs:
+            yield f"at {values} a run of the system goes otherwise: {lapped.differs}"
+        elif not lapped.residual <= lapped.explained(family.numerics.tolerance):
+            yield f"at {values} a run of the system misses its start by {lapped.residual:.1e}"
+
+
+def nothing(system: "HybridSystem", parameters: tuple[str, ...], outcome: "Outcome", message: str) -> BranchResult:
+    """No branch, and why."""
+    d = len(system.states)
+    none = np.zeros(0)
+    whole = np.zeros(0, dtype=np.int64)
+    return BranchResult(
+        parameters=parameters, values=np.zeros((0, len(parameters))), branch=whole, arclength=none, period=whole,
+        section=np.zeros((0, 1, d)), mode=whole, multipliers=np.zeros((0, d), dtype=complex),
+        stable=np.zeros(0, dtype=bool), special=whole, sequence=whole, sequences=(), smallest_speed=none,
+        residual=none, branches=(), events=(), outcome=outcome, message=message,
+    )  # fmt: skip
 
 
 def _cycle(events: str) -> str:
