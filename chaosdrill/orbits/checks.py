@@ -38,7 +38,7 @@ def check(family: "Family", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -
     """
     moduli = np.abs(found.multipliers)
     tolerance = family.numerics.tolerance
-    limit = LOGARITHM + 1e3 * tolerance
+    limit = LOGARITHM + lapped.explained(tolerance)
     disagreements = []
     exponents, ends = exponents_of(family, orbit, moduli)
     with np.errstate(divide="ignore"):

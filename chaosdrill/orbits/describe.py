@@ -9,7 +9,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import lap as at
 from chaosdrill.orbits.arcs import arc_by_arc
 from chaosdrill.orbits.checks import check
-from chaosdrill.orbits.multipliers import multipliers, structural_rank
+from chaosdrill.orbits.multipliers import graded, structural_rank
 from chaosdrill.orbits.results import Checks, FoundOrbit
 from chaosdrill.orbits.verify import verify
 
@@ -50,7 +50,7 @@ def describe(family: "Family", orbit: "Orbit", lap: "Lap", residuals: np.ndarray
         duration=float(orbit.durations.sum()),
         states=strobes[0],
         mode=int(modes[0, 0]),
-        multipliers=multipliers(family, orbit, lap.monodromy, rank),
+        multipliers=graded(family, orbit, lap.monodromy, rank),
         rank=rank,
         residual=lapped.residual,
         newton=residuals,

@@ -1,5 +1,6 @@
 """Multipliers of orbits, those of lost rank exactly zero."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,14 +10,27 @@ from chaosdrill.engine import lap as at
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import pins
 from chaosdrill.engine.structure import Structure, examine
+from chaosdrill.orbits.arcs import arc_by_arc
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.family import Family
     from chaosdrill.orbits.orbit import Orbit
 
-NEUTRAL = 1e-6
-"""Distance from 1 within which the multiplier of the flow direction is recognised."""
+GRADED = 1e-3
+"""Part of the norm of the tangent map below which a multiplier is not read off the map as a whole."""
+
+MOST_LAPS = 64
+"""Laps of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
+
+TURNED = 1e-14
+"""What is left of a wrong direction when two multipliers count as told apart."""
+
+CONDITION = 1e4
+"""Condition number of a piece of an arc that is not cut any further."""
+
+DEEPEST = 10
+"""Times that an arc is halved, at most."""
 
 
 def based(family: "Family", orbit: "Orbit") -> "Orbit":
@@ -79,6 +93,69 @@ def multipliers(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: i
     values = np.take_along_axis(values, order, axis=-1)
     values[..., rank:] = 0.0
     return values
+
+
+def graded(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
+    """The same of one orbit, every one to its own relative precision, however far apart they are.
+
+    Eigenvalues of a product that was multiplied out know the smaller ones only to the round-off of the largest. Here
+    the factors stay apart: simultaneous iteration around the orbit makes all of them triangular (periodic QR;
+    Bojanczyk, Golub and Van Dooren 1992, doi:10.1117/12.130915).
+    """
+    plain = multipliers(family, orbit, monodromy, rank)
+    if rank < 2 or abs(plain[rank - 1]) > GRADED * np.linalg.norm(monodromy, 2):
+        return plain
+    factors = pieces(family, orbit)
+    d = family.states
+    before = np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0]
+    logs = np.zeros(rank)
+    triangles: list[np.ndarray] = []
+    for laps in range(1, MOST_LAPS + 1):
+        basis, triangles = before, []
+        for factor in factors:
+            after, triangle = np.linalg.qr(factor @ basis)
+            triangles.append(triangle)
+            basis = after
+        logs += sum(np.log(np.abs(np.diagonal(t)[:rank])) for t in triangles)
+        apart = -np.diff(logs) > -np.log(TURNED)
+        if apart.all() or laps == MOST_LAPS:
+            break
+        before = basis
+    values = np.zeros(d, dtype=complex)
+    ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
+    for first, end in zip([0, *ends[:-1]], ends, strict=True):
+        block = np.eye(end - first)
+        for triangle in triangles:
+            block = triangle[first:end, first:end] @ block
+        values[first:end] = np.linalg.eigvals(before[:, first:end].T @ basis[:, first:end] @ block)
+    return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def pieces(family: "Family", orbit: "Orbit") -> list[np.ndarray]:
+    """Tangent maps of the arcs and events of an orbit in order, arcs cut so that none of them is ill conditioned."""
+    found: list[np.ndarray] = []
+    for one, before in arc_by_arc(family, orbit):
+        flow = one.arcs.copy()
+        flow[:, at.ARC_END] = at.PLANE
+        _cut(family, replace(one, arcs=flow), found, 0)
+        if one.arcs[0, at.ARC_END] >= 0:
+            time = one.phase + float(one.durations[0])
+            starts = np.concatenate([before, one.starts[0, family.states :]])[np.newaxis]
+            found.append(family.lap(replace(one, starts=starts, phase=time, durations=np.zeros(1)), False).monodromy)
+    return found
+
+
+def _cut(family: "Family", one: "Orbit", found: list[np.ndarray], depth: int) -> None:
+    """Tangent maps of an arc, halved until they are well conditioned."""
+    matrix = family.lap(one, False).monodromy
+    if depth == DEEPEST or np.linalg.cond(matrix) < CONDITION:
+        found.append(matrix)
+        return
+    half = one.durations / 2
+    middle = family.at([replace(one, durations=half)], half[np.newaxis])[0][0, 0]
+    starts = np.concatenate([middle, one.starts[0, family.states :]])[np.newaxis]
+    _cut(family, replace(one, durations=half), found, depth + 1)
+    _cut(family, replace(one, starts=starts, phase=one.phase + float(half[0]), durations=half), found, depth + 1)
 
 
 def free_multipliers(family: "Family", values: np.ndarray) -> np.ndarray:
