@@ -19,8 +19,8 @@ AT_REST = 1e-9
 WATCHED = 64
 """Periods, or units of time, over which a state that only grows is told from one that comes back."""
 
-ONE_WAY = 0.9
-"""Part of its whole way by which such a state has gone on in the end, and in either half."""
+EVENLY = 0.4
+"""Part of its whole way, to and fro, by which such a state goes on in either half of that."""
 
 
 class NoOrbitError(Exception):
@@ -51,8 +51,8 @@ def admissible(orbit: "Orbit", lap: "Lap") -> bool:
     )
 
 
-def why_inadmissible(family: "Family", orbit: "Orbit", lap: "Lap") -> str:
-    """The first reason, in words."""
+def inadmissible_words(family: "Family", orbit: "Orbit", lap: "Lap") -> str:
+    """Why the system does not follow an orbit whose equations hold: the first reason."""
     system = family.plain
     for i, (mode, end, outcome) in enumerate(orbit.arcs.tolist()):
         name = system.mode_names[mode]
@@ -77,31 +77,47 @@ def at_rest(family: "Family", orbit: "Orbit") -> bool:
     return bool(np.ptp(path, axis=0).max() <= AT_REST * max(1.0, np.abs(path).max()))
 
 
-def drift(family: "Family", state: np.ndarray, mode: str) -> list[tuple[str, float]]:
-    """States that only grow, or only fall, from a state on, and by how much in a period (or a unit of time)."""
+def understood(family: "Family", state: np.ndarray, mode: str, failure: NoOrbitError) -> NoOrbitError:
+    """Why there is no orbit, from what the motion does later on: nothing at all, or a state that only grows."""
     system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
     run = Run(system, family.period or 1.0, family.numerics)
     points = [state]
     for _ in range(WATCHED):
         if run.advance(1)[0] != Outcome.OK:
-            return []
+            return failure
         points.append(run.x.copy())
+    if not family.forced and _rests(run):
+        return NoOrbitError(Outcome.EQUILIBRIUM, "the motion from the start comes to rest", failure.residuals)
+    growing = _growing(np.array(points))
+    if not growing.any():
+        return failure
+    each = "a period" if family.forced else "a unit of time"
+    net = (points[-1] - state) / WATCHED
+    told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
+    return NoOrbitError(
+        Outcome.OPEN,
+        f"the motion cannot close: {told} {each} on the average, and never back; leave a state that only grows out and "
+        "carry it as a quadrature, or write a phase as a function of time",
+        failure.residuals,
+    )
+
+
+def _rests(run: Run) -> bool:
+    """Whether nothing moves any more."""
+    system = run.system
+    rates = np.zeros(len(run.x) + len(system.quadratures))
+    mode = system.mode_names.index(run.mode)
+    system.kernels.functions[3](mode, run.elapsed, run.c, run.x, rates)
+    return bool(np.abs(rates[: len(run.x)]).max() <= AT_REST * max(1.0, float(np.abs(run.x).max())))
+
+
+def _growing(points: np.ndarray) -> np.ndarray:
+    """Which states only grow or only fall, evenly, shape (n,)."""
     steps = np.diff(points, axis=0)
     way = np.abs(steps).sum(axis=0)
-    net = steps.sum(axis=0)
-    halves = steps.reshape(2, -1, len(state)).sum(axis=1)
-    growing = (np.abs(net) > ONE_WAY * way) & (np.abs(halves) > (1 - ONE_WAY) * 4 * way).all(axis=0) & (way > 1e-6)
-    return [(name, float(net[i]) / WATCHED) for i, name in enumerate(system.state_names) if growing[i]]
-
-
-def open_words(family: "Family", growing: list[tuple[str, float]]) -> str:
-    """What keeps a motion from closing, in words."""
-    each = "a period" if family.forced else "a unit of time"
-    told = ", ".join(f"{name} by {amount:.3g}" for name, amount in growing)
-    return (
-        f"it cannot close: {told} {each} on the average, and never back; leave such a state out and carry it as a "
-        "quadrature, or write a phase as a function of time"
-    )
+    halves = np.abs(steps.reshape(2, -1, points.shape[1]).sum(axis=1))
+    size = np.maximum(np.abs(points).max(axis=0), 1.0)
+    return (halves.min(axis=0) > EVENLY * way) & (way > 1e-3 * size)
 
 
 def why_not(code: int, residuals: np.ndarray) -> str:

@@ -1,19 +1,27 @@
 """One orbit: from a guess of it to what is known of it, or to why there is none."""
 
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import branch
-from chaosdrill.engine import lap as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.describe import describe, no_orbit
+from chaosdrill.orbits.failures import (
+    NoOrbitError,
+    admissible,
+    at_rest,
+    inadmissible_words,
+    understood,
+    why_not,
+)
 from chaosdrill.orbits.family import Family, Lap
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.reading import guess_of_autonomous, guess_of_forced, settled
+from chaosdrill.orbits.reading import LONGEST_RETURN, guess_of_forced, guess_of_return, returns, settled
 from chaosdrill.orbits.results import FoundOrbit
 
 if TYPE_CHECKING:
@@ -22,28 +30,11 @@ if TYPE_CHECKING:
 READINGS = 6
 """Times that the events of a guess are read anew, at most."""
 
-AT_REST = 1e-9
-"""Part of its size by which a state moves at least along an orbit that is none of a point at rest."""
+REACHES = (0.5, 0.1)
+"""Longest corrections by one lap with which Newton's method is tried, one after the other."""
 
 SAME = 1e-7
 """Difference relative to the size of the states below which two points of an orbit are one."""
-
-
-class NoOrbitError(Exception):
-    """Why no orbit was found.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    message : str
-    residuals : ndarray
-        Of Newton's method, as far as it got.
-    """
-
-    def __init__(self, outcome: Outcome, message: str, residuals: np.ndarray | None = None) -> None:
-        super().__init__(message)
-        self.outcome, self.message = outcome, message
-        self.residuals = np.zeros(0) if residuals is None else residuals
 
 
 def find_orbit(system: "HybridSystem", period: int, start: str, transient: float, numerics: Numerics) -> FoundOrbit:
@@ -74,6 +65,9 @@ def starting_orbit(
 ) -> tuple[Family, Orbit, Lap, np.ndarray, str]:
     """The orbit near the system's initial state, or near where that leads.
 
+    On an attractor Newton's method starts where the motion comes back most nearly after the period, and there from
+    several such places. An orbit of a shorter period is given only if none of the period asked for was found.
+
     Returns
     -------
     family, orbit, lap, residuals : Family, Orbit, Lap, ndarray
@@ -89,14 +83,29 @@ def starting_orbit(
     outcome, state, mode = settled(family, transient if start == "attractor" else 0)
     if outcome != Outcome.OK:
         raise NoOrbitError(outcome, f"the run that leads to the orbit ended: {outcome.advice}")
-    orbit, lap, residuals = orbit_from_state(family, state, mode, period)
-    least, message = least_period(family, orbit)
-    if least is not orbit:
-        _, least, lap, residuals = family.solve(least)
-    return family, least, lap, residuals, message
+    places = returns(family, state, mode, period) if start == "attractor" else [(state, mode)]
+    failure, shorter = None, None
+    for (place, there), reach in product(places, REACHES):
+        try:
+            orbit, lap, residuals = orbit_from_state(family, place, there, period, reach)
+        except NoOrbitError as error:
+            failure = failure or error
+            continue
+        least, message = least_period(family, orbit)
+        if least is not orbit:
+            _, least, lap, residuals = family.solve(least)
+        if least.periods == period:
+            return family, least, lap, residuals, message
+        shorter = shorter or (family, least, lap, residuals, message)
+    if shorter is not None:
+        return shorter
+    assert failure is not None
+    raise understood(family, state, mode, failure)
 
 
-def orbit_from_state(family: Family, state: np.ndarray, mode: str, period: int) -> tuple[Orbit, Lap, np.ndarray]:
+def orbit_from_state(
+    family: Family, state: np.ndarray, mode: str, period: int, reach: float = REACHES[0]
+) -> tuple[Orbit, Lap, np.ndarray]:
     """The orbit near a state at phase 0, its arcs told from where least freedom is left.
 
     Raises
@@ -110,69 +119,38 @@ def orbit_from_state(family: Family, state: np.ndarray, mode: str, period: int) 
         if family.forced:
             outcome, guess = guess_of_forced(family, state, mode, period, values)
         else:
-            outcome, guess = guess_of_autonomous(family, state, mode, LONGEST_RETURN, values)
+            outcome, guess = guess_of_return(family, state, mode, values)
         if outcome != Outcome.OK:
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
         if guess is None:
             raise NoOrbitError(
-                Outcome.EQUILIBRIUM,
-                f"from the start the state does not move away and come back within {LONGEST_RETURN:g}",
+                Outcome.NO_ORBIT, f"the motion from the start does not come back within a time of {LONGEST_RETURN:g}"
             )
         if any(guess.same_events(old) for old in seen):
             raise failure
         seen.append(guess)
-        code, orbit, lap, residuals = family.solve(based(family, guess))
-        if code != branch.CONVERGED:
-            raise NoOrbitError(Outcome.NO_ORBIT, _why_not(code, residuals), residuals)
-        if at_rest(family, orbit):
-            raise NoOrbitError(Outcome.EQUILIBRIUM, "what is found is a point at rest, not an orbit", residuals)
+        orbit, lap, residuals = solved(family, guess, reach)
         if admissible(orbit, lap):
             return orbit, lap, residuals
-        failure = NoOrbitError(Outcome.INADMISSIBLE, why_inadmissible(family, orbit, lap), residuals)
+        failure = NoOrbitError(Outcome.INADMISSIBLE, inadmissible_words(family, orbit, lap), residuals)
         states, modes = family.strobes([orbit])
         state, mode = states[0, 0], family.plain.mode_names[modes[0, 0]]
     raise failure
 
 
-LONGEST_RETURN = 200.0
-"""Time within which a system without a period is to return."""
+def solved(family: Family, guess: Orbit, reach: float) -> tuple[Orbit, Lap, np.ndarray]:
+    """What Newton's method makes of a guess; the system need not follow it.
 
-
-def admissible(orbit: Orbit, lap: Lap) -> bool:
-    """Whether the system follows the orbit as it is written down: its guards, their order, their outcomes."""
-    events = orbit.arcs[:, at.ARC_END] >= 0
-    return bool(
-        (lap.crossed < 0).all()
-        and (lap.came == orbit.arcs[:, at.ARC_OUTCOME]).all()
-        and (orbit.durations > 0).all()
-        and (lap.speeds[events] > 0).all()
-    )
-
-
-def why_inadmissible(family: Family, orbit: Orbit, lap: Lap) -> str:
-    """The first reason, in words."""
-    system = family.plain
-    for i, (mode, end, outcome) in enumerate(orbit.arcs.tolist()):
-        name = system.mode_names[mode]
-        if lap.crossed[i] >= 0:
-            found = family.system.kernels.events[mode][lap.crossed[i]].outcomes[0]
-            return f"in mode {name!r} the guard of {system.transitions[found].name!r} is crossed on the way"
-        if not orbit.durations[i] > 0:
-            return f"the stay in mode {name!r} would last {orbit.durations[i]:.3g}"
-        if end >= 0 and lap.came[i] != outcome:
-            return f"the event {system.transitions[outcome].name!r} comes out otherwise"
-        if end >= 0 and not lap.speeds[i] > 0:
-            return f"the guard of {system.transitions[outcome].name!r} would be met from its other side"
-    return ""
-
-
-def at_rest(family: Family, orbit: Orbit) -> bool:
-    """Whether nothing moves along the orbit."""
-    if not orbit.eventless:
-        return False
-    total = float(orbit.durations.sum())
-    path = family.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0]
-    return bool(np.ptp(path, axis=0).max() <= AT_REST * max(1.0, np.abs(path).max()))
+    Raises
+    ------
+    NoOrbitError
+    """
+    code, orbit, lap, residuals = family.solve(based(family, guess), reach=reach)
+    if code != branch.CONVERGED:
+        raise NoOrbitError(Outcome.NO_ORBIT, why_not(code, residuals), residuals)
+    if at_rest(family, orbit):
+        raise NoOrbitError(Outcome.EQUILIBRIUM, "what is found is a point at rest, not an orbit", residuals)
+    return orbit, lap, residuals
 
 
 def least_period(family: Family, orbit: Orbit) -> tuple[Orbit, str]:
@@ -195,10 +173,3 @@ def least_period(family: Family, orbit: Orbit) -> tuple[Orbit, str]:
             )
             return least, f"its period is {least.periods}, not {periods}" if family.forced else ""
     return orbit, ""
-
-
-def _why_not(code: int, residuals: np.ndarray) -> str:
-    if code in (branch.SLOW, branch.SINGULAR):
-        why = "found the equations singular" if code == branch.SINGULAR else "did not converge"
-        return f"Newton's method {why}; its residuals go from {residuals[0]:.1e} to {residuals.min():.1e}"
-    return f"on the way to the orbit the run ended: {Outcome(code).advice}"

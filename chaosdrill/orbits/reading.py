@@ -66,6 +66,37 @@ def guess_of_forced(
     return outcome, _orbit(family, events, durations, periods, values, float(times[-1] % period))
 
 
+def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> list[tuple[np.ndarray, str]]:
+    """States on the motion from a state on that come back most nearly after so many periods, with their modes.
+
+    Of systems without a period: states at some distance along it.
+    """
+    system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
+    run = Run(system, family.period or 1.0, family.numerics)
+    path, modes = [state], [mode]
+    for _ in range((RECORD if family.forced else PLACES) + periods):
+        if run.advance(1)[0] != Outcome.OK:
+            break
+        path.append(run.x.copy())
+        modes.append(run.mode)
+    if not family.forced or len(path) <= periods:
+        return list(zip(path, modes, strict=True))[:PLACES]
+    states = np.array(path)
+    spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1.0))
+    away = (np.abs(states[periods:] - states[:-periods]) / spread).max(axis=1)
+    return [(path[j], modes[j]) for j in np.argsort(away, kind="stable")[:PLACES]]
+
+
+def guess_of_return(family: "Family", state: np.ndarray, mode: str, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
+    """The path from a state until it is back, as a guess of an orbit of a system without a period."""
+    outcome, guess = Outcome.OK, None
+    duration = SHORTEST_RETURN
+    while guess is None and outcome == Outcome.OK and duration <= LONGEST_RETURN:
+        outcome, guess = guess_of_autonomous(family, state, mode, duration, values)
+        duration *= 8
+    return outcome, guess
+
+
 def guess_of_autonomous(
     family: "Family", state: np.ndarray, mode: str, duration: float, values: np.ndarray
 ) -> tuple[Outcome, Orbit | None]:
@@ -101,6 +132,15 @@ def guess_of_autonomous(
     starts = np.concatenate([state, values])[np.newaxis]
     return outcome, Orbit(arcs, 1, starts, 0.0, np.array([back * unit / SAMPLES]))
 
+
+RECORD = 256
+"""Periods over which the nearest returns are looked for."""
+
+PLACES = 8
+"""Places from which an orbit near an attractor is looked for."""
+
+SHORTEST_RETURN, LONGEST_RETURN = 32.0, 2048.0
+"""Times within which a system without a period is to return: the first that is tried, and the last."""
 
 SAMPLES = 64
 """Samples a time unit, where a path without events is searched for its return."""
