@@ -20,6 +20,8 @@ _HOME = {
     "bifurcation_diagram": "chaosdrill.analysis",
     "parameter_chart": "chaosdrill.analysis",
     "basins": "chaosdrill.analysis",
+    "periodic_orbit": "chaosdrill.analysis",
+    "continue_orbit": "chaosdrill.analysis",
     "work_precision": "chaosdrill.analysis",
     "save": "chaosdrill.archive",
     "open": "chaosdrill.archive",

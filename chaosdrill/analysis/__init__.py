@@ -10,6 +10,8 @@ _HOME = {
     "bifurcation_diagram": "diagrams",
     "parameter_chart": "charts",
     "basins": "attraction",
+    "periodic_orbit": "periodic_orbits",
+    "continue_orbit": "continuation",
     "work_precision": "precision",
 }
 

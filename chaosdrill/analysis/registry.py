@@ -19,6 +19,12 @@ _ENTRIES = (
     Entry("bifurcation-diagram", "bifurcation_diagram", "section, period, exponents and outcome along a parameter"),
     Entry("parameter-chart", "parameter_chart", "period, exponents, rates, outcome and attractors over two parameters"),
     Entry("basins", "basins", "which attractor each initial state of a grid leads to, and the part that does"),
+    Entry("periodic-orbit", "periodic_orbit", "an orbit, stable or not, or all up to a period; multipliers and events"),
+    Entry(
+        "continuation",
+        "continue_orbit",
+        "branches of orbits along a parameter with what happens on them; curves in two",
+    ),
     Entry("work-precision", "work_precision", "errors against time over methods and tolerances, with a recommendation"),
 )
 

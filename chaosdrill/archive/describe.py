@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.read import open_archive
+from chaosdrill.dataset.branches import Special
 from chaosdrill.dataset.outcomes import count_outcomes
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     dict
         Plain values, ready for JSON: ``path``, ``bytes``, what the root's attributes tell of its origin, and
         ``groups``: name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
-        dimensions, dtype, units, long name) and ``outcomes`` (name -> count).
+        dimensions, dtype, units, long name), ``outcomes`` and ``special_points`` (name -> count).
 
     Raises
     ------
@@ -67,6 +68,9 @@ def _group(group: "xr.Dataset") -> dict[str, Any]:
     }
     if "outcome" in group:
         described["outcomes"] = count_outcomes(group["outcome"].values)
+    if "special_kind" in group:
+        codes = group["special_kind"].values.tolist()
+        described["special_points"] = {kind.meaning: codes.count(kind) for kind in Special if kind in codes}
     return described
 
 

@@ -30,9 +30,9 @@ def info_text(described: dict[str, Any]) -> str:
         facts = [f"{name} {content[name]}" for name in ("system", "method", "tolerance") if name in content]
         lines += ["", f"{group}  {content['kind']}  {', '.join(facts)}"]
         lines.append("  dimensions    " + ", ".join(f"{name} {size}" for name, size in content["dimensions"].items()))
-        if "outcomes" in content:
-            counts = ", ".join(f"{name} {count}" for name, count in content["outcomes"].items())
-            lines.append(f"  outcomes      {counts}")
+        for heading, key in (("outcomes", "outcomes"), ("special", "special_points")):
+            if counts := ", ".join(f"{name} {count}" for name, count in content.get(key, {}).items()):
+                lines.append(f"  {heading:<13} {counts}")
         for name, variable in content["variables"].items():
             shape = f"({', '.join(variable['dimensions'])})"
             lines.append(f"  {name + shape:<44} {variable['dtype']:<8} [{variable['units']}]  {variable['long_name']}")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from chaosdrill.cli.orbit_lines import orbit_lines
 from chaosdrill.cli.period import check_period
 from chaosdrill.cli.progress import Progress
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
@@ -65,7 +66,7 @@ def run(scene: str, output: str, workers: int, scheduler: str | None, resume: bo
         parts.finish()
     for name, node in tree.children.items():
         dataset = node.to_dataset()
-        for line in [*summary(dataset), *dataset.attrs.get("recommendation", "").splitlines()]:
+        for line in [*summary(dataset), *orbit_lines(dataset), *dataset.attrs.get("recommendation", "").splitlines()]:
             click.echo(f"{name}: {line}")
         for line in advice(dataset):
             click.echo(f"{name}: {line}", err=True)
@@ -80,7 +81,8 @@ def summary(dataset: "xr.Dataset") -> list[str]:
         if variable.ndim > 1 or not short or variable.dtype.kind not in "iuf":
             continue
         if "flag_meanings" in variable.attrs:
-            text = variable.attrs["flag_meanings"].split()[int(variable)]
+            # a negative code stands for none of them
+            text = variable.attrs["flag_meanings"].split()[int(variable)] if variable >= 0 else "none"
         else:
             text = " ".join(f"{value:.10g}" for value in variable.values.ravel())
         lines.append(f"{name} {text}")
@@ -91,8 +93,9 @@ def summary(dataset: "xr.Dataset") -> list[str]:
 
 
 def advice(dataset: "xr.Dataset") -> list[str]:
-    """What to say of points that have no result."""
-    lines = []
+    """What to say of points that have no result, and of results that need a word."""
+    lines = dataset.attrs.get("message", "").splitlines()
+    lines += [f"disagrees with itself: {line}" for line in dataset.attrs.get("disagreement", "").splitlines()]
     for name, count in count_outcomes(dataset["outcome"].values).items() if "outcome" in dataset else ():
         outcome = Outcome[name.upper()]
         if outcome > Outcome.CHAOTIC:

@@ -13,10 +13,10 @@ Steps = Annotated[int, Field(ge=4, le=10_000_000)]
 class Numerics(Strict):
     """Method, its tolerance, and the steps a period of a method with a fixed step."""
 
-    method: str = "taylor"
-    tolerance: Tolerance = 1e-12
+    method: str | None = None
+    tolerance: Tolerance | None = None
     steps: Steps | None = None
 
     def keywords(self) -> dict[str, Any]:
-        """Arguments for an analysis function."""
-        return self.model_dump()
+        """Arguments of the analysis functions that the scene gives; the rest is their defaults."""
+        return self.model_dump(exclude_unset=True)

@@ -217,10 +217,12 @@ class Scene:
                 faults[*place, "at"] = f"{self.model} has no forcing period to strobe at; name an event: {choice}"
             given = analysis.model_dump(exclude_unset=True)
             if system.period is None:
-                if "duration" not in type(analysis).model_fields:
+                if analysis.counts_periods:
                     faults[*place, "kind"] = f"{self.model} has no forcing period, in which a {analysis.kind} counts"
                 elif "periods" in given:
                     faults[*place, "periods"] = f"{self.model} has no forcing period; give duration, in units of time"
+                elif given.get("period", 1) != 1:
+                    faults[*place, "period"] = f"{self.model} has no forcing period to count in; leave it out"
             else:
                 if "duration" in given:
                     faults[*place, "duration"] = f"{self.model} has a forcing period; give periods"

@@ -112,7 +112,7 @@ def test_without_resume_nothing_is_touched(call, scene, tmp_path, unfinished):
         (
             "[analysis.s",
             "[numerics]\ntolerance = 1e-10\n[analysis.s",
-            "numerics.tolerance: 1e-12 before, 1e-10 now",
+            "numerics.tolerance: absent before, 1e-10 now",
         ),
     ],
 )
