@@ -31,6 +31,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
     n = len(system.states)
     found = np.array([orbit.outcome == Outcome.PERIODIC for orbit in orbits], dtype=bool)
     multipliers = _filled([orbit.multipliers for orbit in orbits], (n,), complex(np.nan, np.nan))
+    multipliers[~found] = complex(np.nan, np.nan)
     section = _filled([orbit.states for orbit in orbits], (0, n))
     codes = _filled([orbit.event_transitions for orbit in orbits], (0,), -1)
 

@@ -56,6 +56,9 @@ def _cascade(dataset: "xr.Dataset") -> list[str]:
     if "doubling_value" not in dataset:
         return []
     rows = zip(*(dataset[n].values for n in ("doubling_period", "doubling_value", "feigenbaum_ratio")), strict=True)
-    lines = [f"period {period} doubles at {value:.12g}, ratio {ratio:.6g}" for period, value, ratio in rows]
+    lines = [
+        f"period {period} doubles at {value:.12g}" + (f", ratio {ratio:.6g}" if ratio == ratio else "")
+        for period, value, ratio in rows
+    ]
     error = float(dataset["accumulation_error"])
     return [*lines, f"doublings accumulate at {float(dataset['accumulation']):.12g} (error {error:.1g})"]

@@ -86,7 +86,7 @@ def summary(dataset: "xr.Dataset") -> list[str]:
         else:
             text = " ".join(f"{value:.10g}" for value in variable.values.ravel())
         lines.append(f"{name} {text}")
-    if "outcome" in dataset and dataset["outcome"].ndim:
+    if "outcome" in dataset and dataset["outcome"].ndim and dataset["outcome"].size:
         counts = count_outcomes(dataset["outcome"].values)
         lines.append("outcome " + ", ".join(f"{outcome} {count}" for outcome, count in counts.items()))
     return lines
