@@ -15,6 +15,8 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.model.check import RESERVED
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.curves import curve
+from chaosdrill.orbits.find import NoOrbitError
+from chaosdrill.orbits.results import BranchResult
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -28,6 +30,9 @@ MOST_DOUBLINGS = 12
 """Doubled branches followed in a row: period 4096 times the first."""
 
 MOST_POINTS = 1_000_000
+
+STEP = 1 / 200
+"""Part of the parameter's range that is the largest step unless another one is given."""
 
 
 def continue_orbit(
@@ -58,9 +63,9 @@ def continue_orbit(
     system : HybridSystem
         System with its parameters and initial state.
     sweep : mapping of a parameter to its limits
-        ``{"eta": (0.40, 0.90)}``: the branch starts at the first limit and is followed towards the second. Two
-        parameters for a curve (``follow``): the first point to follow is looked for along the first of them, with the
-        second at the system's own value.
+        ``{"eta": (0.40, 0.90)}``: the branch starts at the system's own value and is followed both ways, to these
+        limits. Two parameters for a curve (``follow``): the first point to follow is looked for along the first of
+        them, with the second at the system's own value.
     period : int, default 1
         Period of the orbit at the start, in forcing periods; 1 for systems without forcing.
     start : {"attractor", "guess"}
@@ -72,7 +77,7 @@ def continue_orbit(
     follow : {"fold", "period_doubling", "grazing"}, optional
         The special point to follow in two parameters.
     step : float, optional
-        Largest step in the parameter; default 1/200 of its range.
+        Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
         Most points of a branch.
     method, tolerance, steps, progress
@@ -111,14 +116,19 @@ def continue_orbit(
     settle = settling(system, transient)
     doubled = whole("doublings", doublings, 0, MOST_DOUBLINGS)
     points = whole("max_points", max_points, 2, MOST_POINTS)
-    longest = None if step is None else positive("step", step)
-    _check_follow(follow, tuple(limits), doubled)
-    if len(limits) == 1:
-        ((name, pair),) = limits.items()
-        result = branches(system, name, pair, period, start, settle, doubled, longest, points, numerics, progress)
-    else:
-        pairs = np.array(list(limits.values()))
-        result = curve(system, tuple(limits), pairs, period, start, settle, follow, longest, points, numerics, progress)
+    names, pairs = tuple(limits), np.array(list(limits.values()))
+    _check_follow(follow, names, doubled)
+    longest = STEP * float(np.ptp(pairs[0])) if step is None else positive("step", step)
+    try:
+        if follow is None:
+            ends = (float(pairs[0, 0]), float(pairs[0, 1]))
+            result = branches(
+                system, names[0], ends, period, start, settle, doubled, longest, points, numerics, progress
+            )
+        else:
+            result = curve(system, names, pairs, period, start, settle, follow, longest, points, numerics, progress)
+    except NoOrbitError as fault:
+        result = BranchResult.empty(names, len(system.states), fault.outcome, fault.message)
     ds = label(branches_dataset(system, result), "continuation", system=system, settings=given)
     return ds.assign_attrs(message=result.message)
 
@@ -145,9 +155,15 @@ def _limits(system: "HybridSystem", sweep: Any) -> dict[str, tuple[float, float]
             ends = []
         if isinstance(pair, str | Mapping) or len(ends) != 2 or not np.isfinite(ends).all():
             raise SettingsError(f"sweep of {name!r} is {pair!r}; it must be two finite numbers, as in {example}")
-        if ends[0] == ends[1]:
+        low, high = sorted(ends)
+        if low == high:
             raise SettingsError(f"sweep of {name!r} is {pair!r}; its two limits must differ")
-        limits[name] = (ends[0], ends[1])
+        if not low <= system.parameters[name] <= high:
+            raise SettingsError(
+                f"{name} is {system.parameters[name]:g}, where the branch starts, but its limits are {pair!r}; "
+                "give the system a value between them"
+            )
+        limits[name] = (low, high)
     return limits
 
 

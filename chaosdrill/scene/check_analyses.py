@@ -88,7 +88,19 @@ def _check_sweep(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> l
             problems += faults
             if faults:
                 break
+        problems += _check_start(table, name, ends, system, place)
     return problems
+
+
+def _check_start(table: Mapping[str, Any], name: str, ends: Any, system: CheckedSystem, place: Path) -> list[Problem]:
+    """A branch starts at the system's own value of the parameter, which is to lie between the limits."""
+    if table["kind"] != "continuation" or not all(isinstance(end, int | float) for end in ends):
+        return []
+    own = system.parameters.get(name, (system.known or {})[name])
+    if not isinstance(own, int | float) or min(ends) == max(ends) or min(ends) <= own <= max(ends):
+        return []
+    fault = f"the branch starts where the system is, at {name} = {own:g}, which is not between start and stop"
+    return [Problem(place, fault)]
 
 
 def _check_states(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> list[Problem]:

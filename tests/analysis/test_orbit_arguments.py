@@ -59,6 +59,7 @@ BRANCHES = [
     ({"omega": "12"}, {}, ["sweep of 'omega' is '12'"]),
     ({"omega": (1, float("inf"))}, {}, ["two finite numbers"]),
     ({"omega": (2.5, 2.5)}, {}, ["its two limits must differ"]),
+    ({"omega": (2.6, 3)}, {}, ["omega is 2.5, where the branch starts", "(2.6, 3)"]),
     ({"omega": (2, 3), "wall": (0, 1)}, {}, ["follow is missing", "'fold', 'period_doubling', 'grazing'"]),
     ({"omega": (2, 3)}, {"follow": "fold"}, ["follow is 'fold'", "name the second parameter"]),
     ({"omega": (2, 3), "wall": (0, 1)}, {"follow": "torus"}, ["follow is 'torus'"]),

@@ -140,19 +140,7 @@ def test_a_cascade_is_kept(oscillator):
 
 
 def test_no_branch_is_a_dataset_too(oscillator):
-    nothing = BranchResult(
-        parameters=("omega",),
-        values=np.zeros((0, 1)),
-        **{name: np.zeros(0, dtype=np.int64) for name in ("branch", "period", "mode", "special", "sequence", "stable")},
-        **{name: np.zeros(0) for name in ("arclength", "smallest_speed", "residual")},
-        section=np.zeros((0, 0, 2)),
-        multipliers=np.zeros((0, 2), dtype=complex),
-        sequences=(),
-        branches=(),
-        events=(),
-        outcome=Outcome.EQUILIBRIUM,
-        message="at rest",
-    )
+    nothing = BranchResult.empty(("omega",), 2, Outcome.EQUILIBRIUM, "at rest")
     ds = labelled(oscillator, branches_dataset(oscillator, nothing), "continuation", sweep={"omega": 0})
     assert ds.sizes["point"] == ds.sizes["branch_number"] == 0
     assert int(ds["outcome"]) == Outcome.EQUILIBRIUM

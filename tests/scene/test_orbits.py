@@ -8,6 +8,7 @@ from chaosdrill.scene import parse_scene
 SCENE = """\
 [system]
 model = "impact-oscillator"
+parameters = { omega = 2.5, wall = 0.2 }
 [analysis.orbit]
 kind = "periodic-orbit"
 period = 2
@@ -30,22 +31,27 @@ follow = "grazing"
 """
 
 CASES = [
-    ("period = 2", "period = 0", "5: analysis.orbit.period: must be at least 1, received 0"),
-    ("period = 2", "max_period = 2", '3: analysis.orbit: start = "search" is missing, without which max_period says'),
-    ('"guess"', '"rest"', "6: analysis.orbit.start: Input should be 'attractor', 'guess' or 'search', received 'rest'"),
-    ("max_period = 4", "", '7: analysis.all: start = "search" needs max_period'),
-    ("max_period = 4", "max_period = 4\nperiod = 1", '7: analysis.all: start = "search" looks for all periods'),
-    ("x = [-1, 0.2]", "z = [-1, 0.2]", "11: analysis.all.random.z: unknown state; known here: x, v"),
-    ("sweep.omega = { start = 2.6", "sweep.omeg = { start = 2.6", "14: analysis.branch.sweep.omeg: unknown parameter"),
-    ("stop = 2.4 }", "stop = 2.6 }", "14: analysis.branch.sweep.omega: start and stop are the same"),
-    ("stop = 2.4 }", "stop = 2.4, num = 9 }", "14: analysis.branch.sweep.omega.num: unknown key; leave it out"),
-    ("{ start = 2.6, stop = 2.4 }", "[2.6, 2.4]", "14: analysis.branch.sweep.omega: expected a table"),
-    ("doublings = 3", "doublings = 40", "15: analysis.branch.doublings: must be at most 12, received 40"),
-    ("step = 1e-3", "step = 0.0", "16: analysis.branch.step: must be greater than 0, received 0.0"),
-    ("step = 1e-3", 'follow = "fold"', "12: analysis.branch: follow needs a second parameter"),
-    ('follow = "grazing"', "", "17: analysis.curve: sweep names two parameters: say with follow"),
-    ('follow = "grazing"', 'follow = "fold"\ndoublings = 1', "17: analysis.curve: a curve in two parameters has no"),
-    ('"grazing"', '"torus"', "21: analysis.curve.follow: Input should be 'fold', 'period_doubling' or 'grazing'"),
+    ("period = 2", "period = 0", "6: analysis.orbit.period: must be at least 1, received 0"),
+    ("period = 2", "max_period = 2", '4: analysis.orbit: start = "search" is missing, without which max_period says'),
+    ('"guess"', '"rest"', "7: analysis.orbit.start: Input should be 'attractor', 'guess' or 'search', received 'rest'"),
+    ("max_period = 4", "", '8: analysis.all: start = "search" needs max_period'),
+    ("max_period = 4", "max_period = 4\nperiod = 1", '8: analysis.all: start = "search" looks for all periods'),
+    ("x = [-1, 0.2]", "z = [-1, 0.2]", "12: analysis.all.random.z: unknown state; known here: x, v"),
+    ("sweep.omega = { start = 2.6", "sweep.omeg = { start = 2.6", "15: analysis.branch.sweep.omeg: unknown parameter"),
+    ("stop = 2.4 }", "stop = 2.6 }", "15: analysis.branch.sweep.omega: start and stop are the same"),
+    (
+        "stop = 2.4 }",
+        "stop = 2.55 }",
+        "15: analysis.branch.sweep.omega: the branch starts where the system is, at omega",
+    ),
+    ("stop = 2.4 }", "stop = 2.4, num = 9 }", "15: analysis.branch.sweep.omega.num: unknown key; leave it out"),
+    ("{ start = 2.6, stop = 2.4 }", "[2.6, 2.4]", "15: analysis.branch.sweep.omega: expected a table"),
+    ("doublings = 3", "doublings = 40", "16: analysis.branch.doublings: must be at most 12, received 40"),
+    ("step = 1e-3", "step = 0.0", "17: analysis.branch.step: must be greater than 0, received 0.0"),
+    ("step = 1e-3", 'follow = "fold"', "13: analysis.branch: follow needs a second parameter"),
+    ('follow = "grazing"', "", "18: analysis.curve: sweep names two parameters: say with follow"),
+    ('follow = "grazing"', 'follow = "fold"\ndoublings = 1', "18: analysis.curve: a curve in two parameters has no"),
+    ('"grazing"', '"torus"', "22: analysis.curve.follow: Input should be 'fold', 'period_doubling' or 'grazing'"),
 ]
 
 
@@ -66,6 +72,7 @@ def test_faults(faults, old, new, message):
 
 def test_periods_are_not_counted_without_forcing():
     text = SCENE[: SCENE.index("[analysis.all]")].replace("impact-oscillator", "roessler")
-    with pytest.raises(SceneError, match=r"5: analysis\.orbit\.period: roessler has no forcing period"):
+    text = text.replace("parameters = { omega = 2.5, wall = 0.2 }", "")
+    with pytest.raises(SceneError, match=r"6: analysis\.orbit\.period: roessler has no forcing period"):
         _ = parse_scene(text).system
     assert parse_scene(text.replace("period = 2\n", "transient = 12.5\n")).system.name == "roessler"
