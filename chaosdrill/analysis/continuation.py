@@ -14,7 +14,6 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.check import RESERVED
 from chaosdrill.orbits.branches import branches
-from chaosdrill.orbits.curves import curve
 from chaosdrill.orbits.find import NoOrbitError
 from chaosdrill.orbits.results import BranchResult
 
@@ -71,7 +70,7 @@ def continue_orbit(
     start : {"attractor", "guess"}
         Where the orbit at the start is looked for, as in `periodic_orbit`.
     transient : int or float, default 200
-        Forcing periods (or time, without forcing) to run first, for ``start="attractor"``.
+        Forcing periods (without forcing: time, rounded up) to run first, for ``start="attractor"``.
     doublings : int, default 0
         How many times in a row the branch of doubled period is followed too, from the period doubling met first.
     follow : {"fold", "period_doubling", "grazing"}, optional
@@ -126,6 +125,8 @@ def continue_orbit(
                 system, names[0], ends, period, start, settle, doubled, longest, points, numerics, progress
             )
         else:
+            from chaosdrill.orbits.curves import curve
+
             result = curve(system, names, pairs, period, start, settle, follow, longest, points, numerics, progress)
     except NoOrbitError as fault:
         result = BranchResult.empty(names, len(system.states), fault.outcome, fault.message)

@@ -33,11 +33,11 @@ def orbit_period(system: "HybridSystem", period: Any) -> int:
     return count
 
 
-def settling(system: "HybridSystem", transient: Any) -> float:
-    """Forcing periods, or time without forcing, that are run before an orbit is looked for."""
+def settling(system: "HybridSystem", transient: Any) -> int:
+    """Forcing periods to run before an orbit is looked for; without forcing units of time, rounded up."""
     if system.period is not None:
         return whole("transient", transient, 0)
     time = real(transient)
     if not 0 <= time < np.inf:
         raise SettingsError(f"transient is {transient!r}; it must be a finite time >= 0")
-    return time
+    return whole("transient", np.ceil(time), 0)

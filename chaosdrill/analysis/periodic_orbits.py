@@ -13,7 +13,6 @@ from chaosdrill.dataset import label
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.orbits.find import find_orbit
-from chaosdrill.orbits.search import search
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -53,7 +52,7 @@ def periodic_orbit(
         Where Newton's method starts: from where a run has come to after ``transient``; from the system's initial state
         (at phase 0); or from many states, for all orbits up to ``max_period``.
     transient : int or float, default 200
-        Forcing periods (or time, without forcing) to run first, for ``start="attractor"``.
+        Forcing periods (without forcing: time, rounded up) to run first, for ``start="attractor"``.
     max_period : int, optional
         Longest period of a search, in forcing periods.
     seeds, random : optional
@@ -90,6 +89,8 @@ def periodic_orbit(
     period = orbit_period(system, period)
     settle = settling(system, transient)
     if start == "search":
+        from chaosdrill.orbits.search import search
+
         longest = _longest(system, period, max_period)
         chosen = make_seeds(system, seeds, random, needed=False)
         given |= chosen.settings

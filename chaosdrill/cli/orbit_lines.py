@@ -60,5 +60,5 @@ def _cascade(dataset: "xr.Dataset") -> list[str]:
         f"period {period} doubles at {value:.12g}" + (f", ratio {ratio:.6g}" if ratio == ratio else "")
         for period, value, ratio in rows
     ]
-    error = float(dataset["accumulation_error"])
-    return [*lines, f"doublings accumulate at {float(dataset['accumulation']):.12g} (error {error:.1g})"]
+    limit, error = float(dataset["accumulation"]), float(dataset["accumulation_error"])
+    return [*lines, f"doublings accumulate at {limit:.12g} (error {error:.1g})"] if limit == limit else lines
