@@ -89,11 +89,11 @@ def periodic_orbit(
     period = orbit_period(system, period)
     settle = settling(system, transient)
     if start == "search":
-        from chaosdrill.orbits.search import search
-
         longest = _longest(system, period, max_period)
         chosen = make_seeds(system, seeds, random, needed=False)
         given |= chosen.settings
+        from chaosdrill.orbits.search import search
+
         found = search(system, longest, chosen.starts, chosen.modes, numerics, progress)
         ds = orbits_dataset(system, found)
         message = numbered(orbit.message for orbit in found)
