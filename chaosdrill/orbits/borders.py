@@ -8,6 +8,7 @@ through the same path at the border (di Bernardo, Budd, Champneys and Kowalczyk 
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +36,9 @@ BESIDE = (0.0, 1e-11, -1e-11, 1e-9, -1e-9, 1e-7, -1e-7, 1e-5, -1e-5)
 
 NEAR = 0.1
 """Distance from the border, in the norm of the weights, within which an orbit belongs to it."""
+
+MOST_TRIED = 60
+"""Sequences of events that are tried behind a border."""
 
 PROBE = 1e-5
 """Step along a new branch that tells which way leads away from the border."""
@@ -117,14 +121,22 @@ def reason(family: "Family", border: Border) -> tuple[Special, str]:
 def go_on(family: "Family", border: Border, weights_of: "WeightsOf") -> Continuation | None:
     """An orbit behind a border with another sequence of events, if there is one that begins there."""
     tried = [border.good]
-    for guess in _guesses(family, border):
-        if len(guess) == 0 or any(_same_cycle(guess, old) for old in tried):
+    further: list[Orbit] = []
+    for guess in chain(_guesses(family, border), _emptied(further)):
+        if len(tried) > MOST_TRIED:
+            break
+        if any(_same_cycle(guess, old) for old in tried):
             continue
         tried.append(guess)
-        found = _branch_from(family, guess, border, weights_of)
+        found = _branch_from(family, guess, border, weights_of, further)
         if found is not None:
             return found
     return None
+
+
+def _emptied(queue: "list[Orbit]") -> "Iterator[Orbit]":
+    while queue:
+        yield queue.pop(0)
 
 
 def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Special, str]:
@@ -206,8 +218,14 @@ def _same_cycle(one: "Orbit", other: "Orbit") -> bool:
     )
 
 
-def _branch_from(family: "Family", guess: "Orbit", border: Border, weights_of: "WeightsOf") -> Continuation | None:
-    """The branch of orbits with the events of a guess that begins at a border, some way along it."""
+def _branch_from(
+    family: "Family", guess: "Orbit", border: Border, weights_of: "WeightsOf", further: "list[Orbit]"
+) -> Continuation | None:
+    """The branch of orbits with the events of a guess that begins at a border, some way along it.
+
+    Where its orbits cross yet another guard, as two do at once on a symmetric orbit, the system's own path from there
+    is added to ``further`` guesses.
+    """
     guess = based(family, guess)
     lap = family.lap(guess)
     if lap.outcome != 0 or not np.isfinite(lap.equations).all():
@@ -218,11 +236,12 @@ def _branch_from(family: "Family", guess: "Orbit", border: Border, weights_of: "
     for length in STEPS:
         start = family.moved(guess, lap, length * direction)
         code, orbit, seen, _ = family.solve(start, conditions, ON_CHORD)
-        if (
-            code != branch.CONVERGED
-            or not admissible(orbit, seen)
-            or distance(family, orbit, border.good, weights) > NEAR
-        ):
+        if code != branch.CONVERGED or distance(family, orbit, border.good, weights) > NEAR:
+            continue
+        if not admissible(orbit, seen):
+            if length and admissible(orbit, replace(seen, crossed=np.full(len(orbit), -1))):
+                fuller = _own_path(family, orbit, orbit.starts[0, family.states :])
+                further += [] if fuller is None else [fuller]
             continue
         ahead = _away(family, orbit, seen, border, weights)
         if ahead is not None:

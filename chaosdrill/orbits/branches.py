@@ -69,23 +69,20 @@ def branches(
         Without points, and with the reason in its outcome and message, if there is no orbit to start with.
     """
     try:
-        family, orbit, lap, _, message = starting_orbit(system, (parameter,), period, start, transient, numerics)
+        family, orbit, lap, _, _ = starting_orbit(system, (parameter,), period, start, transient, numerics)
     except NoOrbitError as failure:
         return nothing(system, (parameter,), failure.outcome, failure.message)
     span = limits[1] - limits[0]
     frame = Frame(limits, step / span, max_points)
     weights = WeightsOf(family, frame.spans)(orbit)
     direction = family.direction(orbit, lap, weights)
-    if float(np.linalg.norm((weights * direction)[:-1])) < NO_EFFECT:
-        point = replace(frame, most=1)
-        only = Planned(grow(family, orbit, direction, point), -1, message)
-        only.grown.end, only.grown.words = BranchEnd.NO_EFFECT, BranchEnd.NO_EFFECT.advice
-        return collect(family, (parameter,), [only], None)
     forward = grow(family, orbit, direction, frame)
     if forward.end == BranchEnd.CLOSED:
         whole = forward
     else:
         whole = _joined(grow(family, orbit, -direction, frame, tuple(forward.stretches)), forward)
+    if not whole.marks and _unmoved(whole, weights):
+        whole.end, whole.words = BranchEnd.NO_EFFECT, BranchEnd.NO_EFFECT.advice
     value = system.parameters[parameter]
     planned = [Planned(whole, -1, f"an orbit of period {orbit.periods} at {parameter} = {value:g}")]
     _report(progress, planned, doublings)
@@ -105,6 +102,11 @@ def branches(
         generation = following
         _report(progress, planned, doublings)
     return collect(family, (parameter,), planned, _longest_cascade(family, planned) if doublings else None)
+
+
+def _unmoved(grown: Grown, weights: np.ndarray) -> bool:
+    """Whether nothing of an orbit changes along a branch but the parameter."""
+    return all(float(np.abs((s.directions * weights)[:, :-1]).max(initial=0.0)) < NO_EFFECT for s in grown.stretches)
 
 
 def _report(progress: Progress | None, planned: list[Planned], doublings: int) -> None:

@@ -139,7 +139,7 @@ def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, know
         beyond = go_on(family, border, weights_of)
         if beyond is None:
             kind, text = reason(family, border)
-            _close(grown, border, kind, f"{text}; the branch ends" if text else "")
+            _close(grown, border, kind, f"{text}; the branch ends" if text else _lost(stretch))
             return grown
         kind, text = what_changed(family, border.good, beyond.orbit)
         way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
@@ -151,6 +151,18 @@ def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, know
             return grown
     grown.words = f"more than {MOST_BORDERS} changes of the sequence of events"
     return grown
+
+
+LONGER = 3.0
+"""Growth of the duration along a stretch that tells of an orbit which comes to pass by a point at rest."""
+
+
+def _lost(stretch: Stretch) -> str:
+    """Words for a branch that Newton's method could not follow, where its durations show why."""
+    durations = stretch.durations.sum(axis=1)
+    if durations[-1] > LONGER * durations[0]:
+        return f"the duration grows without bound, to {durations[-1]:.3g}: the orbit comes to connect a point at rest"
+    return ""
 
 
 def _shifted(stretch: Stretch, length: float) -> Stretch:

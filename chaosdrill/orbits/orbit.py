@@ -70,7 +70,7 @@ class Orbit:
     def repeated(self, times: int) -> "Orbit":
         """The same path, gone through several times."""
         if (self.arcs[:, lap.ARC_END] == lap.PLANE).all():
-            return replace(self, periods=1, durations=self.durations * times)
+            return replace(self, periods=self.periods * times, durations=self.durations * times)
         return Orbit(
             np.tile(self.arcs, (times, 1)),
             self.periods * times,
