@@ -84,9 +84,9 @@ def collect(
 
 def _table(family: "Family", stretch: "Stretch", rank: int, number: int, sequence: int) -> dict[str, np.ndarray]:
     points, d = len(stretch), family.states
-    orbits = [stretch.orbit(k) for k in range(points)]
-    section, modes = family.strobes(orbits)
-    values = multipliers(family, orbits[0], stretch.monodromies, rank)
+    first = stretch.orbit(0)
+    section, modes = family.strobes_along(first, stretch.starts, stretch.phases, stretch.durations)
+    values = multipliers(family, first, stretch.monodromies, rank)
     # at grazing the map has no derivative on the side where the guard is crossed
     values[stretch.speeds.min(axis=1) < TANGENT] = complex(np.nan, np.nan)
     return {

@@ -9,6 +9,7 @@ import sympy
 from chaosdrill.engine import lap as at
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.period import forcing_periods
 from chaosdrill.engine.setup import bounds_of, event_tables, integer_settings, real_settings, workspace
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import differentiate
@@ -111,10 +112,11 @@ class Family:
 
     def period_at(self, orbit: Orbit) -> float | None:
         """Forcing period of an orbit."""
-        if not self.forced:
-            return None
-        values = dict(zip(self.free, orbit.starts[0, self.states :].tolist(), strict=True))
-        return self.plain.with_parameters(**values).forcing_period()
+        return float(self.periods_at(orbit.starts[:1, self.states :])[0]) if self.forced else None
+
+    def periods_at(self, values: np.ndarray) -> np.ndarray:
+        """Forcing periods at values of the free parameters, shapes (P,) and (P, q)."""
+        return forcing_periods(self.plain, dict(zip(self.free, values.T, strict=True)), len(values))
 
     def columns(self, orbit: Orbit) -> int:
         """Number of reduced unknowns."""
@@ -226,28 +228,39 @@ class Family:
         states : ndarray, shape (P, K, d)
         modes : ndarray of int, shape (P, K)
         """
-        from chaosdrill.engine.walk import walk
-
-        sizes, _, _, _, room = self._prepare(orbits[0])
-        states = np.zeros((*instants.shape, len(self.system.states)))
-        modes = np.zeros(instants.shape, dtype=np.int64)
-        walk(
-            *self._kernels(), self._machine, sizes, orbits[0].arcs, np.array([o.starts for o in orbits]),
-            np.array([o.phase for o in orbits]), np.array([o.durations for o in orbits]), instants, states, modes, room,
-            self._scratch,
-        )  # fmt: skip
-        return states[:, :, : self.states], modes
+        starts, phases, durations = _stacked(orbits)
+        return self._walk(orbits[0], starts, phases, durations, instants)
 
     def strobes(self, orbits: "Sequence[Orbit]") -> tuple[np.ndarray, np.ndarray]:
         """States (P, k, d) at phase 0 of every forcing period, in the order in which they come, and modes (P, k).
 
         Of systems without a period: the states at the starts of the first arcs.
         """
+        return self.strobes_along(orbits[0], *_stacked(orbits))
+
+    def strobes_along(
+        self, orbit: Orbit, starts: np.ndarray, phases: np.ndarray, durations: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same of P orbits with the arcs of one, from their starts (P, N, d + q), phases (P,), durations (P, N)."""
         if not self.forced:
-            return self.at(orbits, np.zeros((len(orbits), 1)))
-        periods = np.array([self.period_at(o) for o in orbits])
-        first = -np.array([o.phase for o in orbits]) % periods
-        return self.at(orbits, first[:, np.newaxis] + periods[:, np.newaxis] * np.arange(orbits[0].periods))
+            return self._walk(orbit, starts, phases, durations, np.zeros((len(phases), 1)))
+        periods = self.periods_at(starts[:, 0, self.states :])
+        instants = (-phases % periods)[:, np.newaxis] + periods[:, np.newaxis] * np.arange(orbit.periods)
+        return self._walk(orbit, starts, phases, durations, instants)
+
+    def _walk(
+        self, orbit: Orbit, starts: np.ndarray, phases: np.ndarray, durations: np.ndarray, instants: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        from chaosdrill.engine.walk import walk
+
+        sizes, _, _, _, room = self._prepare(orbit)
+        states = np.zeros((*instants.shape, len(self.system.states)))
+        modes = np.zeros(instants.shape, dtype=np.int64)
+        walk(
+            *self._kernels(), self._machine, sizes, orbit.arcs, np.ascontiguousarray(starts),
+            np.ascontiguousarray(phases), np.ascontiguousarray(durations), instants, states, modes, room, self._scratch,
+        )  # fmt: skip
+        return states[:, :, : self.states], modes
 
     def _kernels(self) -> tuple[Any, ...]:
         from chaosdrill.engine.stepper import stepper
@@ -292,6 +305,10 @@ class Family:
         equations, sensitivity, monodromy, speeds, seen, met = (a.copy() for a in found)
         monodromy = monodromy[: self.states, : self.states]
         return Lap(outcome, residual, equations, sensitivity, monodromy, speeds, seen[:, 0], seen[:, 1], met)
+
+
+def _stacked(orbits: "Sequence[Orbit]") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return tuple(np.array([getattr(o, name) for o in orbits]) for name in ("starts", "phase", "durations"))  # type: ignore[return-value]
 
 
 def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
