@@ -36,6 +36,9 @@ REACHES = (0.5, 0.1)
 SAME = 1e-7
 """Difference relative to the size of the states below which two points of an orbit are one."""
 
+MOST_TURNS = 64
+"""Times that an orbit of a smooth flow may have been gone through, at most."""
+
 
 def find_orbit(system: "HybridSystem", period: int, start: str, transient: float, numerics: Numerics) -> FoundOrbit:
     """One orbit with all that is known of it, or why there is none.
@@ -138,7 +141,7 @@ def orbit_from_state(
     raise failure
 
 
-def solved(family: Family, guess: Orbit, reach: float) -> tuple[Orbit, Lap, np.ndarray]:
+def solved(family: Family, guess: Orbit, reach: float = REACHES[0]) -> tuple[Orbit, Lap, np.ndarray]:
     """What Newton's method makes of a guess; the system need not follow it.
 
     Raises
@@ -156,6 +159,8 @@ def solved(family: Family, guess: Orbit, reach: float) -> tuple[Orbit, Lap, np.n
 def least_period(family: Family, orbit: Orbit) -> tuple[Orbit, str]:
     """The same orbit gone through once, and a remark if it was asked for with a multiple of its period."""
     count, periods = len(orbit), orbit.periods
+    if not family.forced and orbit.eventless:
+        return _one_turn(family, orbit), ""
     size = np.maximum(np.abs(orbit.starts).max(axis=0), 1e-6)
     parts = periods if family.forced else count
     for times in range(parts, 1, -1):
@@ -173,3 +178,14 @@ def least_period(family: Family, orbit: Orbit) -> tuple[Orbit, str]:
             )
             return least, f"its period is {least.periods}, not {periods}" if family.forced else ""
     return orbit, ""
+
+
+def _one_turn(family: Family, orbit: Orbit) -> Orbit:
+    """An orbit that is one arc of a smooth flow, gone through once."""
+    d = family.states
+    turns = np.arange(MOST_TURNS, 1, -1)
+    ends = float(orbit.durations[0]) / turns
+    states = family.at([orbit], ends[np.newaxis])[0][0]
+    size = np.maximum(np.abs(orbit.starts[0, :d]), 1e-6)
+    back = np.flatnonzero((np.abs(states - orbit.starts[0, :d]) / size).max(axis=1) < SAME)
+    return replace(orbit, durations=ends[back[:1]]) if len(back) else orbit

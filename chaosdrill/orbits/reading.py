@@ -63,7 +63,7 @@ def guess_of_forced(
     if not len(events):
         return outcome, _eventless(family, state, mode, periods, values, period)
     durations = np.diff(times, prepend=times[-1] - periods * period)
-    return outcome, _orbit(family, events, durations, periods, values, float(times[-1] % period))
+    return outcome, orbit_of_events(family, events, durations, periods, values, float(times[-1] % period))
 
 
 def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> list[tuple[np.ndarray, str]]:
@@ -118,7 +118,7 @@ def guess_of_autonomous(
             return outcome, None
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
         durations = np.diff(times)[:last]
-        return outcome, _orbit(family, events[1 : last + 1], durations, 1, values, 0.0)
+        return outcome, orbit_of_events(family, events[1 : last + 1], durations, 1, values, 0.0)
     path = np.vstack([state, samples[: run.filled()[0], :d]])
     away = np.abs(path - state).max(axis=1)
     size = np.abs(path - path.mean(axis=0)).max()
@@ -181,7 +181,7 @@ def _events(run: Run, periods: int, samples: np.ndarray | None = None) -> tuple[
     return outcome, rows[changing[rows[:, layout.EVENT_KIND].astype(int)]] if len(rows) else rows
 
 
-def _orbit(
+def orbit_of_events(
     family: "Family", events: np.ndarray, durations: np.ndarray, periods: int, values: np.ndarray, phase: float
 ) -> Orbit:
     d = family.states
