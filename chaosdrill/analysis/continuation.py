@@ -14,8 +14,6 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.check import RESERVED
 from chaosdrill.orbits.branches import branches
-from chaosdrill.orbits.find import NoOrbitError
-from chaosdrill.orbits.results import BranchResult
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -118,18 +116,13 @@ def continue_orbit(
     names, pairs = tuple(limits), np.array(list(limits.values()))
     _check_follow(follow, names, doubled)
     longest = STEP * float(np.ptp(pairs[0])) if step is None else positive("step", step)
-    try:
-        if follow is None:
-            ends = (float(pairs[0, 0]), float(pairs[0, 1]))
-            result = branches(
-                system, names[0], ends, period, start, settle, doubled, longest, points, numerics, progress
-            )
-        else:
-            from chaosdrill.orbits.curves import curve
+    if follow is None:
+        ends = (float(pairs[0, 0]), float(pairs[0, 1]))
+        result = branches(system, names[0], ends, period, start, settle, doubled, longest, points, numerics, progress)
+    else:
+        from chaosdrill.orbits.curves import curve
 
-            result = curve(system, names, pairs, period, start, settle, follow, longest, points, numerics, progress)
-    except NoOrbitError as fault:
-        result = BranchResult.empty(names, len(system.states), fault.outcome, fault.message)
+        result = curve(system, names, pairs, period, start, settle, follow, longest, points, numerics, progress)
     ds = label(branches_dataset(system, result), "continuation", system=system, settings=given)
     return ds.assign_attrs(message=result.message)
 

@@ -51,7 +51,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
         "multiplier_real": (over("multiplier"), multipliers.real),
         "multiplier_imag": (over("multiplier"), multipliers.imag),
         "rank": each((orbit.rank for orbit in orbits), 0, np.int32),
-        "stable": each(is_stable(multipliers, autonomous=system.period is None), 0, np.int8),
+        "stable": each(is_stable(multipliers, forced=system.period is not None), 0, np.int8),
         "residual": each((orbit.residual for orbit in orbits), np.nan),
         "newton_residual": (over("iteration"), _filled([orbit.newton for orbit in orbits], (0,))),
         "event_count": ("orbit", np.array([len(orbit.event_times) for orbit in orbits], dtype=np.int32)),

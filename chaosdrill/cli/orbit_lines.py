@@ -3,6 +3,8 @@
 import json
 from typing import TYPE_CHECKING
 
+from chaosdrill.dataset.branches import Special
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -35,7 +37,6 @@ def _branch(dataset: "xr.Dataset", number: int) -> list[str]:
     """A branch from its start to its end, with its special points between."""
     own = dataset["branch"].values == number
     parameters = list(json.loads(dataset.attrs["settings"])["sweep"])
-    kinds = dataset["special_kind"].attrs["flag_meanings"].split()
     first = dataset.isel(branch_number=number)
     lines = [
         f"branch {number}: period {int(first['branch_period'])}, {int(own.sum())} points, "
@@ -46,10 +47,12 @@ def _branch(dataset: "xr.Dataset", number: int) -> list[str]:
             there = [dataset[name].values[i] for name in ("special_value", "special_value_2")[: len(parameters)]]
             place = ", ".join(f"{name} = {value:.12g}" for name, value in zip(parameters, there, strict=True))
             error = f"(error {dataset['special_error'].values[i]:.1g})"
-            kind = kinds[int(dataset["special_kind"].values[i])].replace("_", " ")
-            lines.append(f"  {kind} at {place} {error}: {dataset['special_text'].values[i]}")
-    end = dataset["branch_end"].attrs["flag_meanings"].split()[int(first["branch_end"])].replace("_", " ")
-    return [*lines, f"  end, {end}: {first['branch_end_text'].item()}"]
+            kind = Special(int(dataset["special_kind"].values[i]))
+            text = str(dataset["special_text"].values[i])
+            lines.append(
+                f"  {kind.meaning.replace('_', ' ')} at {place} {error}" + (f": {text}" if text != kind.words else "")
+            )
+    return [*lines, f"  end: {first['branch_end_text'].item()}"]
 
 
 def _cascade(dataset: "xr.Dataset") -> list[str]:

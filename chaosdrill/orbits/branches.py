@@ -14,8 +14,9 @@ from chaosdrill.orbits.collect import Planned, collect, nothing
 from chaosdrill.orbits.doubling import doubled
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
 from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
-from chaosdrill.orbits.multipliers import free_multipliers, multipliers
+from chaosdrill.orbits.multipliers import multipliers
 from chaosdrill.orbits.results import BranchResult, Cascade
+from chaosdrill.orbits.stability import is_stable
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -170,7 +171,7 @@ def _beside_stable(family: "Family", grown: Grown, mark: Mark) -> bool:
     stretch = grown.stretches[mark.stretch]
     beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(stretch)]
     values = multipliers(family, stretch.orbit(0), stretch.monodromies[beside], grown.ranks[mark.stretch])
-    return bool((np.abs(free_multipliers(family, values)) < 1).all(axis=-1).any())
+    return bool(is_stable(values, forced=family.forced).any())
 
 
 def _reached(planned: list[Planned], parent: int, mark: Mark, frame: Frame) -> bool:

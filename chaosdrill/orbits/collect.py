@@ -8,9 +8,10 @@ import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.family import Family
-from chaosdrill.orbits.multipliers import free_multipliers, multipliers
+from chaosdrill.orbits.multipliers import multipliers
 from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, SpecialPoint
+from chaosdrill.orbits.stability import is_stable
 from chaosdrill.orbits.verify import verify
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def _table(family: "Family", stretch: "Stretch", rank: int, number: int, sequenc
         "section": section,
         "mode": modes[:, 0],
         "multipliers": values,
-        "stable": (np.abs(free_multipliers(family, values)) < 1).all(axis=-1),
+        "stable": is_stable(values, forced=family.forced),
         "special": stretch.special,
         "sequence": np.full(points, sequence),
         "smallest_speed": stretch.speeds.min(axis=1),

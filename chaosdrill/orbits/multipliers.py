@@ -156,12 +156,3 @@ def _cut(family: "Family", one: "Orbit", found: list[np.ndarray], depth: int) ->
     starts = np.concatenate([middle, one.starts[0, family.states :]])[np.newaxis]
     _cut(family, replace(one, durations=half), found, depth + 1)
     _cut(family, replace(one, starts=starts, phase=one.phase + float(half[0]), durations=half), found, depth + 1)
-
-
-def free_multipliers(family: "Family", values: np.ndarray) -> np.ndarray:
-    """The multipliers without the one of the flow direction, which is 1 on every orbit of a system without a period."""
-    if family.forced:
-        return values
-    flow = np.abs(values - 1).argmin(axis=-1)[..., np.newaxis]
-    kept = np.arange(values.shape[-1]) != flow
-    return values[kept].reshape(*values.shape[:-1], values.shape[-1] - 1)

@@ -236,28 +236,3 @@ class BranchResult:
     cascade: Cascade | None = None
     outcome: Outcome = Outcome.PERIODIC
     message: str = ""
-
-    @classmethod
-    def empty(cls, parameters: tuple[str, ...], states: int, outcome: Outcome, message: str) -> "BranchResult":
-        """No branch at all, and why: there was no orbit to start from."""
-        whole, real = np.zeros(0, dtype=np.int64), np.zeros(0)
-        return cls(
-            parameters=parameters,
-            values=np.zeros((0, len(parameters))),
-            branch=whole,
-            arclength=real,
-            period=whole,
-            section=np.zeros((0, 0, states)),
-            mode=whole,
-            multipliers=np.zeros((0, states), dtype=complex),
-            stable=np.zeros(0, dtype=bool),
-            special=whole,
-            sequence=whole,
-            sequences=(),
-            smallest_speed=real,
-            residual=real,
-            branches=(),
-            events=(),
-            outcome=outcome,
-            message=message,
-        )

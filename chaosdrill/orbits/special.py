@@ -14,7 +14,8 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
 from chaosdrill.engine.setup import pins
-from chaosdrill.orbits.multipliers import free_multipliers, multipliers
+from chaosdrill.orbits.multipliers import multipliers
+from chaosdrill.orbits.stability import free_multipliers
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
@@ -58,7 +59,7 @@ def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tupl
     if len(stretch) < 2:
         return []
     orbit = stretch.orbit(0)
-    values = free_multipliers(family, multipliers(family, orbit, stretch.monodromies, rank))
+    values = free_multipliers(multipliers(family, orbit, stretch.monodromies, rank), forced=family.forced)
     doubling = doubling_test(family, orbit, stretch.monodromies)
     torus, turns = torus_test(values), turning_pair(values)
     found = [(k, Special.FOLD) for k in _changes(stretch.directions[:, -1])]
@@ -91,7 +92,9 @@ def locate(
             return float(family.direction(orbit, lap, weights, chord)[-1])
         if kind == Special.PERIOD_DOUBLING:
             return float(doubling_test(family, orbit, lap.monodromy))
-        return float(torus_test(free_multipliers(family, multipliers(family, orbit, lap.monodromy, rank))))
+        return float(
+            torus_test(free_multipliers(multipliers(family, orbit, lap.monodromy, rank), forced=family.forced))
+        )
 
     low, high = value(0.0), value(1.0)
     if low * high > 0:

@@ -3,23 +3,27 @@
 import numpy as np
 
 
-def is_stable(multipliers: np.ndarray, *, autonomous: bool) -> np.ndarray:
-    """Whether all multipliers lie inside of the unit circle, the one along the flow of an autonomous system apart.
+def free_multipliers(values: np.ndarray, *, forced: bool) -> np.ndarray:
+    """The multipliers without the one of the flow direction, which is 1 on every orbit of a system without a period.
 
     Parameters
     ----------
-    multipliers : ndarray of complex, shape (..., n)
+    values : ndarray of complex, shape (..., n)
         Eigenvalues of the tangent map over one period.
-    autonomous : bool
-        Whether time does not enter the equations; then one multiplier is 1, the one nearest to it, and says nothing.
+    forced : bool
+        Whether the system has a period; if not, the multiplier nearest to 1 is left out.
 
     Returns
     -------
-    ndarray of bool, shape (...)
-        False where a multiplier is NaN.
+    ndarray of complex, shape (..., n) or (..., n - 1)
     """
-    moduli = np.abs(multipliers)
-    if autonomous and moduli.size:
-        along = np.argmin(np.abs(multipliers - 1), axis=-1, keepdims=True)
-        np.put_along_axis(moduli, along, np.minimum(np.take_along_axis(moduli, along, -1), 0.0), -1)
-    return (moduli < 1).all(axis=-1)
+    if forced:
+        return values
+    flow = np.abs(values - 1).argmin(axis=-1)[..., np.newaxis]
+    kept = np.arange(values.shape[-1]) != flow
+    return values[kept].reshape(*values.shape[:-1], values.shape[-1] - 1)
+
+
+def is_stable(values: np.ndarray, *, forced: bool) -> np.ndarray:
+    """Whether all free multipliers lie inside of the unit circle, shape (...); parameters as for `free_multipliers`."""
+    return (np.abs(free_multipliers(values, forced=forced)) < 1).all(axis=-1)

@@ -7,6 +7,7 @@ import chaosdrill as cd
 from chaosdrill.analysis.orbit_datasets import branches_dataset, numbered, orbits_dataset
 from chaosdrill.archive import compare
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
+from chaosdrill.orbits.collect import nothing
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, Checks, FoundOrbit, SpecialPoint
 
 
@@ -140,8 +141,8 @@ def test_a_cascade_is_kept(oscillator):
 
 
 def test_no_branch_is_a_dataset_too(oscillator):
-    nothing = BranchResult.empty(("omega",), 2, Outcome.EQUILIBRIUM, "at rest")
-    ds = labelled(oscillator, branches_dataset(oscillator, nothing), "continuation", sweep={"omega": 0})
+    none = nothing(oscillator, ("omega",), Outcome.EQUILIBRIUM, "at rest")
+    ds = labelled(oscillator, branches_dataset(oscillator, none), "continuation", sweep={"omega": 0})
     assert ds.sizes["point"] == ds.sizes["branch_number"] == 0
     assert int(ds["outcome"]) == Outcome.EQUILIBRIUM
 

@@ -112,7 +112,8 @@ def test_a_run_away_is_told():
     assert has_no_numbers(ds)
 
 
-def test_where_nothing_returns_there_is_no_orbit():
+@pytest.mark.parametrize("start", ["attractor", "guess"])
+def test_a_state_that_only_grows_is_told(start):
     x, t = sympy.symbols("x t", real=True)
     system = cd.HybridSystem(
         name="onwards",
@@ -122,11 +123,28 @@ def test_where_nothing_returns_there_is_no_orbit():
         modes={"only": {x: 3 + sympy.sin(x) + sympy.cos(t)}},
         period=2 * sympy.pi,
     )
-    for start in ("attractor", "guess"):
-        ds = cd.periodic_orbit(system, start=start)
-        assert outcome(ds) == Outcome.NO_ORBIT
-        assert has_no_numbers(ds)
-        assert "Newton's method" in ds.attrs["message"]
+    ds = cd.periodic_orbit(system, start=start)
+    assert outcome(ds) == Outcome.OPEN
+    assert has_no_numbers(ds)
+    assert "x by" in ds.attrs["message"]
+
+
+@pytest.mark.parametrize("period", [1, 3])
+def test_an_irrational_rotation_has_no_orbit(period):
+    x = sympy.Symbol("x", real=True)
+    system = cd.HybridSystem(
+        name="hand of a clock",
+        states=(x,),
+        parameters={},
+        modes={"turn": {x: sympy.Integer(1)}},
+        transitions=[cd.Transition("round", "turn", "turn", guard=x - 1, direction=+1, reset={x: 0})],
+        period=sympy.sqrt(2) / 2,
+        initial={x: 0.25},
+    )
+    ds = cd.periodic_orbit(system, period=period)
+    assert outcome(ds) == Outcome.NO_ORBIT
+    assert has_no_numbers(ds)
+    assert "Newton's method" in ds.attrs["message"]
 
 
 def test_an_orbit_of_a_system_without_forcing():

@@ -40,7 +40,7 @@ def test_what_happens_is_printed(archive):
     assert any(line.startswith("branch: branch 0: period 1, ") for line in lines)
     assert any(line.startswith("branch:   period doubling at omega = 2.65334772786 ") for line in lines)
     assert any(line.startswith("branch: branch 1: period 2, ") for line in lines)
-    assert any(line.startswith("branch:   end, limit: ") for line in lines)
+    assert any(line.startswith("branch:   end: the parameter reached its limit") for line in lines)
     assert "orbit: its period is 1, not 2" in answer.err.splitlines()
 
 
