@@ -73,9 +73,12 @@ def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
     x = np.broadcast_to(diagram[name].values[:, None, None], section.shape)
     left, right = axes.get_xlim()
     known = np.isfinite(section) & (x >= left) & (x <= right)
-    size = float(np.sqrt(np.clip(4e4 / max(known.sum(), 1), 0.6, 4.0)))
+    # a cloud has many small points, a cycle few that have to be seen under lines
+    cloud = float(np.sqrt(np.clip(2e4 / max(known.sum(), 1), 0.25, 2.0)))
+    cycle = np.broadcast_to(diagram["period"].transpose(name, "seed").values[..., None] > 0, section.shape)
     options: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": BACKGROUND, "markeredgewidth": 0}
-    axes.plot(x[known], section[known], markersize=size, rasterized=True, zorder=1, **options)
+    for part, size in ((known & ~cycle, cloud), (known & cycle, 2.0)):
+        axes.plot(x[part], section[part], markersize=size, rasterized=True, zorder=1, **options)
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)
 
 

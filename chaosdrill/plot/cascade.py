@@ -41,7 +41,9 @@ def cascade(dataset: "xr.Dataset") -> "Figure":
 
     distance = np.abs(values - limit)
     upper.semilogy(number, distance, "o", color=PALETTE[0], markersize=5, label="period doubling")
-    fall = distance[0] * FEIGENBAUM**-number
+    # through the last distance that the error leaves standing: the first ones need not follow the law yet
+    told = int(np.flatnonzero(distance > error)[-1]) if (distance > error).any() else 0
+    fall = distance[told] * FEIGENBAUM ** (told - number)
     upper.semilogy(number, fall, color="0.6", linewidth=0.9, zorder=1, label="falls by 4.6692 a doubling")
     if error > 0:
         upper.axhspan(0, error, color="0.92", linewidth=0, zorder=0, label="error of the accumulation point")
@@ -65,7 +67,14 @@ def cascade(dataset: "xr.Dataset") -> "Figure":
         if np.isfinite(ratio):
             # away from the line
             side = {"xytext": (0, 6), "va": "bottom"} if ratio > FEIGENBAUM else {"xytext": (0, -6), "va": "top"}
-            lower.annotate(f"{ratio:.4f}", (place, ratio), textcoords="offset points", ha="center", fontsize=7, **side)
+            lower.annotate(
+                f"{ratio:.4f}".replace("-", "−"),
+                (place, ratio),
+                textcoords="offset points",
+                ha="center",
+                fontsize=7,
+                **side,
+            )
     lower.set_ylabel("Feigenbaum ratio")
     lower.margins(y=0.35)
     lower.set_xticks(number, [f"{period} → {2 * period}" for period in periods])

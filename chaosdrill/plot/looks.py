@@ -22,7 +22,7 @@ ATTRACTOR_COLOURS = ("#F2DA6F", "#0E6FB7", "#9BC9EE", "#1F6037", "#AD8BCB", "#0D
 SEED_COLOURS = ("#DCA438", "#0D3B81", "#D55E00")
 # of lines on white and over the dots of a diagram, or with a white rim on any colour of a chart; even in lightness
 LINE_COLOURS = ("#000000", "#33208A", "#98105E", "#C9471B", "#2F9B72", "#E0A936")
-BACKGROUND = "#CFCFCF"
+BACKGROUND = "#9E9E9E"
 """Dots of a diagram that lies behind lines."""
 
 _OUTCOME_HATCHES = {

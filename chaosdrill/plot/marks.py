@@ -27,6 +27,11 @@ SPECIAL_MARKERS = {
 """Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour."""
 WARNING = "#B3261E"
 _NAMES = {"neimark_sacker": "Neimark-Sacker"}
+_ENDS = {
+    "joined": "meets another branch",
+    "doubling": "shrinks onto half the period",
+    "no_effect": "the parameter does nothing",
+}
 _QUIET_ENDS = ("limit", "closed")
 """Ends that need no mark: the line runs to the edge of the picture, or has no end."""
 
@@ -103,7 +108,7 @@ def period_looks(datasets: "Sequence[xr.Dataset]") -> dict[int, Look]:
 
 def end_label(names: "Iterable[str]") -> str:
     """Return the legend's text for ends of branches, in lines that find room."""
-    return wrapped(f"end: {', '.join(map(readable, names))}", 32)
+    return wrapped(f"end: {', '.join(_ENDS.get(name, readable(name)) for name in names)}", 32)
 
 
 def named_once(axes: "Axes") -> "list[Artist]":
@@ -117,14 +122,15 @@ def named_once(axes: "Axes") -> "list[Artist]":
 def caveat(dataset: "xr.Dataset") -> str:
     """Return what keeps a dataset of orbits from being taken at its word; empty if nothing does.
 
-    It is an outcome other than an orbit found, or numbers of the orbit that do not agree with each other.
+    It is an outcome other than an orbit found, what the analysis had to say of it, or numbers of an orbit that do not
+    agree with each other.
     """
     codes = np.ravel(dataset["outcome"].values)
     names = np.array([flag_names(dataset["outcome"])[int(code)] for code in codes], dtype=str)
     failed = dict.fromkeys(str(name) for name in names if name != "periodic")
     message, disagreement = (str(dataset.attrs.get(name, "")) for name in ("message", "disagreement"))
     parts = [readable(name) for name in failed] or ["no orbit found"] * (codes.size == 0)
-    parts += [message] * bool(parts and message)
+    parts += [message] * bool(message)
     if "consistent" in dataset.variables:
         apart = (np.ravel(dataset["consistent"].values) == 0) & (names == "periodic")
         of = f" of {apart.sum()} of {apart.size} orbits" if apart.size > 1 else ""

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+_SECTION = PALETTE[1]
+_EVENT_COLOURS = tuple(colour for colour in PALETTE[::-1] if colour != _SECTION)
 _TOLD = 12
 """Events of a period that the title tells in their order."""
 _LEAST = 1e-17
@@ -97,18 +99,16 @@ def _points(axes: "Axes", dataset: "xr.Dataset") -> None:
         places = [np.column_stack([t, v[:, 0]]) for t, v in ((strobes, section), (time, before), (time, after))]
     section, before, after = places
     names = flag_names(dataset["event_kind"]) if kinds.size else {}
-    for number, (code, name) in enumerate(names.items()):
+    for number, code in enumerate(np.unique(kinds)):
         here = kinds == code
-        if not here.any():
-            continue
-        colour, marker = PALETTE[(number + 2) % len(PALETTE)], EVENT_MARKERS[number % len(EVENT_MARKERS)]
+        colour, marker = _EVENT_COLOURS[number % len(_EVENT_COLOURS)], EVENT_MARKERS[number % len(EVENT_MARKERS)]
         gap = np.full((int(here.sum()), 1, 2), np.nan)
         jumps = np.concatenate([before[here][:, None], after[here][:, None], gap], axis=1).reshape(-1, 2)
         axes.plot(*jumps.T, color=colour, linewidth=0.9, linestyle=(0, (1, 2)), zorder=2)
         options: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 6, "color": colour}
         axes.plot(*before[here].T, markerfacecolor="white", zorder=3, **options)
-        axes.plot(*after[here].T, zorder=3, label=readable(name), **options)
-    axes.plot(*section.T, "o", color=PALETTE[1], markersize=6, markeredgecolor="white", zorder=4, label=_where(dataset))
+        axes.plot(*after[here].T, zorder=3, label=readable(names[int(code)]), **options)
+    axes.plot(*section.T, "o", color=_SECTION, markersize=6, markeredgecolor="white", zorder=4, label=_where(dataset))
     if 1 < len(section) <= 16:
         for number, (x, y) in enumerate(section, start=1):
             axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7, zorder=5)

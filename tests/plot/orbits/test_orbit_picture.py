@@ -62,6 +62,16 @@ def test_what_is_no_orbit_is_said_and_not_drawn(as_orbit, found, outcome):
     assert [axes.get_ylabel() for axes in figure.axes] == ["residual"]
 
 
+def test_what_there_is_to_say_of_an_orbit_is_said(as_orbit, found):
+    assert orbit(as_orbit(found, message="its period is 2, not 4")).get_suptitle().endswith("its period is 2, not 4")
+
+
+def test_events_are_told_apart_from_the_section(as_orbit, found):
+    lines = orbit(as_orbit(found)).axes[0].get_lines()
+    colours = {line.get_label(): line.get_color() for line in lines if not line.get_label().startswith("_")}
+    assert len(set(colours.values())) == len(colours) == 3
+
+
 def test_one_state_is_drawn_over_time(as_orbit, found):
     axes = orbit(as_orbit(found).isel(state=[0], multiplier=[0])).axes[0]
     assert axes.get_xlabel() == "time since the start of the period"
