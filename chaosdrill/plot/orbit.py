@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SECTION = PALETTE[1]
-_EVENT_COLOURS = tuple(colour for colour in PALETTE[::-1] if colour != _SECTION)
+_EVENT_COLOURS = tuple(colour for colour in PALETTE if colour != _SECTION)
 _TOLD = 12
 """Events of a period that the title tells in their order."""
 _LEAST = 1e-17
@@ -108,7 +108,7 @@ def _points(axes: "Axes", dataset: "xr.Dataset") -> None:
         options: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 6, "color": colour}
         axes.plot(*before[here].T, markerfacecolor="white", zorder=3, **options)
         axes.plot(*after[here].T, zorder=3, label=readable(names[int(code)]), **options)
-    axes.plot(*section.T, "o", color=_SECTION, markersize=6, markeredgecolor="white", zorder=4, label=_where(dataset))
+    axes.plot(*section.T, "o", color=_SECTION, markersize=5, markeredgewidth=0, zorder=4, label=_where(dataset))
     if 1 < len(section) <= 16:
         for number, (x, y) in enumerate(section, start=1):
             axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7, zorder=5)
@@ -167,5 +167,7 @@ def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
         va="center",
         fontsize=8,
     )
+    # orbits near an attractor start where others end
+    axes.set_ylim(0.3 * _LEAST, max(1e-12, 3 * residual.max(initial=0.0)))
     axes.set(xlabel="step of Newton's method", ylabel="residual")
     axes.set_xticks(np.arange(0, len(residual), max(1, len(residual) // 8)))
