@@ -8,7 +8,7 @@ from typing import Any
 import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
-from chaosdrill.model.check import check_system, value_of
+from chaosdrill.model.check import check_system
 from chaosdrill.model.exponents import exponent_parameters, specialise
 from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
@@ -137,7 +137,14 @@ class HybridSystem:
         """The period as a number, at the present parameters; None if the system has none."""
         if self.period is None:
             return None
-        number = value_of(self.period, self.parameters)
+        names = sorted(p.name for p in self.period.free_symbols)
+        if "period of one" not in self.shared:
+            symbols = [sympy.Symbol(name, real=True) for name in names]
+            self.shared["period of one"] = sympy.lambdify(symbols, self.period, modules="math")
+        try:
+            number = float(self.shared["period of one"](*(self.parameters[name] for name in names)))
+        except (ArithmeticError, ValueError, TypeError):
+            number = float("nan")
         if not 0 < number < float("inf"):
             named = {p.name: self.parameters[p.name] for p in self.period.free_symbols}
             raise SettingsError(
