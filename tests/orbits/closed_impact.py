@@ -3,8 +3,8 @@
     x'' + 2 zeta x' + x = cos(w t),  x <= d;   at x = d: v := -r v
 
 The forced motion p has the amplitude A and runs on the ellipse p^2 + (p'/w)^2 = A^2. What is left of the state obeys
-the matrix M of the free oscillator; that it returns after n periods makes d - p and -p' at the impact proportional to the
-speed V before it, (d - p, -p') = V k with (M - 1) k = (1 + r M) e_v, so that the ellipse becomes a quadratic equation:
+the matrix M of the free oscillator; that it returns after n periods makes d - p and -p' at the impact proportional to
+the speed V before it, (d - p, -p') = V k with (M - 1) k = (1 + r M) e_v, and the ellipse becomes a quadratic equation:
 
     V^2 (k1^2 + k2^2/w^2) - 2 d k1 V + d^2 - A^2 = 0.
 
