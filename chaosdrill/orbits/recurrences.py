@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain, zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 RECORD = 3000
 """Strobes, events or maxima recorded from each start."""
 
-SCATTERED = 200
+SCATTERED = 500
 """Random starts beside the given ones."""
 
 SHORT = 8
@@ -34,6 +35,12 @@ WIDER = 0.5
 
 A_TURN = 128
 """Samples from one maximum of a smooth motion to the next."""
+
+LONGEST = 100_000
+"""Units of time over which events are recorded, at most."""
+
+MOST_EVENTS = 1000
+"""Events in one forcing period; more are chatter that does not come to rest."""
 
 Solution = tuple[Orbit, "Lap", np.ndarray]
 
@@ -66,6 +73,8 @@ class Record:
     states : ndarray, shape (m, d)
     kinds : ndarray of int, shape (m,)
         Only states of the same kind are compared: modes, or kinds of events.
+    sequences : ndarray of int, shape (m,)
+        Which events led there from the state before, as a number that stands for their sequence.
     times : ndarray, shape (m,)
     rows : ndarray, shape (m, columns)
         Events as the engine records them, where there are any.
@@ -73,6 +82,7 @@ class Record:
 
     states: np.ndarray
     kinds: np.ndarray
+    sequences: np.ndarray
     times: np.ndarray
     rows: np.ndarray
 
@@ -105,8 +115,12 @@ class Recurrences:
             self.records.append(self._record(system, SHORT * longest))
 
     def nearest(self, period: int) -> Iterator[Return]:
-        """Returns after a period (in periods of the forcing, occurrences of an event, maxima), the nearest first."""
-        found: list[tuple[float, int, int, int]] = []
+        """Returns after a period (in periods of the forcing, occurrences of an event, maxima).
+
+        Those by different sequences of events lead to different orbits: of every sequence the nearest one comes first,
+        then of every one the next.
+        """
+        found: dict[tuple[int, ...], list[tuple[float, int, int, int]]] = {}
         for number, record in enumerate(self.records):
             for steps in self._steps(period):
                 last = len(record.states) - steps
@@ -116,8 +130,13 @@ class Recurrences:
                 if not self.family.forced and self.eventful:
                     same &= _busiest(record.kinds, steps) == period
                 away = (np.abs(record.states[steps:] - record.states[:last]) / self.extent).max(axis=1)
-                found += [(float(away[j]), number, int(j), steps) for j in np.flatnonzero(same)]
-        for away_, number, j, steps in sorted(found):
+                for j in np.flatnonzero(same).tolist():
+                    sequence = _least_turn(record.sequences[j + 1 : j + steps + 1].tolist())
+                    found.setdefault(sequence, []).append((float(away[j]), number, j, steps))
+        for group in found.values():
+            group.sort()
+        rounds = zip_longest(*found.values())
+        for away_, number, j, steps in chain.from_iterable(sorted(filter(None, turn)) for turn in rounds):
             place = self.records[number].states[j]
             yield Return(away_, place, partial(self._attempt, self.records[number], j, steps, period))
 
@@ -175,18 +194,29 @@ def _busiest(kinds: np.ndarray, steps: int) -> np.ndarray:
     return np.asarray((counts[steps:] - counts[:-steps]).max(axis=1))
 
 
+def _least_turn(sequence: list[int]) -> tuple[int, ...]:
+    """The first in order of all cyclic shifts, the same for all of them."""
+    return min(tuple(sequence[i:] + sequence[:i]) for i in range(len(sequence)))
+
+
 def _strobes(family: "Family", system: "HybridSystem", length: int) -> Record:
     """States at phase 0."""
     assert family.period is not None
     run = Run(system, family.period, family.numerics)
-    states, modes = [run.x.copy()], [system.mode_names.index(run.mode)]
+    changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)
+    buffer = np.zeros((MOST_EVENTS, layout.EVENT_COLUMNS + 2 * family.states))
+    states, modes, sequences = [run.x.copy()], [system.mode_names.index(run.mode)], [0]
     for _ in range(length):
-        if run.advance(1)[0] != Outcome.OK:
+        outcome, full = run.advance(1, events=buffer)
+        if outcome != Outcome.OK or full:
             break
+        taken = buffer[: run.filled()[1], layout.EVENT_KIND].astype(np.int64)
         states.append(run.x.copy())
         modes.append(system.mode_names.index(run.mode))
+        sequences.append(hash(tuple(taken[changing[taken]].tolist())))
     times = np.arange(len(states)) * family.period
-    return Record(np.array(states), np.array(modes, dtype=np.int64), times, np.zeros((len(states), 0)))
+    kinds, led = np.array(modes, dtype=np.int64), np.array(sequences, dtype=np.int64)
+    return Record(np.array(states), kinds, led, times, np.zeros((len(states), 0)))
 
 
 def _events(family: "Family", system: "HybridSystem", length: int) -> Record:
@@ -200,11 +230,7 @@ def _events(family: "Family", system: "HybridSystem", length: int) -> Record:
     changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)[kinds]
     rows, kinds = rows[changing], kinds[changing]
     times = rows[:, layout.EVENT_STROBES] + rows[:, layout.EVENT_TIME]
-    return Record(rows[:, layout.EVENT_COLUMNS + d :], kinds, times, rows)
-
-
-LONGEST = 100_000
-"""Units of time over which events are recorded, at most."""
+    return Record(rows[:, layout.EVENT_COLUMNS + d :], kinds, kinds, times, rows)
 
 
 def _path(family: "Family", system: "HybridSystem", unit: float, units: int) -> np.ndarray:
@@ -249,4 +275,5 @@ def _maxima(family: "Family", system: "HybridSystem", length: int, unit: float, 
     shift = np.clip(-slope[:, state] / bend[:, state], -1, 1)[:, np.newaxis]
     states = middle + shift * slope + shift**2 / 2 * bend
     times = (top + 1 + shift[:, 0]) * unit / A_TURN
-    return Record(states, np.full(len(top), mode), times, np.zeros((len(top), 0)))
+    kinds = np.full(len(top), mode)
+    return Record(states, kinds, kinds, times, np.zeros((len(top), 0)))

@@ -18,7 +18,7 @@ from chaosdrill.orbits.results import FoundOrbit
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
-PATIENCE = 200
+PATIENCE = 300
 """Attempts in a row that find nothing new, after which a period is left."""
 
 BEYOND = 1.0
