@@ -98,6 +98,6 @@ def advice(dataset: "xr.Dataset") -> list[str]:
     lines += [f"disagrees with itself: {line}" for line in dataset.attrs.get("disagreement", "").splitlines()]
     for name, count in count_outcomes(dataset["outcome"].values).items() if "outcome" in dataset else ():
         outcome = Outcome[name.upper()]
-        if outcome > Outcome.CHAOTIC:
+        if outcome > Outcome.CHAOTIC and outcome.advice not in dataset.attrs.get("message", ""):
             lines.append(f"{name} ({count} of {dataset['outcome'].size}): {outcome.advice}")
     return lines
