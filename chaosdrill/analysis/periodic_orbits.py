@@ -13,6 +13,7 @@ from chaosdrill.dataset import label
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.orbits.find import find_orbit
+from chaosdrill.orbits.search import search
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -54,9 +55,11 @@ def periodic_orbit(
     transient : int or float, default 200
         Forcing periods (without forcing: time, rounded up) to run first, for ``start="attractor"``.
     max_period : int, optional
-        Longest period of a search, in forcing periods.
+        Longest period of a search, in forcing periods. Without forcing: how often the most frequent event of an orbit
+        may happen in one round; without events too, how many maxima it may have.
     seeds, random : optional
-        Initial states of a search, as in `bifurcation_diagram`; default: states of a run on the attractor.
+        Initial states of the motions from whose returns a search starts, as in `bifurcation_diagram`; default: the
+        system's own. Motions from a box around them are added.
     method, tolerance, steps, progress
         As in `trajectory`.
 
@@ -89,11 +92,9 @@ def periodic_orbit(
     period = orbit_period(system, period)
     settle = settling(system, transient)
     if start == "search":
-        longest = _longest(system, period, max_period)
+        longest = _longest(period, max_period)
         chosen = make_seeds(system, seeds, random, needed=False)
         given |= chosen.settings
-        from chaosdrill.orbits.search import search
-
         found = search(system, longest, chosen.starts, chosen.modes, numerics, progress)
         ds = orbits_dataset(system, found)
         message = numbered(orbit.message for orbit in found)
@@ -113,12 +114,10 @@ def periodic_orbit(
     return ds.assign_attrs(message=message, disagreement=disagreement)
 
 
-def _longest(system: "HybridSystem", period: int, max_period: Any) -> int:
+def _longest(period: int, max_period: Any) -> int:
     """Longest period of a search, checked."""
     if max_period is None:
         raise SettingsError('max_period is missing; with start="search" give the longest period to look for')
     if period != 1:
         raise SettingsError(f'period is {period}, but start is "search", which looks for all up to max_period; drop it')
-    if system.period is None and max_period != 1:
-        raise SettingsError(f"max_period is {max_period!r}, but {system.name} has no forcing to count in; give 1")
     return whole("max_period", max_period, 1, LONGEST_PERIOD)

@@ -30,7 +30,9 @@ def _orbit(orbit: "xr.Dataset") -> str:
     )
     stable = "stable" if orbit["stable"] else "unstable"
     state = ", ".join(f"{value:.10g}" for value in orbit["orbit_state"].values)
-    return f"orbit {int(orbit['orbit'])}: period {int(orbit['period'])}, {stable}, ({state}), multipliers {multipliers}"
+    forced = "forcing_period" in orbit
+    length = f"period {int(orbit['period'])}" if forced else f"duration {float(orbit['period_time']):.10g}"
+    return f"orbit {int(orbit['orbit'])}: {length}, {stable}, ({state}), multipliers {multipliers}"
 
 
 def _branch(dataset: "xr.Dataset", number: int) -> list[str]:

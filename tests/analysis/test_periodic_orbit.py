@@ -155,3 +155,30 @@ def test_an_orbit_of_a_system_without_forcing():
     expected = [1.0, cos(2 * wheel.parameters["alpha"]) ** 2]
     np.testing.assert_allclose(ds["multiplier_real"].values, expected, atol=1e-10)
     assert bool(ds["stable"])
+
+
+def test_a_search_finds_what_attracts_and_what_does_not():
+    w = 2.7
+    ds = cd.periodic_orbit(oscillator(w, x=-0.5), start="search", max_period=2)
+    assert ds["period"].dims == ("orbit",)
+    assert ds["period"].values.tolist() == [1, 2]
+    assert ds["stable"].values.tolist() == [0, 1]
+    assert ds["multiplier_real"].values[0].sum() == pytest.approx(closed_trace(w), abs=1e-10)
+    assert np.isnan(ds["section"].values[0, 1]).all()
+    assert ds.attrs["message"] == ""
+
+
+def test_a_search_that_finds_nothing_says_so():
+    x = sympy.Symbol("x", real=True)
+    system = cd.HybridSystem(
+        name="away",
+        states=(x,),
+        parameters={},
+        modes={"only": {x: 1 + x**2 / 100}},
+        period=sympy.Integer(1),
+        initial={x: 1.0},
+        bounds={x: (-10, 10)},
+    )
+    ds = cd.periodic_orbit(system, start="search", max_period=2)
+    assert ds.sizes["orbit"] == 0
+    assert "no orbit of a period up to 2 was found" in ds.attrs["message"]

@@ -11,6 +11,10 @@ parameters = { wall = 0.0, zeta = 0.0, omega = 2.6 }
 [analysis.orbit]
 kind = "periodic-orbit"
 period = 2
+[analysis.all]
+kind = "periodic-orbit"
+start = "search"
+max_period = 1
 [analysis.branch]
 kind = "continuation"
 sweep.omega = { start = 2.62, stop = 2.68 }
@@ -37,6 +41,7 @@ def test_what_happens_is_printed(archive):
     lines = answer.out.splitlines()
     assert "orbit: period 1" in lines
     assert "orbit: stable yes" in lines
+    assert any(line.startswith("all: orbit 1: period 1, stable, (") for line in lines)
     assert any(line.startswith("branch: branch 0: period 1, ") for line in lines)
     assert any(line.startswith("branch:   period doubling at omega = 2.65334772786 ") for line in lines)
     assert any(line.startswith("branch: branch 1: period 2, ") for line in lines)
@@ -67,4 +72,4 @@ def test_where_the_branch_starts_is_checked(call, tmp_path):
     path.write_text(SCENE)
     answer = call("check", path)
     assert answer.code == 2
-    assert "outside.toml:9: analysis.branch.sweep.omega: the branch starts where the system is" in answer.err
+    assert "outside.toml:13: analysis.branch.sweep.omega: the branch starts where the system is" in answer.err
