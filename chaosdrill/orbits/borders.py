@@ -165,7 +165,7 @@ def _guesses(family: "Family", border: Border) -> "Iterator[Orbit]":
             guess = _own_path(family, orbit, orbit.starts[0, d:] * (1 + part))
             if guess is not None:
                 yield guess
-    yield from _left_out(border)
+    yield from left_out(border)
 
 
 def _own_path(family: "Family", orbit: "Orbit", values: np.ndarray) -> "Orbit | None":
@@ -184,7 +184,7 @@ def _own_path(family: "Family", orbit: "Orbit", values: np.ndarray) -> "Orbit | 
     return based(family, guess) if outcome == Outcome.OK and guess is not None else None
 
 
-def _left_out(border: Border) -> "Iterator[Orbit]":
+def left_out(border: Border) -> "Iterator[Orbit]":
     """The orbit without one event that leads back into its mode, or without two or three that do so together."""
     orbit = border.good
     count = len(orbit)

@@ -61,7 +61,7 @@ def guess_of_forced(
     inside = times < phase + periods * period
     events, times = events[inside], times[inside]
     if not len(events):
-        return outcome, _eventless(family, state, mode, periods, values, period)
+        return outcome, eventless(family, state, mode, periods, values, period)
     durations = np.diff(times, prepend=times[-1] - periods * period)
     return outcome, orbit_of_events(family, events, durations, periods, values, float(times[-1] % period))
 
@@ -195,7 +195,7 @@ def orbit_of_events(
     return Orbit(arcs, periods, starts, phase, durations)
 
 
-def _eventless(
+def eventless(
     family: "Family", state: np.ndarray, mode: str, periods: int, values: np.ndarray, period: float
 ) -> Orbit:
     arcs = np.tile([family.system.mode_names.index(mode), at.SHARE, -1], (periods, 1)).astype(np.int64)

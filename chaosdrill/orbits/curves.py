@@ -1,0 +1,188 @@
+"""Curves of folds, period doublings and grazing over two parameters."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.orbits.borders import WeightsOf
+from chaosdrill.orbits.collect import Planned, collect, nothing
+from chaosdrill.orbits.family import Family
+from chaosdrill.orbits.find import NoOrbitError, starting_orbit
+from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
+from chaosdrill.orbits.multipliers import free_multipliers, structural_rank
+from chaosdrill.orbits.reading import with_values
+from chaosdrill.orbits.results import BranchResult
+from chaosdrill.orbits.special import NOISE, LostError
+from chaosdrill.orbits.stretch import Stretch
+from chaosdrill.orbits.targets import target_at
+from chaosdrill.orbits.tracing import Spot, Traced, Tracer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from chaosdrill.engine.numerics import Numerics
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.branches import Progress
+    from chaosdrill.orbits.orbit import Orbit
+
+FOLLOWED = {kind.meaning: kind for kind in (Special.FOLD, Special.PERIOD_DOUBLING, Special.GRAZING)}
+"""What can be followed, by name."""
+
+
+def curve(
+    system: "HybridSystem",
+    parameters: tuple[str, str],
+    limits: "Sequence[Sequence[float]] | np.ndarray",
+    period: int,
+    start: str,
+    transient: int,
+    follow: str,
+    step: float,
+    max_points: int,
+    numerics: "Numerics",
+    progress: "Progress | None",
+) -> BranchResult:
+    """The curve of folds, period doublings or grazing over two parameters through the nearest such point.
+
+    That point is looked for on the branch of orbits over the first parameter, both ways from the start, with the second
+    one as the system has it. From there the curve is followed both ways, around its own folds and cusps.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    parameters : pair of str
+    limits : array_like, shape (2, 2)
+        Smallest and largest value of each.
+    period, start, transient
+        Of the first orbit, as in `chaosdrill.orbits.find.starting_orbit`.
+    follow : {"fold", "period_doubling", "grazing"}
+    step : float
+        Longest step of the first parameter; that of the second is the same part of its range.
+    max_points : int
+        Points in one direction, at most.
+    numerics : Numerics
+    progress : callable, optional
+        Called with directions done, directions in all and None.
+
+    Returns
+    -------
+    BranchResult
+        One branch, all points of which are of the kind that is followed. ``stable`` says whether all multipliers
+        but the one that is +1 or -1 are inside of the unit circle. At grazing the orbit is the one without the event
+        that appears. Without points, and with the reason in its message, if there is no orbit or no such point.
+    """
+    ranges = np.array(limits, dtype=float)
+    kind = FOLLOWED[follow]
+    frame = Frame((float(ranges[0, 0]), float(ranges[0, 1])), step / float(np.ptp(ranges[0])), max_points)
+    name = parameters[0]
+    try:
+        alone, orbit, lap, _, _ = starting_orbit(system, (name,), period, start, transient, numerics)
+    except NoOrbitError as failure:
+        return nothing(system, parameters, failure.outcome, failure.message)
+    direction = alone.direction(orbit, lap, WeightsOf(alone, frame.spans)(orbit))
+    grown = [grow(alone, orbit, sign * direction, frame) for sign in (1.0, -1.0)]
+    found = _nearest(grown, kind)
+    if found is None:
+        text = f"no {kind.meaning.replace('_', ' ')} on the branch of {name} through the orbit: {_told(grown)}"
+        return nothing(system, parameters, Outcome.NO_ORBIT, text)
+    family = Family(system, parameters, numerics)
+    second = system.parameters[parameters[1]]
+    try:
+        tracer, first = _begin(family, _lifted(found, second), kind, ranges, frame)
+    except LostError as lost:
+        text = f"the {kind.meaning.replace('_', ' ')} at {name} = {found.starts[0, -1]:.12g} cannot be followed: {lost}"
+        return nothing(system, parameters, Outcome.NO_ORBIT, text)
+    halves = []
+    for number, begin in enumerate((first, first.turned())):
+        if halves and halves[0].end == BranchEnd.CLOSED:
+            break
+        halves.append(tracer.trace(begin))
+        if progress is not None:
+            progress(number + 1, 2, None)
+    words = f"{kind.words} It is the one at {name} = {first.orbit.starts[0, -2]:.12g}"
+    result = collect(family, parameters, [Planned(_whole(family, tracer, halves, kind), -1, words)], None)
+    return replace(result, stable=_stable(family, result.multipliers, kind))
+
+
+def _nearest(grown: list[Grown], kind: Special) -> "Orbit | None":
+    """The first orbit of the kind along either half of a branch, that of the shorter way from its start."""
+    places = [
+        (float(abs(one.stretches[m.stretch].arclengths[m.point])), one.stretches[m.stretch].orbit(m.point))
+        for one in grown
+        for m in one.marks
+        if m.kind == kind
+    ]
+    return min(places, key=lambda place: place[0])[1] if places else None
+
+
+def _told(grown: list[Grown]) -> str:
+    """What there is on a branch instead."""
+    marks = sorted(
+        (float(one.stretches[m.stretch].starts[m.point, 0, -1]), m.kind.meaning.replace("_", " "))
+        for one in grown
+        for m in one.marks
+    )
+    there = ", ".join(f"{name} at {value:.9g}" for value, name in marks) or "nothing special"
+    return f"{there} between {' and '.join(f'{v:.9g}' for v in sorted(_last(one) for one in grown))}"
+
+
+def _last(grown: Grown) -> float:
+    return float(grown.stretches[-1].starts[-1, 0, -1]) if grown.stretches else float("nan")
+
+
+def _lifted(orbit: "Orbit", value: float) -> "Orbit":
+    """The same orbit with one more free parameter."""
+    return replace(orbit, starts=np.column_stack([orbit.starts, np.full(len(orbit), value)]))
+
+
+def _begin(
+    family: Family, orbit: "Orbit", kind: Special, ranges: np.ndarray, frame: Frame
+) -> tuple[Tracer, Spot]:
+    weights_of = WeightsOf(family, np.ptp(ranges, axis=1))
+    target, orbit, lap, instant = target_at(family, orbit, family.lap(orbit), kind, weights_of(orbit))
+    tracer = Tracer(family, target, ranges, frame.step, frame.most)
+    return tracer, tracer.first(orbit, lap, weights_of(orbit), instant)
+
+
+def _whole(family: Family, tracer: Tracer, halves: list[Traced], kind: Special) -> Grown:
+    """One branch of both halves, which share their first point."""
+    forward, backward = halves[0], halves[-1] if len(halves) > 1 else None
+    spots = ([s.turned() for s in reversed(backward.spots[1:])] if backward else []) + forward.spots
+    origin = len(spots) - len(forward.spots)
+    orbits = [s.orbit for s in spots]
+    stretch = Stretch(
+        orbits[0].arcs, orbits[0].periods,
+        *(np.array(values) for values in (
+            [o.starts for o in orbits], [o.phase for o in orbits], [o.durations for o in orbits],
+            [s.lap.speeds for s in spots], [s.arclength - spots[0].arclength for s in spots],
+            [s.lap.residual for s in spots], [s.lap.monodromy for s in spots], [s.tangent for s in spots],
+            [int(kind)] * len(spots),
+        )),
+    )  # fmt: skip
+    beside = tracer.beside(spots[origin])
+    regular = beside[0] if beside else orbits[origin]
+    rank = structural_rank(family, regular, with_values(family, regular.starts[0, family.states :]))
+    scale = float(np.ptp(tracer.limits[0]))
+    start = spots[origin]
+    error = start.error * scale + NOISE * abs(float(start.orbit.starts[0, -2]))
+    marks = [Mark(0, origin, kind, error, "the curve was followed from here")]
+    for half, point in ((backward, 0), (forward, len(spots) - 1)):
+        if half is not None and half.happens != Special.REGULAR:
+            marks.append(Mark(0, point, half.happens, half.error, half.words))
+    words = forward.words
+    if backward is not None and backward.words != words:
+        words = f"{words}; at its start: {backward.words}"
+    return Grown([stretch], [rank], marks, forward.end, words)
+
+
+def _stable(family: Family, values: np.ndarray, kind: Special) -> np.ndarray:
+    """Whether all multipliers but the critical one are inside of the unit circle; False where one is NaN."""
+    moduli = np.abs(free_multipliers(family, values))
+    if kind != Special.GRAZING:
+        critical = 1.0 if kind == Special.FOLD else -1.0
+        place = np.abs(free_multipliers(family, values) - critical).argmin(axis=-1)
+        moduli[np.arange(len(moduli)), place] = 0.0
+    return (moduli < 1).all(axis=-1)
