@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from chaosdrill.dataset import Outcome
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.growing import Grown
+    from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.stretch import Stretch
 
 
@@ -108,19 +109,26 @@ def _table(family: "Family", stretch: "Stretch", rank: int, number: int, sequenc
 
 def _misses(family: "Family", stretch: "Stretch") -> "Iterator[str]":
     """What a run of the ordinary engine says against some of the points."""
-    d = family.states
     # next to a border a run may see an event of no speed or not
     inner = np.linspace(0, len(stretch) - 1, CHECKED + 2)[1:-1].astype(int)
     for k in np.unique(inner[stretch.special[inner] == Special.REGULAR]).tolist() if len(stretch) > 2 else []:
-        orbit = stretch.orbit(k)
-        system = with_values(family, orbit.starts[0, d:])
-        plain = Family(system, (), family.numerics)
-        lapped = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
-        values = ", ".join(f"{name} = {v:.9g}" for name, v in zip(family.free, orbit.starts[0, d:], strict=True))
-        if lapped.differs:
-            yield f"at {values} a run of the system goes otherwise: {lapped.differs}"
-        elif not lapped.residual <= lapped.explained(family.numerics.tolerance):
-            yield f"at {values} a run of the system misses its start by {lapped.residual:.1e}"
+        words = miss(family, stretch.orbit(k))
+        if words:
+            yield words
+
+
+def miss(family: "Family", orbit: "Orbit") -> str:
+    """What a run of the ordinary engine says against an orbit; empty if nothing."""
+    d = family.states
+    system = with_values(family, orbit.starts[0, d:])
+    plain = Family(system, (), family.numerics)
+    lapped = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
+    values = ", ".join(f"{name} = {v:.9g}" for name, v in zip(family.free, orbit.starts[0, d:], strict=True))
+    if lapped.differs:
+        return f"at {values} a run of the system goes otherwise: {lapped.differs}"
+    if not lapped.residual <= lapped.explained(family.numerics.tolerance):
+        return f"at {values} a run of the system misses its start by {lapped.residual:.1e}"
+    return ""
 
 
 def nothing(system: "HybridSystem", parameters: tuple[str, ...], outcome: "Outcome", message: str) -> BranchResult:

@@ -8,20 +8,22 @@ import numpy as np
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.borders import WeightsOf
-from chaosdrill.orbits.collect import Planned, collect, nothing
+from chaosdrill.orbits.collect import CHECKED, Planned, collect, miss, nothing
+from chaosdrill.orbits.failures import NoOrbitError
 from chaosdrill.orbits.family import Family
-from chaosdrill.orbits.find import NoOrbitError, starting_orbit
+from chaosdrill.orbits.find import starting_orbit
 from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
-from chaosdrill.orbits.multipliers import free_multipliers, structural_rank
+from chaosdrill.orbits.multipliers import structural_rank
 from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.results import BranchResult
 from chaosdrill.orbits.special import NOISE, LostError
+from chaosdrill.orbits.stability import free_multipliers
 from chaosdrill.orbits.stretch import Stretch
 from chaosdrill.orbits.targets import target_at
 from chaosdrill.orbits.tracing import Spot, Traced, Tracer
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from chaosdrill.engine.numerics import Numerics
     from chaosdrill.model import HybridSystem
@@ -75,7 +77,7 @@ def curve(
         that appears. Without points, and with the reason in its message, if there is no orbit or no such point.
     """
     ranges = np.array(limits, dtype=float)
-    kind = FOLLOWED[follow]
+    kind, called = FOLLOWED[follow], follow.replace("_", " ")
     frame = Frame((float(ranges[0, 0]), float(ranges[0, 1])), step / float(np.ptp(ranges[0])), max_points)
     name = parameters[0]
     try:
@@ -86,25 +88,27 @@ def curve(
     grown = [grow(alone, orbit, sign * direction, frame) for sign in (1.0, -1.0)]
     found = _nearest(grown, kind)
     if found is None:
-        text = f"no {kind.meaning.replace('_', ' ')} on the branch of {name} through the orbit: {_told(grown)}"
+        text = f"no {called} on the branch of {name} through the orbit: {_told(grown)}"
         return nothing(system, parameters, Outcome.NO_ORBIT, text)
     family = Family(system, parameters, numerics)
     second = system.parameters[parameters[1]]
     try:
         tracer, first = _begin(family, _lifted(found, second), kind, ranges, frame)
     except LostError as lost:
-        text = f"the {kind.meaning.replace('_', ' ')} at {name} = {found.starts[0, -1]:.12g} cannot be followed: {lost}"
+        text = f"the {called} at {name} = {found.starts[0, -1]:.12g} cannot be followed: {lost}"
         return nothing(system, parameters, Outcome.NO_ORBIT, text)
-    halves = []
+    halves: list[Traced] = []
     for number, begin in enumerate((first, first.turned())):
         if halves and halves[0].end == BranchEnd.CLOSED:
             break
         halves.append(tracer.trace(begin))
         if progress is not None:
             progress(number + 1, 2, None)
-    words = f"{kind.words} It is the one at {name} = {first.orbit.starts[0, -2]:.12g}"
-    result = collect(family, parameters, [Planned(_whole(family, tracer, halves, kind), -1, words)], None)
-    return replace(result, stable=_stable(family, result.multipliers, kind))
+    words = f"the {called} at {name} = {first.orbit.starts[0, -2]:.12g}"
+    spots = _spots(halves)
+    result = collect(family, parameters, [Planned(_whole(family, tracer, halves, spots), -1, words)], None)
+    stable = _stable(family, result.multipliers, kind)
+    return replace(result, stable=stable, message="; ".join(_misses(family, tracer, spots)))
 
 
 def _nearest(grown: list[Grown], kind: Special) -> "Orbit | None":
@@ -138,20 +142,22 @@ def _lifted(orbit: "Orbit", value: float) -> "Orbit":
     return replace(orbit, starts=np.column_stack([orbit.starts, np.full(len(orbit), value)]))
 
 
-def _begin(
-    family: Family, orbit: "Orbit", kind: Special, ranges: np.ndarray, frame: Frame
-) -> tuple[Tracer, Spot]:
-    weights_of = WeightsOf(family, np.ptp(ranges, axis=1))
-    target, orbit, lap, instant = target_at(family, orbit, family.lap(orbit), kind, weights_of(orbit))
+def _begin(family: Family, orbit: "Orbit", kind: Special, ranges: np.ndarray, frame: Frame) -> tuple[Tracer, Spot]:
+    weights = family.weights(orbit, np.ptp(ranges, axis=1))
+    target, orbit, lap, instant = target_at(family, orbit, family.lap(orbit), kind, weights)
     tracer = Tracer(family, target, ranges, frame.step, frame.most)
-    return tracer, tracer.first(orbit, lap, weights_of(orbit), instant)
+    return tracer, tracer.first(orbit, lap, instant)
 
 
-def _whole(family: Family, tracer: Tracer, halves: list[Traced], kind: Special) -> Grown:
-    """One branch of both halves, which share their first point."""
-    forward, backward = halves[0], halves[-1] if len(halves) > 1 else None
-    spots = ([s.turned() for s in reversed(backward.spots[1:])] if backward else []) + forward.spots
-    origin = len(spots) - len(forward.spots)
+def _spots(halves: list[Traced]) -> list[Spot]:
+    """Points of both directions in one row; they share their first point."""
+    backward = [s.turned() for s in reversed(halves[1].spots[1:])] if len(halves) > 1 else []
+    return backward + halves[0].spots
+
+
+def _whole(family: Family, tracer: Tracer, halves: list[Traced], spots: list[Spot]) -> Grown:
+    """The points as one branch, with its start and what happens at its ends marked."""
+    kind, origin = tracer.target.kind, len(spots) - len(halves[0].spots)
     orbits = [s.orbit for s in spots]
     stretch = Stretch(
         orbits[0].arcs, orbits[0].periods,
@@ -162,27 +168,35 @@ def _whole(family: Family, tracer: Tracer, halves: list[Traced], kind: Special) 
             [int(kind)] * len(spots),
         )),
     )  # fmt: skip
-    beside = tracer.beside(spots[origin])
-    regular = beside[0] if beside else orbits[origin]
-    rank = structural_rank(family, regular, with_values(family, regular.starts[0, family.states :]))
-    scale = float(np.ptp(tracer.limits[0]))
     start = spots[origin]
-    error = start.error * scale + NOISE * abs(float(start.orbit.starts[0, -2]))
+    followed, _ = tracer.beside(start) or (start.orbit, start.lap)
+    rank = structural_rank(family, followed, with_values(family, followed.starts[0, family.states :]))
+    error = start.error * float(np.ptp(tracer.limits[0])) + NOISE * abs(float(start.orbit.starts[0, -2]))
     marks = [Mark(0, origin, kind, error, "the curve was followed from here")]
-    for half, point in ((backward, 0), (forward, len(spots) - 1)):
-        if half is not None and half.happens != Special.REGULAR:
+    for half, point in zip(halves, (len(spots) - 1, 0), strict=False):
+        if half.happens != Special.REGULAR:
             marks.append(Mark(0, point, half.happens, half.error, half.words))
-    words = forward.words
-    if backward is not None and backward.words != words:
-        words = f"{words}; at its start: {backward.words}"
-    return Grown([stretch], [rank], marks, forward.end, words)
+    words = halves[0].words
+    if halves[-1].words != words:
+        words = f"{words}; at its start: {halves[-1].words}"
+    return Grown([stretch], [rank], marks, halves[0].end, words)
+
+
+def _misses(family: Family, tracer: Tracer, spots: list[Spot]) -> "Iterator[str]":
+    """What runs of the ordinary engine say against some of the points."""
+    # next to an end a run may see an event of no speed or not
+    for k in np.unique(np.linspace(0, len(spots) - 1, CHECKED + 2)[1:-1].astype(int)).tolist() if spots[2:] else []:
+        found = tracer.beside(spots[k])
+        words = miss(family, found[0]) if found is not None else ""
+        if words:
+            yield words
 
 
 def _stable(family: Family, values: np.ndarray, kind: Special) -> np.ndarray:
     """Whether all multipliers but the critical one are inside of the unit circle; False where one is NaN."""
-    moduli = np.abs(free_multipliers(family, values))
+    free = free_multipliers(values, forced=family.forced)
+    moduli = np.abs(free)
     if kind != Special.GRAZING:
         critical = 1.0 if kind == Special.FOLD else -1.0
-        place = np.abs(free_multipliers(family, values) - critical).argmin(axis=-1)
-        moduli[np.arange(len(moduli)), place] = 0.0
+        np.put_along_axis(moduli, np.abs(free - critical).argmin(axis=-1)[:, np.newaxis], 0.0, axis=-1)
     return (moduli < 1).all(axis=-1)

@@ -195,9 +195,7 @@ def orbit_of_events(
     return Orbit(arcs, periods, starts, phase, durations)
 
 
-def eventless(
-    family: "Family", state: np.ndarray, mode: str, periods: int, values: np.ndarray, period: float
-) -> Orbit:
+def eventless(family: "Family", state: np.ndarray, mode: str, periods: int, values: np.ndarray, period: float) -> Orbit:
     arcs = np.tile([family.system.mode_names.index(mode), at.SHARE, -1], (periods, 1)).astype(np.int64)
     whole = np.full(periods, period)
     one = Orbit(arcs[:1], 1, np.concatenate([state, values])[np.newaxis], 0.0, whole[:1])

@@ -1,4 +1,4 @@
-"""What vanishes along a curve of special points: one smooth function of the orbits over two parameters for each kind."""
+"""What vanishes along a curve of special points: for each kind a smooth function of the orbits over two parameters."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -37,9 +37,7 @@ class Target(Protocol):
     kind: Special
     one_sided: bool
 
-    def value(
-        self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float
-    ) -> tuple[float, float]:
+    def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         """The function, and the instant on the orbit to which it belongs; ``plane`` and ``instant`` are of an orbit
         near by."""
 
@@ -51,9 +49,7 @@ class Doubling:
     kind = Special.PERIOD_DOUBLING
     one_sided = False
 
-    def value(
-        self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float
-    ) -> tuple[float, float]:
+    def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return float(doubling_test(family, orbit, lap.monodromy)), instant
 
 
@@ -64,9 +60,7 @@ class Fold:
     kind = Special.FOLD
     one_sided = False
 
-    def value(
-        self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float
-    ) -> tuple[float, float]:
+    def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return plane_at(family, orbit, lap, plane.weights, plane).twist, instant
 
 
@@ -78,9 +72,7 @@ class Touching:
     kind = Special.GRAZING
     one_sided = True
 
-    def value(
-        self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float
-    ) -> tuple[float, float]:
+    def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return self.touch.greatest(family, orbit, instant)
 
 
@@ -92,9 +84,7 @@ class Vanishing:
     kind = Special.GRAZING
     one_sided = True
 
-    def value(
-        self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float
-    ) -> tuple[float, float]:
+    def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return -float(lap.speeds[self.event]), instant
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine import branch
 from chaosdrill.orbits.borders import BISECTIONS, Border, reason
-from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.failures import admissible
 from chaosdrill.orbits.plane import Plane, plane_at
 from chaosdrill.orbits.special import NOISE, ON_CHORD, LostError
 
@@ -125,19 +125,19 @@ class Tracer:
     most: int
     _history: list[Spot] = field(default_factory=list)
 
-    def first(self, orbit: "Orbit", lap: "Lap", weights: np.ndarray, instant: float) -> Spot:
+    def first(self, orbit: "Orbit", lap: "Lap", instant: float) -> Spot:
         """The point of the curve next to an orbit, with the second parameter as it is there.
 
         Raises
         ------
         LostError
         """
-        plane = plane_at(self.family, orbit, lap, weights)
+        plane = plane_at(self.family, orbit, lap, self._weights(orbit))
         fixed = plane.rows[:, -1]
         across = np.array([fixed[1], -fixed[0]]) @ plane.rows / np.linalg.norm(fixed)
         slope = self._slope(orbit, lap, plane, across, instant)
         orbit, lap, slope, error, instant = self._onto(orbit, plane, across, slope, instant)
-        plane = plane_at(self.family, orbit, lap, weights, plane)
+        plane = plane_at(self.family, orbit, lap, self._weights(orbit), plane)
         gradient = np.array([self._slope(orbit, lap, plane, row, instant) for row in plane.rows])
         steep = float(np.linalg.norm(gradient))
         across = gradient @ plane.rows / steep
@@ -178,11 +178,13 @@ class Tracer:
 
     def _gap(self, one: "Orbit", other: "Orbit") -> float:
         d = self.family.states
-        return float(np.linalg.norm((one.reduced(d) - other.reduced(d)) * self._history[0].plane.weights))
+        return float(np.linalg.norm((one.reduced(d) - other.reduced(d)) * self._history[-1].plane.weights))
 
-    def _value(
-        self, orbit: "Orbit", plane: Plane, instant: float
-    ) -> tuple["Orbit", "Lap", float, float]:
+    def _weights(self, orbit: "Orbit") -> np.ndarray:
+        # states may grow by much along a curve, as over a resonance
+        return self.family.weights(orbit, np.ptp(self.limits, axis=1))
+
+    def _value(self, orbit: "Orbit", plane: Plane, instant: float) -> tuple["Orbit", "Lap", float, float]:
         """The orbit beside a guess, and the target's function there."""
         code, orbit, lap, _ = self.family.solve(orbit, plane.conditions, ON_CHORD)
         if code != branch.CONVERGED:
@@ -208,7 +210,7 @@ class Tracer:
             orbit, lap, value, instant = self._value(guess, plane, instant)
             if abs(moved) > NEARLY and np.isfinite(moved):
                 slope = (value - before) / moved
-            if not slope != 0:
+            if slope == 0:
                 break
             step = -value / slope
             if abs(step) <= TIGHT or (abs(step) < NEARLY and abs(step) > 0.3 * abs(moved)):
@@ -237,15 +239,13 @@ class Tracer:
         last = self._history[-1]
         predicted = self._predicted(h, self._history)
         try:
-            orbit, lap, slope, error, instant = self._onto(
-                predicted, last.plane, last.across, last.slope, last.instant
-            )
+            orbit, lap, slope, error, instant = self._onto(predicted, last.plane, last.across, last.slope, last.instant)
         except LostError:
             return None
         if not self._gap(orbit, predicted) < FARTHEST:
             return None
         d = self.family.states
-        plane = plane_at(self.family, orbit, lap, last.plane.weights, last.plane)
+        plane = plane_at(self.family, orbit, lap, self._weights(orbit), last.plane)
         length = last.arclength + self._gap(orbit, last.orbit)
         tangent = last.tangent
         if length - last.arclength > BESIDE:
@@ -287,7 +287,6 @@ class Tracer:
         last = self._history[-1]
         found: list[tuple[float, Spot]] = []
         for k, (low, high) in enumerate(self.limits):
-            here = float(self._values(last.orbit)[k])
 
             def excess(step: float, k: int = k, low: float = low, high: float = high) -> float:
                 spot = self._after(step) if step > 0 else last
@@ -328,9 +327,10 @@ class Tracer:
                 high, bad = middle, blocked
         if good is not last:
             self._history.append(good)
-        within = self.beside(good) or (good.orbit, good.lap)
+        orbit, lap = self.beside(good) or (good.orbit, good.lap)
+        bad_orbit, bad_lap = bad or (None, None)
         error = (high - low) + (BESIDE if self.target.one_sided else NOISE)
-        self._end(traced, Border(*within, *(bad or (None, None)), error))
+        self._end(traced, Border(orbit, lap, bad_orbit, bad_lap, error))
 
     def _end(self, traced: Traced, border: Border) -> None:
         kind, text = reason(self.family, border)
@@ -342,8 +342,7 @@ class Tracer:
         traced.end = ends.get(kind, BranchEnd.NO_CONVERGENCE)
         traced.words = f"{text}; the curve ends" if text else traced.end.advice
         traced.happens = kind
-        spans = self.limits[0, 1] - self.limits[0, 0]
-        traced.error = border.error * float(spans)
+        traced.error = border.error * float(np.ptp(self.limits[0]))
 
 
 def _shares(nodes: np.ndarray, place: float, derivative: int) -> np.ndarray:
