@@ -127,7 +127,10 @@ def orbit_from_state(
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
         if guess is None:
             raise NoOrbitError(
-                Outcome.NO_ORBIT, f"the motion from the start does not come back within a time of {LONGEST_RETURN:g}"
+                Outcome.NO_ORBIT,
+                f"after {period} periods the motion from the start is in another mode than at its beginning"
+                if family.forced
+                else f"the motion from the start does not come back within a time of {LONGEST_RETURN:g}",
             )
         if any(guess.same_events(old) for old in seen):
             raise failure

@@ -63,7 +63,8 @@ def guess_of_forced(
     if not len(events):
         return outcome, eventless(family, state, mode, periods, values, period)
     durations = np.diff(times, prepend=times[-1] - periods * period)
-    return outcome, orbit_of_events(family, events, durations, periods, values, float(times[-1] % period))
+    orbit = orbit_of_events(family, events, durations, periods, values, float(times[-1] % period))
+    return outcome, orbit if _connected(family, orbit) else None
 
 
 def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> list[tuple[np.ndarray, str]]:
@@ -118,7 +119,8 @@ def guess_of_autonomous(
             return outcome, None
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
         durations = np.diff(times)[:last]
-        return outcome, orbit_of_events(family, events[1 : last + 1], durations, 1, values, 0.0)
+        orbit = orbit_of_events(family, events[1 : last + 1], durations, 1, values, 0.0)
+        return outcome, orbit if _connected(family, orbit) else None
     path = np.vstack([state, samples[: run.filled()[0], :d]])
     away = np.abs(path - state).max(axis=1)
     size = np.abs(path - path.mean(axis=0)).max()
@@ -193,6 +195,13 @@ def orbit_of_events(
     after = np.roll(events[:, layout.EVENT_COLUMNS + d : layout.EVENT_COLUMNS + 2 * d], 1, axis=0)
     starts = np.column_stack([after, np.tile(values, (len(events), 1))])
     return Orbit(arcs, periods, starts, phase, durations)
+
+
+def _connected(family: "Family", orbit: Orbit) -> bool:
+    """Whether every event leads into the mode of the next arc; the last one may not, on a path that is no cycle."""
+    targets = [family.plain.transitions[k].target for k in orbit.arcs[:, at.ARC_OUTCOME]]
+    modes = [family.system.mode_names[m] for m in np.roll(orbit.arcs[:, at.ARC_MODE], -1)]
+    return targets == modes
 
 
 def eventless(family: "Family", state: np.ndarray, mode: str, periods: int, values: np.ndarray, period: float) -> Orbit:

@@ -19,3 +19,21 @@ def digits():
 
     yield work_with
     mp.dps = before
+
+
+@pytest.fixture(scope="session")
+def drill():
+    """The drill of the paper, as reproduced."""
+    from chaosdrill.systems.drill import drill
+
+    return drill(friction="stribeck", contact="hunt-crossley", eta=0.8, xi=0.06)
+
+
+@pytest.fixture(scope="session")
+def drill_period_one(drill):
+    """Family over eta, orbit and lap of the drill's period-1 orbit at eta = 0.8."""
+    from chaosdrill.engine.numerics import Numerics
+    from chaosdrill.orbits.find import starting_orbit
+
+    family, orbit, lap, _, _ = starting_orbit(drill, ("eta",), 1, "attractor", 300, Numerics())
+    return family, orbit, lap

@@ -1,0 +1,79 @@
+"""The linearised equations of an orbit against differences of the equations themselves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chaosdrill.orbits.family import Family
+from chaosdrill.orbits.find import orbit_from_state
+from chaosdrill.orbits.reading import settled
+from chaosdrill.systems import build
+
+CASES = {
+    "impact-oscillator": ({"wall": 0.0, "zeta": 0.02, "omega": 2.6}, {"x": -0.6, "v": 0.0}, "omega"),
+    "bouncing-ball": ({}, {}, "amplitude"),
+    "rimless-wheel": ({}, {}, "alpha"),
+}
+STEP = 1e-6
+
+
+def moved(family, orbit, column, step):
+    """The path with one reduced unknown changed; starts of later arcs stay, the parameter changes along all."""
+    d, count = family.states, len(orbit)
+    starts, phase, durations = orbit.starts.copy(), orbit.phase, orbit.durations.copy()
+    if column < d:
+        starts[0, column] += step
+    elif column == d:
+        phase += step
+    elif column < d + 1 + count:
+        durations[column - d - 1] += step
+    else:
+        starts[:, d + column - (d + 1 + count)] += step
+    return replace(orbit, starts=starts, phase=phase, durations=durations)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_equations_of_one_arc_are_linearised_exactly(name):
+    parameters, initial, free = CASES[name]
+    system = build(name, parameters, {}).with_initial(**initial)
+    plain = Family(system)
+    _, state, mode = settled(plain, 200)
+    orbit, _, _ = orbit_from_state(plain, state, mode, 1)
+    assert len(orbit) == 1
+    family = Family(system, (free,))
+    value = system.parameters[free]
+    orbit = replace(orbit, starts=np.column_stack([orbit.starts, np.full(len(orbit), value)]))
+    here = family.lap(orbit)
+    columns = here.equations.shape[1] - 1
+    for column in range(columns):
+        ahead, behind = (family.lap(moved(family, orbit, column, s)).equations[:, -1] for s in (STEP, -STEP))
+        difference = (ahead - behind) / (2 * STEP)
+        if not family.forced and column == family.states:
+            # the last equation keeps a phase that means nothing where it is
+            difference[-1] = 1.0
+        assert np.abs(difference - here.equations[:, column]).max() < 1e-7 * (1 + np.abs(difference).max())
+
+
+def test_a_frequency_changes_the_orbit_as_two_solutions_differ(drill_period_one):
+    """Several arcs, and a parameter that the period depends on."""
+    family, orbit, lap = drill_period_one
+    weights = family.weights(orbit, np.array([0.5]))
+    direction = family.direction(orbit, lap, weights)
+    slope = direction / direction[-1]
+    value = orbit.starts[0, -1]
+    ahead, behind = (family.solve(orbit.with_values(np.array([value + s]), 3))[1].reduced(3) for s in (1e-5, -1e-5))
+    assert np.abs((ahead - behind) / 2e-5 - slope).max() < 1e-6 * np.abs(slope).max()
+
+
+def test_the_flow_direction_of_an_autonomous_orbit_has_the_multiplier_one(rimless):
+    _, _, lap = rimless
+    assert np.abs(np.linalg.eigvals(lap.monodromy) - 1).min() < 1e-13
+
+
+@pytest.fixture
+def rimless():
+    family = Family(build("rimless-wheel", {}, {}))
+    _, state, mode = settled(family, 50)
+    orbit, lap, _ = orbit_from_state(family, state, mode, 1)
+    return family, orbit, lap
