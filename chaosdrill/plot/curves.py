@@ -1,6 +1,7 @@
 """Curves of special points over two parameters, over the chart of periods where there is one."""
 
-from typing import TYPE_CHECKING
+import json
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 _DASHES = {"fold": "-", "period_doubling": (0, (5, 1.5)), "grazing": (0, (1.2, 1.2))}
 
@@ -32,7 +34,7 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
     -------
     matplotlib.figure.Figure
         A colour for each kind of curve and period, and dashes by the kind. Points on a curve at which something else
-        happens have their shape, ends inside of the parameters' range a bar.
+        happens have their shape, ends inside of the parameters' range a bar. Beside a chart nothing is drawn.
     """
     if over is not None:
         kinds, looks = motions(over)
@@ -46,8 +48,8 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
         panels[0].set(xlabel=axis_label(datasets[0], across), ylabel=axis_label(datasets[0], up))
         panels[0].margins(0.03)
     for axes in panels:
-        limits = axes.get_xlim(), axes.get_ylim()
-        _curves(axes, datasets, across, up)
+        limits = (axes.get_xlim(), axes.get_ylim()) if over is not None else ((-np.inf, np.inf), (-np.inf, np.inf))
+        _curves(axes, [_Curve(dataset, across, up, limits) for dataset in datasets])
         if over is not None:
             axes.set(xlim=limits[0], ylim=limits[1])
     handles = named_once(panels[0])
@@ -59,35 +61,47 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
     return figure
 
 
-def _curves(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", across: str, up: str) -> None:
+class _Curve:
+    """The points of a dataset over two parameters, and which of them are within limits: the rest is not named."""
+
+    def __init__(self, dataset: "xr.Dataset", across: str, up: str, limits: tuple[tuple[float, float], ...]) -> None:
+        self.dataset, self.kind = dataset, str(settings(dataset).get("follow") or "")
+        self.x, self.y = dataset[across].values, dataset[up].values
+        (left, right), (low, high) = limits
+        self.inside = (self.x >= left) & (self.x <= right) & (self.y >= low) & (self.y <= high)
+
+    def specials(self) -> "list[tuple[str, NDArray[np.int64]]]":
+        """Kinds of special points on the curve with their numbers, without the one that it was followed from."""
+        second = swept(self.dataset)[1]
+        own = json.loads(str(self.dataset.attrs["parameters"]))[second]
+        start = np.isclose(self.dataset[second].values, own, rtol=1e-12, atol=0.0)
+        kept = (
+            (kind, points[self.inside[points] & ~((kind == self.kind) & start[points])])
+            for kind, points in specials(self.dataset)
+        )
+        return [(kind, points) for kind, points in kept if points.size]
+
+
+def _curves(axes: "Axes", curves: "list[_Curve]") -> None:
     from matplotlib.patheffects import Normal, Stroke
 
     rim = [Stroke(linewidth=3.6, foreground="white"), Normal()]
     named: dict[str, str] = {}
-    reasons: dict[str, None] = {}
-    for dataset in datasets:
-        x, y, branch = (dataset[name].values for name in (across, up, "branch"))
-        kind = str(settings(dataset).get("follow") or "")
-        for number in np.unique(branch):
-            period = int(dataset["branch_period"].values[number])
-            text = f"{special_name(kind)}, period {period}"
-            colour = named.setdefault(text, LINE_COLOURS[len(named) % len(LINE_COLOURS)])
+    for curve in curves:
+        branch = curve.dataset["branch"].values
+        for number in np.unique(branch[curve.inside]):
             points = branch == number
-            dashes = _DASHES.get(kind, "-.")
-            axes.plot(
-                x[points],
-                y[points],
-                color=colour,
-                linestyle=dashes,
-                linewidth=1.6,
-                path_effects=rim,
-                zorder=3,
-                label=text,
-            )
-        for special, points in specials(dataset):
-            mark(axes, x[points], y[points], special, 6.5)
-        last, names = ends(dataset)
-        reasons.update(dict.fromkeys(names))
-        bar(axes, x[last], y[last], 11)
+            text = f"{special_name(curve.kind)}, period {int(curve.dataset['branch_period'].values[number])}"
+            colour = named.setdefault(text, LINE_COLOURS[len(named) % len(LINE_COLOURS)])
+            look: dict[str, Any] = {"color": colour, "linestyle": _DASHES.get(curve.kind, "-."), "linewidth": 1.6}
+            axes.plot(curve.x[points], curve.y[points], path_effects=rim, zorder=3, label=text, **look)
+    reasons: dict[str, None] = {}
+    for curve in curves:
+        for kind, points in curve.specials():
+            mark(axes, curve.x[points], curve.y[points], kind, 6.5)
+        for point, name in zip(*ends(curve.dataset), strict=True):
+            if curve.inside[point]:
+                reasons[name] = None
+                bar(axes, curve.x[point], curve.y[point], 11)
     if reasons:
         bar(axes, [], [], 11, end_label(reasons))

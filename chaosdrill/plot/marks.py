@@ -85,7 +85,7 @@ def bar(axes: "Axes", x: "ArrayLike", y: "ArrayLike", size: float, text: str | N
 
 
 def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":
-    """Return the last points of the branches that end before the parameter's limit, and the names of these ends."""
+    """Return the last points of the branches that end before the parameter's limit, and the name of each end."""
     names = flag_names(dataset["branch_end"])
     branch = dataset["branch"].values
     found = [
@@ -93,7 +93,7 @@ def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":
         for number, code in enumerate(dataset["branch_end"].values)
         if names[int(code)] not in _QUIET_ENDS and (branch == number).any()
     ]
-    return np.array([point for point, _ in found], dtype=np.int64), list(dict.fromkeys(name for _, name in found))
+    return np.array([point for point, _ in found], dtype=np.int64), [name for _, name in found]
 
 
 def period_looks(datasets: "Sequence[xr.Dataset]") -> dict[int, Look]:

@@ -39,7 +39,7 @@ class Picture:
         How many parameters the analysis ran through; 0 if that does not matter.
     over : str, default ""
         Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
-        All groups over the same ranges of these go into one picture.
+        All groups over these, and over the same range of a single one, go into one picture.
     """
 
     kind: str
@@ -246,8 +246,11 @@ def _plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
 
 
 def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
-    """Whether two datasets go into one picture: in that of a wide range nothing would be seen of a narrow one."""
-    return fits(dataset, other) and limits(dataset) == limits(other)
+    """Whether two datasets go into one picture: in that of a wide range nothing would be seen of a narrow one.
+
+    Curves over two parameters have ranges that only say where to look for them.
+    """
+    return fits(dataset, other) and (len(swept(dataset)) > 1 or limits(dataset) == limits(other))
 
 
 def _behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":

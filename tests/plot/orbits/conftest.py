@@ -109,14 +109,16 @@ def continuation(as_continuation, branch_result):
 def curve(as_continuation):
     """Factory of datasets of curves: Henon's fold a = -(1 - b)^2/4 and period doubling a = 3 (1 - b)^2/4."""
 
-    def made(follow, period=1, end=BranchEnd.LIMIT):
+    def made(follow, period=1, end=BranchEnd.LIMIT, specials=None):
         b = np.linspace(-0.5, 0.5, 21)
         a = {"fold": -0.25, "period_doubling": 0.75}[follow] * (1 - b) ** 2
         count = len(b)
+        kinds = specials or {}
         result = BranchResult(
             parameters=("r", "q"),
             values=np.stack([a, b], axis=1),
-            **{name: np.zeros(count, dtype=np.int64) for name in ("branch", "mode", "special", "sequence")},
+            **{name: np.zeros(count, dtype=np.int64) for name in ("branch", "mode", "sequence")},
+            special=np.array([kinds.get(i, Special.REGULAR) for i in range(count)]),
             period=np.full(count, period),
             arclength=b + 0.5,
             section=np.zeros((count, 1, 2)),
@@ -126,7 +128,7 @@ def curve(as_continuation):
             smallest_speed=np.ones(count),
             residual=np.zeros(count),
             branches=(BranchInfo(-1, period, "", "", end),),
-            events=(),
+            events=tuple(SpecialPoint(i, kind, np.array([a[i], b[i]]), 0.0, "") for i, kind in sorted(kinds.items())),
         )
         return as_continuation(result, follow=follow)
 

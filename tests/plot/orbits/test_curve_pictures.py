@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from chaosdrill.dataset import BranchEnd, Outcome, label
+from chaosdrill.dataset import BranchEnd, Outcome, Special, label
 from chaosdrill.plot.curves import curves
 
 
@@ -30,6 +30,11 @@ def _legend(figure):
 def _points(axes):
     (line,) = [line for line in axes.get_lines() if line.get_marker() == "None"]
     return line.get_xydata()
+
+
+def _marks(ds):
+    lines = curves(ds).axes[0].get_lines()
+    return [tuple(line.get_xydata()[0]) for line in lines if line.get_markerfacecolor() == "white"]
 
 
 def test_curves_are_named_by_kind_and_period(curve):
@@ -64,3 +69,17 @@ def test_a_failed_search_is_said(curve):
     none = none.assign(outcome=none["outcome"].copy(data=np.int8(Outcome.EQUILIBRIUM)))
     figure = curves(none.assign_attrs(message="no fold on the way"))
     assert "equilibrium; no fold on the way" in figure.get_suptitle()
+
+
+def test_the_point_from_which_a_curve_was_followed_is_nothing_special(curve):
+    """It has the system's own value of the second parameter, q = 0.5, which is the curve's last point."""
+    ds = curve("period_doubling", specials={20: Special.PERIOD_DOUBLING, 5: Special.PERIOD_DOUBLING})
+    assert _marks(ds) == [(0.75 * 1.25**2, -0.25)]
+    assert _marks(curve("period_doubling", specials={20: Special.GRAZING})) == [(0.75 * 0.5**2, 0.5)]
+
+
+def test_what_lies_beyond_the_chart_is_not_named(curve, chart):
+    """Folds have a < 0; of the period doublings only those with a below 1.1 are within the chart."""
+    ds = curve("period_doubling", specials={0: Special.GRAZING, 10: Special.FOLD})
+    figure = curves(curve("fold"), ds, over=chart.sel(r=slice(0.2, None)))
+    assert _legend(figure) == ["period 1", "period doubling, period 1", "fold"]
