@@ -95,9 +95,10 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
         look = looks[int(dataset["branch_period"].values[number])]
         axes.plot(x[points], positive[points], color=look.colour, label=look.name)
     for i in range(moduli.shape[1]):
-        lost = moduli[:, i] == 0
+        # at grazing there are no multipliers
+        lost, known = moduli[:, i] == 0, ~np.isnan(moduli[:, i])
         if lost.any():
-            where = "" if lost.all() else f" at {lost.sum()} of {lost.size} points"
+            where = "" if lost.sum() == known.sum() else f" at {lost.sum()} of {known.sum()} points"
             axes.plot([], [], linestyle="none", label=f"{subscript('μ', i + 1)} = 0{where}")
     foot = blended_transform_factory(axes.transData, axes.transAxes)
     for kind, points in specials(dataset):

@@ -69,6 +69,12 @@ def test_lost_multipliers_are_named(continuation):
     assert "μ₂ = 0 at 100 of 133 points" in names
 
 
+def test_points_without_multipliers_do_not_count(continuation):
+    some = continuation.copy(deep=True)
+    some["multiplier_real"][-1] = np.nan
+    assert "μ₂ = 0" in [text.get_text() for text in multipliers(some).axes[1].get_legend().get_texts()]
+
+
 def test_moduli_have_a_logarithmic_axis_around_one(continuation):
     below = multipliers(continuation).axes[2]
     assert below.get_yscale() == "log"
