@@ -11,8 +11,8 @@ from chaosdrill.errors import SettingsError
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
-LONGEST_PERIOD = 10_000
-"""Longest period of an orbit, in forcing periods: the unknowns of longer ones would not fit into memory."""
+LONGEST_PERIOD = 1000
+"""Longest period of an orbit, in forcing periods: the unknowns of longer ones are too many to be solved for together."""
 
 
 def check_start(start: Any, known: Sequence[str]) -> None:

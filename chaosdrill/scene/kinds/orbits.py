@@ -9,7 +9,7 @@ from chaosdrill.scene.kinds.base import Amount, Analysis, Transient
 from chaosdrill.scene.kinds.points import Random
 from chaosdrill.scene.strict import Strict
 
-Period = Annotated[int, Field(ge=1, le=10_000)]
+Period = Annotated[int, Field(ge=1, le=1000)]
 
 
 class PeriodicOrbit(Analysis):
