@@ -14,6 +14,7 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.check import RESERVED
 from chaosdrill.orbits.branches import branches
+from chaosdrill.orbits.curves import curve
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -120,9 +121,8 @@ def continue_orbit(
         ends = (float(pairs[0, 0]), float(pairs[0, 1]))
         result = branches(system, names[0], ends, period, start, settle, doubled, longest, points, numerics, progress)
     else:
-        from chaosdrill.orbits.curves import curve
-
-        result = curve(system, names, pairs, period, start, settle, follow, longest, points, numerics, progress)
+        both = (names[0], names[1])
+        result = curve(system, both, pairs, period, start, settle, follow, longest, points, numerics, progress)
     ds = label(branches_dataset(system, result), "continuation", system=system, settings=given)
     return ds.assign_attrs(message=result.message)
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 LONGEST_PERIOD = 1000
-"""Longest period of an orbit, in forcing periods: the unknowns of longer ones are too many to be solved for together."""
+"""Longest period of an orbit, in forcing periods: longer ones have too many unknowns to be solved together."""
 
 
 def check_start(start: Any, known: Sequence[str]) -> None:

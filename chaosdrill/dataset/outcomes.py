@@ -26,6 +26,7 @@ class Outcome(IntEnum):
     EQUILIBRIUM = 12
     INADMISSIBLE = 13
     OPEN = 14
+    NO_SPECIAL_POINT = 15
 
     @property
     def meaning(self) -> str:
@@ -84,5 +85,9 @@ _ADVICE = {
     Outcome.OPEN: (
         "All returns but for a state that only grows, as a distance does; write the system in states that repeat, and "
         "carry the one that grows as a quadrature."
+    ),
+    Outcome.NO_SPECIAL_POINT: (
+        "The branch along the first parameter has no such point from which a curve could be followed; widen the range "
+        "of that parameter, follow another kind of point, or start from another orbit."
     ),
 }

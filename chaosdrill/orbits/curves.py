@@ -89,14 +89,14 @@ def curve(
     found = _nearest(grown, kind)
     if found is None:
         text = f"no {called} on the branch of {name} through the orbit: {_told(grown)}"
-        return nothing(system, parameters, Outcome.NO_ORBIT, text)
+        return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
     family = Family(system, parameters, numerics)
     second = system.parameters[parameters[1]]
     try:
         tracer, first = _begin(family, _lifted(found, second), kind, ranges, frame)
     except LostError as lost:
         text = f"the {called} at {name} = {found.starts[0, -1]:.12g} cannot be followed: {lost}"
-        return nothing(system, parameters, Outcome.NO_ORBIT, text)
+        return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
     halves: list[Traced] = []
     for number, begin in enumerate((first, first.turned())):
         if halves and halves[0].end == BranchEnd.CLOSED:

@@ -20,6 +20,9 @@ ROUND_OFF = 1e-15
 SLACK = 1e3
 """Steps, and how unevenly they count, in the difference after a lap that round-off and the tolerance explain."""
 
+MOST_NAMED = 12
+"""Events that are all named where a run meets others; of longer orbits the first that differs."""
+
 
 @dataclass(frozen=True)
 class Lapped:
@@ -116,5 +119,10 @@ def _compare(family: "Family", orbit: "Orbit", arc: int, rows: np.ndarray) -> st
     expected = [(int(mode), int(kind)) for mode, end, kind in turned if end >= 0]
     if met == expected:
         return ""
-    names = [" ".join(transitions[kind].name for _, kind in events) or "no event" for events in (met, expected)]
-    return f"{names[0]} instead of {names[1]}"
+    names = [[transitions[kind].name for _, kind in events] for events in (met, expected)]
+    if max(map(len, names)) <= MOST_NAMED:
+        went, said = (" ".join(events) or "no event" for events in names)
+        return f"{went} instead of {said}"
+    first = next((k for k, (a, b) in enumerate(zip(met, expected, strict=False)) if a != b), min(map(len, names)))
+    went, said = (events[first] if first < len(events) else "nothing" for events in names)
+    return f"event {first + 1} of {len(expected)} is {went} instead of {said}"

@@ -97,3 +97,23 @@ def test_few_points_are_told():
     system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.6})
     ds = cd.continue_orbit(system, {"omega": (2.55, 2.65)}, max_points=5)
     assert ds["branch_end"].values.tolist() == [BranchEnd.MOST_POINTS]
+
+
+def test_the_curve_of_period_doublings_has_its_closed_form():
+    system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.6})
+    ds = cd.continue_orbit(system, {"omega": (2.55, 2.8), "e": (0.7, 0.9)}, follow="period_doubling")
+    omega, r = ds["omega"].values, ds["e"].values
+    c = np.cos(2 * np.pi / omega)
+    trace = -2 * r * c + (1 + r) ** 2 * (1 - omega**2) * (1 + c) / 2
+    # at a multiplier of -1 the trace is -(1 + determinant)
+    np.testing.assert_allclose(trace, -(1 + r**2), atol=1e-9)
+    assert r.min() == pytest.approx(0.7, abs=1e-12)
+    assert ds["special_value_2"].values.tolist() == pytest.approx([0.8], abs=1e-12)
+
+
+def test_no_point_to_follow_is_told():
+    system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.6})
+    ds = cd.continue_orbit(system, {"omega": (2.59, 2.61), "e": (0.7, 0.9)}, follow="grazing")
+    assert Outcome(int(ds["outcome"])) == Outcome.NO_SPECIAL_POINT
+    assert "no grazing on the branch of omega" in ds.attrs["message"]
+    assert ds.sizes["point"] == 0

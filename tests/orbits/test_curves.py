@@ -83,7 +83,7 @@ def test_birth_of_the_bouncing_orbit():
 
 def test_what_is_not_there_is_said(wall):
     result = followed(wall, {"omega": (2.6, 2.7), "e": (0.75, 0.85)}, "fold", 0.003)
-    assert result.outcome == Outcome.NO_ORBIT
+    assert result.outcome == Outcome.NO_SPECIAL_POINT
     assert result.values.shape == (0, 2)
     assert result.message.startswith("no fold on the branch of omega")
     assert "period doubling at 2.65334773" in result.message
