@@ -20,6 +20,9 @@ MOST_LAPS = 200
 TURNED = 1e-12
 """What is left of a wrong direction after the laps between multipliers that are told apart."""
 
+MULTIPLIED = 10.0
+"""Times the difference after a lap that is explained, by which a logarithm may differ."""
+
 LOGARITHM = 1e-9
 """Difference of logarithms of multipliers, or of their product, that counts as none, at the best."""
 
@@ -38,7 +41,9 @@ def check(family: "Family", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -
     """
     moduli = np.abs(found.multipliers)
     tolerance = family.numerics.tolerance
-    limit = LOGARITHM + lapped.explained(tolerance)
+    limit = LOGARITHM + MULTIPLIED * lapped.explained(tolerance)
+    if family.numerics.method == "rk4":
+        limit += (2 * np.pi / (family.numerics.steps or 200)) ** 4 * max(1.0, lapped.growth)
     disagreements = []
     exponents, ends = exponents_of(family, orbit, moduli)
     with np.errstate(divide="ignore"):

@@ -41,6 +41,9 @@ def describe(family: "Family", orbit: "Orbit", lap: "Lap", residuals: np.ndarray
     if not lapped.residual <= lapped.explained(family.numerics.tolerance):
         text = f"the equations close, but a run of the system from there misses its start by {lapped.residual:.1e}"
         return no_orbit(family.plain, Outcome.INADMISSIBLE, text, orbit.periods, residuals)
+    if not np.isfinite(lap.monodromy).all():
+        text = "the orbit meets a guard at no speed, where small deviations grow without bound: it has no multipliers"
+        return no_orbit(family.plain, Outcome.NONFINITE, text, orbit.periods, residuals)
     rank = structural_rank(family, orbit, family.plain)
     strobes, modes = family.strobes([orbit])
     found = FoundOrbit(

@@ -122,7 +122,10 @@ def _growing(points: np.ndarray) -> np.ndarray:
 
 def why_not(code: int, residuals: np.ndarray) -> str:
     """Why Newton's method failed, in words."""
-    if code in (branch.SLOW, branch.SINGULAR):
-        why = "found the equations singular" if code == branch.SINGULAR else "did not converge"
-        return f"Newton's method {why}; its residuals go from {residuals[0]:.1e} to {residuals.min():.1e}"
-    return f"on the way to the orbit the run ended: {Outcome(code).advice}"
+    known = residuals[np.isfinite(residuals)]
+    went = f"; its residuals went from {known[0]:.1e} to {known.min():.1e}" if len(known) else ""
+    if code == branch.SINGULAR:
+        return f"Newton's method found the equations singular{went}"
+    if code == branch.SLOW:
+        return f"Newton's method did not converge{went}"
+    return f"Newton's method ran off to where the system cannot be followed ({Outcome(code).meaning}){went}"

@@ -33,6 +33,9 @@ READINGS = 6
 REACHES = (0.5, 0.1)
 """Longest corrections by one lap with which Newton's method is tried, one after the other."""
 
+CONVERGING = 1e-2
+"""Residual below which Newton's method is given more time."""
+
 SAME = 1e-7
 """Difference relative to the size of the states below which two points of an orbit are one."""
 
@@ -152,6 +155,9 @@ def solved(family: Family, guess: Orbit, reach: float = REACHES[0]) -> tuple[Orb
     NoOrbitError
     """
     code, orbit, lap, residuals = family.solve(based(family, guess), reach=reach)
+    if code == branch.SLOW and residuals[-1] <= CONVERGING:
+        code, orbit, lap, more = family.solve(orbit, reach=reach)
+        residuals = np.concatenate([residuals, more[1:]])
     if code != branch.CONVERGED:
         raise NoOrbitError(Outcome.NO_ORBIT, why_not(code, residuals), residuals)
     if at_rest(family, orbit):

@@ -17,11 +17,20 @@ if TYPE_CHECKING:
 ROUND_OFF = 1e-15
 """What a step adds to the difference after a lap, beside the tolerance."""
 
-SLACK = 1e3
+SLACK = 1e2
 """Steps, and how unevenly they count, in the difference after a lap that round-off and the tolerance explain."""
 
 MOST_NAMED = 12
 """Events that are all named where a run meets others; of longer orbits the first that differs."""
+
+CLOSED = 1e-3
+"""Largest difference after a lap of an orbit that counts as closed, whatever explains it."""
+
+FAST = 1e4
+"""Growth of small deviations over a lap above which it is verified in parts."""
+
+MOST_PARTS = 256
+"""Parts of a lap, at most."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +57,7 @@ class Lapped:
 
     def explained(self, tolerance: float, laps: int = 1) -> float:
         """Difference after so many laps that round-off and the tolerance explain."""
-        return SLACK * (ROUND_OFF + tolerance) * max(1.0, self.growth) ** laps
+        return min(SLACK * (ROUND_OFF + tolerance) * max(1.0, self.growth) ** laps, CLOSED)
 
 
 def standpoint(family: "Family", orbit: "Orbit") -> tuple[int, float, np.ndarray]:
@@ -67,8 +76,10 @@ def standpoint(family: "Family", orbit: "Orbit") -> tuple[int, float, np.ndarray
     return longest, middle, family.at([orbit], np.array([[middle]]))[0][0, 0]
 
 
-def run_from(family: "Family", orbit: "Orbit", arc: int, time: float, state: np.ndarray, **options: object) -> Run:
-    """A run of the ordinary engine that begins on an orbit; a period of it is one of the forcing, or the whole orbit.
+def run_from(
+    family: "Family", orbit: "Orbit", arc: int, time: float, state: np.ndarray, parts: int = 1, **options: object
+) -> Run:
+    """A run of the ordinary engine that begins on an orbit.
 
     Parameters
     ----------
@@ -76,6 +87,9 @@ def run_from(family: "Family", orbit: "Orbit", arc: int, time: float, state: np.
     orbit : Orbit
     arc, time, state : int, float, ndarray
         Where: number of the arc, time since the start of the orbit, state of shape (d,).
+    parts : int
+        A period of the run is one of the forcing, or all of an orbit without forcing; if parts are asked for, that
+        part of the whole orbit.
     options
         Passed on to `Run`.
     """
@@ -84,30 +98,63 @@ def run_from(family: "Family", orbit: "Orbit", arc: int, time: float, state: np.
         **dict(zip(family.plain.state_names, state.tolist(), strict=True)),
         mode=family.plain.mode_names[orbit.arcs[arc, at.ARC_MODE]],
     )
-    period = system.forcing_period()
-    run = Run(system, period or float(orbit.durations.sum()), family.numerics, **options)  # type: ignore[arg-type]
-    if period:
-        run.carried_f[layout.BASE] = (orbit.phase + time) % period
-    run.settings_f[layout.STEP] = (period or 1.0) / (family.numerics.steps or 200)
+    forcing = system.forcing_period()
+    period = float(orbit.durations.sum()) / parts if parts > 1 or not forcing else forcing
+    run = Run(system, period, family.numerics, **options)  # type: ignore[arg-type]
+    if forcing:
+        run.carried_f[layout.BASE] = (orbit.phase + time) % forcing
+    run.settings_f[layout.STEP] = (forcing or 1.0) / (family.numerics.steps or 200)
     return run
 
 
 def verify(family: "Family", orbit: "Orbit") -> Lapped:
-    """Go around an orbit twice with the ordinary engine, which searches for events and knows nothing of arcs."""
+    """Go around an orbit twice with the ordinary engine, which searches for events and knows nothing of arcs.
+
+    Where small deviations grow too much over a period for that to say anything, the state is put back onto the orbit
+    after parts of it, and the differences are those of the parts.
+    """
+    lapped = _lapped(family, orbit, 1)
+    parts = 2
+    while lapped.outcome == Outcome.OK and lapped.growth > FAST and parts <= MOST_PARTS:
+        lapped = _lapped(family, orbit, parts)
+        parts *= 2
+    return lapped
+
+
+def _lapped(family: "Family", orbit: "Orbit", parts: int) -> Lapped:
+    """What two laps in so many parts each show."""
     arc, time, state = standpoint(family, orbit)
-    d = family.states
-    run = run_from(family, orbit, arc, time, state, tangents=np.eye(d), orthonormalise=False)
+    d, total = family.states, float(orbit.durations.sum())
+    run = run_from(family, orbit, arc, time, state, parts, tangents=np.eye(d), orthonormalise=False)
+    forcing = family.period_at(orbit)
+    instants = (time + np.arange(1, parts + 1) / parts * total) % total
+    order = np.argsort(instants)
+    ends = np.zeros((parts, d))
+    ends[order] = family.at([orbit], instants[np.newaxis, order])[0][0]
+    ends[-1] = state
+    size = np.maximum(1.0, np.abs(ends).max(axis=1))
+    units = orbit.periods if forcing and parts == 1 else 1
     buffer = np.zeros((8 * len(orbit) + 64, layout.EVENT_COLUMNS + 2 * d))
-    outcome, full = run.advance(orbit.periods, events=buffer)
-    if outcome != Outcome.OK:
-        return Lapped(outcome, np.inf, np.inf, np.inf, f"the run ends: {outcome.advice}")
-    differs = "many more events than the orbit has" if full else _compare(family, orbit, arc, buffer[: run.filled()[1]])
-    size = max(1.0, float(np.abs(state).max()))
-    residual = float(np.abs(run.x - state).max()) / size
-    growth = float(np.linalg.norm(run.vectors, 2)) if np.isfinite(run.vectors).all() else np.inf
-    again = Outcome.OK if full else run.advance(orbit.periods)[0]
-    recurrence = float(np.abs(run.x - state).max()) / size if again == Outcome.OK and not full else np.inf
-    return Lapped(Outcome.OK, residual, recurrence, growth, differs)
+    differences, rows = np.zeros((2, parts)), []
+    growth, differs = 0.0, ""
+    for lap in range(2):
+        for part in range(parts):
+            outcome, full = run.advance(units, events=buffer)
+            if outcome != Outcome.OK:
+                return Lapped(outcome, np.inf, np.inf, np.inf, f"the run ends: {outcome.advice}")
+            if full:
+                return Lapped(outcome, np.inf, np.inf, np.inf, "many more events than the orbit has")
+            rows.append(buffer[: run.filled()[1]].copy())
+            differences[lap, part] = np.abs(run.x - ends[part]).max() / size[part]
+            if lap == 0:
+                growth = max(growth, float(np.linalg.norm(run.vectors, 2)))
+            if parts > 1:
+                run.x[:], run.vectors[:] = ends[part], np.eye(d)
+                if forcing:
+                    run.carried_f[layout.BASE] = (orbit.phase + time + (part + 1) / parts * total) % forcing
+        if lap == 0:
+            differs = _compare(family, orbit, arc, np.concatenate(rows))
+    return Lapped(Outcome.OK, float(differences[0].max()), float(differences[1].max()), growth, differs)
 
 
 def _compare(family: "Family", orbit: "Orbit", arc: int, rows: np.ndarray) -> str:
