@@ -320,6 +320,15 @@ def lap(
                 for u in range(columns + 1):
                     equations[count + r, u] = step[1 + r, u]
                 equations[count + r, r] -= 1.0
+            for r in range(d if events == 0 and q == 0 else 0):
+                held = True
+                for v in range(n):
+                    held = held and monodromy[r, v] == (1.0 if r == v else 0.0)
+                if held:
+                    # it comes back whatever it is, as one that a mode leads along a function of time: it stays put
+                    for u in range(columns):
+                        equations[count + r, u] = 1.0 if u == r else 0.0
+                    equations[count + r, columns] = 0.0
         t = te
         if sizes[FORCED] == 1:
             whole = math.floor(te / period)

@@ -8,7 +8,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.orbits.contraction import contraction
 from chaosdrill.orbits.multipliers import structure_of
 from chaosdrill.orbits.results import Checks, FoundOrbit
-from chaosdrill.orbits.verify import Lapped, run_from, standpoint
+from chaosdrill.orbits.verify import ROUND_OFF, Lapped, run_from, standpoint
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family
@@ -41,7 +41,9 @@ def check(family: "Family", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -
     """
     moduli = np.abs(found.multipliers)
     tolerance = family.numerics.tolerance
-    limit = LOGARITHM + MULTIPLIED * lapped.explained(tolerance)
+    # the speed at a guard is the less certain the smaller it is, and with it the saltation
+    slowest = float(np.abs(found.event_speeds).min(initial=1.0))
+    limit = LOGARITHM + MULTIPLIED * (lapped.explained(tolerance) + (ROUND_OFF + tolerance) / slowest**2)
     if family.numerics.method == "rk4":
         limit += (2 * np.pi / (family.numerics.steps or 200)) ** 4 * max(1.0, lapped.growth)
     disagreements = []
@@ -110,7 +112,7 @@ def exponents_of(family: "Family", orbit: "Orbit", moduli: np.ndarray) -> tuple[
         values[run.dead[:d] == 1] = -np.inf
         values = values[np.argsort(-values, kind="stable")]
         for first, end in zip([0, *ends[:-1]], ends, strict=True):
-            values[first:end] = values[first:end].mean()
+            values[first:end] = values[first:end].mean() if end > first else 0.0
     return values, ends
 
 

@@ -78,13 +78,17 @@ def at_rest(family: "Family", orbit: "Orbit") -> bool:
 
 
 def understood(family: "Family", state: np.ndarray, mode: str, failure: NoOrbitError) -> NoOrbitError:
-    """Why there is no orbit, from what the motion does later on: nothing at all, or a state that only grows."""
+    """Why there is no orbit, from what the motion does later on: end, or rest, or let a state only grow."""
     system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
     run = Run(system, family.period or 1.0, family.numerics)
     points = [state]
     for _ in range(WATCHED):
-        if run.advance(1)[0] != Outcome.OK:
+        outcome = run.advance(1)[0]
+        if outcome == failure.outcome:
             return failure
+        if outcome != Outcome.OK:
+            words = f"{failure.message}; and the motion from the start ends: {outcome.advice}"
+            return NoOrbitError(outcome, words, failure.residuals)
         points.append(run.x.copy())
     if not family.forced and _rests(run):
         return NoOrbitError(Outcome.EQUILIBRIUM, "the motion from the start comes to rest", failure.residuals)

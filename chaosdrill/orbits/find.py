@@ -141,7 +141,9 @@ def orbit_from_state(
         orbit, lap, residuals = solved(family, guess, reach)
         if admissible(orbit, lap):
             return orbit, lap, residuals
-        failure = NoOrbitError(Outcome.INADMISSIBLE, inadmissible_words(family, orbit, lap), residuals)
+        failure = NoOrbitError(
+            Outcome.INADMISSIBLE, f"the equations close, but {inadmissible_words(family, orbit, lap)}", residuals
+        )
         states, modes = family.strobes([orbit])
         state, mode = states[0, 0], family.plain.mode_names[modes[0, 0]]
     raise failure
