@@ -20,9 +20,6 @@ MOST_LAPS = 200
 TURNED = 1e-12
 """What is left of a wrong direction after the laps between multipliers that are told apart."""
 
-MULTIPLIED = 10.0
-"""Times the difference after a lap that is explained, by which a logarithm may differ."""
-
 LOGARITHM = 1e-9
 """Difference of logarithms of multipliers, or of their product, that counts as none, at the best."""
 
@@ -43,7 +40,7 @@ def check(family: "Family", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -
     tolerance = family.numerics.tolerance
     # the speed at a guard is the less certain the smaller it is, and with it the saltation
     slowest = float(np.abs(found.event_speeds).min(initial=1.0))
-    limit = LOGARITHM + MULTIPLIED * (lapped.explained(tolerance) + (ROUND_OFF + tolerance) / slowest**2)
+    limit = LOGARITHM + lapped.explained(tolerance) + 10 * (ROUND_OFF + tolerance) / slowest**2
     if family.numerics.method == "rk4":
         limit += (2 * np.pi / (family.numerics.steps or 200)) ** 4 * max(1.0, lapped.growth)
     disagreements = []

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ROUND_OFF = 1e-15
 """What a step adds to the difference after a lap, beside the tolerance."""
 
-SLACK = 1e2
+SLACK = 1e3
 """Steps, and how unevenly they count, in the difference after a lap that round-off and the tolerance explain."""
 
 MOST_NAMED = 12
