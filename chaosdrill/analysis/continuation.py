@@ -77,7 +77,7 @@ def continue_orbit(
     step : float, optional
         Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
-        Most points of a branch.
+        Most points of a branch to either side of its start.
     method, tolerance, steps, progress
         As in `trajectory`.
 
@@ -116,7 +116,7 @@ def continue_orbit(
     points = whole("max_points", max_points, 2, MOST_POINTS)
     names, pairs = tuple(limits), np.array(list(limits.values()))
     _check_follow(follow, names, doubled)
-    longest = STEP * float(np.ptp(pairs[0])) if step is None else positive("step", step)
+    longest = _longest_step(step, names[0], float(np.ptp(pairs[0])))
     if follow is None:
         ends = (float(pairs[0, 0]), float(pairs[0, 1]))
         result = branches(system, names[0], ends, period, start, settle, doubled, longest, points, numerics, progress)
@@ -159,6 +159,14 @@ def _limits(system: "HybridSystem", sweep: Any) -> dict[str, tuple[float, float]
             )
         limits[name] = (low, high)
     return limits
+
+
+def _longest_step(step: Any, name: str, span: float) -> float:
+    """The largest step in the first parameter, checked."""
+    longest = STEP * span if step is None else positive("step", step)
+    if longest > span:
+        raise SettingsError(f"step is {step!r}, longer than the whole range of {name!r}, which is {span:g}")
+    return longest
 
 
 def _check_follow(follow: Any, names: tuple[str, ...], doublings: int) -> None:

@@ -67,6 +67,7 @@ BRANCHES = [
     ({"omega": (2, 3)}, {"start": "search"}, ["start is 'search'", "['attractor', 'guess']"]),
     ({"omega": (2, 3)}, {"doublings": 40}, ["doublings is 40", "from 0 to 12"]),
     ({"omega": (2, 3)}, {"step": 0}, ["step is 0"]),
+    ({"omega": (2, 3)}, {"step": 1.5}, ["step is 1.5", "range of 'omega', which is 1"]),
     ({"omega": (2, 3)}, {"max_points": 1}, ["max_points is 1"]),
 ]
 

@@ -48,6 +48,7 @@ CASES = [
     ("{ start = 2.6, stop = 2.4 }", "[2.6, 2.4]", "15: analysis.branch.sweep.omega: expected a table"),
     ("doublings = 3", "doublings = 40", "16: analysis.branch.doublings: must be at most 12, received 40"),
     ("step = 1e-3", "step = 0.0", "17: analysis.branch.step: must be greater than 0, received 0.0"),
+    ("step = 1e-3", "step = 0.25", "13: analysis.branch: step is longer than the whole range"),
     ("step = 1e-3", 'follow = "fold"', "13: analysis.branch: follow needs a second parameter"),
     ('follow = "grazing"', "", "18: analysis.curve: sweep names two parameters: say with follow"),
     ('follow = "grazing"', 'follow = "fold"\ndoublings = 1', "18: analysis.curve: a curve in two parameters has no"),

@@ -75,6 +75,9 @@ class Continuation(Analysis):
             raise PydanticCustomError("curve", "follow needs a second parameter: name it in sweep too")
         if self.follow is not None and self.doublings:
             raise PydanticCustomError("curve", "a curve in two parameters has no doublings; leave it out")
+        first = next(iter(self.sweep.values()))
+        if self.step is not None and self.step > abs(first.stop - first.start):
+            raise PydanticCustomError("step", "step is longer than the whole range of the (first) parameter")
         return self
 
     def keywords(self) -> dict[str, Any]:
