@@ -9,12 +9,12 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
-from chaosdrill.orbits.borders import TANGENT, Border, distance, left_out
+from chaosdrill.orbits.borders import Border, distance, left_out
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.plane import Plane, plane_at
 from chaosdrill.orbits.reading import eventless
 from chaosdrill.orbits.special import LostError, doubling_test
-from chaosdrill.orbits.touching import Touch, nearest_touch
+from chaosdrill.orbits.touching import Touch, nearest_touch, slowest_event
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
@@ -30,12 +30,13 @@ class Target(Protocol):
     Attributes
     ----------
     kind : Special
-    one_sided : bool
-        Whether the system follows the orbits only where the function is negative, and up to the curve itself.
+    margin : float
+        0, or the distance from the curve, in the norm of the weights, at which it is seen whether the system follows
+        the orbits: where it does so only up to the curve itself, and only where the function is negative.
     """
 
     kind: Special
-    one_sided: bool
+    margin: float
 
     def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         """The function, and the instant on the orbit to which it belongs; ``plane`` and ``instant`` are of an orbit
@@ -47,7 +48,7 @@ class Doubling:
     """A multiplier is -1."""
 
     kind = Special.PERIOD_DOUBLING
-    one_sided = False
+    margin = 0.0
 
     def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return float(doubling_test(family, orbit, lap.monodromy)), instant
@@ -58,7 +59,7 @@ class Fold:
     """The surface of orbits folds over the parameters, whichever of them moves: nothing is special at a cusp."""
 
     kind = Special.FOLD
-    one_sided = False
+    margin = 0.0
 
     def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return plane_at(family, orbit, lap, plane.weights, plane).twist, instant
@@ -70,7 +71,7 @@ class Touching:
 
     touch: Touch
     kind = Special.GRAZING
-    one_sided = True
+    margin = 1e-8
 
     def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return self.touch.greatest(family, orbit, instant)
@@ -82,7 +83,8 @@ class Vanishing:
 
     event: int
     kind = Special.GRAZING
-    one_sided = True
+    # a guard met with the speed v is above zero by no more than v^2 later
+    margin = 1e-6
 
     def value(self, family: "Family", orbit: "Orbit", lap: "Lap", plane: Plane, instant: float) -> tuple[float, float]:
         return -float(lap.speeds[self.event]), instant
@@ -113,8 +115,8 @@ def target_at(
             found = nearest_touch(family, other)
             if found is not None:
                 return Touching(found[0]), other, seen, found[1]
-    slowest = int(lap.speeds.argmin())
-    if lap.speeds[slowest] > TANGENT * max(lap.speeds[np.isfinite(lap.speeds)], default=0.0):
+    slowest = slowest_event(family, orbit, lap)
+    if slowest is None:
         raise LostError("no guard is touched there, and no event comes without speed")
     return Vanishing(slowest), orbit, lap, 0.0
 

@@ -11,14 +11,14 @@ from chaosdrill.orbits.special import LostError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from chaosdrill.orbits.family import Family
+    from chaosdrill.orbits.family import Family, Lap
     from chaosdrill.orbits.orbit import Orbit
 
 LOOKS = 512
 """Instants of an arc at which guards are looked at."""
 
 CLOSE = 1e-6
-"""Greatest value of a guard, as a part of its variation along the arc, that counts as zero at a border."""
+"""Greatest value of a guard, and speed at an event, that count as zero at a border: parts of what they are before."""
 
 PROBE = 1e-5
 """First difference of two instants, as a part of the orbit, in the search for the greatest value."""
@@ -116,6 +116,20 @@ def nearest_touch(family: "Family", orbit: "Orbit") -> tuple[Touch, float] | Non
     """The guard that an orbit at a border touches, and when; None if there is none."""
     found = min(touches(family, orbit), key=lambda one: one[0], default=None)
     return found[1:] if found is not None and found[0] <= CLOSE else None
+
+
+def slowest_event(family: "Family", orbit: "Orbit", lap: "Lap") -> int | None:
+    """Number of the event that comes with no speed beside how fast its guard changes before; None if there is none."""
+    begin = 0.0
+    parts = np.full(len(orbit), np.inf)
+    for i, (_, end, _) in enumerate(orbit.arcs.tolist()):
+        if end >= 0:
+            instants = begin + orbit.durations[i] * (np.arange(LOOKS) + 0.5) / LOOKS
+            _, rates = _guard(family, orbit, i, end, instants, family.at([orbit], instants[np.newaxis])[0][0])
+            parts[i] = lap.speeds[i] / max(float(np.abs(rates).max()), 1e-300)
+        begin += float(orbit.durations[i])
+    slowest = int(parts.argmin())
+    return slowest if parts[slowest] <= CLOSE else None
 
 
 def _guard(

@@ -52,8 +52,8 @@ NEARLY = 1e-11
 DIFFERENCE = 1e-5
 """Distance over which the function is differenced at the first point."""
 
-BESIDE = 1e-8
-"""Distance from a one-sided curve at which it is seen whether the system follows the orbits there."""
+APART = 1e-8
+"""Distance of two points from which on they tell the curve's direction."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ class Tracer:
         plane = plane_at(self.family, orbit, lap, self._weights(orbit), last.plane)
         length = last.arclength + self._gap(orbit, last.orbit)
         tangent = last.tangent
-        if length - last.arclength > BESIDE:
+        if length - last.arclength > APART:
             nodes = self._history[1 - DEGREE :]
             shares = _shares(np.array([*(s.arclength for s in nodes), length]), length, 1)
             tangent = shares @ np.array([*(s.orbit.reduced(d) for s in nodes), orbit.reduced(d)])
@@ -267,10 +267,10 @@ class Tracer:
         return bool(first.plane.part(last.tangent) @ first.plane.part(first.tangent) > 0.5)
 
     def beside(self, spot: Spot) -> tuple["Orbit", "Lap"] | None:
-        """The orbit with which the system is followed: of a one-sided curve one next to it; None if there is none."""
-        if not self.target.one_sided:
+        """An orbit that the system follows: where it does so only up to the curve, one next to it; None without one."""
+        if not self.target.margin:
             return spot.orbit, spot.lap
-        away = -np.sign(spot.slope) * BESIDE * spot.across
+        away = -np.sign(spot.slope) * self.target.margin * spot.across
         guess = self.family.moved(spot.orbit, spot.lap, away)
         code, orbit, lap, _ = self.family.solve(guess, spot.plane.conditions, ON_CHORD)
         return (orbit, lap) if code == branch.CONVERGED else None
@@ -329,7 +329,7 @@ class Tracer:
             self._history.append(good)
         orbit, lap = self.beside(good) or (good.orbit, good.lap)
         bad_orbit, bad_lap = bad or (None, None)
-        error = (high - low) + (BESIDE if self.target.one_sided else NOISE)
+        error = (high - low) + max(self.target.margin, NOISE)
         self._end(traced, Border(orbit, lap, bad_orbit, bad_lap, error))
 
     def _end(self, traced: Traced, border: Border) -> None:

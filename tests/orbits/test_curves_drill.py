@@ -1,0 +1,80 @@
+"""The drill's curves over frequency and static load, against independent values, the ordinary engine and branches."""
+
+import numpy as np
+import pytest
+from following import followed
+
+import chaosdrill as cd
+from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.branches import Special
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.orbits.branches import branches
+from chaosdrill.orbits.find import find_orbit
+
+LIMITS = {"eta": (0.40, 0.90), "b": (0.60, 0.76)}
+
+
+@pytest.fixture(scope="module")
+def drill():
+    return cd.drill(drive="harmonic", friction="stribeck", rock="moving", contact="hunt-crossley", xi=0.06)
+
+
+@pytest.fixture(scope="module")
+def doubling(drill):
+    return followed(drill.with_parameters(eta=0.78), LIMITS, "period_doubling", 0.01)
+
+
+@pytest.fixture(scope="module")
+def grazing(drill):
+    return followed(drill.with_parameters(eta=0.78), LIMITS, "grazing", 0.01)
+
+
+def at_point(drill, result, k, eta=0.0):
+    """The system at a point of a curve, or at a frequency beside it, started on its orbit."""
+    values = dict(zip(result.parameters, result.values[k], strict=True))
+    state = dict(zip(drill.state_names, result.section[k, 0], strict=True))
+    system = drill.with_parameters(eta=values["eta"] + eta, b=values["b"])
+    return system.with_initial(mode=drill.mode_names[result.mode[k]], **state)
+
+
+def spread(result, count):
+    return np.linspace(0, len(result.values) - 1, count + 2)[1:-1].astype(int).tolist()
+
+
+def test_the_curves_start_where_independent_values_say(doubling, grazing):
+    # own Taylor series in 34 digits
+    known = {0: 0.76452469484555915, 1: 0.45532342522408643}
+    for number, result in enumerate((doubling, grazing)):
+        (start,) = (e for e in result.events if e.text == "the curve was followed from here")
+        assert abs(start.values[0] - known[number]) < 1e-10
+        assert start.error < 1e-10
+
+
+def test_a_multiplier_of_the_ordinary_engine_is_minus_one(drill, doubling):
+    for k in spread(doubling, 6):
+        system = at_point(drill, doubling, k)
+        run = Run(system, system.forcing_period(), Numerics(), tangents=np.eye(3), orthonormalise=False)
+        assert run.advance(1)[0] == Outcome.OK
+        assert np.abs(run.x - doubling.section[k, 0]).max() < 1e-10
+        assert np.abs(np.linalg.eigvals(run.vectors.T) + 1).min() < 1e-8
+
+
+def test_branches_at_other_loads_double_there(drill, doubling):
+    for k in spread(doubling, 4):
+        system = at_point(drill, doubling, k)
+        eta = system.parameters["eta"]
+        found = branches(system, "eta", (eta - 4e-3, eta + 4e-3), 1, "guess", 0, 0, 1e-3, 100, Numerics(), None)
+        places = [e.values[0] for e in found.events if e.code == Special.PERIOD_DOUBLING]
+        assert np.abs(np.array(places) - eta).min() < 1e-10
+
+
+def test_on_one_side_of_grazing_there_is_no_such_orbit(drill, grazing):
+    for k in spread(grazing, 4):
+        # not where the orbit itself folds over the frequency
+        sides = [at_point(drill, grazing, k, shift) for shift in (-1e-7, 1e-7)]
+        orbits = [find_orbit(side, 1, "guess", 0, Numerics()) for side in sides]
+        as_before = [o.outcome == Outcome.PERIODIC and len(o.event_times) == 3 for o in orbits]
+        assert sorted(as_before) == [False, True]
+        near = orbits[as_before.index(True)]
+        assert np.abs(near.states[0] - grazing.section[k, 0]).max() < 1e-4
