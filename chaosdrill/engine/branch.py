@@ -30,7 +30,13 @@ from chaosdrill.engine.stepper import STEPPER_TYPES, integers
 MOST_LAPS = 30
 """Laps that Newton's method may take from a guess."""
 
-ON_BRANCH = 7
+SHARP = 1e-3
+"""Error of an event's time, as a part of the arc before it, up to which it counts as met."""
+
+SHARPER = 3
+"""Further laps that an orbit gets for it; near grazing it may be out of reach."""
+
+ON_BRANCH = 9
 """Laps that it may take from a predicted point."""
 
 # how a search for an orbit ended; values from DONE's neighbours on are outcomes of a run
@@ -97,6 +103,15 @@ def apply(sizes, starts, clock, durations, sensitivity, correction, factor):
 
 
 @inner
+def sharp(equations, speeds, durations, columns):
+    """Whether all events are met at their times, not only near their guards: the last rebounds of chatter are low."""
+    late = False
+    for i in range(durations.size):
+        late |= abs(equations[i, columns]) > SHARP * abs(speeds[i]) * abs(durations[i])
+    return not late
+
+
+@inner
 def improve(
     functions, stepper, machine, sizes, arcs, plane, starts, clock, durations, conditions, weights, target, reach, most,
     history, found, solved, room, scratch,
@@ -113,6 +128,7 @@ def improve(
     columns = d + 1 + count + q
     size = count + d + 1
     before = math.inf
+    sharper = 0
     for turn in range(most):
         outcome, residual = lap(
             *functions, *stepper, machine, sizes, arcs, plane, starts, clock[0], durations, int64(turn > 0), found,
@@ -122,8 +138,10 @@ def improve(
             history[turn] = residual
         if outcome != DONE:
             return outcome, turn + 1
-        if turn > 0 and (residual <= target or (residual <= 100.0 * target and residual > 0.3 * before)):
+        close = residual <= target or (residual <= 100.0 * target and residual > 0.3 * before)
+        if turn > 0 and close and (sharper >= SHARPER or sharp(equations, found[3], durations, columns)):
             return CONVERGED, turn + 1
+        sharper += int(close)
         if not math.isfinite(residual):
             return SLOW, turn + 1
         before = residual

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
+ON_GUARD = 2e-15
+"""Part of the size of the states below which a guard's value at the start of a phase is round-off."""
+
+
 def integer_settings(
     system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool = True
 ) -> np.ndarray:
@@ -40,6 +44,7 @@ def real_settings(numerics: Numerics, order: int, periods: np.ndarray) -> np.nda
     # at this part of the radius of convergence the last term is a quarter of the tolerance
     settings[:, at.REACH] = (numerics.tolerance / 4) ** (1 / order)
     settings[:, at.PERIOD] = periods
+    settings[:, at.ON_GUARD] = ON_GUARD
     settings[:, at.STEP] = periods / (numerics.steps or 200)
     return settings
 

@@ -139,6 +139,18 @@ def _emptied(queue: "list[Orbit]") -> "Iterator[Orbit]":
         yield queue.pop(0)
 
 
+def recounted(family: "Family", border: Border) -> bool:
+    """Whether all that changes is after how many rebounds the rest of them is taken as one, which means nothing."""
+    if border.bad is None or border.bad_lap is None:
+        return False
+    transitions = family.plain.transitions
+    for outcome, came in zip(border.bad.arcs[:, at.ARC_OUTCOME].tolist(), border.bad_lap.came.tolist(), strict=True):
+        if came >= 0 and outcome >= 0 and came != outcome:
+            one, other = transitions[outcome], transitions[came]
+            return other.name == one.completes or one.name == other.completes
+    return False
+
+
 def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Special, str]:
     """What happens at a border, from the sequences of events on its two sides."""
     system = family.plain

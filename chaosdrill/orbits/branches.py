@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family
 
 NO_EFFECT = 1e-12
-"""Change of an orbit, in the norm of the weights, below which a parameter does nothing to it."""
+"""Slope of what makes an orbit over the parameter below which a parameter does nothing to it."""
 
 FINER = 20
 """Steps in the distance between two doublings, on the branches that follow."""
@@ -82,7 +82,7 @@ def branches(
         whole = forward
     else:
         whole = _joined(grow(family, orbit, -direction, frame, tuple(forward.stretches)), forward)
-    if not whole.marks and _unmoved(whole, weights):
+    if not whole.marks and _unmoved(whole):
         whole.end, whole.words = BranchEnd.NO_EFFECT, BranchEnd.NO_EFFECT.advice
     value = system.parameters[parameter]
     planned = [Planned(whole, -1, f"an orbit of period {orbit.periods} at {parameter} = {value:g}")]
@@ -105,9 +105,11 @@ def branches(
     return collect(family, (parameter,), planned, _longest_cascade(family, planned) if doublings else None)
 
 
-def _unmoved(grown: Grown, weights: np.ndarray) -> bool:
+def _unmoved(grown: Grown) -> bool:
     """Whether nothing of an orbit changes along a branch but the parameter."""
-    return all(float(np.abs((s.directions * weights)[:, :-1]).max(initial=0.0)) < NO_EFFECT for s in grown.stretches)
+    return all(
+        (np.abs(s.directions[:, :-1]) <= NO_EFFECT * np.abs(s.directions[:, -1:])).all() for s in grown.stretches
+    )
 
 
 def _report(progress: Progress | None, planned: list[Planned], doublings: int) -> None:

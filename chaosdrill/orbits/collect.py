@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 TANGENT = 1e-9
 """Speed at a guard below which it counts as met tangentially."""
 
+CLEAR = 1e-4
+"""Speed at a guard, and part of an orbit's duration that an arc takes, below which a run is no judge of it."""
+
 CHECKED = 6
 """Points of a stretch that the ordinary engine follows as well, at most."""
 
@@ -110,8 +113,10 @@ def _table(family: "Family", stretch: "Stretch", rank: int, number: int, sequenc
 def _misses(family: "Family", stretch: "Stretch") -> "Iterator[str]":
     """What a run of the ordinary engine says against some of the points."""
     # next to a border a run may see an event of no speed or not
-    inner = np.linspace(0, len(stretch) - 1, CHECKED + 2)[1:-1].astype(int)
-    for k in np.unique(inner[stretch.special[inner] == Special.REGULAR]).tolist() if len(stretch) > 2 else []:
+    clear = stretch.durations.min(axis=1) > CLEAR * stretch.durations.sum(axis=1)
+    clear &= (stretch.speeds.min(axis=1) > CLEAR) & (stretch.special == Special.REGULAR)
+    inner = np.flatnonzero(clear)[1:-1]
+    for k in np.unique(inner[np.linspace(0, len(inner) - 1, CHECKED).astype(int)]).tolist() if len(inner) else []:
         words = miss(family, stretch.orbit(k))
         if words:
             yield words

@@ -91,6 +91,8 @@ class Family:
         settings_i[layout.TARGET] = 2**62
         unit = system.forcing_period() or UNIT
         settings_f = real_settings(self.numerics, self.numerics.order, np.array([unit]))[0]
+        # the starts of arcs are solutions, as exact as the equations are
+        settings_f[layout.ON_GUARD] = ROUND_OFF
         marks, _ = event_tables(self.system, ())
         self._machine = (
             *(settings_i, settings_f, kernels.mode_table, np.zeros_like(kernels.mode_table), marks),

@@ -7,7 +7,7 @@ import numpy as np
 
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine import branch
-from chaosdrill.orbits.borders import Border, WeightsOf, bisect, go_on, reason, what_changed
+from chaosdrill.orbits.borders import Border, WeightsOf, bisect, go_on, reason, recounted, what_changed
 from chaosdrill.orbits.doubling import returns
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.multipliers import structural_rank
@@ -141,9 +141,13 @@ def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, know
             kind, text = reason(family, border)
             _close(grown, border, kind, f"{text}; the branch ends" if text else _lost(stretch))
             return grown
-        kind, text = what_changed(family, border.good, beyond.orbit)
-        way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
-        _append(grown, border, kind, f"{text}; the branch {way}")
+        if recounted(family, border):
+            _append(grown, border, Special.REGULAR, "")
+            grown.marks.pop()
+        else:
+            kind, text = what_changed(family, border.good, beyond.orbit)
+            way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
+            _append(grown, border, kind, f"{text}; the branch {way}")
         length = float(grown.stretches[-1].arclengths[-1])
         orbit, ahead = beyond.orbit, beyond.ahead
         if met(family, orbit, weights_of(orbit), [*known, *grown.stretches]):

@@ -46,7 +46,10 @@ def system() -> "HybridSystem":
         transitions=[
             Transition("impact", "flight", "flight", reset={v: speed - e * (v - speed)}, **landing),
             Transition("rest", "flight", "contact", reset={x: floor, v: speed}, completes="impact", **landing),
-            Transition("lift-off", "contact", "flight", guard=acceleration + gravity, direction=-1),
+            # round-off along the contact must not leave the ball below the floor when it lets go
+            Transition(
+                "lift-off", "contact", "flight", guard=acceleration + gravity, direction=-1, reset={x: floor, v: speed}
+            ),
         ],
         period=2 * sympy.pi / omega,
         initial={"mode": "flight", x: 1.0, v: pi},
