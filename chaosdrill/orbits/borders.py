@@ -107,6 +107,8 @@ def reason(family: "Family", border: Border) -> tuple[Special, str]:
                 return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i]}"
             return Special.GRAZING, f"{name} appears"
         if events[i] and lap.came[i] != outcome:
+            if lap.came[i] >= 0 and system.transitions[lap.came[i]].name == system.transitions[outcome].completes:
+                return Special.REGULAR, f"{names[i]} would come after one rebound more; the branch was not followed on"
             return Special.OUTCOME_SWITCH, f"{names[i]} comes out otherwise"
     slow = np.where(events, lap.speeds / max(float(lap.speeds[events].max(initial=0.0)), 1e-300), np.inf)
     short = orbit.durations / orbit.durations.sum()
@@ -139,16 +141,12 @@ def _emptied(queue: "list[Orbit]") -> "Iterator[Orbit]":
         yield queue.pop(0)
 
 
-def recounted(family: "Family", border: Border) -> bool:
+def recounted(family: "Family", before: "Orbit", after: "Orbit") -> bool:
     """Whether all that changes is after how many rebounds the rest of them is taken as one, which means nothing."""
-    if border.bad is None or border.bad_lap is None:
-        return False
-    transitions = family.plain.transitions
-    for outcome, came in zip(border.bad.arcs[:, at.ARC_OUTCOME].tolist(), border.bad_lap.came.tolist(), strict=True):
-        if came >= 0 and outcome >= 0 and came != outcome:
-            one, other = transitions[outcome], transitions[came]
-            return other.name == one.completes or one.name == other.completes
-    return False
+    transitions = {t.name: t for t in family.plain.transitions}
+    old, new = (Counter(o.events(family.plain).split()) for o in (before, after))
+    replaced = {transitions[name].completes for name in old} - {None}
+    return old != new and all(name in replaced for name in (old - new) + (new - old))
 
 
 def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Special, str]:

@@ -141,7 +141,7 @@ def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, know
             kind, text = reason(family, border)
             _close(grown, border, kind, f"{text}; the branch ends" if text else _lost(stretch))
             return grown
-        if recounted(family, border):
+        if recounted(family, border.good, beyond.orbit):
             _append(grown, border, Special.REGULAR, "")
             grown.marks.pop()
         else:
