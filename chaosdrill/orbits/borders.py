@@ -100,9 +100,12 @@ def reason(family: "Family", border: Border) -> tuple[Special, str]:
     assert lap is not None
     events = orbit.arcs[:, at.ARC_END] >= 0
     names = [system.transitions[k].name if k >= 0 else "" for k in orbit.arcs[:, at.ARC_OUTCOME]]
-    for i, (mode, _, outcome) in enumerate(orbit.arcs.tolist()):
+    for i, (mode, end, outcome) in enumerate(orbit.arcs.tolist()):
         if lap.crossed[i] >= 0:
             name = system.transitions[family.system.kernels.events[mode][lap.crossed[i]].outcomes[0]].name
+            if lap.crossed[i] == end and lap.met[i] >= (1 - 1e-6) * orbit.durations[i]:
+                # met twice in a row, the second time from behind: between the two it was met at no speed
+                return Special.GRAZING, f"{names[i]} vanishes"
             if lap.met[i] <= 1e-6 * orbit.durations[i] or lap.met[i] >= (1 - 1e-6) * orbit.durations[i]:
                 return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i]}"
             return Special.GRAZING, f"{name} appears"
