@@ -194,7 +194,7 @@ class BranchResult:
     multipliers : ndarray of complex, shape (P, n)
         As in `FoundOrbit`.
     stable : ndarray of bool, shape (P,)
-        Whether small deviations die out.
+        Whether small deviations die out; on a curve of special points: by all multipliers but the one that is 1 or -1.
     special : ndarray of int, shape (P,)
         Codes of `Special`.
     sequence : ndarray of int, shape (P,)

@@ -3,6 +3,7 @@
 from chaosdrill.dataset.schema.shared import FORCING, GRAZING, ITERATE, MULTIPLIER, OUTCOME, STATE, STATE_LABEL
 from chaosdrill.dataset.schema.variable import ORBIT, SWEEP, Table, axis, may, need
 
+_STABLE = "Whether small deviations die out; on a curve: by all multipliers but the one that is 1 or -1."
 _SPECIAL = "What happens there; the names are in flag_meanings."
 
 PERIODIC_ORBIT: Table = (
@@ -54,7 +55,7 @@ CONTINUATION: Table = (
     need("period", "point", "i4", "period", "In forcing periods; without forcing in periods of the first branch."),
     need("multiplier_real", "point multiplier", "f8", "multiplier, real part", "Exactly 0 where rank is lost."),
     need("multiplier_imag", "point multiplier", "f8", "multiplier, imaginary part", "By descending modulus."),
-    need("stable", "point", "i1", "stable", "Whether small deviations from the orbit die out.", flags="truth"),
+    need("stable", "point", "i1", "stable", _STABLE, flags="truth"),
     need("special_point", "point", "i1", "special point", _SPECIAL, flags="special"),
     need("sequence", "point", "i4", "sequence of events", "Number of the entry of event_sequence."),
     need("event_sequence", "sequence_number", "str", "sequence of events", "Transitions of one period in their order."),
