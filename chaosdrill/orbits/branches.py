@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.borders import WeightsOf
@@ -78,10 +79,12 @@ def branches(
     weights = WeightsOf(family, frame.spans)(orbit)
     direction = family.direction(orbit, lap, weights)
     forward = grow(family, orbit, direction, frame)
-    if forward.end == BranchEnd.CLOSED:
-        whole = forward
-    else:
-        whole = _joined(grow(family, orbit, -direction, frame, tuple(forward.stretches)), forward)
+    whole = forward
+    if forward.end != BranchEnd.CLOSED:
+        backward = grow(family, orbit, -direction, frame, tuple(forward.stretches))
+        whole = _joined(backward, forward) if forward.stretches else backward
+    if not whole.stretches:
+        return nothing(system, (parameter,), Outcome.NO_ORBIT, "from its first orbit no branch could be followed")
     if not whole.marks and _unmoved(whole):
         whole.end, whole.words = BranchEnd.NO_EFFECT, BranchEnd.NO_EFFECT.advice
     value = system.parameters[parameter]
@@ -202,4 +205,5 @@ def _doubled_branch(
         scale = min(1.0, finer.step / frame.step)
     weights_of = WeightsOf(family, frame.spans)
     found = doubled(family, orbit, weights_of, scale)
-    return None if found is None else grow(family, *found, finer)
+    others = tuple(s for one in planned for s in one.grown.stretches)
+    return None if found is None else grow(family, *found, finer, others=others)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine import branch
 from chaosdrill.orbits.borders import Border, WeightsOf, bisect, go_on, reason, recounted, what_changed
@@ -82,7 +83,14 @@ def met(family: "Family", orbit: "Orbit", weights: np.ndarray, known: list[Stret
     return False
 
 
-def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, known: tuple[Stretch, ...] = ()) -> Grown:
+def grow(
+    family: "Family",
+    orbit: "Orbit",
+    ahead: np.ndarray,
+    frame: Frame,
+    known: tuple[Stretch, ...] = (),
+    others: tuple[Stretch, ...] = (),
+) -> Grown:
     """Follow a branch from a converged orbit in one direction, until it ends.
 
     Parameters
@@ -94,6 +102,8 @@ def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, know
     frame : Frame
     known : tuple of Stretch
         What was followed before in the other direction; the branch ends where it meets it.
+    others : tuple of Stretch
+        Other branches, at which it ends as well.
     """
     weights_of = WeightsOf(family, frame.spans)
     grown = Grown()
@@ -137,6 +147,9 @@ def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, know
             border = bisect(family, last, traced.beyond, weights)
         coming = border.good.starts[0, -1] - stretch.starts[max(len(stretch) - 2, 0), 0, -1]
         beyond = go_on(family, border, weights_of)
+        if beyond is None and traced.code == branch.LOST and _escapes(family, stretch, weights, frame):
+            grown.end, grown.words = BranchEnd.ESCAPED, BranchEnd.ESCAPED.advice
+            return grown
         if beyond is None:
             kind, text = reason(family, border)
             _close(grown, border, kind, f"{text}; the branch ends" if text else _lost(stretch))
@@ -153,6 +166,9 @@ def grow(family: "Family", orbit: "Orbit", ahead: np.ndarray, frame: Frame, know
         if met(family, orbit, weights_of(orbit), [*known, *grown.stretches]):
             grown.end, grown.words = BranchEnd.CLOSED, BranchEnd.CLOSED.advice
             return grown
+        if met(family, orbit, weights_of(orbit), list(others)):
+            grown.end, grown.words = BranchEnd.JOINED, BranchEnd.JOINED.advice
+            return grown
     grown.words = f"more than {MOST_BORDERS} changes of the sequence of events"
     return grown
 
@@ -167,6 +183,14 @@ def _lost(stretch: Stretch) -> str:
     if durations[-1] > LONGER * durations[0]:
         return f"the duration grows without bound, to {durations[-1]:.3g}: the orbit comes to connect a point at rest"
     return ""
+
+
+def _escapes(family: "Family", stretch: Stretch, weights: np.ndarray, frame: Frame) -> bool:
+    """Whether a state of the orbits leaves its bounds one step beyond the end of a stretch."""
+    last = stretch.orbit(len(stretch) - 1)
+    lap = family.lap(last, watched=False)
+    ahead = stretch.directions[-1] / np.linalg.norm(weights * stretch.directions[-1])
+    return family.lap(family.moved(last, lap, frame.step * ahead), watched=False).outcome == Outcome.ESCAPED
 
 
 def _shifted(stretch: Stretch, length: float) -> Stretch:
