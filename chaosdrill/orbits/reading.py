@@ -1,5 +1,6 @@
 """Guesses of orbits, read off runs of the ordinary engine."""
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -74,18 +75,49 @@ def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> lis
     """
     system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
     run = Run(system, family.period or 1.0, family.numerics)
-    path, modes = [state], [mode]
-    for _ in range((RECORD if family.forced else PLACES) + periods):
-        if run.advance(1)[0] != Outcome.OK:
-            break
-        path.append(run.x.copy())
-        modes.append(run.mode)
-    if not family.forced or len(path) <= periods:
-        return list(zip(path, modes, strict=True))[:PLACES]
-    states = np.array(path)
+    states, modes, _ = strobed(run, (RECORD if family.forced else PLACES) + periods)
+    names = [system.mode_names[m] for m in modes]
+    if not family.forced or len(states) <= periods:
+        return list(zip(states, names, strict=True))[:PLACES]
     spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1.0))
     away = (np.abs(states[periods:] - states[:-periods]) / spread).max(axis=1)
-    return [(path[j], modes[j]) for j in np.argsort(away, kind="stable")[:PLACES]]
+    return [(states[j], names[j]) for j in np.argsort(away, kind="stable")[:PLACES]]
+
+
+def strobed(run: Run, length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """States and modes at the strobes of a run, its start first, and which events led to each from the one before.
+
+    Returns
+    -------
+    states : ndarray, shape (m, d)
+        Fewer than ``length`` + 1 if the run ended before.
+    modes : ndarray of int, shape (m,)
+    sequences : ndarray of int, shape (m,)
+        A number that stands for a sequence of events; 0 for the first state.
+    """
+    d = len(run.x)
+    samples = np.zeros((length + 3, d + len(run.system.quadratures) + 1))
+    buffer = np.zeros((MOST_EVENTS, layout.EVENT_COLUMNS + 2 * d))
+    start, mode = run.x.copy(), run.system.mode_names.index(run.mode)
+    taken, rows, target, full = 0, [], length, True
+    while full:
+        _, full = run.advance(target, samples[taken:], buffer)
+        target = 0
+        new, events = run.filled()
+        taken += new
+        rows.append(buffer[:events, : layout.EVENT_COLUMNS].copy())
+    table = np.concatenate(rows)
+    changing = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
+    kinds = table[:, layout.EVENT_KIND].astype(np.int64)
+    kept = changing[kinds] if len(kinds) else kinds == 0
+    periods = table[kept, layout.EVENT_STROBES].astype(np.int64)
+    ends = np.searchsorted(periods, np.arange(taken + 1))
+    sequences = [hash(tuple(kinds[kept][a:b].tolist())) for a, b in pairwise(ends)]
+    return (
+        np.vstack([start, samples[:taken, :d]]),
+        np.concatenate([[mode], samples[:taken, -1]]).astype(np.int64),
+        np.array([0, *sequences], dtype=np.int64),
+    )
 
 
 def guess_of_return(family: "Family", state: np.ndarray, mode: str, values: np.ndarray) -> tuple[Outcome, Orbit | None]:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.dataset import Outcome
 from chaosdrill.engine import lap as at
 from chaosdrill.engine import layout
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import pins
 from chaosdrill.orbits.find import orbit_from_state, solved
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.reading import orbit_of_events
+from chaosdrill.orbits.reading import orbit_of_events, strobed
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -38,9 +37,6 @@ A_TURN = 128
 
 LONGEST = 100_000
 """Units of time over which events are recorded, at most."""
-
-MOST_EVENTS = 1000
-"""Events in one forcing period; more are chatter that does not come to rest."""
 
 Solution = tuple[Orbit, "Lap", np.ndarray]
 
@@ -202,21 +198,8 @@ def _least_turn(sequence: list[int]) -> tuple[int, ...]:
 def _strobes(family: "Family", system: "HybridSystem", length: int) -> Record:
     """States at phase 0."""
     assert family.period is not None
-    run = Run(system, family.period, family.numerics)
-    changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)
-    buffer = np.zeros((MOST_EVENTS, layout.EVENT_COLUMNS + 2 * family.states))
-    states, modes, sequences = [run.x.copy()], [system.mode_names.index(run.mode)], [0]
-    for _ in range(length):
-        outcome, full = run.advance(1, events=buffer)
-        if outcome != Outcome.OK or full:
-            break
-        taken = buffer[: run.filled()[1], layout.EVENT_KIND].astype(np.int64)
-        states.append(run.x.copy())
-        modes.append(system.mode_names.index(run.mode))
-        sequences.append(hash(tuple(taken[changing[taken]].tolist())))
-    times = np.arange(len(states)) * family.period
-    kinds, led = np.array(modes, dtype=np.int64), np.array(sequences, dtype=np.int64)
-    return Record(np.array(states), kinds, led, times, np.zeros((len(states), 0)))
+    states, modes, sequences = strobed(Run(system, family.period, family.numerics), length)
+    return Record(states, modes, sequences, np.arange(len(states)) * family.period, np.zeros((len(states), 0)))
 
 
 def _events(family: "Family", system: "HybridSystem", length: int) -> Record:

@@ -123,6 +123,7 @@ class Known:
         self._orbits: list[Orbit] = []
         self._refused: list[Orbit] = []
         self._points = np.zeros((0, len(extent)))
+        self._paths: dict[int, np.ndarray] = {}
 
     def distance(self, place: np.ndarray) -> float:
         """Distance of the nearest point of a known orbit, relative to the extent."""
@@ -173,8 +174,10 @@ class Known:
         if self.family.forced:
             strobes = self.family.strobes([b])[0][0] / self.extent
             return bool(np.abs(strobes - start).max(axis=1).min() <= EQUAL)
-        total = float(b.durations.sum())
-        path = self.family.at([b], np.linspace(0, total, SAMPLES, endpoint=False)[np.newaxis])[0][0] / self.extent
+        if id(b) not in self._paths:
+            instants = np.linspace(0, float(b.durations.sum()), SAMPLES, endpoint=False)
+            self._paths[id(b)] = self.family.at([b], instants[np.newaxis])[0][0] / self.extent
+        path = self._paths[id(b)]
         nearest = int(np.linalg.norm(path - start, axis=1).argmin())
         along = path[(nearest + 1) % SAMPLES] - path[nearest - 1]
         away = start - path[nearest]
