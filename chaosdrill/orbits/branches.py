@@ -204,6 +204,6 @@ def _doubled_branch(
         finer = replace(frame, step=min(frame.step, gap / FINER))
         scale = min(1.0, finer.step / frame.step)
     weights_of = WeightsOf(family, frame.spans)
-    found = doubled(family, orbit, weights_of, scale)
+    found = doubled(family, orbit, weights_of, scale, finer.step * float(frame.spans[0]))
     others = tuple(s for one in planned for s in one.grown.stretches)
     return None if found is None else grow(family, *found, finer, others=others)

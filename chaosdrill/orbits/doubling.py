@@ -18,17 +18,21 @@ if TYPE_CHECKING:
 LENGTHS = (1e-3, 3e-3, 3e-4, 1e-2, 1e-4, 3e-2)
 """Distances from the doubling at which the doubled orbit is tried, in the norm of the weights."""
 
+SHORTER = 4
+"""So many times a distance is tried shorter, where the parameter changes too much over it."""
+
 APART = 0.01
 """Difference between the two halves of a doubled orbit, as a part of that distance, at least."""
 
 
 def doubled(
-    family: "Family", orbit: "Orbit", weights_of: "WeightsOf", scale: float
+    family: "Family", orbit: "Orbit", weights_of: "WeightsOf", scale: float, most: float
 ) -> tuple["Orbit", np.ndarray] | None:
     """An orbit of twice the period near a period doubling, and the direction that leads away from there.
 
     Of the two null vectors of the equations of the orbit gone through twice one is the direction of the old branch; the
-    new branch starts across it. ``scale`` is a part by which distances are shortened, high up in a cascade.
+    new branch starts across it. ``scale`` is a part by which distances are shortened, high up in a cascade; the
+    parameter changes by ``most`` at most, so that no further doubling is jumped over.
     """
     d = family.states
     twice = orbit.repeated(2)
@@ -42,13 +46,21 @@ def doubled(
     inside = plane @ old
     direction = np.array([-inside[1], inside[0]]) @ plane / np.linalg.norm(inside) / weights
     conditions = (direction * weights**2)[np.newaxis]
-    for length in LENGTHS:
-        start = family.moved(twice, lap, scale * length * direction)
-        code, found, seen, _ = family.solve(start, conditions, ON_CHORD)
-        if code == branch.CONVERGED and admissible(found, seen):
+    for first in LENGTHS:
+        length = scale * first
+        for _ in range(SHORTER):
+            start = family.moved(twice, lap, length * direction)
+            code, found, seen, _ = family.solve(start, conditions, ON_CHORD)
+            if code != branch.CONVERGED or not admissible(found, seen):
+                break
             gap = np.abs(halves_apart(family, [found])[0] * weights_of(found)[:d]).max()
-            if gap > APART * scale * length:
+            if gap <= APART * length:
+                break
+            change = float(np.abs(found.starts[0, d:] - orbit.starts[0, d:]).max())
+            if change <= most:
                 return found, direction
+            # the parameter changes with the square of the distance
+            length *= 0.9 * np.sqrt(most / change)
     return None
 
 

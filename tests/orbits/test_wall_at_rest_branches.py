@@ -83,3 +83,10 @@ def test_both_ends_are_the_limits(cascade):
     ends = cascade.values[cascade.branch == 0, 0][[0, -1]]
     assert cascade.branches[0].end_code == BranchEnd.LIMIT
     assert ends.tolist() == [2.55, 2.76]
+
+
+def test_no_doubling_is_jumped_over_where_the_range_is_narrow(system):
+    start = system.with_parameters(omega=2.7285)
+    found = branches(start, "omega", (2.728, 2.732), 4, "attractor", 600, 3, 2e-5, 300, Numerics(), None)
+    assert found.cascade.periods.tolist() == [4, 8, 16, 32]
+    assert np.abs(found.cascade.values - [float(w) for w in DOUBLINGS[2:6]]).max() < 1e-10
