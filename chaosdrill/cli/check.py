@@ -1,14 +1,11 @@
 """``chaosdrill check``: whether a scene is right, and what it will simulate."""
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from chaosdrill.cli.period import check_period
-
-if TYPE_CHECKING:
-    from chaosdrill.scene import Scene
 
 
 @click.command()
@@ -17,6 +14,7 @@ if TYPE_CHECKING:
 def check(scene: str, as_json: bool) -> int:
     """Validate SCENE and print the states, modes, events and equations that it simulates; runs nothing."""
     from chaosdrill.scene import load_scene
+    from chaosdrill.scene.describe import describe_scene
     from chaosdrill.scene.problems import InvalidSceneError
 
     try:
@@ -30,66 +28,6 @@ def check(scene: str, as_json: bool) -> int:
         return 2
     click.echo(json.dumps({"valid": True, **described}, indent=2) if as_json else check_text(described))
     return 0
-
-
-def describe_scene(scene: "Scene") -> dict[str, Any]:
-    """What a scene simulates, as plain values: equations in text, numbers, names."""
-    system = scene.system
-    labels = system.labels
-    return {
-        "title": scene.title,
-        "system": scene.model,
-        "simulated": _effects(scene, present=True),
-        "left_out": _effects(scene, present=False),
-        "states": {
-            name: {"label": labels.get(name, ""), "initial": system.initial[name]} for name in system.state_names
-        },
-        "initial_mode": system.initial["mode"],
-        "parameters": {
-            name: {"label": labels.get(name, ""), "value": value, "given": name in scene.parameters}
-            for name, value in system.parameters.items()
-        },
-        "modes": {
-            mode: {f"d{state}/dt": str(rate) for state, rate in field.items()} for mode, field in system.modes.items()
-        },
-        "events": {
-            transition.name: {
-                "from": list(transition.source),
-                "to": transition.target,
-                "guard": str(transition.guard),
-                "direction": transition.direction,
-                "condition": None if transition.condition is None else str(transition.condition),
-                "reset": {str(state): str(value) for state, value in transition.reset.items()},
-                "priority": transition.priority,
-                "kind": transition.kind,
-            }
-            for transition in system.transitions
-        },
-        "quadratures": {name: str(rate) for name, rate in system.quadratures.items()},
-        "period": None if system.period is None else str(system.period),
-        "si_scales": dict(scene.scales),
-        "numerics": scene.numerics.keywords(),
-        "analyses": {
-            name: analysis.model_dump(mode="json", exclude_unset=True) for name, analysis in scene.analyses.items()
-        },
-    }
-
-
-def _effects(scene: "Scene", *, present: bool) -> dict[str, str]:
-    """Effects that are simulated with their option, or those that are not, with what they would offer."""
-    from chaosdrill.systems import EFFECTS, REGISTRY
-    from chaosdrill.systems.drill.effects import ABSENT
-
-    if not REGISTRY[scene.model].effects:
-        return {}
-    chosen = {effect: option for effect, option in scene.effects.items() if option != ABSENT[effect]}
-    if present:
-        return {effect: f"{option}: {EFFECTS[effect][option]}" for effect, option in chosen.items()}
-    return {
-        effect: "choose from " + ", ".join(option for option in options if option != ABSENT[effect])
-        for effect, options in EFFECTS.items()
-        if effect not in chosen
-    }
 
 
 def check_text(described: dict[str, Any]) -> str:
