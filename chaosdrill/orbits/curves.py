@@ -9,18 +9,20 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.borders import WeightsOf
 from chaosdrill.orbits.collect import CHECKED, Planned, collect, miss, nothing
+from chaosdrill.orbits.correcting import Corrector, Spot
 from chaosdrill.orbits.failures import NoOrbitError
 from chaosdrill.orbits.family import Family
 from chaosdrill.orbits.find import starting_orbit
-from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
+from chaosdrill.orbits.growing import MOST_BORDERS, Frame, Grown, Mark, grow
 from chaosdrill.orbits.multipliers import structural_rank
+from chaosdrill.orbits.onward import lifted, onward
 from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.results import BranchResult
 from chaosdrill.orbits.special import NOISE, LostError
 from chaosdrill.orbits.stability import free_multipliers
 from chaosdrill.orbits.stretch import Stretch
 from chaosdrill.orbits.targets import target_at
-from chaosdrill.orbits.tracing import Spot, Traced, Tracer
+from chaosdrill.orbits.tracing import Traced, Tracer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -91,24 +93,24 @@ def curve(
         text = f"no {called} on the branch of {name} through the orbit: {_told(grown)}"
         return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
     family = Family(system, parameters, numerics)
-    second = system.parameters[parameters[1]]
     try:
-        tracer, first = _begin(family, _lifted(found, second), kind, ranges, frame)
+        corrector, first = _begin(family, lifted(found, system.parameters[parameters[1]]), kind, ranges)
     except LostError as lost:
         text = f"the {called} at {name} = {found.starts[0, -1]:.12g} cannot be followed: {lost}"
         return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
-    halves: list[Traced] = []
+    halves: list[list[Traced]] = []
     for number, begin in enumerate((first, first.turned())):
-        if halves and halves[0].end == BranchEnd.CLOSED:
+        if halves and halves[0][-1].end == BranchEnd.CLOSED:
             break
-        halves.append(tracer.trace(begin))
+        halves.append(_followed(corrector, begin, frame))
         if progress is not None:
             progress(number + 1, 2, None)
     words = f"the {called} at {name} = {first.orbit.starts[0, -2]:.12g}"
-    spots = _spots(halves)
-    result = collect(family, parameters, [Planned(_whole(family, tracer, halves, spots), -1, words)], None)
+    rows = _rows(halves)
+    result = collect(family, parameters, [Planned(_whole(family, halves, rows), -1, words)], None)
     stable = _stable(family, result.multipliers, kind)
-    return replace(result, stable=stable, message="; ".join(_misses(family, tracer, spots)))
+    misses = [words for corrector, spots in rows for words in _misses(family, corrector, spots)]
+    return replace(result, stable=stable, message="; ".join(misses))
 
 
 def _nearest(grown: list[Grown], kind: Special) -> "Orbit | None":
@@ -137,56 +139,84 @@ def _last(grown: Grown) -> float:
     return float(grown.stretches[-1].starts[-1, 0, -1]) if grown.stretches else float("nan")
 
 
-def _lifted(orbit: "Orbit", value: float) -> "Orbit":
-    """The same orbit with one more free parameter."""
-    return replace(orbit, starts=np.column_stack([orbit.starts, np.full(len(orbit), value)]))
-
-
-def _begin(family: Family, orbit: "Orbit", kind: Special, ranges: np.ndarray, frame: Frame) -> tuple[Tracer, Spot]:
+def _begin(family: Family, orbit: "Orbit", kind: Special, ranges: np.ndarray) -> tuple[Corrector, Spot]:
     weights = family.weights(orbit, np.ptp(ranges, axis=1))
     target, orbit, lap, instant = target_at(family, orbit, family.lap(orbit), kind, weights)
-    tracer = Tracer(family, target, ranges, frame.step, frame.most)
-    return tracer, tracer.first(orbit, lap, instant)
+    corrector = Corrector(family, target, ranges)
+    return corrector, corrector.first(orbit, lap, instant)
 
 
-def _spots(halves: list[Traced]) -> list[Spot]:
-    """Points of both directions in one row; they share their first point."""
-    backward = [s.turned() for s in reversed(halves[1].spots[1:])] if len(halves) > 1 else []
-    return backward + halves[0].spots
+def _followed(corrector: Corrector, first: Spot, frame: Frame) -> list[Traced]:
+    """The curve in one direction, from one sequence of events to the next."""
+    parts: list[Traced] = []
+    home, left = first, frame.most
+    for _ in range(MOST_BORDERS):
+        parts.append(Tracer(corrector, frame.step, left, home).trace(first))
+        left -= len(parts[-1].spots)
+        further = onward(corrector, parts[-1]) if left > 1 else None
+        if further is None:
+            break
+        corrector, first, text = further
+        parts[-1].words = f"{text}; the curve continues"
+    return parts
 
 
-def _whole(family: Family, tracer: Tracer, halves: list[Traced], spots: list[Spot]) -> Grown:
-    """The points as one branch, with its start and what happens at its ends marked."""
-    kind, origin = tracer.target.kind, len(spots) - len(halves[0].spots)
-    orbits = [s.orbit for s in spots]
-    stretch = Stretch(
-        orbits[0].arcs, orbits[0].periods,
-        *(np.array(values) for values in (
-            [o.starts for o in orbits], [o.phase for o in orbits], [o.durations for o in orbits],
-            [s.lap.speeds for s in spots], [s.arclength - spots[0].arclength for s in spots],
-            [s.lap.residual for s in spots], [s.lap.monodromy for s in spots], [s.tangent for s in spots],
-            [int(kind)] * len(spots),
-        )),
-    )  # fmt: skip
-    start = spots[origin]
-    followed, _ = tracer.beside(start) or (start.orbit, start.lap)
-    rank = structural_rank(family, followed, with_values(family, followed.starts[0, family.states :]))
-    error = start.error * float(np.ptp(tracer.limits[0])) + NOISE * abs(float(start.orbit.starts[0, -2]))
-    marks = [Mark(0, origin, kind, error, "the curve was followed from here")]
-    for half, point in zip(halves, (len(spots) - 1, 0), strict=False):
-        if half.happens != Special.REGULAR:
-            marks.append(Mark(0, point, half.happens, half.error, half.words))
-    words = halves[0].words
-    if halves[-1].words != words:
-        words = f"{words}; at its start: {halves[-1].words}"
-    return Grown([stretch], [rank], marks, halves[0].end, words)
+Row = tuple[Corrector, list[Spot]]
 
 
-def _misses(family: Family, tracer: Tracer, spots: list[Spot]) -> "Iterator[str]":
+def _rows(halves: list[list[Traced]]) -> list[Row]:
+    """Points of both directions, the second one turned, one row for each sequence of events; the halves share one."""
+    backward = [(part.corrector, [s.turned() for s in reversed(part.spots)]) for part in reversed(halves[-1])]
+    forward = [(part.corrector, part.spots) for part in halves[0]]
+    if len(halves) == 1:
+        return forward
+    joined = (forward[0][0], backward[-1][1][:-1] + forward[0][1])
+    return [*backward[:-1], joined, *forward[1:]]
+
+
+def _whole(family: Family, halves: list[list[Traced]], rows: list[Row]) -> Grown:
+    """The rows as one branch, with its start and what happens at borders marked."""
+    grown = Grown()
+    origin = rows[0][1][0].arclength
+    for corrector, spots in rows:
+        orbits = [s.orbit for s in spots]
+        stretch = Stretch(
+            orbits[0].arcs, orbits[0].periods,
+            *(np.array(values) for values in (
+                [o.starts for o in orbits], [o.phase for o in orbits], [o.durations for o in orbits],
+                [s.lap.speeds for s in spots], [s.arclength - origin for s in spots],
+                [s.lap.residual for s in spots], [s.lap.monodromy for s in spots], [s.tangent for s in spots],
+                [int(corrector.target.kind)] * len(spots),
+            )),
+        )  # fmt: skip
+        middle = spots[len(spots) // 2]
+        followed, _ = corrector.beside(middle) or (middle.orbit, middle.lap)
+        grown.stretches.append(stretch)
+        grown.ranks.append(structural_rank(family, followed, with_values(family, followed.starts[0, family.states :])))
+    place = len(halves[1]) - 1 if len(halves) > 1 else 0
+    start = halves[0][0].spots[0]
+    scale = float(np.ptp(rows[0][0].limits[0]))
+    error = start.error * scale + NOISE * abs(float(start.orbit.starts[0, -2]))
+    point = len(rows[place][1]) - len(halves[0][0].spots)
+    grown.marks.append(Mark(place, point, rows[0][0].target.kind, error, "the curve was followed from here"))
+    for sign, half in zip((1, -1), halves, strict=False):
+        for number, part in enumerate(half):
+            if part.border is not None and part.happens != Special.REGULAR:
+                row = place + sign * number
+                point = len(rows[row][1]) - 1 if sign > 0 else 0
+                grown.marks.append(Mark(row, point, part.happens, part.border.error, part.words))
+    ends = [half[-1] for half in halves]
+    grown.end, grown.words = ends[0].end, ends[0].words
+    if ends[-1].words != ends[0].words:
+        grown.words = f"{ends[0].words}; at its start: {ends[-1].words}"
+    return grown
+
+
+def _misses(family: Family, corrector: Corrector, spots: list[Spot]) -> "Iterator[str]":
     """What runs of the ordinary engine say against some of the points."""
     # next to an end a run may see an event of no speed or not
     for k in np.unique(np.linspace(0, len(spots) - 1, CHECKED + 2)[1:-1].astype(int)).tolist() if spots[2:] else []:
-        found = tracer.beside(spots[k])
+        found = corrector.beside(spots[k])
         words = miss(family, found[0]) if found is not None else ""
         if words:
             yield words

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.orbits.special import LostError
+
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
     from chaosdrill.orbits.orbit import Orbit
@@ -58,8 +60,14 @@ def plane_at(
     weights : ndarray, shape (columns,)
     reference : Plane, optional
         Neighbouring plane whose rows these resemble as much as they can, so that they turn with the surface.
+
+    Raises
+    ------
+    LostError
     """
     scaled = lap.equations[: len(orbit) + family.states + 1, :-1] / weights
+    if not np.isfinite(scaled).all():
+        raise LostError("the equations have no derivatives there")
     rows = np.linalg.svd(scaled)[2][-2:] / weights
     if reference is not None:
         # orthogonal Procrustes problem, Schoenemann 1966, doi:10.1007/BF02289451
