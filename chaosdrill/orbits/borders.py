@@ -21,6 +21,7 @@ from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.reading import guess_of_autonomous, guess_of_forced
 from chaosdrill.orbits.special import NOISE, ON_CHORD
+from chaosdrill.orbits.touching import slowness, taken
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
@@ -44,7 +45,7 @@ PROBE = 1e-5
 """Step along a new branch that tells which way leads away from the border."""
 
 TANGENT = 1e-3
-"""Speed relative to the largest on the orbit below which a guard counts as met tangentially at a border."""
+"""Speed relative to how fast a guard changes on the way below which a guard counts as met tangentially at a border."""
 
 
 @dataclass(frozen=True)
@@ -102,18 +103,22 @@ def reason(family: "Family", border: Border) -> tuple[Special, str]:
     names = [system.transitions[k].name if k >= 0 else "" for k in orbit.arcs[:, at.ARC_OUTCOME]]
     for i, (mode, end, outcome) in enumerate(orbit.arcs.tolist()):
         if lap.crossed[i] >= 0:
-            name = system.transitions[family.system.kernels.events[mode][lap.crossed[i]].outcomes[0]].name
+            came = taken(family, orbit, i, int(lap.crossed[i]), float(lap.met[i]))
+            first = family.system.kernels.events[mode][lap.crossed[i]].outcomes[0]
+            name = system.transitions[came if came >= 0 else first].name
             if lap.crossed[i] == end and lap.met[i] >= (1 - 1e-6) * orbit.durations[i]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed
                 return Special.GRAZING, f"{names[i]} vanishes"
-            if lap.met[i] <= 1e-6 * orbit.durations[i] or lap.met[i] >= (1 - 1e-6) * orbit.durations[i]:
+            if lap.met[i] <= 1e-6 * orbit.durations[i]:
+                return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i - 1]}"
+            if lap.met[i] >= (1 - 1e-6) * orbit.durations[i]:
                 return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i]}"
             return Special.GRAZING, f"{name} appears"
         if events[i] and lap.came[i] != outcome:
             if lap.came[i] >= 0 and system.transitions[lap.came[i]].name == system.transitions[outcome].completes:
                 return Special.REGULAR, f"{names[i]} would come after one rebound more; the branch was not followed on"
             return Special.OUTCOME_SWITCH, f"{names[i]} comes out otherwise"
-    slow = np.where(events, lap.speeds / max(float(lap.speeds[events].max(initial=0.0)), 1e-300), np.inf)
+    slow = slowness(family, orbit, lap)
     short = orbit.durations / orbit.durations.sum()
     if slow.min(initial=np.inf) <= TANGENT:
         return Special.GRAZING, f"{names[int(slow.argmin())]} vanishes"

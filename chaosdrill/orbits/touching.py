@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import lap as at
 from chaosdrill.orbits.special import LostError
 
@@ -118,8 +119,8 @@ def nearest_touch(family: "Family", orbit: "Orbit") -> tuple[Touch, float] | Non
     return found[1:] if found is not None and found[0] <= CLOSE else None
 
 
-def slowest_event(family: "Family", orbit: "Orbit", lap: "Lap") -> int | None:
-    """Number of the event that comes with no speed beside how fast its guard changes before; None if there is none."""
+def slowness(family: "Family", orbit: "Orbit", lap: "Lap") -> np.ndarray:
+    """Speed at the event that ends each arc, as a part of how fast its guard changes before; infinite without one."""
     begin = 0.0
     parts = np.full(len(orbit), np.inf)
     for i, (_, end, _) in enumerate(orbit.arcs.tolist()):
@@ -128,8 +129,28 @@ def slowest_event(family: "Family", orbit: "Orbit", lap: "Lap") -> int | None:
             _, rates = _guard(family, orbit, i, end, instants, family.at([orbit], instants[np.newaxis])[0][0])
             parts[i] = lap.speeds[i] / max(float(np.abs(rates).max()), 1e-300)
         begin += float(orbit.durations[i])
+    return parts
+
+
+def slowest_event(family: "Family", orbit: "Orbit", lap: "Lap") -> int | None:
+    """Number of the event that comes with no speed; None if there is none."""
+    parts = slowness(family, orbit, lap)
     slowest = int(parts.argmin())
     return slowest if parts[slowest] <= CLOSE else None
+
+
+def taken(family: "Family", orbit: "Orbit", arc: int, guard: int, after: float) -> int:
+    """Transition that would be taken if a guard were met on an arc, a time after its start; -1 for none."""
+    system = family.system
+    n, instant = len(system.states), float(orbit.durations[:arc].sum()) + after
+    x = np.zeros(n)
+    x[: family.states] = family.at([orbit], np.array([[instant]]))[0][0, 0]
+    x[family.states :] = orbit.starts[0, family.states :]
+    room = np.zeros(event_places(n).size)
+    constants = system.kernels.constants(system.parameters)
+    mode = int(orbit.arcs[arc, at.ARC_MODE])
+    transit = system.kernels.functions[6]
+    return int(transit(mode, guard, 0, orbit.phase + instant, constants, x, family.numerics.tolerance, room))
 
 
 def _guard(

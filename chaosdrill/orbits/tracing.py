@@ -228,13 +228,25 @@ class Tracer:
             self._history.append(good)
         orbit, lap = self.corrector.beside(good) or (good.orbit, good.lap)
         bad_orbit, bad_lap = bad or (None, None)
-        error = (high - low) + max(self.corrector.target.margin, NOISE)
+        error = (high - low) + max(self.corrector.target.margin, NOISE) + (self._left() if bad is None else 0.0)
         self._end(traced, Border(orbit, lap, bad_orbit, bad_lap, error * float(np.ptp(self.corrector.limits[0]))))
 
     def _lose(self, traced: Traced) -> None:
         """No further point was found at the smallest step."""
-        spots, error = self._history, SHORTEST * self.step * float(np.ptp(self.corrector.limits[0]))
-        self._end(traced, Border(spots[-1].orbit, spots[-1].lap, None, None, error))
+        last, error = self._history[-1], self._left() * float(np.ptp(self.corrector.limits[0]))
+        self._end(traced, Border(last.orbit, last.lap, None, None, error))
+
+    def _left(self) -> float:
+        """How far beyond the last point an event would have no speed; at least the smallest step."""
+        left = SHORTEST * self.step
+        if len(self._history) > 1:
+            before, last = self._history[-2:]
+            lost = before.lap.speeds - last.lap.speeds
+            slowest = int(last.lap.speeds.argmin())
+            if lost[slowest] > 0:
+                along = last.arclength - before.arclength
+                left = max(left, along * float(last.lap.speeds[slowest] / lost[slowest]))
+        return left
 
     def _end(self, traced: Traced, border: Border) -> None:
         kind, text = reason(self.corrector.family, border)

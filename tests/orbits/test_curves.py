@@ -68,6 +68,21 @@ def test_birth_of_the_bouncing_orbit():
     assert np.abs(result.multipliers[:, 1].real - e**2).max() < 1e-6
 
 
+def test_doublings_begin_at_a_resonance_of_the_grazing_vibration():
+    zeta = 0.05
+    system = build("impact-oscillator", {"zeta": zeta, "wall": 0.3, "omega": 2.2}, {})
+    result = followed(system, {"omega": (1.9, 2.4), "wall": (0.2, 0.5)}, "period_doubling", 0.02)
+    (end,) = (e for e in result.events if e.code == Special.GRAZING)
+    # Nordmark 1991: where the forcing is twice the damped frequency, on the curve of grazing
+    omega = 2 * np.sqrt(1 - zeta**2)
+    gap = np.abs(end.values - [omega, 1 / np.hypot(1 - omega**2, 2 * zeta * omega)])
+    # the multipliers have no bound there, so that it is approached only
+    assert gap.max() < 1e-5
+    assert gap[0] < 10 * end.error < 1e-4
+    assert end.text == "impact vanishes; the curve ends"
+    assert result.smallest_speed[end.point] < 1e-5
+
+
 def test_what_is_not_there_is_said(wall):
     result = followed(wall, {"omega": (2.6, 2.7), "e": (0.75, 0.85)}, "fold", 0.003)
     assert result.outcome == Outcome.NO_SPECIAL_POINT

@@ -7,12 +7,13 @@ from following import followed
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
+from chaosdrill.engine.layout import EVENT_COLUMNS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.orbits.branches import branches
-from chaosdrill.orbits.find import find_orbit
 
-LIMITS = {"eta": (0.40, 0.90), "b": (0.60, 0.76)}
+SAMPLES = 20_000
+LIMITS = {"eta": (0.40, 0.90), "b": (0.60, 0.79)}
 
 
 @pytest.fixture(scope="module")
@@ -69,12 +70,25 @@ def test_branches_at_other_loads_double_there(drill, doubling):
         assert np.abs(np.array(places) - eta).min() < 1e-10
 
 
-def test_on_one_side_of_grazing_there_is_no_such_orbit(drill, grazing):
-    for k in spread(grazing, 4):
-        # not where the orbit itself folds over the frequency
-        sides = [at_point(drill, grazing, k, shift) for shift in (-1e-7, 1e-7)]
-        orbits = [find_orbit(side, 1, "guess", 0, Numerics()) for side in sides]
-        as_before = [o.outcome == Outcome.PERIODIC and len(o.event_times) == 3 for o in orbits]
-        assert sorted(as_before) == [False, True]
-        near = orbits[as_before.index(True)]
-        assert np.abs(near.states[0] - grazing.section[k, 0]).max() < 1e-4
+def test_the_ordinary_engine_touches_the_stop(drill, grazing):
+    usual = np.flatnonzero(grazing.sequence == np.bincount(grazing.sequence).argmax())
+    for k in usual[np.linspace(0, len(usual) - 1, 6)[1:-1].astype(int)].tolist():
+        system = at_point(drill, grazing, k)
+        run = Run(system, system.forcing_period(), Numerics(), samples=SAMPLES)
+        samples = np.zeros((2 * SAMPLES, 3 + len(system.quadratures) + 1))
+        assert run.advance(1, samples, np.zeros((64, EVENT_COLUMNS + 6))) == (Outcome.OK, False)
+        y = samples[: run.filled()[0], 0]
+        tops = np.flatnonzero((y[2:-2] > y[1:-3]) & (y[2:-2] >= y[3:-1])) + 2
+        fits = [np.polyfit([-1, 0, 1], y[t - 1 : t + 2], 2) for t in tops]
+        heights = np.array([np.polyval(fit, -fit[1] / (2 * fit[0])) for fit in fits])
+        assert np.abs(heights - system.parameters["r"]).min() < 1e-9
+
+
+def test_the_curve_of_grazing_goes_on_where_another_event_begins(grazing):
+    (junction,) = (e for e in grazing.events if e.text == "release and stick appear; the curve continues")
+    assert junction.code == Special.GRAZING
+    beyond = grazing.values[grazing.sequence != grazing.sequence[junction.point]]
+    assert len(beyond) > 2
+    assert np.linalg.norm(beyond - junction.values, axis=1).min() < 1e-4
+    # the ordinary engine sees the slip that began
+    assert grazing.message == ""

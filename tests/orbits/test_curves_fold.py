@@ -1,4 +1,4 @@
-"""A curve of folds runs through its cusps and closes on itself."""
+"""A curve of folds runs through its cusps and closes on itself; cycles of a flow without forcing fold too."""
 
 import numpy as np
 import pytest
@@ -44,3 +44,22 @@ def test_the_curve_is_closed_and_passes_both_cusps(loop):
     steps = np.diff(angles)
     assert (steps > 0).all() or (steps < 0).all()
     assert 2 * np.pi - 0.1 < abs(angles[-1] - angles[0]) < 2 * np.pi
+
+
+def test_cycles_fold_together():
+    x, y, mu, q = sympy.symbols("x y mu q", real=True)
+    square = x**2 + y**2
+    # growth mu + q r^2 - r^4 of the radius: two cycles meet at r^2 = q/2
+    growth, turning = mu + q * square - square**2, 1 + square / 2
+    system = cd.HybridSystem(
+        name="two-cycles",
+        states=(x, y),
+        parameters={"mu": -0.1, "q": 1.0},
+        modes={"flow": {x: growth * x - turning * y, y: growth * y + turning * x}},
+        initial={"mode": "flow", x: 1.0, y: 0.0},
+    )
+    result = followed(system, {"mu": (-1.0, 0.5), "q": (0.2, 1.8)}, "fold", 0.06, transient=100)
+    mu, q = result.values.T
+    assert np.abs(mu + q**2 / 4).max() < 1e-12
+    assert np.abs((result.section[:, 0] ** 2).sum(axis=1) - q / 2).max() < 1e-10
+    assert np.allclose([q.min(), q.max()], [0.2, 1.8], rtol=0, atol=1e-12)
