@@ -110,7 +110,7 @@ def curve(
     result = collect(family, parameters, [Planned(_whole(family, halves, rows), -1, words)], None)
     stable = _stable(family, result.multipliers, kind)
     misses = [words for corrector, spots in rows for words in _misses(family, corrector, spots)]
-    return replace(result, stable=stable, message="; ".join(misses))
+    return replace(result, stable=stable, message="; ".join(misses[:3]))
 
 
 def _nearest(grown: list[Grown], kind: Special) -> "Orbit | None":
