@@ -6,6 +6,7 @@
     python3 studies/run.py accuracy       what accuracy costs, beside other programs and the paper's method
     python3 studies/run.py throughput     how fast charts are, beside other programs, with two workers, with more points
     python3 studies/run.py charts         charts of the drill, two ways to drill, basins; does chaos drill faster?
+    python3 studies/run.py orbits         branches, cascades and grazing of the drill, held against simulations
     python3 studies/run.py tests          the test suite with its coverage
 
 The first run makes ``.venv`` beside ``pyproject.toml`` and installs the package into it. Further arguments go to the
@@ -33,6 +34,7 @@ JOBS = {
     "accuracy": ("", ["studies/accuracy/make.py"]),
     "throughput": ("", ["studies/throughput/make.py"]),
     "charts": ("", ["studies/charts/make.py"]),
+    "orbits": ("", ["studies/orbits/make.py"]),
     "tests": (
         "[test]",
         ["-m", "pytest", "-n", "2", "--dist", "worksteal", "--cov", "--cov-report", "term", "--cov-fail-under", "90"],

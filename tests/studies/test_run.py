@@ -19,7 +19,7 @@ def _run(*arguments):
 def test_usage_names_every_job(arguments, code):
     result = _run(*arguments)
     assert result.returncode == code
-    for job in ("paper", "silent_error", "hard_cases", "accuracy", "throughput", "charts", "tests"):
+    for job in ("paper", "silent_error", "hard_cases", "accuracy", "throughput", "charts", "orbits", "tests"):
         assert f"studies/run.py {job}" in result.stderr
 
 
