@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.read import open_archive
-from chaosdrill.dataset.branches import Special
+from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
 
 if TYPE_CHECKING:
@@ -69,8 +69,7 @@ def _group(group: "xr.Dataset") -> dict[str, Any]:
     if "outcome" in group:
         described["outcomes"] = count_outcomes(group["outcome"].values)
     if "special_kind" in group:
-        codes = group["special_kind"].values.tolist()
-        described["special_points"] = {kind.meaning: codes.count(kind) for kind in Special if kind in codes}
+        described["special_points"] = count_special_points(group["special_kind"].values)
     return described
 
 

@@ -5,34 +5,32 @@ from typing import Any
 
 import click
 
-from chaosdrill.cli.period import check_period
+from chaosdrill.cli.options import changes_option, json_option
+from chaosdrill.cli.output import emit
 
 
 @click.command()
 @click.argument("scene")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON; of a wrong scene, its faults.")
-def check(scene: str, as_json: bool) -> int:
-    """Validate SCENE and print the states, modes, events and equations that it simulates; runs nothing."""
-    from chaosdrill.scene import load_scene
-    from chaosdrill.scene.describe import describe_scene
-    from chaosdrill.scene.problems import InvalidSceneError
+@changes_option
+@json_option
+def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
+    """Validate SCENE and print the states, modes, events and equations that it simulates; runs nothing.
 
-    try:
-        loaded = load_scene(scene)
-        check_period(loaded)
-        described = describe_scene(loaded)
-    except InvalidSceneError as fault:
-        if not as_json:
-            raise
-        click.echo(json.dumps({"valid": False, "problems": fault.problems}, indent=2))
-        return 2
-    click.echo(json.dumps({"valid": True, **described}, indent=2) if as_json else check_text(described))
-    return 0
+    SCENE is a TOML file, or - for standard input.
+    """
+    from chaosdrill.scene import check as check_scene
+
+    described = check_scene(scene, changes)
+    if as_json:
+        emit({"valid": True, **described})
+    else:
+        click.echo(check_text(described))
 
 
 def check_text(described: dict[str, Any]) -> str:
     """The description of a scene for people."""
     lines = [described["title"], f"system     {described['system']}"]
+    lines += _block("set", ((key, f"= {value}") for key, value in described["changes"].items()))
     for heading, key in (("simulated", "simulated"), ("left out", "left_out")):
         lines += _block(heading, described[key].items())
     lines += _block(

@@ -1,20 +1,25 @@
 """``chaosdrill info``: what is in an archive and where it came from."""
 
-import json
 from typing import Any
 
 import click
 
+from chaosdrill.cli.options import json_option
+from chaosdrill.cli.output import emit
+
 
 @click.command()
 @click.argument("archive", metavar="OUT.nc")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@json_option
 def info(archive: str, as_json: bool) -> None:
     """Tell what is in OUT.nc and where it came from."""
     from chaosdrill.archive import info as describe
 
     described = describe(archive)
-    click.echo(json.dumps(described, indent=2) if as_json else info_text(described))
+    if as_json:
+        emit(described)
+    else:
+        click.echo(info_text(described))
 
 
 def info_text(described: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ from chaosdrill import __version__
 from chaosdrill.cli.check import check
 from chaosdrill.cli.info import info
 from chaosdrill.cli.list import list_names
+from chaosdrill.cli.output import emit_error
 from chaosdrill.cli.plot import plot
 from chaosdrill.cli.run import run
 from chaosdrill.cli.verify import verify
@@ -27,6 +28,8 @@ def chaosdrill() -> None:
 
     Exit codes: 0 done, whatever the outcome of the runs; 1 an archive cannot be read or written, memory is short,
     or a comparison differs; 2 the scene or the command line is wrong; 130 interrupted.
+
+    With --json every command prints one JSON document on stdout; a fault is {"error": {...}}.
     """
 
 
@@ -47,23 +50,47 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit code.
     """
+    given = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        code = chaosdrill.main(arguments, prog_name="chaosdrill", standalone_mode=False)
+        code = chaosdrill.main(given, prog_name="chaosdrill", standalone_mode=False)
         sys.stdout.flush()
         return code or DONE
-    except click.ClickException as fault:
-        fault.show()
-        return fault.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("\ninterrupted", err=True)
-        return INTERRUPTED
     except BrokenPipeError:
-        # whoever read the output has left; what is still buffered must not raise once more at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
-    except MemoryError as fault:
-        click.echo(f"not enough memory for the result; ask for fewer periods, samples or points ({fault})", err=True)
-        return FAILED
-    except ChaosdrillError as fault:
-        click.echo(str(fault), err=True)
-        return WRONG_INPUT if isinstance(fault, SceneError | SettingsError | ModelError) else FAILED
+        return _reader_left()
+    except (Exception, KeyboardInterrupt) as fault:
+        if (told := _told(fault)) is None:
+            raise
+        code, kind, message = told
+        try:
+            if "--json" in given:
+                emit_error(code, kind, message, getattr(fault, "problems", None))
+                sys.stdout.flush()
+        except BrokenPipeError:
+            _reader_left()
+        if isinstance(fault, click.ClickException):
+            fault.show()
+        else:
+            click.echo(message, err=True)
+        return code
+
+
+def _told(fault: BaseException) -> tuple[int, str, str] | None:
+    """Exit code, kind and text of a fault; None for one that is a mistake of the program."""
+    if isinstance(fault, click.ClickException):
+        return fault.exit_code, "UsageError", fault.format_message()
+    if isinstance(fault, click.Abort | KeyboardInterrupt):
+        return INTERRUPTED, "KeyboardInterrupt", "\ninterrupted"
+    if isinstance(fault, MemoryError):
+        text = f"not enough memory for the result; ask for fewer periods, samples or points ({fault})"
+        return FAILED, "MemoryError", text
+    if isinstance(fault, ChaosdrillError):
+        code = WRONG_INPUT if isinstance(fault, SceneError | SettingsError | ModelError) else FAILED
+        kind = next(base for base in type(fault).__mro__ if base.__module__ == ChaosdrillError.__module__)
+        return code, kind.__name__, str(fault)
+    return None
+
+
+def _reader_left() -> int:
+    """Whoever read the output has left; what is still buffered must not raise once more at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return FAILED

@@ -2,6 +2,9 @@
 
 import click
 
+from chaosdrill.cli.options import json_option
+from chaosdrill.cli.output import emit
+
 
 @click.command()
 @click.argument("archive", metavar="OUT.nc")
@@ -13,9 +16,13 @@ import click
     "Default: beside the archive.",
 )
 @click.option("--group", metavar="NAME", help="Only this group of the archive.")
-def plot(archive: str, output: str | None, group: str | None) -> None:
+@json_option
+def plot(archive: str, output: str | None, group: str | None, as_json: bool) -> None:
     """Draw the pictures that suit what is in OUT.nc, and print the files written."""
     from chaosdrill.plot import plot_archive
 
-    for path in plot_archive(archive, output, group=group):
-        click.echo(str(path))
+    paths = [str(path) for path in plot_archive(archive, output, group=group)]
+    if as_json:
+        emit({"archive": archive, "pictures": paths})
+    else:
+        click.echo("\n".join(paths))

@@ -44,6 +44,11 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         self._end_line()
 
+    def tell(self, line: str) -> None:
+        """Show a line of its own."""
+        self._end_line()
+        self._write(line + "\n")
+
     def report(self, name: str) -> Callable[[int, int, dict[str, int] | None], None]:
         """Begin an analysis; what is returned takes items done, their total, and counts by outcome.
 

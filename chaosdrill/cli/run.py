@@ -1,17 +1,15 @@
 """``chaosdrill run``: every analysis of a scene, into one archive."""
 
-import os
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from chaosdrill.cli.options import changes_option, json_option
 from chaosdrill.cli.orbit_lines import orbit_lines
-from chaosdrill.cli.period import check_period
+from chaosdrill.cli.output import emit
 from chaosdrill.cli.progress import Progress
+from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
-from chaosdrill.errors import SettingsError
-from chaosdrill.files import remove_drafts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,11 +22,23 @@ _SHORT_LENGTH = 8
 @click.command()
 @click.argument("scene")
 @click.option("-o", "--output", required=True, metavar="OUT.nc", help="Archive to write; an earlier one is replaced.")
+@changes_option
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute the points instead.")
 @click.option("--resume", is_flag=True, help="Go on with a run that did not end; begin one if there is none.")
-def run(scene: str, output: str, workers: int, scheduler: str | None, resume: bool) -> None:
+@json_option
+def run(
+    scene: str,
+    output: str,
+    changes: dict[str, Any],
+    workers: int,
+    scheduler: str | None,
+    resume: bool,
+    as_json: bool,
+) -> None:
     """Run every analysis of SCENE and write one archive, whole or not at all.
+
+    SCENE is a TOML file, or - for standard input. What --set gives becomes part of the scene that the archive holds.
 
     What has finished is kept in the folder OUT.nc.parts until the archive is written. After an interruption, a kill or
     a full disk the same command with --resume goes on from there and writes the same archive, bit for bit, also with
@@ -38,51 +48,67 @@ def run(scene: str, output: str, workers: int, scheduler: str | None, resume: bo
     outcome, a result that the archive holds, with a line of advice on stderr. It is 1 if the archive cannot be
     written, and 2 if the scene or the command line is wrong.
     """
-    from chaosdrill.archive import check_writable, save
-    from chaosdrill.scene import load_scene
-    from chaosdrill.sweep import Parts
+    from chaosdrill.archive import run as run_scene
 
-    if scheduler is not None and workers != 1:
-        raise SettingsError(
-            f"--workers is {workers}, but the scheduler at {scheduler} has workers of its own; give one of the two"
+    with Progress() as progress:
+        tree = run_scene(
+            scene,
+            output,
+            changes=changes,
+            workers=workers,
+            scheduler=scheduler,
+            resume=resume,
+            report=progress.report,
+            tell=progress.tell,
         )
-    loaded = load_scene(scene)
-    check_period(loaded)
-    if os.path.exists(output) and os.path.samefile(scene, output):
-        raise SettingsError(f"--output is {output!r}, which is the scene itself; name another file, such as result.nc")
-    check_writable(output)
-    with Parts(f"{output}.parts", loaded.fingerprint(), resume=resume) as parts:
-        remove_drafts(Path(output))
-        for name, state in parts.kept().items():
-            click.echo(f"{name}: {state} before", err=True)
-        try:
-            with Progress() as progress:
-                tree = loaded.run(workers=workers, scheduler=scheduler, parts=parts, report=progress.report)
-            save(tree, output)
-        except BaseException:
-            if parts.kept():
-                click.echo(f"what has finished is kept in {parts.folder}; --resume goes on with it", err=True)
-            raise
-        parts.finish()
-    for name, node in tree.children.items():
-        dataset = node.to_dataset()
-        for line in [*summary(dataset), *orbit_lines(dataset), *dataset.attrs.get("recommendation", "").splitlines()]:
-            click.echo(f"{name}: {line}")
+    groups = {name: node.to_dataset() for name, node in tree.children.items()}
+    for name, dataset in groups.items():
         for line in advice(dataset):
             click.echo(f"{name}: {line}", err=True)
+    if as_json:
+        root = {name: tree.attrs[name] for name in ("title", "scene_sha256", "wall_time_s")}
+        emit({"archive": output, **root, "groups": {name: describe(group) for name, group in groups.items()}})
+        return
+    for name, dataset in groups.items():
+        for line in [*summary(dataset), *orbit_lines(dataset), *dataset.attrs.get("recommendation", "").splitlines()]:
+            click.echo(f"{name}: {line}")
     click.echo(output)
+
+
+def describe(dataset: "xr.Dataset") -> dict[str, Any]:
+    """A result for scripts: its kind, the counts by outcome, the numbers that `summary` prints, and advice."""
+    values = {}
+    for name, variable in short_variables(dataset).items():
+        values[name] = _meaning(variable) if "flag_meanings" in variable.attrs else variable.values.tolist()
+    described = {"kind": dataset.attrs["kind"], "wall_time_s": dataset.attrs.get("wall_time_s")}
+    if "outcome" in dataset:
+        described["outcomes"] = count_outcomes(dataset["outcome"].values)
+    if "special_kind" in dataset:
+        described["special_points"] = count_special_points(dataset["special_kind"].values)
+    return {**described, "values": values, "advice": advice(dataset)}
+
+
+def short_variables(dataset: "xr.Dataset") -> "dict[str, xr.DataArray]":
+    """The numbers of a result, and its lists of a few numbers."""
+    found = {}
+    for name, variable in dataset.data_vars.items():
+        short = variable.ndim == 0 or (variable.dims[0] in _SHORT and variable.size <= _SHORT_LENGTH)
+        if variable.ndim <= 1 and short and variable.dtype.kind in "iuf":
+            found[str(name)] = variable
+    return found
+
+
+def _meaning(code: "xr.DataArray") -> str:
+    # a negative code stands for none of them
+    return str(code.attrs["flag_meanings"].split()[int(code)]) if code >= 0 else "none"
 
 
 def summary(dataset: "xr.Dataset") -> list[str]:
     """The numbers of a result that fit on a line each."""
     lines = []
-    for name, variable in dataset.data_vars.items():
-        short = variable.ndim == 0 or (variable.dims[0] in _SHORT and variable.size <= _SHORT_LENGTH)
-        if variable.ndim > 1 or not short or variable.dtype.kind not in "iuf":
-            continue
+    for name, variable in short_variables(dataset).items():
         if "flag_meanings" in variable.attrs:
-            # a negative code stands for none of them
-            text = variable.attrs["flag_meanings"].split()[int(variable)] if variable >= 0 else "none"
+            text = _meaning(variable)
         else:
             text = " ".join(f"{value:.10g}" for value in variable.values.ravel())
         lines.append(f"{name} {text}")

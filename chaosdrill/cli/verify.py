@@ -1,16 +1,16 @@
 """``chaosdrill verify``: whether an archive is what its own scene gives."""
 
-import json
-
 import click
 
+from chaosdrill.cli.options import json_option
+from chaosdrill.cli.output import emit
 from chaosdrill.cli.progress import Progress
 
 
 @click.command()
 @click.argument("archive", metavar="OUT.nc")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@json_option
 def verify(archive: str, workers: int, as_json: bool) -> int:
     """Run the scene that OUT.nc holds once more and compare, variable by variable, bit by bit.
 
@@ -23,12 +23,9 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
     with Progress() as progress:
         result = verify_archive(archive, workers=workers, report=progress.report)
     if as_json:
-        differences = [
-            {**asdict(item), "max_abs": None if item.max_abs != item.max_abs else item.max_abs}
-            for item in result.differences
-        ]
+        differences = [asdict(item) for item in result.differences]
         shown = {"path": archive, "equal": result.equal, "differences": differences, "notes": list(result.notes)}
-        click.echo(json.dumps(shown, indent=2))
+        emit(shown)
     elif result.equal:
         click.echo(f"{archive}: equal, bit for bit")
     else:

@@ -1,6 +1,7 @@
 """What a point of a branch of periodic orbits can be, and how such a branch can end."""
 
 from enum import IntEnum
+from typing import Any
 
 
 class Special(IntEnum):
@@ -49,6 +50,12 @@ class BranchEnd(IntEnum):
     def advice(self) -> str:
         """One sentence: what this end means and what to try."""
         return _ADVICE[self]
+
+
+def count_special_points(codes: Any) -> dict[str, int]:
+    """How often each special point stands in an array of codes, by its meaning."""
+    found = codes.tolist()
+    return {kind.meaning: found.count(kind) for kind in Special if kind in found}
 
 
 _HAPPENS = {

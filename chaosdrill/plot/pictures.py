@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from importlib import import_module
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -198,6 +198,8 @@ def plot_archive(
     from chaosdrill.archive import open as open_archive
     from chaosdrill.plot.style import style
 
+    if output is not None and fspath(output) == "-":
+        raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")
     target = Path(output) if output is not None else Path(path).with_suffix(".png")
     if target.suffix.lstrip(".").lower() not in FORMATS:
         raise SettingsError(f"output: no picture format {target.suffix!r}; use one of {', '.join(FORMATS)}")

@@ -1,6 +1,8 @@
 """A scene: a TOML file that names a system and what is to be computed of it."""
 
+from chaosdrill.scene.describe import check
 from chaosdrill.scene.load import load_scene, parse_scene
+from chaosdrill.scene.names import list_names
 from chaosdrill.scene.scene import Scene
 
-__all__ = ["Scene", "load_scene", "parse_scene"]
+__all__ = ["Scene", "check", "list_names", "load_scene", "parse_scene"]

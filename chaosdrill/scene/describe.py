@@ -1,12 +1,42 @@
 """What a scene simulates, as plain values: for ``chaosdrill check`` and for reports."""
 
-from typing import TYPE_CHECKING, Any
+import os
+from collections.abc import Mapping
+from typing import Any
 
-if TYPE_CHECKING:
-    from chaosdrill.scene.scene import Scene
+from chaosdrill.scene.load import load_scene
+from chaosdrill.scene.period import check_period
+from chaosdrill.scene.scene import Scene
 
 
-def describe_scene(scene: "Scene") -> dict[str, Any]:
+def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Validate a scene and describe what it simulates, as ``chaosdrill check`` does.
+
+    Parameters
+    ----------
+    scene : path-like or Scene
+        As for `load_scene`, or what it returned.
+    changes : mapping of str to value, optional
+        As for `load_scene`; only with a path.
+
+    Returns
+    -------
+    dict
+        Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``states``,
+        ``initial_mode``, ``parameters``, ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si_scales``,
+        ``numerics``, ``analyses``, and ``changes``, what was set.
+
+    Raises
+    ------
+    SceneError
+        With every fault of the scene.
+    """
+    loaded = scene if isinstance(scene, Scene) else load_scene(scene, changes)
+    check_period(loaded)
+    return describe_scene(loaded)
+
+
+def describe_scene(scene: Scene) -> dict[str, Any]:
     """What a scene simulates, as plain values: equations in text, numbers, names."""
     system = scene.system
     labels = system.labels
@@ -46,10 +76,11 @@ def describe_scene(scene: "Scene") -> dict[str, Any]:
         "analyses": {
             name: analysis.model_dump(mode="json", exclude_unset=True) for name, analysis in scene.analyses.items()
         },
+        "changes": dict(scene.changes),
     }
 
 
-def _effects(scene: "Scene", *, present: bool) -> dict[str, str]:
+def _effects(scene: Scene, *, present: bool) -> dict[str, str]:
     """Effects that are simulated with their option, or those that are not, with what they would offer."""
     from chaosdrill.systems import EFFECTS, REGISTRY
     from chaosdrill.systems.drill.effects import ABSENT

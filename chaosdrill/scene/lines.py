@@ -1,4 +1,4 @@
-"""On which line each key of a TOML document stands.
+"""Where each key of a TOML document stands.
 
 ``tomllib`` forgets positions, and an error without its line sends people searching. This scanner walks a document that
 ``tomllib`` has already accepted, so it has to find keys and values but not to judge them.
@@ -7,6 +7,7 @@
 import re
 import tomllib
 from bisect import bisect_right
+from dataclasses import dataclass, field
 
 Path = tuple[str | int, ...]
 
@@ -17,6 +18,20 @@ _STRING = re.compile(
     r'''"""(?:[^"\\]|\\.|"(?!""))*+"{3,5}|\'\'\'(?:[^']|'(?!''))*+'{3,5}|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+\'''', re.DOTALL
 )
 _SCALAR = re.compile(r"[^,\]}#\n]*+")
+
+
+@dataclass
+class Layout:
+    """Where things stand in the text of a TOML document: offsets of characters, lines from 1.
+
+    ``values`` are the ends of each value, ``inside`` is where an inline table begins behind its brace, ``below`` where
+    the header of a table ends.
+    """
+
+    lines: dict[Path, int] = field(default_factory=dict)
+    values: dict[Path, tuple[int, int]] = field(default_factory=dict)
+    inside: dict[Path, int] = field(default_factory=dict)
+    below: dict[Path, int] = field(default_factory=dict)
 
 
 def key_lines(text: str) -> dict[Path, int]:
@@ -32,7 +47,12 @@ def key_lines(text: str) -> dict[Path, int]:
     dict
         Path of keys and indices -> line, from 1. A table's line is that of its header, if it has one.
     """
-    return _Scanner(text.replace("\r\n", "\n")).scan()
+    return layout(text.replace("\r\n", "\n")).lines
+
+
+def layout(text: str) -> Layout:
+    """Where everything stands in a document that ``tomllib.loads`` accepts, and whose lines end in ``\\n``."""
+    return _Scanner(text).scan()
 
 
 class _Scanner:
@@ -40,10 +60,11 @@ class _Scanner:
         self.text = text
         self.at = 0
         self.starts = [0, *(found.end() for found in re.finditer("\n", text))]
-        self.lines: dict[Path, int] = {}
+        self.found = Layout()
+        self.lines = self.found.lines
         self.tables_of: dict[Path, int] = {}
 
-    def scan(self) -> dict[Path, int]:
+    def scan(self) -> Layout:
         table: Path = ()
         self._skip(_BLANK)
         while self.at < len(self.text):
@@ -52,7 +73,7 @@ class _Scanner:
             else:
                 self._pair(table)
             self._skip(_BLANK)
-        return self.lines
+        return self.found
 
     def _header(self) -> Path:
         many = self.text.startswith("[[", self.at)
@@ -73,6 +94,7 @@ class _Scanner:
             if path in self.tables_of:
                 path = (*path, self.tables_of[path] - 1)
                 self.lines.setdefault(path, line)
+        self.found.below[path] = self.at
         return path
 
     def _pair(self, table: Path) -> None:
@@ -97,7 +119,9 @@ class _Scanner:
             self.at += 1
 
     def _value(self, path: Path) -> None:
-        opening = self.text[self.at]
+        opening, start = self.text[self.at], self.at
+        if opening == "{":
+            self.found.inside[path] = start + 1
         if opening in "\"'":
             self._skip(_STRING)
         elif opening in "[{":
@@ -119,6 +143,7 @@ class _Scanner:
             self.at += 1
         else:
             self._skip(_SCALAR)
+        self.found.values[path] = start, start + len(self.text[start : self.at].rstrip())
 
     def _skip(self, pattern: re.Pattern[str]) -> str:
         found = pattern.match(self.text, self.at)

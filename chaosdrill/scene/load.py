@@ -2,14 +2,18 @@
 
 import os
 import re
+import sys
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from chaosdrill.errors import SceneError
+from chaosdrill.scene.changes import change, toml_value
+from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.lines import key_lines
-from chaosdrill.scene.problems import InvalidSceneError
-from chaosdrill.scene.scene import Scene
+from chaosdrill.scene.problems import NO_LINE, InvalidSceneError
+from chaosdrill.scene.scene import PIPED, STDIN, Scene
 
 MOST_BYTES = 1_000_000
 MOST_KEY_PARTS = 64
@@ -19,13 +23,16 @@ _DOTTED = re.compile(r"""[A-Za-z0-9_"'-][ \t]*+\.""")
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
-def load_scene(path: str | os.PathLike[str]) -> Scene:
+def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene file.
 
     Parameters
     ----------
     path : path-like
-        A TOML file in UTF-8 of at most a megabyte.
+        A TOML file in UTF-8 of at most a megabyte; ``"-"`` is standard input.
+    changes : mapping of str to value, optional
+        Values that the scene is to have instead of its own, or besides: ``{"system.parameters.eta": 0.5}``. They become
+        part of the scene's text.
 
     Returns
     -------
@@ -35,25 +42,42 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     ------
     SceneError
         If the file cannot be read, or with every fault that the scene has, each with its line, field and remedy.
+    SettingsError
+        If a change has no key of TOML, or no value.
     """
-    name = Path(path).name or str(path)
-    try:
-        with open(path, "rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as fault:
-        reason = fault.strerror if isinstance(fault, OSError) else fault
-        raise SceneError(f"{path}: cannot read the scene: {reason}") from None
+    piped = os.fspath(path) == STDIN
+    name = PIPED if piped else Path(path).name or str(path)
+    data = _read_stdin() if piped else _read_file(path)
     if len(data) > MOST_BYTES:
-        raise SceneError(f"{path}: larger than {MOST_BYTES} bytes; a scene is a small text file")
+        raise SceneError(f"{name if piped else path}: larger than {MOST_BYTES} bytes; a scene is a small text file")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         line = data.count(b"\n", 0, fault.start) + 1
         raise SceneError(f"{name}:{line}: not UTF-8 text; save the scene as UTF-8") from None
-    return parse_scene(text, name)
+    return parse_scene(text, name, changes)
 
 
-def parse_scene(text: str, name: str = "scene.toml") -> Scene:
+def _read_file(path: str | os.PathLike[str]) -> bytes:
+    try:
+        with open(path, "rb") as file:
+            return file.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as fault:
+        reason = fault.strerror if isinstance(fault, OSError) else fault
+        raise SceneError(f"{path}: cannot read the scene: {reason}") from None
+
+
+def _read_stdin() -> bytes:
+    # there is none in a process that was started with it closed
+    if sys.stdin is None:
+        raise SceneError(f"{PIPED}: cannot read the scene: standard input is closed")
+    try:
+        return sys.stdin.buffer.read(MOST_BYTES + 1)
+    except OSError as fault:
+        raise SceneError(f"{PIPED}: cannot read the scene: {fault.strerror}") from None
+
+
+def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene from its text.
 
     Parameters
@@ -62,6 +86,8 @@ def parse_scene(text: str, name: str = "scene.toml") -> Scene:
         A TOML document.
     name : str
         What error messages call the file; without its ending, it is the title of a scene that has none.
+    changes : mapping of str to value, optional
+        As for `load_scene`.
 
     Returns
     -------
@@ -71,6 +97,8 @@ def parse_scene(text: str, name: str = "scene.toml") -> Scene:
     ------
     SceneError
         With every fault, one a line.
+    SettingsError
+        As `load_scene`.
     """
     # pydantic is worth its import only once there is a scene to validate
     from chaosdrill.scene.check_analyses import check_analyses, check_numerics
@@ -80,6 +108,10 @@ def parse_scene(text: str, name: str = "scene.toml") -> Scene:
 
     raw = _parse_toml(text, name)
     lines = key_lines(text)
+    for key, value in (changes or {}).items():
+        text, path = change(text, key, value)
+        raw = _parse_toml(text, name)
+        _place_change(lines, path)
     _, problems = validate(Document, raw, ())
     system = check_system(table_in(raw, "system"))
     numerics, faults = check_numerics(table_in(raw, "numerics"))
@@ -101,7 +133,17 @@ def parse_scene(text: str, name: str = "scene.toml") -> Scene:
         numerics=numerics,
         analyses=analyses,
         lines=lines,
+        changes={key: toml_value(value, key) for key, value in (changes or {}).items()},
     )
+
+
+def _place_change(lines: dict[KeyPath, int], path: KeyPath) -> None:
+    """Have a key stand on no line of the file, and with it the tables that it brings."""
+    for inner in [place for place in lines if place[: len(path)] == path]:
+        del lines[inner]
+    for depth in range(1, len(path)):
+        lines.setdefault(path[:depth], NO_LINE)
+    lines[path] = NO_LINE
 
 
 def _parse_toml(text: str, name: str) -> dict[str, Any]:

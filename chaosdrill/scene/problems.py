@@ -10,6 +10,8 @@ from chaosdrill.errors import SceneError
 from chaosdrill.scene.lines import Path
 
 SHOWN = 50
+NO_LINE = 0
+"""Line of what stands in no file, since it was set on the command line."""
 
 
 @dataclass(frozen=True)
@@ -28,17 +30,20 @@ class InvalidSceneError(SceneError):
     name : str
         Name of the file, as the messages show it.
     problems : iterable of Problem
-        What is wrong; the attribute of this name holds line, field and message of each, for scripts.
+        What is wrong; the attribute of this name holds line (or None), field and message of each, for scripts.
     lines : mapping of path to int
-        Where the keys stand.
+        Where the keys stand; 0 for those that were set on the command line.
     """
 
     def __init__(self, name: str, problems: Iterable[Problem], lines: Mapping[Path, int]) -> None:
         placed = sorted(((line_of(problem.path, lines), problem) for problem in problems), key=lambda pair: pair[0])
         self.problems = [
-            {"line": line, "field": show(problem.path), "message": problem.message} for line, problem in placed
+            {"line": line or None, "field": show(problem.path), "message": problem.message} for line, problem in placed
         ]
-        texts = [f"{name}:{line}: {show(problem.path)}: {problem.message}" for line, problem in placed]
+        texts = [
+            f"{f'{name}:{line}' if line else '--set'}: {show(problem.path)}: {problem.message}"
+            for line, problem in placed
+        ]
         if len(texts) > SHOWN:
             texts[SHOWN:] = [f"{name}: and {len(texts) - SHOWN} more"]
         super().__init__("\n".join(texts))

@@ -1,5 +1,6 @@
 """A scene that has been read and found sound."""
 
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from chaosdrill.scene.kinds import Analysis
     from chaosdrill.scene.numerics import Numerics
     from chaosdrill.sweep import Parts
+
+STDIN, PIPED = "-", "stdin"
+"""What the command line calls standard input, and what messages call a scene that came from there."""
 
 Progress = Callable[[int, int, "dict[str, int] | None"], None]
 
@@ -49,7 +53,9 @@ class Scene:
     analyses : mapping of str to Analysis
         What is to be computed, by group of the archive.
     lines : mapping of path to int
-        Where each key stands in the text.
+        Where each key stands in the file, 0 for one that was set from outside.
+    changes : mapping of str to str
+        Keys that were set from outside, with their values in TOML; the text has them already.
     """
 
     name: str
@@ -63,6 +69,7 @@ class Scene:
     numerics: "Numerics"
     analyses: Mapping[str, "Analysis"]
     lines: Mapping[Path, int] = field(repr=False)
+    changes: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def sha256(self) -> str:
@@ -107,6 +114,11 @@ class Scene:
             **origin(),
         }
 
+    def command(self, *more: str) -> str:
+        """The command ``run`` with this scene, what was set in it, and further arguments."""
+        sets = [part for key, value in self.changes.items() for part in ("--set", f"{key}={value}")]
+        return shlex.join(["run", STDIN if self.name == PIPED else self.name, *sets, *more])
+
     def run(
         self,
         *,
@@ -114,6 +126,7 @@ class Scene:
         scheduler: str | None = None,
         parts: "Parts | None" = None,
         report: Callable[[str], Progress] | None = None,
+        command: str | None = None,
     ) -> "xr.DataTree":
         """Run every analysis of the scene.
 
@@ -127,6 +140,8 @@ class Scene:
             Where finished chunks and analyses are kept; those that are there already are not run again.
         report : callable, optional
             Given the name of an analysis that begins, returns what is called with its progress.
+        command : str, optional
+            What the archive's history says was done; default: ``run`` with its name and what was set in it.
 
         Returns
         -------
@@ -174,7 +189,7 @@ class Scene:
             groups[group].attrs["wall_time_s"] = perf_counter() - begin
             if parts and not analysis.parallel:
                 parts.keep(group, groups[group])
-        root = provenance(self.title, action=f"run {self.name}")
+        root = provenance(self.title, action=command or self.command())
         root |= {"scene": self.text, "scene_name": self.name, "scene_sha256": self.sha256}
         root |= {f"si_{name}": value for name, value in self.scales.items()}
         root["wall_time_s"] = perf_counter() - start

@@ -41,17 +41,14 @@ def test_json_of_a_wrong_scene(call, scene):
     scene.write_text(scene.read_text().replace("eta = 0.8", "etta = 0.8").replace("periods = 3", "periods = 0"))
     answer = call("check", scene, "--json")
     assert answer.code == 2
-    assert json.loads(answer.out) == {
-        "valid": False,
-        "problems": [
-            {
-                "line": 9,
-                "field": "system.parameters.etta",
-                "message": "unknown parameter; did you mean 'eta'?",
-            },
-            {"line": 12, "field": "analysis.motion.periods", "message": "must be at least 1, received 0"},
-        ],
-    }
+    document = json.loads(answer.out)
+    assert document["valid"] is False
+    assert document["error"]["kind"] == "SceneError"
+    assert document["error"]["message"] == answer.err.strip()
+    assert document["problems"] == [
+        {"line": 9, "field": "system.parameters.etta", "message": "unknown parameter; did you mean 'eta'?"},
+        {"line": 12, "field": "analysis.motion.periods", "message": "must be at least 1, received 0"},
+    ]
 
 
 def test_a_system_without_effects(call, scene):

@@ -1,0 +1,22 @@
+"""Options that several commands share."""
+
+from typing import Any
+
+import click
+
+from chaosdrill.scene.changes import parse_change
+
+
+def _changes(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, Any]:
+    return dict(parse_change(text) for text in given)
+
+
+changes_option = click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="KEY=VALUE",
+    callback=_changes,
+    help="Value that the scene is to have, as in system.parameters.eta=0.5; may be given several times.",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document, errors too.")

@@ -1,0 +1,184 @@
+"""Values of a scene that are set from outside: the text is changed, so that the archive holds the scene that was run.
+
+A value takes the place of the one that stands there; what does not stand there is added to its table. The rest of the
+text, comments included, stays as it is.
+"""
+
+import json
+import math
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from chaosdrill.errors import SettingsError
+from chaosdrill.scene.lines import Layout, Path, layout
+
+MOST_PARTS = 16
+
+_NAME = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+_KEY = re.compile(rf"\s*+{_NAME}(?:\s*+\.\s*+{_NAME})*+\s*+")
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def parse_change(text: str) -> tuple[str, Any]:
+    """Read a change as the command line gives it.
+
+    Parameters
+    ----------
+    text : str
+        ``KEY=VALUE`` with a dotted key and a value as in TOML: ``system.parameters.eta=0.5``. What is no TOML value and
+        does not begin like one in quotes or brackets is text: ``numerics.method=rk4``, ``system.si.m1=250 kg``.
+
+    Returns
+    -------
+    key : str
+    value : object
+        As `tomllib` gives it.
+
+    Raises
+    ------
+    SettingsError
+        If it cannot be read.
+    """
+    found = _KEY.match(text)
+    if found is None or not text.startswith("=", found.end()):
+        raise SettingsError(f"--set {text!r:.100}: expected KEY=VALUE, as in --set system.parameters.eta=0.5")
+    given = text[found.end() + 1 :].strip()
+    try:
+        document = tomllib.loads(f"value = {given}")
+    except (ValueError, RecursionError):
+        if not given or given[0] in "\"'[{" or not given.isprintable():
+            raise SettingsError(f"--set {text!r:.100}: {given!r:.60} is no TOML value") from None
+        return found.group().strip(), given
+    if len(document) > 1:
+        raise SettingsError(f"--set {text!r:.100}: holds more than one value; give each a --set of its own")
+    return found.group().strip(), document["value"]
+
+
+def change(text: str, key: str, value: Any) -> tuple[str, Path]:
+    """Set one value in the text of a scene.
+
+    Parameters
+    ----------
+    text : str
+        A document that ``tomllib.loads`` accepts.
+    key : str
+        Dotted key, as ``system.parameters.eta``.
+    value : bool, number, str, list or dict
+        What it is to be; arrays count as lists.
+
+    Returns
+    -------
+    text : str
+        With the value in it.
+    path : tuple of str
+        The parts of the key.
+
+    Raises
+    ------
+    SettingsError
+        If the key is none, or leads into something that is no table, or if TOML has no such value.
+    """
+    path = _path(key)
+    text = text.replace("\r\n", "\n")
+    wanted = tomllib.loads(text)
+    _put(wanted, path, key, tomllib.loads(f"value = {toml_value(value, key)}")["value"])
+    for changed in _candidates(text, path, toml_value(value, key)):
+        try:
+            # not compared as dictionaries, since nan differs from itself
+            if repr(_sorted(tomllib.loads(changed))) == repr(_sorted(wanted)):
+                return changed, path
+        except tomllib.TOMLDecodeError:
+            continue
+    raise SettingsError(f"--set {key}: cannot be set in a scene that is laid out like this; write it into the file")
+
+
+def toml_value(value: Any, key: str) -> str:
+    """A value as TOML writes it, on one line.
+
+    Raises
+    ------
+    SettingsError
+        If TOML has no such value.
+    """
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int) and abs(value) >= 2**63:
+        raise SettingsError(f"--set {key}: whole numbers end at 2**63")
+    if isinstance(value, int | float):
+        return repr(value) if math.isfinite(value) else str(value)
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(toml_value(entry, key) for entry in value) + "]"
+    if isinstance(value, Mapping):
+        pairs = (f"{_written(str(name))} = {toml_value(entry, key)}" for name, entry in value.items())
+        return "{ " + ", ".join(pairs) + " }" if value else "{}"
+    raise SettingsError(f"--set {key}: expected a number, text, a list or a table, received {value!r:.60}")
+
+
+def _path(key: str) -> tuple[str, ...]:
+    found = _KEY.fullmatch(key)
+    if found is None or len(parts := re.findall(_NAME, key)) > MOST_PARTS:
+        raise SettingsError(f"--set {key!r:.100}: expected a dotted key, as in system.parameters.eta")
+    try:
+        return tuple(next(iter(tomllib.loads(f"{part} = 0"))) for part in parts)
+    except ValueError:
+        raise SettingsError(f"--set {key!r:.100}: TOML has no such key") from None
+
+
+def _put(table: dict[str, Any], path: tuple[str, ...], key: str, value: Any) -> None:
+    *tables, last = path
+    for depth, name in enumerate(tables, start=1):
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise SettingsError(f"--set {key}: {'.'.join(path[:depth])} is no table but {table!r:.60}")
+    if isinstance(table.get(last), dict) and not isinstance(value, dict):
+        raise SettingsError(f"--set {key}: is a table; set the keys in it, as in --set {key}.{_first(table[last])}=...")
+    table[last] = value
+
+
+def _first(table: Mapping[str, Any]) -> str:
+    return next(iter(table), "name")
+
+
+def _candidates(text: str, path: Path, value: str) -> Iterator[str]:
+    """Texts that may have the value, the plainest first."""
+    found: Layout = layout(text)
+    if path in found.values:
+        start, end = found.values[path]
+        yield text[:start] + value + text[end:]
+        return
+    parent = path[:-1]
+    if parent and parent not in found.below and parent not in found.inside:
+        header = ".".join(_written(str(name)) for name in parent)
+        yield f"{text.rstrip()}\n\n[{header}]\n{_written(str(path[-1]))} = {value}\n"
+    for depth in range(len(parent), -1, -1):
+        place, pair = path[:depth], f"{'.'.join(_written(str(name)) for name in path[depth:])} = {value}"
+        if place in found.inside:
+            at = found.inside[place]
+            empty = text[at:].lstrip(" \t").startswith("}")
+            yield f"{text[:at]} {pair}{'' if empty else ','}{text[at:]}"
+        elif place in found.below:
+            at = text.find("\n", found.below[place])
+            yield f"{text}\n{pair}\n" if at < 0 else f"{text[: at + 1]}{pair}\n{text[at + 1 :]}"
+        elif not place:
+            yield f"{pair}\n{text}"
+
+
+def _sorted(value: Any) -> Any:
+    if isinstance(value, dict):
+        return sorted((name, _sorted(entry)) for name, entry in value.items())
+    return [_sorted(entry) for entry in value] if isinstance(value, list) else value
+
+
+def _written(name: str) -> str:
+    return name if _BARE.fullmatch(name) else _quoted(name)
+
+
+def _quoted(text: str) -> str:
+    # TOML wants one control character more escaped than JSON does, and knows no surrogates
+    return json.dumps(text.encode(errors="replace").decode(), ensure_ascii=False).replace("\x7f", "\\u007f")
