@@ -62,16 +62,17 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
         raise ChaosdrillError(f"{kind}: the dataset lacks {', '.join(missing)}")
 
     ds = ds.set_coords([name for name in present if declared[name].coordinate])
-    for name in present:
+    columns: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
+    for name in sorted(present):
         variable = declared[name]
         if ds[name].dims != variable.dims:
             raise ChaosdrillError(f"{kind}: {name} has dimensions {ds[name].dims}; expected {variable.dims}")
         values = _cast(ds[name].values, variable, kind)
         encoding = {"_FillValue": None} if variable.coordinate else {}
         attributes = _attributes(variable, system)
-        column = (variable.dims, values, attributes, encoding)
-        ds = ds.assign_coords({name: column}) if variable.coordinate else ds.assign({name: column})
-    return ds
+        (coordinates if variable.coordinate else columns)[name] = (variable.dims, values, attributes, encoding)
+    return ds.assign_coords(coordinates).assign(columns)
 
 
 def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = (), many: bool = False) -> dict[str, Variable]:

@@ -30,7 +30,7 @@ TANGENT = 1e-9
 CLEAR = 1e-4
 """Speed at a guard, and part of an orbit's duration that an arc takes, below which a run is no judge of it."""
 
-CHECKED = 6
+CHECKED = 4
 """Points of a stretch that the ordinary engine follows as well, at most."""
 
 
