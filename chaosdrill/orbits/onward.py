@@ -11,7 +11,7 @@ from chaosdrill.orbits.borders import Border, WeightsOf, distance, go_on, what_c
 from chaosdrill.orbits.correcting import Corrector, Spot
 from chaosdrill.orbits.family import Family
 from chaosdrill.orbits.special import ON_CHORD, LostError
-from chaosdrill.orbits.targets import Touching
+from chaosdrill.orbits.targets import Touching, Vanishing
 from chaosdrill.orbits.touching import slowest_event, touches
 from chaosdrill.orbits.tracing import Traced
 
@@ -38,7 +38,7 @@ def onward(corrector: Corrector, traced: Traced) -> tuple[Corrector, Spot, str] 
     none near by, and the curve ends.
     """
     border = traced.border
-    if border is None or traced.end == BranchEnd.DOUBLING:
+    if border is None or traced.end == BranchEnd.DOUBLING or isinstance(corrector.target, Vanishing):
         return None
     family, last = corrector.family, traced.spots[-1]
     second, span = float(corrector.values(border.good)[1]), np.ptp(corrector.limits, axis=1)

@@ -10,6 +10,7 @@ from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
 from chaosdrill.orbits.borders import Border, distance, left_out
+from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.plane import Plane, plane_at
 from chaosdrill.orbits.reading import eventless
@@ -106,16 +107,20 @@ def target_at(
         return Doubling(), orbit, lap, 0.0
     if kind == Special.FOLD:
         return Fold(), orbit, lap, 0.0
+    slowest = slowest_event(family, orbit, lap)
     found = nearest_touch(family, orbit)
-    if found is not None:
+    if found is not None and slowest is None:
         return Touching(found[0]), orbit, lap, found[1]
     for guess in _without_event(family, orbit, lap):
-        code, other, seen, _ = family.solve(based(family, guess))
+        code, other, _, _ = family.solve(based(family, guess))
         if code == branch.CONVERGED and distance(family, other, orbit, weights) < SAME_PATH:
-            found = nearest_touch(family, other)
-            if found is not None:
-                return Touching(found[0]), other, seen, found[1]
-    slowest = slowest_event(family, orbit, lap)
+            # a doubled orbit whose halves graze one after the other is one of half the period at their common border
+            other, _ = least_period(family, other)
+            touched = nearest_touch(family, other)
+            if touched is not None and slowest_event(family, other, family.lap(other)) is None:
+                return Touching(touched[0]), other, family.lap(other), touched[1]
+    if found is not None:
+        return Touching(found[0]), orbit, lap, found[1]
     if slowest is None:
         raise LostError("no guard is touched there, and no event comes without speed")
     return Vanishing(slowest), orbit, lap, 0.0

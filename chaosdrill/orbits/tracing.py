@@ -115,6 +115,9 @@ class Tracer:
             if self.corrector.blocked(spot) is not None:
                 self._to_border(traced, h)
                 return traced
+            if self._swapped(spot):
+                self._to_half(traced, h)
+                return traced
             spots.append(spot)
             if self._closed(h):
                 traced.end, traced.words = BranchEnd.CLOSED, BranchEnd.CLOSED.advice
@@ -253,17 +256,42 @@ class Tracer:
         traced.end = ENDS.get(kind, BranchEnd.NO_CONVERGENCE)
         traced.words = f"{text}; the curve ends" if text else traced.end.advice
         traced.happens, traced.border = kind, border
-        if traced.end == BranchEnd.NO_CONVERGENCE and self._halved():
-            traced.end, traced.words = BranchEnd.DOUBLING, BranchEnd.DOUBLING.advice
+        if traced.end == BranchEnd.NO_CONVERGENCE and self._halves(self._history[-1:]).size:
+            gaps = np.abs(self._halves(self._history)).max(axis=1)
+            if gaps[-1] < HALVES * gaps.max():
+                traced.end, traced.words = BranchEnd.DOUBLING, BranchEnd.DOUBLING.advice
 
-    def _halved(self) -> bool:
-        """Whether the orbit has come to be one of half its period, gone through twice."""
-        arcs = self._history[0].orbit.arcs
+    def _halves(self, spots: list[Spot]) -> np.ndarray:
+        """Difference between orbits and themselves half a duration later; empty if their halves have other events."""
+        arcs, family = spots[0].orbit.arcs, self.corrector.family
         half = len(arcs) // 2
-        if len(arcs) % 2 or not np.array_equal(arcs[:half], arcs[half:]):
-            return False
-        gaps = np.abs(halves_apart(self.corrector.family, [s.orbit for s in self._history])).max(axis=1)
-        return bool(gaps[-1] < HALVES * gaps.max())
+        odd = len(arcs) % 2 or (family.forced and spots[0].orbit.periods % 2)
+        if odd or not np.array_equal(arcs[:half], arcs[half:]):
+            return np.zeros((0, 0))
+        return halves_apart(family, [s.orbit for s in spots])
+
+    def _swapped(self, spot: Spot) -> bool:
+        """Whether the halves of a doubled orbit have come together and traded places since the last point."""
+        gaps = self._halves([self._history[-1], spot])
+        return bool(gaps.size and gaps[0] @ gaps[1] < 0 and np.abs(gaps).max() < 0.5 * self._widest())
+
+    def _widest(self) -> float:
+        return float(np.abs(self._halves(self._history)).max())
+
+    def _to_half(self, traced: Traced, h: float) -> None:
+        """The last point is the last one before the halves come together; beyond, the same orbits come once more."""
+        low, high = 0.0, h
+        good = self._history[-1]
+        while high - low > NOISE:
+            middle = 0.5 * (low + high)
+            spot = self._after(middle)
+            if spot is None or self._swapped(spot):
+                high = middle
+            else:
+                low, good = middle, spot
+        if low > 0:
+            self._history.append(good)
+        traced.end, traced.words = BranchEnd.DOUBLING, BranchEnd.DOUBLING.advice
 
 
 def _shares(nodes: np.ndarray, place: float, derivative: int) -> np.ndarray:
