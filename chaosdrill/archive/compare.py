@@ -1,15 +1,24 @@
-"""Two archives, variable by variable and bit by bit."""
+"""Two archives, variable by variable: bit by bit, or by what can be compared."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.archive.digest import DIGESTS
 from chaosdrill.dataset.schema import SCHEMA
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# what a second run on another day or machine may change
-PASSING = frozenset({"history", "wall_time_s", "versions", "platform", "recommendation"})
+PASSING = frozenset({"history", "date_created", "wall_time_s", "versions", "platform", "recommendation", DIGESTS})
+"""Attributes that a second run on another day or machine may change."""
+
+DESCRIPTIVE = frozenset(
+    {"Conventions", "format_version", "summary", "keywords", "processing_level", "source", "references"}
+    | {"coverage_content_type", "long_name", "comment", "flag_values", "flag_meanings", "random_seed"}
+)
+"""Attributes in words of the version that wrote them."""
+
+CLOCKED = "not compared: a clock measured it"
 
 
 @dataclass(frozen=True)
@@ -40,6 +49,28 @@ class Difference:
     max_abs: float = float("nan")
 
 
+@dataclass(frozen=True)
+class Check:
+    """How one variable was compared.
+
+    Parameters
+    ----------
+    group : str
+        Path of the group.
+    variable : str
+        Its name.
+    how : str
+        In words: "bit for bit", "within 1e-08", "within 5 standard errors", ...
+    agrees : bool
+        Whether it is so.
+    """
+
+    group: str
+    variable: str
+    how: str
+    agrees: bool
+
+
 def compare(first: "xr.DataTree", second: "xr.DataTree") -> list[Difference]:
     """All differences between two archives, wall time, history, versions and platform apart, and what a clock measured.
 
@@ -55,37 +86,85 @@ def compare(first: "xr.DataTree", second: "xr.DataTree") -> list[Difference]:
     list of Difference
         Empty if they are equal.
     """
+    return examine(first, second)[0]
+
+
+def examine(
+    first: "xr.DataTree", second: "xr.DataTree", *, exact: bool = True, older: bool = False
+) -> tuple[list[Difference], list[Check]]:
+    """The differences between two archives, and how each variable was compared.
+
+    Parameters
+    ----------
+    first, second : xarray.DataTree
+        The archive as it is, and as it should be.
+    exact : bool, default True
+        Bit for bit; else by what can be compared between machines and versions (`agreement`).
+    older : bool, default False
+        The first archive is of another version, whose descriptions in words may differ.
+
+    Returns
+    -------
+    differences : list of Difference
+    checks : list of Check
+    """
     groups = {node.path: node.to_dataset(inherit=False) for node in first.subtree}
     others = {node.path: node.to_dataset(inherit=False) for node in second.subtree}
     found = [Difference(path, "", "group is missing") for path in others if path not in groups]
+    checks: list[Check] = []
+    passing = PASSING | DESCRIPTIVE if older else PASSING
     for path, group in groups.items():
         if path in others:
-            found += _group(path, group, others[path])
+            found += _group(path, group, others[path], exact, passing, checks)
         else:
             found.append(Difference(path, "", "group does not belong here"))
-    return found
+    return found, checks
 
 
-def _group(path: str, first: "xr.Dataset", second: "xr.Dataset") -> list[Difference]:
-    found = _attributes(path, "", first.attrs, second.attrs)
-    names = [str(name) for name in first.variables]
+def _group(
+    path: str,
+    first: "xr.Dataset",
+    second: "xr.Dataset",
+    exact: bool,
+    passing: frozenset[str],
+    checks: list[Check],
+) -> list[Difference]:
+    found = _attributes(path, "", first.attrs, second.attrs, passing)
     clocked = {v.name for v in SCHEMA.get(str(second.attrs.get("kind")), {}).values() if v.clocked}
     found += [Difference(path, str(name), "is missing") for name in second.variables if name not in first.variables]
-    for name in names:
+    if not exact:
+        first, second = _shared_events(first, second)
+    for name in (str(name) for name in first.variables):
         if name not in second.variables:
             found.append(Difference(path, name, "does not belong here"))
             continue
         one, other = first.variables[name], second.variables[name]
-        found += _attributes(path, name, one.attrs, other.attrs)
+        found += _attributes(path, name, one.attrs, other.attrs, passing)
         if one.dims != other.dims or one.shape != other.shape:
             what = f"is {dict(one.sizes)}; expected {dict(other.sizes)}"
-            found.append(Difference(path, name, what, one.size, one.size))
-        elif name not in clocked:
-            found += _values(path, name, one.values, other.values)
+            differences, how = [Difference(path, name, what, one.size, one.size)], "shape"
+        elif name in clocked:
+            differences, how = [], CLOCKED
+        elif exact:
+            differences, how = _values(path, name, one.values, other.values), "bit for bit"
+        else:
+            differences, how = _agreeing(path, name, first, second)
+        checks.append(Check(path, name, how, not differences))
+        found += differences
     return found
 
 
-def _attributes(path: str, name: str, first: dict[str, Any], second: dict[str, Any]) -> list[Difference]:
+def _shared_events(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
+    """Both up to the shorter of two lists of events: of runs that have parted one may have some more."""
+    if second.attrs.get("kind") != "trajectory":
+        return first, second
+    count = min(first.sizes.get("event", 0), second.sizes.get("event", 0))
+    return tuple(ds.isel(event=slice(count), missing_dims="ignore") for ds in (first, second))  # type: ignore[return-value]
+
+
+def _attributes(
+    path: str, name: str, first: dict[str, Any], second: dict[str, Any], passing: frozenset[str]
+) -> list[Difference]:
     import numpy as np
 
     def same(one: Any, other: Any) -> bool:
@@ -94,9 +173,26 @@ def _attributes(path: str, name: str, first: dict[str, Any], second: dict[str, A
 
     return [
         Difference(path, f"{name}:{key}", "attribute differs")
-        for key in sorted({*first, *second} - PASSING)
+        for key in sorted({*first, *second} - passing)
         if key not in first or key not in second or not same(first[key], second[key])
     ]
+
+
+def _agreeing(path: str, name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[list[Difference], str]:
+    import numpy as np
+
+    from chaosdrill.archive.agreement import agreement
+
+    one, other = first[name].values, second[name].values
+    if (one.dtype.kind in "OUT") != (other.dtype.kind in "OUT"):
+        return [Difference(path, name, f"holds {one.dtype}; expected {other.dtype}", one.size, one.size)], "type"
+    how, wrong = agreement(name, first, second)
+    count = int(np.count_nonzero(wrong))
+    if not count:
+        return [], how
+    if one.dtype.kind in "OUT":
+        return [Difference(path, name, "text differs", count, wrong.size)], how
+    return [Difference(path, name, f"differs: not {how}", count, wrong.size, _largest(one, other, wrong))], how
 
 
 def _values(path: str, name: str, one: Any, other: Any) -> list[Difference]:
@@ -110,11 +206,17 @@ def _values(path: str, name: str, one: Any, other: Any) -> list[Difference]:
         return [Difference(path, name, f"holds {one.dtype}; expected {other.dtype}", one.size, one.size)]
     bits = f"u{one.dtype.itemsize}"
     differs = np.ascontiguousarray(one).view(bits) != np.ascontiguousarray(other).view(bits)
+    differs = differs.reshape(one.shape)
     count = int(np.count_nonzero(differs))
     if not count:
         return []
+    return [Difference(path, name, "values differ", count, differs.size, _largest(one, other, differs))]
+
+
+def _largest(one: Any, other: Any, differs: Any) -> float:
+    import numpy as np
+
     with np.errstate(invalid="ignore"):
-        apart = np.abs(one.astype(float) - other.astype(float)).reshape(differs.shape)[differs]
+        apart = np.abs(one.astype(float) - other.astype(float))[differs]
     # one side is NaN: no number says how far apart they are
-    apart = np.where(np.isnan(apart), np.inf, apart)
-    return [Difference(path, name, "values differ", count, differs.size, float(apart.max()))]
+    return float(np.where(np.isnan(apart), np.inf, apart).max())

@@ -1,9 +1,14 @@
 """Open an archive, or say why not."""
 
 import os
+import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from chaosdrill.archive.labels import labels_from_file
+from chaosdrill.archive.layout import check_layout
+from chaosdrill.archive.seal import is_sealed, try_reading
+from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 
 if TYPE_CHECKING:
@@ -28,23 +33,49 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
     Raises
     ------
     ArchiveError
-        If there is no such file, or if it is not NetCDF-4, damaged, or not of this package.
+        If there is no such file, or if it is not NetCDF-4, damaged, of a later format, or not of this package.
     """
     file = Path(path)
     _check_signature(file)
     import xarray as xr
 
+    if not is_sealed(file):
+        try_reading(file)
     try:
-        with xr.open_datatree(file, engine="netcdf4") as lazy:
+        check_layout(file)
+        # what readers warn of in a damaged file is no news for whoever gets it
+        with warnings.catch_warnings(action="ignore"), xr.open_datatree(file, engine="netcdf4", **_AS_STORED) as lazy:
             # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
             nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}
-            tree = xr.DataTree.from_dict(nodes)
+            tree = xr.DataTree.from_dict({path: labels_from_file(ds) for path, ds in nodes.items()})
+    except ArchiveError:
+        raise
+    except MemoryError as fault:
+        raise ArchiveError(f"{file}: not enough memory to read it: {fault}") from fault
     # a damaged file makes the readers fail in ways of their own
-    except (OSError, RuntimeError, ValueError, KeyError, AttributeError, TypeError) as fault:
+    except Exception as fault:
         raise ArchiveError(f"{file}: truncated or damaged: {fault}") from fault
     if not any("kind" in node.attrs for node in tree.subtree):
         raise ArchiveError(f"{file}: NetCDF, but not an archive of chaosdrill: no group has the attribute 'kind'")
+    if (number := format_of(tree)) > FORMAT:
+        raise ArchiveError(
+            f"{file}: an archive of format {number}, written by a later version of chaosdrill "
+            f"({tree.attrs.get('versions', 'unknown')}); this one reads formats up to {FORMAT}: install that one, or "
+            "read the file with plain xarray"
+        )
     return tree
+
+
+# neither are numbers to become dates, nor codes floats
+_AS_STORED: dict[str, Any] = {"decode_times": False}
+
+
+def format_of(tree: "xr.DataTree") -> int:
+    """Number of the format of an archive; those written before formats had numbers are 1."""
+    try:
+        return int(tree.attrs.get("format_version", 1))
+    except (TypeError, ValueError, OverflowError):
+        return 1
 
 
 def _check_signature(file: Path) -> None:

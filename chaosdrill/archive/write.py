@@ -4,6 +4,9 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.archive.digest import with_digests
+from chaosdrill.archive.labels import labels_to_file
+from chaosdrill.archive.seal import seal
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, replacing, small_netcdf_cache
 
@@ -17,7 +20,8 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     """Write an archive.
 
     The file is written beside its target, flushed to the disk and only then moved into place, so that a full disk or an
-    interrupt leaves the earlier file whole and nothing else.
+    interrupt leaves the earlier file whole and nothing else. Every group gets the digests of its variables, by which
+    `verify` and `info` see what was altered since.
 
     Parameters
     ----------
@@ -42,9 +46,12 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     check_writable(target)
     if isinstance(tree, xr.Dataset):
         tree = xr.DataTree(tree)
+    nodes = {node.path: with_digests(node.to_dataset(inherit=False)) for node in tree.subtree}
+    tree = xr.DataTree.from_dict({path: labels_to_file(ds) for path, ds in nodes.items()})
     try:
         with replacing(target) as draft, small_netcdf_cache():
             tree.to_netcdf(draft, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
+            seal(draft)
     except (OSError, RuntimeError) as fault:
         reason = f"cannot write the archive: {_reason(fault)}; an earlier file is as it was"
         raise ArchiveError(f"{target}: {reason}") from fault

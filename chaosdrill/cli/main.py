@@ -8,6 +8,7 @@ import click
 
 from chaosdrill import __version__
 from chaosdrill.cli.check import check
+from chaosdrill.cli.cite import cite
 from chaosdrill.cli.info import info
 from chaosdrill.cli.list import list_names
 from chaosdrill.cli.output import emit_error
@@ -33,7 +34,7 @@ def chaosdrill() -> None:
     """
 
 
-for command in (run, check, plot, verify, info, list_names):
+for command in (run, check, plot, verify, info, cite, list_names):
     chaosdrill.add_command(command)
 
 

@@ -42,7 +42,14 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
     """
     axes = settings.get("sweep") or settings.get("grid") or ()
     ds = describe(ds, kind, system=system, sweep=tuple(str(name) for name in axes))
-    ds.attrs = {"kind": kind, **provenance(f"{kind} of {system.name}", action=kind, system=system, settings=settings)}
+    ds.attrs = provenance(
+        f"{kind} of {system.name}",
+        action=kind,
+        kind=kind,
+        variables=[str(name) for name in ds.variables],
+        system=system,
+        settings=settings,
+    )
     return ds
 
 
@@ -120,6 +127,7 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
         "long_name": variable.long_name,
         "units": variable.units,
         "comment": variable.doc,
+        "coverage_content_type": variable.content,
     }
     if variable.flags:
         meanings = {

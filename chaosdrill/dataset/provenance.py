@@ -2,18 +2,31 @@
 
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from typing import Any
 
-CONVENTIONS = "CF-1.11"
+from chaosdrill.dataset.references import package, references
+
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+
+FORMAT = 2
+"""Version of the layout of archives. 1: without this number, and without the attributes of ACDD and the digests."""
+
 LIBRARIES = ("numpy", "numba", "sympy", "xarray", "netCDF4")
 
 
 def provenance(
-    title: str, *, action: str, system: Any = None, settings: Mapping[str, Any] | None = None
-) -> dict[str, str | float]:
+    title: str,
+    *,
+    action: str,
+    kind: str | None = None,
+    variables: Iterable[str] = (),
+    system: Any = None,
+    settings: Mapping[str, Any] | None = None,
+    scene: Any = None,
+) -> dict[str, str | float | int]:
     """All attributes that say where a dataset or an archive came from.
 
     Parameters
@@ -22,37 +35,84 @@ def provenance(
         What the data are, in a few words.
     action : str
         What was done, for the history line; the time (UTC) and the version are put in front of it.
+    kind : str, optional
+        Kind of the analysis.
+    variables : iterable of str, optional
+        Names of the variables, since some methods are used only where their results are there.
     system : HybridSystem, optional
         The system that was run; its name, parameters and initial state are recorded.
     settings : mapping, optional
-        Arguments of the analysis. ``method`` and ``tolerance`` become attributes of their own.
+        Arguments of the analysis. ``method``, ``tolerance`` and the number that seeds random states become attributes
+        of their own.
+    scene : Scene, optional
+        The scene that is run, for the root of an archive: its text, name and SHA-256, and its scales if it is in SI.
 
     Returns
     -------
     dict
-        Text and numbers only: NetCDF holds neither None nor bool nor dict, so the rest is JSON text.
+        Text and numbers only: NetCDF holds neither None nor bool nor dict, so the rest is JSON text. The names are
+        those of CF-1.11 and ACDD-1.3 where these have one.
     """
-    import chaosdrill
-
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    attributes: dict[str, str | float] = {
+    stamp = now()
+    attributes: dict[str, str | float | int] = {
         "Conventions": CONVENTIONS,
+        "format_version": FORMAT,
         "title": title,
-        "history": f"{now} chaosdrill {chaosdrill.__version__}: {action}",
+        "summary": f"Simulation of a hybrid dynamical system: {title}.",
+        "keywords": ", ".join(("hybrid dynamical system", "chaos", "simulation", *((kind,) if kind else ()))),
+        "history": f"{stamp} {signature()}: {action}",
+        "date_created": stamp,
+        "processing_level": "computed from a model; no observations",
         "versions": to_json(library_versions()),
         "platform": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
     }
+    if kind is not None:
+        attributes["kind"] = kind
     if system is not None:
         attributes["system"] = system.name
         attributes["parameters"] = to_json(system.parameters)
         attributes["initial"] = to_json({str(name): value for name, value in system.initial.items()})
     if settings is not None:
-        if settings.get("method") is not None:
-            attributes["method"] = str(settings["method"])
-        if settings.get("tolerance") is not None:
-            attributes["tolerance"] = float(settings["tolerance"])
-        attributes["settings"] = to_json(settings)
+        attributes |= _of_settings(settings)
+    if scene is not None:
+        attributes |= {"scene": scene.text, "scene_name": scene.name, "scene_sha256": scene.sha256}
+        attributes |= {f"si_{name}": value for name, value in scene.scales.items()}
+    attributes["source"] = _source(attributes)
+    attributes["references"] = "\n".join(entry.text() for entry in (package(), *references(attributes, variables)))
     return attributes
+
+
+def now() -> str:
+    """The time in UTC, as ISO 8601."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def signature() -> str:
+    """Name and version of the package."""
+    import chaosdrill
+
+    return f"chaosdrill {chaosdrill.__version__}"
+
+
+def _of_settings(settings: Mapping[str, Any]) -> dict[str, str | float | int]:
+    found: dict[str, str | float | int] = {}
+    if settings.get("method") is not None:
+        found["method"] = str(settings["method"])
+    if settings.get("tolerance") is not None:
+        found["tolerance"] = float(settings["tolerance"])
+    random = settings.get("random")
+    if isinstance(random, Mapping) and "seed" in random:
+        found["random_seed"] = int(random["seed"])
+    return found | {"settings": to_json(settings)}
+
+
+def _source(attributes: Mapping[str, Any]) -> str:
+    """The model and its version, as CF asks for."""
+    parts = [signature()]
+    for name in ("system", "method", "tolerance"):
+        if name in attributes:
+            parts.append(f"{name} {attributes[name]}")
+    return ", ".join(parts)
 
 
 @cache

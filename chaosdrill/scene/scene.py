@@ -189,9 +189,7 @@ class Scene:
             groups[group].attrs["wall_time_s"] = perf_counter() - begin
             if parts and not analysis.parallel:
                 parts.keep(group, groups[group])
-        root = provenance(self.title, action=command or self.command())
-        root |= {"scene": self.text, "scene_name": self.name, "scene_sha256": self.sha256}
-        root |= {f"si_{name}": value for name, value in self.scales.items()}
+        root = provenance(self.title, action=command or self.command(), scene=self)
         root["wall_time_s"] = perf_counter() - start
         return xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), **groups})
 

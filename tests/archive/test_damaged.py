@@ -1,12 +1,15 @@
 """What cannot be opened is refused with the reason, whatever has happened to it."""
 
 import random
+from hashlib import sha256
 
 import pytest
 import xarray as xr
 
-from chaosdrill.archive import info, save
+from chaosdrill.archive import compare, info, save
 from chaosdrill.archive import open as open_archive
+from chaosdrill.archive.seal import LENGTH
+from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 
 
@@ -47,7 +50,7 @@ def test_somebody_elses(tmp_path):
 @pytest.mark.parametrize("share", [0.01, 0.3, 0.6, 0.9, 0.999])
 def test_truncated(tree, tmp_path, share):
     path = save(tree, tmp_path / "a.nc")
-    content = path.read_bytes()
+    content = path.read_bytes()[:-LENGTH]
     path.write_bytes(content[: int(share * len(content))])
     assert "truncated or damaged" in refusal(path)
 
@@ -57,7 +60,7 @@ def test_altered_bytes_raise_nothing_else(tree, tmp_path):
     content = path.read_bytes()
     chance = random.Random(1)
     refused = 0
-    for _ in range(40):
+    for _ in range(8):
         altered = bytearray(content)
         for _ in range(20):
             altered[chance.randrange(len(altered))] = chance.randrange(256)
@@ -67,3 +70,28 @@ def test_altered_bytes_raise_nothing_else(tree, tmp_path):
         except ArchiveError:
             refused += 1
     assert refused > 0
+
+
+def test_without_its_last_line_it_is_whole(tree, tmp_path):
+    path = save(tree, tmp_path / "a.nc")
+    path.write_bytes(path.read_bytes()[:-1])
+    assert compare(open_archive(path), tree) == []
+
+
+def test_the_last_line_is_the_digest_of_the_rest(tree, tmp_path):
+    content = save(tree, tmp_path / "a.nc").read_bytes()
+    assert content[-LENGTH:].split() == [b"chaosdrill", b"sha256", sha256(content[:-LENGTH]).hexdigest().encode()]
+
+
+def test_of_a_later_format(tree, tmp_path):
+    tree.attrs |= {"format_version": FORMAT + 1, "versions": '{"chaosdrill": "9.1.0"}'}
+    message = refusal(save(tree, tmp_path / "a.nc"))
+    assert f"format {FORMAT + 1}" in message
+    assert "install" in message
+    assert "9.1.0" in message
+
+
+def test_of_the_first_format(tree, tmp_path):
+    """Without number, digests and last line, and with texts under the names of their dimensions."""
+    tree.to_netcdf(tmp_path / "a.nc", engine="netcdf4")
+    assert compare(open_archive(tmp_path / "a.nc"), tree) == []

@@ -63,7 +63,7 @@ def test_a_group_for_each_analysis(folder):
     }
     assert tree.attrs["scene"] == SCENE
     assert tree.attrs["title"] == "A short drilling"
-    assert tree.attrs["Conventions"] == "CF-1.11"
+    assert tree.attrs["Conventions"] == "CF-1.11, ACDD-1.3"
 
 
 def test_plain_netcdf_finds_names_and_units(folder):

@@ -21,12 +21,12 @@ def test_method_and_tolerance_stand_by_themselves(diagram, system, settings):
     assert (attributes["method"], attributes["tolerance"]) == ("taylor", 1e-12)
     assert attributes["kind"] == "bifurcation-diagram"
     assert attributes["system"] == "ball"
-    assert attributes["Conventions"] == "CF-1.11"
+    assert attributes["Conventions"] == "CF-1.11, ACDD-1.3"
 
 
 def test_attributes_are_text_and_numbers(diagram, system, settings):
     attributes = label(diagram, "bifurcation-diagram", system=system, settings=settings).attrs
-    assert {type(value) for value in attributes.values()} <= {str, float}
+    assert {type(value) for value in attributes.values()} <= {str, float, int}
 
 
 def test_history_has_time_version_and_action():

@@ -1,5 +1,6 @@
 """What is declared of a variable, and the placeholders for what depends on the system at hand."""
 
+import re
 from dataclasses import dataclass
 
 SWEEP = "{sweep}"
@@ -7,6 +8,8 @@ QUADRATURE = "{quadrature}"
 ORBIT = "{orbit}"
 
 PLACEHOLDERS = frozenset({SWEEP, QUADRATURE, ORBIT})
+
+_QUALITY = re.compile(r"(^|_)(error|residual|difference)(_|$)")
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,17 @@ class Variable:
     coordinate: bool = False
     required: bool = False
     clocked: bool = False
+
+    @property
+    def content(self) -> str:
+        """What the values are, as a code of ISO 19115-1 (for ACDD-1.3)."""
+        if self.coordinate:
+            return "coordinate"
+        if self.flags:
+            return "thematicClassification"
+        if self.clocked:
+            return "auxiliaryInformation"
+        return "qualityInformation" if _QUALITY.search(self.name) else "modelResult"
 
 
 Table = tuple[Variable, ...]

@@ -1,0 +1,213 @@
+"""Whether two runs on different machines or versions agree: by what can be compared of each variable.
+
+Round-off differs between processors and libraries. Cycles, multipliers and everything else that attracts agree within
+the error of the method all the same; in chaos two runs part, and only averages agree, within their standard errors.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.dataset.outcomes import Outcome
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+STATED = 1e-8
+"""Relative error within which cycles and multipliers agree, at tolerances of 1e-11 and less."""
+
+PER_TOLERANCE = 1e3
+"""That error over the tolerance of the method, at larger tolerances."""
+
+DEVIATIONS = 5.0
+"""Standard errors within which averages agree."""
+
+ERROR_BARS = {
+    "lyapunov_exponent": "lyapunov_error",
+    "lyapunov_history": "lyapunov_error",
+    "progression_rate": "progression_error",
+    "attractor_exponent": "attractor_error",
+    "fraction": "fraction_error",
+    "special_value": "special_error",
+    "accumulation": "accumulation_error",
+}
+"""Averages and estimates, and their standard errors."""
+
+LOOSE = {
+    "kaplan_yorke_dimension",
+    "progression_rate_si",
+    "attractor_rate",
+    "events_per_period",
+    "impacts_per_period",
+    "slips_per_period",
+    "events_per_time",
+    "impacts_per_time",
+    "slips_per_time",
+    "event_count",
+}
+"""Averages without an error bar of their own."""
+
+SAMPLED = {"closest_grazing", "tie_count", "smallest_speed", "attractor_state"}
+"""In chaos these depend on which stretch of the attractor was seen."""
+
+MAGNITUDES = {
+    "error",
+    "reference_error",
+    "exponent_error_spread",
+    "horizon",
+    "horizon_expected",
+    "residual",
+    "newton_residual",
+    "exponent_difference",
+    "determinant_difference",
+    "recurrence_difference",
+    "special_error",
+    "accumulation_error",
+}
+"""Errors: of these the order of magnitude means something, and below round-off not even that."""
+
+LEADERS = {"time": "state", "iterate": "section", "event": "event_state_before"}
+"""Dimensions along which a run is recorded, and the variable that tells from where on two runs have parted."""
+
+_UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC)
+_ORBITS = ("periodic-orbit", "continuation")
+_ROUND_OFF = 1e-9
+_GROWTH = 1e4
+_LEAST = 1e-15
+_MARGIN = 0.25
+
+
+def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str, "np.ndarray"]:
+    """How one variable of two runs is compared, and where it disagrees.
+
+    Parameters
+    ----------
+    name : str
+        A variable of the same shape in both.
+    first, second : xarray.Dataset
+        One group of each archive.
+
+    Returns
+    -------
+    how : str
+        In words, for a table.
+    wrong : ndarray of bool
+        Where the two disagree.
+    """
+    import numpy as np
+
+    one, other = first[name].variable, second[name].variable
+    if one.dtype.kind in "OUT" or other.dtype.kind in "OUT":
+        return "exactly", np.asarray(one.values, dtype=str) != np.asarray(other.values, dtype=str)
+    a, b = one.values.astype(float), other.values.astype(float)
+    loose = ~np.broadcast_to(_settled(first, second, one), a.shape)
+    bound = STATED if name in first.coords else _stated(second)
+    with np.errstate(invalid="ignore", over="ignore"):
+        apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
+    apart = np.where(np.isnan(apart), np.inf, apart)
+    allowed = bound * np.maximum(1.0, np.where(np.isfinite(b), np.abs(b), 1.0))
+    if name in MAGNITUDES:
+        least = np.minimum(np.abs(a), np.abs(b))
+        return "order of magnitude", apart > np.maximum(9 * np.where(np.isfinite(least), least, 0.0), _ROUND_OFF)
+    whole = one.dtype.kind in "iub" and name not in LOOSE
+    if not loose.any():
+        return ("exactly", apart > 0) if whole else (f"within {bound:.0e}", apart > allowed)
+    if name in ERROR_BARS and ERROR_BARS[name] in first:
+        bars = _spread(ERROR_BARS[name], first, second, one)
+        return f"within {DEVIATIONS:g} standard errors", apart > allowed + np.where(loose, DEVIATIONS * bars, 0.0)
+    if name in ERROR_BARS.values():
+        least = np.minimum(np.abs(a), np.abs(b))
+        return "within a factor of three", apart > allowed + np.where(loose & np.isfinite(least), 2 * least, 0.0)
+    if name in LOOSE:
+        return "within a tenth", apart > allowed + np.where(loose, 0.1 * np.abs(np.nan_to_num(b)) + 0.1, 0.0)
+    if name in SAMPLED:
+        return "not in chaos", (apart > allowed) & ~loose
+    wrong = apart > (0.0 if whole else allowed)
+    if name not in first.coords and any(dim in LEADERS for dim in one.dims):
+        return _recorded(name, first, second, wrong, loose, bound)
+    return "exactly" if whole else f"within {bound:.0e}", wrong
+
+
+def _stated(ds: "xr.Dataset") -> float:
+    try:
+        tolerance = float(ds.attrs["tolerance"])
+    except (KeyError, TypeError, ValueError):
+        return STATED
+    return max(STATED, PER_TOLERANCE * tolerance)
+
+
+def _settled(first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable") -> Any:
+    """Where both runs are known to be regular, in the shape of a variable as far as its dimensions go."""
+    import numpy as np
+
+    if second.attrs.get("kind") in _ORBITS:
+        return True
+    name = "attractor_outcome" if "attractor_number" in variable.dims else "outcome"
+    if name not in first or name not in second or first[name].shape != second[name].shape:
+        return False
+    outcome = second[name].variable
+    regular = ~np.isin(outcome.values, _UNDECIDED) & ~np.isin(first[name].values, _UNDECIDED)
+    if not set(outcome.dims) <= set(variable.dims):
+        return bool(regular.all())
+    return np.asarray(outcome.copy(data=regular).set_dims(dict(variable.sizes)).transpose(*variable.dims).values)
+
+
+def _spread(name: str, first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable") -> "np.ndarray":
+    """Standard error of the difference of two estimates, in the shape of the estimates."""
+    import numpy as np
+
+    bars = second[name].variable
+    total = np.hypot(np.nan_to_num(first[name].values), np.nan_to_num(bars.values))
+    wide = bars.copy(data=total).set_dims(dict(variable.sizes)).transpose(*variable.dims)
+    if "block" not in variable.dims:
+        return np.asarray(wide.values)
+    # the mean over a part of the blocks is that much less certain
+    count = variable.sizes["block"]
+    shape = [-1 if dim == "block" else 1 for dim in variable.dims]
+    return np.asarray(wide.values * np.sqrt(count / np.arange(1, count + 1)).reshape(shape))
+
+
+def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) -> "tuple[Any, Any]":
+    """From which row of a record on two runs have parted, and where they do so with a jump, which no divergence is."""
+    import numpy as np
+
+    name = LEADERS[dim]
+    if name not in first or name not in second or first[name].dims != second[name].dims:
+        return None, None
+    leader = second[name].variable
+    a, b = first[name].values, leader.values
+    with np.errstate(invalid="ignore"):
+        apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
+    distance = np.where(np.isnan(apart), np.inf, apart).max(axis=-1, initial=0.0)
+    size = np.maximum(1.0, np.nan_to_num(np.abs(b)).max(axis=-1, initial=0.0))
+    axis = leader.dims.index(dim)
+    distance, size = np.moveaxis(distance, axis, 0), np.moveaxis(size, axis, 0)
+    parted = np.logical_or.accumulate(distance > bound * size, axis=0)
+    before = np.concatenate([distance[:1], distance[:-1]])
+    jump = parted & (distance > bound * size) & (distance > _GROWTH * np.maximum(before, _LEAST))
+    jump &= ~np.concatenate([parted[:1], parted[:-1]])
+    rows = leader.isel({leader.dims[-1]: 0})
+    return rows.copy(data=np.moveaxis(parted, 0, axis)), rows.copy(data=np.moveaxis(jump, 0, axis))
+
+
+def _recorded(
+    name: str, first: "xr.Dataset", second: "xr.Dataset", wrong: "np.ndarray", loose: "np.ndarray", bound: float
+) -> tuple[str, "np.ndarray"]:
+    """Records of runs that may be chaotic: they agree until they part gradually, and then in range."""
+    import numpy as np
+
+    variable = second[name].variable
+    dim = next(dim for dim in variable.dims if dim in LEADERS)
+    parted, jump = _parting(dim, first, second, bound)
+    if parted is None:
+        return f"within {bound:.0e}", wrong
+    parted, jump = (mask.set_dims(dict(variable.sizes)).transpose(*variable.dims).values for mask in (parted, jump))
+    excused = loose & parted
+    if variable.dtype.kind == "f" and variable.size:
+        a, b, axis = first[name].values, variable.values, variable.dims.index(dim)
+        low, high = (pick(b, axis=axis, keepdims=True) for pick in (np.min, np.max))
+        with np.errstate(invalid="ignore"):
+            margin = _MARGIN * (high - low) + bound
+            excused = excused & (a >= low - margin) & (a <= high + margin)
+    if name == LEADERS[dim]:
+        excused = excused & ~jump
+    return "until the runs part, then by their range", wrong & ~excused

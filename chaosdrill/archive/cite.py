@@ -1,0 +1,32 @@
+"""What is to be cited for an archive."""
+
+import os
+
+from chaosdrill.archive.read import open_archive
+from chaosdrill.dataset.references import Reference, package, references
+
+
+def cite(path: str | os.PathLike[str]) -> list[Reference]:
+    """The references of what an archive was made with: this package, analyses, methods and systems.
+
+    Parameters
+    ----------
+    path : path-like
+        The archive.
+
+    Returns
+    -------
+    list of Reference
+        Each once, the package first. ``text()`` of one is a line for people, ``bibtex()`` its entry.
+
+    Raises
+    ------
+    ArchiveError
+        If the archive cannot be opened.
+    """
+    found = [package()]
+    for node in open_archive(path).subtree:
+        group = node.to_dataset(inherit=False)
+        if "kind" in group.attrs:
+            found += references(group.attrs, [str(name) for name in group.variables])
+    return list(dict.fromkeys(found))

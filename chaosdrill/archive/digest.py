@@ -1,0 +1,81 @@
+"""Digests of what an archive holds, so that a value that was altered is found without computing it again."""
+
+import json
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIGESTS = "digests"
+"""Attribute of a group: JSON of the digest of each of its variables, and of its attributes under the empty name."""
+
+_BLOCK = 2**18
+_UNSEALED = (DIGESTS, "history")
+
+
+def with_digests(ds: "xr.Dataset") -> "xr.Dataset":
+    """The dataset with its digests as an attribute, in place of earlier ones."""
+    attributes = {name: value for name, value in ds.attrs.items() if name != DIGESTS}
+    return ds.assign_attrs({**attributes, DIGESTS: json.dumps(digests(ds))})
+
+
+def digests(ds: "xr.Dataset") -> dict[str, str]:
+    """Digest of each variable (values, type, dimensions and attributes), and of the dataset's own attributes."""
+    found = {str(name): _of_variable(variable) for name, variable in sorted(ds.variables.items(), key=str)}
+    found[""] = sha256(_text(ds.attrs)).hexdigest()[:32]
+    return found
+
+
+def altered(ds: "xr.Dataset") -> list[str] | None:
+    """Names of the variables that are not as they were written, and ":" for attributes of the group.
+
+    Returns
+    -------
+    list of str or None
+        None if the dataset holds no digests, as archives of format 1 and those that other programs wrote.
+    """
+    try:
+        stored = json.loads(ds.attrs[DIGESTS])
+    except (KeyError, TypeError, ValueError, RecursionError):
+        return None
+    if not isinstance(stored, dict):
+        return None
+    now = digests(ds)
+    names = sorted({*stored, *now})
+    return [name or ":" for name in names if stored.get(name) != now.get(name)]
+
+
+def _of_variable(variable: "xr.Variable") -> str:
+    import numpy as np
+
+    values = np.asarray(variable.values)
+    total = sha256()
+    if values.dtype.kind in "OUT":
+        total.update(json.dumps(np.asarray(values, dtype=str).ravel().tolist()).encode())
+        kind = "text"
+    else:
+        kind = values.dtype.newbyteorder("<").str
+        flat = values.reshape(-1)
+        for start in range(0, flat.size, _BLOCK):
+            block = flat[start : start + _BLOCK].astype(kind)
+            if block.dtype.kind == "f":
+                # a NaN has many bit patterns, and readers may exchange one for another
+                block[np.isnan(block)] = np.nan
+            total.update(block.data)
+    total.update(json.dumps([kind, [str(dim) for dim in variable.dims], list(variable.shape)]).encode())
+    total.update(_text(variable.attrs))
+    return total.hexdigest()[:32]
+
+
+def _text(attributes: dict[Any, Any]) -> bytes:
+    """Attributes as a file gives them back: a list of one entry is that entry. Tools append to the history."""
+    import numpy as np
+
+    plain = {}
+    for name, value in attributes.items():
+        if name in _UNSEALED:
+            continue
+        value = np.asarray(value).tolist()
+        plain[str(name)] = value[0] if isinstance(value, list) and len(value) == 1 else value
+    return json.dumps(plain, sort_keys=True, default=str).encode()

@@ -1,0 +1,99 @@
+"""Cut and join trajectories together with their events, which plain xarray cannot know to belong to times."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.dataset.provenance import now, signature
+from chaosdrill.errors import ArchiveError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def cut(ds: "xr.Dataset", start: float, stop: float) -> "xr.Dataset":
+    """The part of a trajectory between two times, with the events of that part.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A trajectory, such as one group of an archive.
+    start, stop : float
+        Model times, both included.
+
+    Returns
+    -------
+    xarray.Dataset
+        The samples and the events with start <= time <= stop; the history tells of it.
+
+    Raises
+    ------
+    ArchiveError
+        If the dataset is no trajectory, or if no sample lies between the two times.
+    """
+    _check_trajectory(ds)
+    times, events = ds["time"].values, ds["event_time"].values
+    inside = (times >= start) & (times <= stop)
+    if not inside.any():
+        raise ArchiveError(
+            f"no sample between {start!r} and {stop!r}; the trajectory has times from {times[0]} to {times[-1]}"
+        )
+    part = ds.isel(time=inside, event=(events >= start) & (events <= stop))
+    return _told(part, f"cut to times {start!r} to {stop!r}")
+
+
+def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
+    """Several trajectories as one dataset: samples side by side, events one run after the other.
+
+    Parameters
+    ----------
+    runs : mapping of str to xarray.Dataset
+        Trajectories of the same system with the same sample times, by name.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the leading dimension ``run`` (coordinate: the names) for everything but events. These stay in the one
+        dimension ``event``, as a contiguous ragged array of CF: ``event_count`` (run) says how many belong to each.
+
+    Raises
+    ------
+    ArchiveError
+        If one is no trajectory, or if states or sample times differ.
+    """
+    import numpy as np
+    import xarray as xr
+
+    if not runs:
+        raise ArchiveError("no trajectories to join")
+    first_name, first = next(iter(runs.items()))
+    for name, ds in runs.items():
+        _check_trajectory(ds)
+        for axis in ("time", "state_name"):
+            if not np.array_equal(ds[axis].values, first[axis].values):
+                raise ArchiveError(
+                    f"{name}: {axis} differs from that of {first_name}; cut the runs to the same times, or "
+                    "interpolate them"
+                )
+    samples = [ds.drop_dims("event") for ds in runs.values()]
+    events = [ds[[str(name) for name in ds.variables if "event" in ds[name].dims]] for ds in runs.values()]
+    along = xr.IndexVariable("run", list(runs), {"long_name": "name of the run", "units": "1"})
+    fixed: dict[str, Any] = {"coords": "minimal", "compat": "override", "combine_attrs": "override"}
+    joined = xr.concat(samples, along, data_vars="all", **fixed)
+    listed = xr.concat(events, "event", data_vars="minimal", **fixed)
+    joined = joined.assign({str(name): listed[name] for name in listed.variables if "event" in listed[name].dims})
+    counts = np.array([ds.sizes["event"] for ds in runs.values()], dtype=np.int32)
+    about = {"long_name": "events of the run", "units": "1", "sample_dimension": "event"}
+    joined["event_count"] = ("run", counts, about)
+    return _told(joined, f"join of {len(runs)} runs: {', '.join(runs)}")
+
+
+def _check_trajectory(ds: "xr.Dataset") -> None:
+    missing = [name for name in ("time", "state_name", "event_time") if name not in ds.variables]
+    if missing:
+        kind = ds.attrs.get("kind", "dataset")
+        raise ArchiveError(f"a {kind} without {', '.join(missing)}, which is no trajectory; use plain xarray")
+
+
+def _told(ds: "xr.Dataset", action: str) -> "xr.Dataset":
+    history = str(ds.attrs.get("history", ""))
+    return ds.assign_attrs(history=f"{history}\n{now()} {signature()}: {action}".lstrip("\n"))

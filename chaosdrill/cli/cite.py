@@ -1,0 +1,26 @@
+"""``chaosdrill cite``: the references of what an archive was made with."""
+
+import click
+
+from chaosdrill.cli.options import json_option
+from chaosdrill.cli.output import emit
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@click.option("--bibtex", is_flag=True, help="Print BibTeX.")
+@json_option
+def cite(archive: str, bibtex: bool, as_json: bool) -> None:
+    """Print what to cite for OUT.nc: this package, and the sources of the analyses, methods and systems in it."""
+    from dataclasses import asdict
+
+    from chaosdrill.archive import cite as references
+
+    if bibtex and as_json:
+        raise click.UsageError("--bibtex and --json are two formats; give one of them")
+    found = references(archive)
+    if as_json:
+        emit({"path": archive, "references": [asdict(reference) for reference in found]})
+    else:
+        texts = (reference.bibtex() if bibtex else reference.text() for reference in found)
+        click.echo(("\n\n" if bibtex else "\n").join(texts))

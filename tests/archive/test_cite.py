@@ -1,0 +1,77 @@
+"""What is cited is what was used."""
+
+import json
+import re
+
+import pytest
+
+from chaosdrill.archive import cite
+from chaosdrill.cli import main
+from chaosdrill.dataset.references import BY_KIND, BY_METHOD, BY_SYSTEM, REFERENCES, references
+from chaosdrill.dataset.schema import SCHEMA
+
+
+@pytest.fixture(scope="module")
+def keys(every_kind):
+    return [reference.key for reference in cite(every_kind)]
+
+
+def test_the_package_comes_first_and_everything_once(keys):
+    assert keys[0] == "chaosdrill"
+    assert len(keys) == len(set(keys))
+
+
+def test_methods_analyses_and_system(keys):
+    for key in ("jorba2005", "hairer1993", "mueller1995", "benettin1980", "keller1977", "auerbach1987", "shaw1983"):
+        assert key in keys, key
+
+
+def test_what_was_not_used_is_not_cited(keys):
+    assert not {"hunt1975", "lorenz1963", "feigenbaum1978"} & set(keys)
+
+
+def test_a_drill_with_contact():
+    drill = {"kind": "trajectory", "system": "percussive-drill", "method": "rk4"}
+    assert [r.key for r in references(drill | {"parameters": '{"a": 0.1}'})] == ["drilling"]
+    assert [r.key for r in references(drill | {"parameters": '{"n": 1.5, "k": 1e5}'})] == ["drilling", "hunt1975"]
+
+
+def test_a_cascade():
+    assert "feigenbaum1978" in [r.key for r in references({"kind": "continuation"}, ["feigenbaum_ratio"])]
+
+
+@pytest.mark.parametrize("settings", ["", "[]", "not JSON", "[" * 100_000, 3.0, "null"])
+def test_settings_that_cannot_be_read_add_nothing(settings):
+    assert references({"kind": "trajectory", "settings": settings}) == ()
+
+
+def test_every_kind_and_method_is_known():
+    from chaosdrill.analysis.registry import METHODS
+    from chaosdrill.systems import REGISTRY
+
+    assert BY_KIND.keys() == SCHEMA.keys()
+    assert BY_METHOD.keys() == METHODS.keys()
+    assert BY_SYSTEM.keys() <= REGISTRY.keys()
+
+
+@pytest.mark.parametrize("reference", REFERENCES.values(), ids=REFERENCES)
+def test_entries_are_whole(reference):
+    assert reference.title
+    if reference.doi:
+        assert re.fullmatch(r"10\.\d{4,5}/\S+", reference.doi)
+        assert reference.text().endswith(f"doi:{reference.doi}")
+    assert reference.bibtex().count("{") == reference.bibtex().count("}")
+    assert "None" not in reference.text() + reference.bibtex()
+
+
+def test_command_line(every_kind, capsys):
+    assert main(["cite", str(every_kind)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any("doi:10.1016/0960-0779(94)00170-U" in line for line in lines)
+    assert main(["cite", "--json", str(every_kind)]) == 0
+    found = json.loads(capsys.readouterr().out)["references"]
+    assert len(found) == len(lines)
+    assert {"key": "mueller1995", "year": 1995}.items() <= next(r for r in found if r["key"] == "mueller1995").items()
+    assert main(["cite", "--bibtex", str(every_kind)]) == 0
+    assert capsys.readouterr().out.count("\n@") == len(lines) - 1
+    assert main(["cite", "--bibtex", "--json", str(every_kind)]) == 2
