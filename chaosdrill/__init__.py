@@ -35,6 +35,7 @@ _HOME = {
     "cut": "chaosdrill.archive",
     "join": "chaosdrill.archive",
     "plot_archive": "chaosdrill.plot",
+    "report": "chaosdrill.reports",
     "Outcome": "chaosdrill.dataset",
     "ChaosdrillError": "chaosdrill.errors",
     "ModelError": "chaosdrill.errors",

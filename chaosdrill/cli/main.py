@@ -13,6 +13,7 @@ from chaosdrill.cli.info import info
 from chaosdrill.cli.list import list_names
 from chaosdrill.cli.output import emit_error
 from chaosdrill.cli.plot import plot
+from chaosdrill.cli.report import report
 from chaosdrill.cli.run import run
 from chaosdrill.cli.verify import verify
 from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError
@@ -34,7 +35,7 @@ def chaosdrill() -> None:
     """
 
 
-for command in (run, check, plot, verify, info, cite, list_names):
+for command in (run, check, plot, report, verify, info, cite, list_names):
     chaosdrill.add_command(command)
 
 

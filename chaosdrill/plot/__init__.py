@@ -1,5 +1,5 @@
 """Pictures of what is in an archive: one file a picture."""
 
-from chaosdrill.plot.pictures import PICTURES, Picture, plot_archive
+from chaosdrill.plot.pictures import PICTURES, Picture, behind, plan, plot_archive
 
-__all__ = ["PICTURES", "Picture", "plot_archive"]
+__all__ = ["PICTURES", "Picture", "behind", "plan", "plot_archive"]

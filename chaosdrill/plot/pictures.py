@@ -207,7 +207,7 @@ def plot_archive(
     if group is not None and group.strip("/") not in groups:
         raise ArchiveError(f"{path}: no group {group!r}; groups are {', '.join(groups) or 'none'}")
     wanted = groups if group is None else {group.strip("/"): groups[group.strip("/")]}
-    planned = _plan(wanted)
+    planned = plan(wanted)
     if not planned:
         kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
         raise ArchiveError(f"{path}: there is no picture for {kinds or 'an archive without analyses'}")
@@ -220,7 +220,7 @@ def plot_archive(
             parts = dict.fromkeys([target.stem, *(name.replace("/", "-") for name in names), picture.name])
             file = target.with_name("-".join(part for part in parts if part) + target.suffix)
         with style():
-            figure = picture.draw(*(wanted[name] for name in names), over=_behind(picture, wanted[names[0]], groups))
+            figure = picture.draw(*(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups))
             figure.savefig(file)
             # it holds itself in circles, and a million cells would wait for the collector
             figure.clear()
@@ -228,8 +228,8 @@ def plot_archive(
     return files
 
 
-def _plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
-    """The pictures to draw, each with the groups that go into it."""
+def plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
+    """The pictures that suit some groups, each with the names of the groups that go into it."""
     planned: list[tuple[list[str], Picture]] = []
     for name, dataset in wanted.items():
         for picture in PICTURES:
@@ -255,6 +255,6 @@ def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
     return fits(dataset, other) and (len(swept(dataset)) > 1 or limits(dataset) == limits(other))
 
 
-def _behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
+def behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
     """What a picture is drawn over: the first group of the archive that fits, also if it was not asked for itself."""
     return next((ds for ds in groups.values() if ds.attrs["kind"] == picture.over and fits(dataset, ds)), None)

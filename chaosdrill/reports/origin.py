@@ -1,0 +1,38 @@
+"""Where the archive came from: every attribute of it, versions, and its hash."""
+
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.reports.html import Html, element, joined, table
+from chaosdrill.reports.scenes import read_json
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_APART = ("scene", "versions")
+
+
+def origin_section(tree: "xr.DataTree", path: Path) -> Html:
+    """The file, the versions, and the attributes of the root and of every group."""
+    file = [("name", path.name), ("size in bytes", str(path.stat().st_size)), ("SHA-256", file_hash(path))]
+    versions = [(str(name), str(version)) for name, version in read_json(tree.attrs.get("versions")).items()]
+    parts = [table("The archive's file", ("", "value"), file), table("Versions", ("library", "version"), versions)]
+    for node in tree.subtree:
+        rows = [(str(name), _words(value)) for name, value in node.attrs.items() if name not in _APART]
+        caption = "Attributes of the archive" if node.path == "/" else f"Attributes of {node.path.strip('/')}"
+        parts.append(table(caption, ("attribute", "value"), rows))
+    return joined([element("p", "The numbers of this page are those of this file.", class_="note"), *parts], "\n")
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file."""
+    digest = sha256()
+    with path.open("rb") as stream:
+        while block := stream.read(2**20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def _words(value: Any) -> str:
+    return str(value.tolist() if hasattr(value, "tolist") else value)

@@ -1,0 +1,191 @@
+"""The page in a real browser: it opens in silence, loads nothing, and answers to clicks and keys with the archive."""
+
+import json
+import time
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def open_page(written, visit):
+    return visit(written.path)
+
+
+def sentence(browser, number=0):
+    """What is read aloud of a chart, once it has come to rest."""
+    time.sleep(0.4)
+    return browser.execute_script("return document.querySelectorAll('.readout')[arguments[0]].textContent", number)
+
+
+def table(browser, caption, number=0):
+    """Cells of one of the tables beside a chart."""
+    return browser.execute_script(
+        """const all = document.querySelectorAll('.explorer')[arguments[1]].querySelectorAll('.details table');
+        const one = [...all].find((t) => t.caption.textContent.startsWith(arguments[0]));
+        return [...one.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent));""",
+        caption,
+        number,
+    )
+
+
+def press(browser, *keys, number=0):
+    from selenium.webdriver.common.by import By
+
+    browser.find_elements(By.CSS_SELECTOR, ".chart")[number].send_keys(*keys)
+
+
+def click(browser, across, up, number=0):
+    """Click into a chart at these parts of its frame's width and height."""
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.by import By
+
+    canvas = browser.find_elements(By.CSS_SELECTOR, ".chart canvas")[number]
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", canvas)
+    width, height = canvas.size["width"], canvas.size["height"]
+    left, right, top, bottom = 62, width - 22, 10, height - 42
+    x, y = left + across * (right - left), bottom - up * (bottom - top)
+    ActionChains(browser).move_to_element_with_offset(
+        canvas, round(x - width / 2), round(y - height / 2)
+    ).click().perform()
+
+
+def test_opens_in_silence_and_loads_nothing(open_page):
+    assert open_page.get_log("browser") == []
+    events = [json.loads(entry["message"])["message"] for entry in open_page.get_log("performance")]
+    asked = [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+    outside = [url for url in asked if not url.startswith("data:")]
+    assert outside == [open_page.current_url]
+
+
+def test_first_reading(open_page):
+    assert sentence(open_page) == ("omega = 2.5: periodic; period 2; Lyapunov exponents −2.5, −∞; 8 section points.")
+    assert table(open_page, "Section points of one cycle") == [["1", "−0.125", "2.5"], ["2", "0.125", "2.5"]]
+    assert table(open_page, "Lyapunov exponents") == [["1", "−2.5", "0.0025"], ["2", "−∞", "0.0025"]]
+
+
+def test_a_click_shows_the_point_under_it(open_page):
+    # cells reach from 1.95 to 3.05
+    click(open_page, (2.2 - 1.95) / 1.1, 0.5)
+    assert sentence(open_page).startswith("omega = 2.2: periodic; period 2; Lyapunov exponents −2.2,")
+    assert table(open_page, "Section points of one cycle")[0] == ["1", "−0.125", "2.2"]
+
+
+def test_arrow_keys(open_page):
+    from selenium.webdriver.common.keys import Keys
+
+    press(open_page, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_LEFT)
+    assert sentence(open_page).startswith("omega = 2.6:")
+    press(open_page, Keys.END)
+    assert sentence(open_page) == "omega = 3: escaped; Lyapunov exponents –, –; no section points."
+    press(open_page, Keys.HOME, Keys.ARROW_LEFT)
+    assert sentence(open_page).startswith("omega = 2:")
+
+
+def test_a_chart_over_two_parameters(open_page, tree):
+    from selenium.webdriver.common.keys import Keys
+
+    press(open_page, Keys.HOME, Keys.ARROW_RIGHT, Keys.ARROW_UP, Keys.ARROW_UP, number=1)
+    assert sentence(open_page, 1).startswith("zeta = 0.2, omega = 2: periodic; period 2; Lyapunov exponents −19.8")
+    click(open_page, 0.9, 0.1, number=1)
+    point = tree["chart"].isel(zeta=3, omega=0, seed=0)
+    rows = dict(table(open_page, "This point", 1))
+    assert rows["period"] == str(int(point["period"])) == "4"
+    shown = float(table(open_page, "Lyapunov exponents", 1)[0][1].replace("−", "-"))
+    assert np.isclose(shown, point["lyapunov_exponent"].values[0], rtol=1e-5)
+
+
+def test_typed_values_go_to_the_nearest_point(open_page):
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+
+    field = open_page.find_element(By.CSS_SELECTOR, ".controls input")
+    field.send_keys(Keys.CONTROL, "a", Keys.NULL, "2.33", Keys.ENTER)
+    assert sentence(open_page).startswith("omega = 2.3:")
+    assert float(field.get_property("value")) == pytest.approx(2.3)
+
+
+def test_every_view_can_be_shown(open_page):
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.select import Select
+
+    for chart in open_page.find_elements(By.CSS_SELECTOR, ".explorer"):
+        select = Select(chart.find_element(By.CSS_SELECTOR, ".controls select"))
+        pictures = set()
+        for option in range(len(select.options)):
+            select.select_by_index(option)
+            canvas = chart.find_element(By.CSS_SELECTOR, ".chart canvas")
+            pictures.add(open_page.execute_script("return arguments[0].toDataURL()", canvas))
+        assert len(pictures) == len(select.options) >= 3
+    assert open_page.get_log("browser") == []
+
+
+def test_focus_is_seen_and_every_control_has_a_name(open_page):
+    from selenium.webdriver.common.keys import Keys
+
+    press(open_page, Keys.ARROW_RIGHT)
+    outline = "const s = getComputedStyle(document.activeElement); return [s.outlineStyle, parseFloat(s.outlineWidth)]"
+    style, width = open_page.execute_script(outline)
+    assert style == "solid"
+    assert width >= 2
+    nameless = """const all = document.querySelectorAll('select, input, [role], img, canvas, a, nav, section');
+        const labelled = (e) => (e.labels && e.labels.length) || e.hasAttribute('aria-labelledby') || e.ariaLabel;
+        const told = (e) => e.alt || e.ariaHidden || e.ariaLive || e.textContent.trim();
+        return [...all].filter((e) => !labelled(e) && !told(e)).length;"""
+    assert open_page.execute_script(nameless) == 0
+
+
+def test_readout_is_announced(open_page):
+    live = "const r = document.querySelector('.readout'); return [r.ariaLive, r.ariaAtomic, r.role]"
+    assert open_page.execute_script(live) == ["polite", "true", "status"]
+
+
+@pytest.mark.parametrize("width", [360, 1100])
+def test_the_page_is_no_wider_than_the_window(open_page, width):
+    size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 600}
+    open_page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    open_page.refresh()
+    try:
+        assert open_page.execute_script("return document.documentElement.scrollWidth") <= width
+    finally:
+        open_page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_stands_out_in_light_and_in_dark(open_page, scheme):
+    feature = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    open_page.execute_cdp_cmd("Emulation.setEmulatedMedia", feature)
+    colours = """const lit = (e) => [getComputedStyle(e).color, getComputedStyle(document.body).backgroundColor];
+        return ['p', '.note', 'a[href="#scene"]', '.readout', 'th', 'td'].map((s) => lit(document.querySelector(s)))"""
+    pairs = open_page.execute_script(colours)
+    open_page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+    grounds = {luminance(ground) for _, ground in pairs}
+    assert all(ground < 0.1 for ground in grounds) if scheme == "dark" else all(ground > 0.8 for ground in grounds)
+    # WCAG 2.1, success criterion 1.4.3
+    assert min(contrast(*pair) for pair in pairs) >= 4.5
+
+
+def luminance(colour):
+    """Relative luminance of a CSS colour, as WCAG defines it."""
+    parts = [float(part) / 255 for part in colour[colour.index("(") + 1 : -1].split(",")[:3]]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one, other):
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_without_scripts_the_rest_is_there(written, visit, chromium):
+    chromium.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    try:
+        browser = visit(written.path)
+        from selenium.webdriver.common.by import By
+
+        text = browser.find_element(By.TAG_NAME, "body").text
+        assert "This chart needs scripts" in text
+        assert "Motions along" in text
+        assert not browser.find_element(By.CSS_SELECTOR, ".stage").is_displayed()
+    finally:
+        chromium.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})

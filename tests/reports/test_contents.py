@@ -1,0 +1,98 @@
+"""What stands on the page is what stands in the archive."""
+
+import hashlib
+import json
+
+import pytest
+from archives import SCENE
+from pages import read
+
+import chaosdrill as cd
+
+
+@pytest.fixture
+def page(written):
+    return read(written.path)
+
+
+def rows(page, caption):
+    """Cells of the table with this caption, row by row."""
+    (table,) = (t for t in page.all("table") if t.children[0].text == caption)
+    return [[cell.text for cell in row.children] for row in table.children[2].all("tr")]
+
+
+def test_result_counts_what_was_written(written):
+    assert written.groups == ("diagram", "chart")
+    assert written.charts == 2
+    assert written.pictures == len(list(read(written.path).all("img")))
+    assert written.faults == ()
+    assert written.bytes == written.path.stat().st_size
+
+
+def test_scene_text_and_hash_of_the_archive(written, page):
+    assert next(page.all("pre")).text == SCENE
+    digest = hashlib.sha256(written.archive.read_bytes()).hexdigest()
+    assert ["SHA-256", digest] in rows(page, "The archive's file")
+
+
+def test_every_attribute_of_every_group_is_told(written, page):
+    for name, group in cd.open(written.archive).children.items():
+        told = dict(rows(page, f"Attributes of {name}"))
+        expected = {k: str(v) for k, v in group.attrs.items() if k != "versions"}
+        assert told == expected
+    assert rows(page, "Versions") == [["numpy", "2.0"]]
+
+
+def test_equations_are_those_that_check_prints(page):
+    from chaosdrill.scene import parse_scene
+    from chaosdrill.scene.describe import describe_scene
+
+    told = describe_scene(parse_scene(SCENE))
+    plain = [math.attributes["alttext"] for math in page.all("math")]
+    for rates in told["modes"].values():
+        for left, right in rates.items():
+            assert f"{left} = {right}" in plain
+    for event in told["events"].values():
+        assert event["guard"] in plain
+        assert all(f"{state} := {value}" in plain for state, value in event["reset"].items())
+
+
+def test_outcomes_come_with_their_advice(page):
+    tables = [t for t in page.all("table") if t.children[0].text == "Outcomes"]
+    first = [[cell.text for cell in row.children] for row in tables[0].children[2].all("tr")]
+    assert first == [
+        ["periodic", "10", "90.9 %", cd.Outcome.PERIODIC.advice],
+        ["escaped", "1", "9.09 %", cd.Outcome.ESCAPED.advice],
+    ]
+
+
+def test_stretches_of_the_same_motion(page):
+    (caption,) = (t.children[0].text for t in page.all("table") if t.children[0].text.startswith("Motions along"))
+    assert rows(page, caption) == [["2", "2.9", "period 2", "10", "−2"], ["3", "3", "escaped", "1", "–"]]
+
+
+def test_accuracy_has_a_row_for_each_analysis(page):
+    first, second = rows(page, "Accuracy and cost")
+    assert first[0] == "diagram"
+    assert first[2] == "1e−12"
+    assert first[6] == "0.0025"
+    assert second[0] == "chart"
+
+
+def test_without_a_scene_the_page_says_so(write, tree):
+    del tree.attrs["scene"]
+    page = read(write(tree).path)
+    assert "holds no scene" in page.text
+    assert not list(page.all("math"))
+    parameters = {row[2]: row[3] for row in rows(page, "Parameters")}
+    assert parameters == {k: str(v) for k, v in json.loads(tree["chart"].attrs["parameters"]).items()}
+
+
+def test_scene_of_another_version_hides_nothing_else(write, tree):
+    tree.attrs["scene"] = SCENE.replace("impact-oscillator", "no-such-system")
+    made = write(tree)
+    page = read(made.path)
+    assert made.faults == ()
+    assert "unknown" in page.text
+    assert "no-such-system" in next(page.all("pre")).text
+    assert made.charts == 2
