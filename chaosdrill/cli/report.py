@@ -1,14 +1,15 @@
 """``chaosdrill report``: all that an archive tells, in one page."""
 
-import json
-
 import click
+
+from chaosdrill.cli.options import json_option
+from chaosdrill.cli.output import emit
 
 
 @click.command()
 @click.argument("archive", metavar="OUT.nc")
 @click.option("-o", "--output", metavar="REPORT.html", help="Page to write. Default: beside the archive.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+@json_option
 def report(archive: str, output: str | None, as_json: bool) -> int:
     """Write a page with all that OUT.nc tells, and print its name.
 
@@ -23,7 +24,7 @@ def report(archive: str, output: str | None, as_json: bool) -> int:
 
     made = write_report(archive, output)
     if as_json:
-        click.echo(json.dumps({**asdict(made), "path": str(made.path), "archive": str(made.archive)}, indent=2))
+        emit({**asdict(made), "path": str(made.path), "archive": str(made.archive)})
     else:
         click.echo(str(made.path))
     for fault in made.faults:

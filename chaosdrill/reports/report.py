@@ -90,13 +90,15 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     ArchiveError
         If the archive cannot be opened or the page cannot be written.
     SettingsError
-        If ``output`` does not end with ``.html``.
+        If ``output`` does not end with ``.html``, or is ``-``.
     """
     from chaosdrill.archive import check_writable
     from chaosdrill.archive import open as open_archive
 
     source = Path(path)
     target = Path(output) if output is not None else source.with_suffix(".html")
+    if str(output) == "-":
+        raise SettingsError("output is '-', but a report is a file; name one, such as report.html")
     if target.suffix.lower() not in SUFFIXES:
         raise SettingsError(f"output: a report is a page, and {str(target)!r} does not end with .html")
     check_writable(target)

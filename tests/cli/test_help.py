@@ -31,6 +31,7 @@ def imported(*arguments):
         "run --help",
         "verify --help",
         "plot --help",
+        "report --help",
         "list systems",
         "list effects",
         "list analyses",

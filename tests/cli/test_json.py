@@ -88,6 +88,8 @@ def test_verify_of_an_altered_archive(call, archive):
         (["check", "none.toml"], 2, "SceneError", "none.toml: cannot read the scene"),
         (["plot", "none.nc"], 1, "ArchiveError", "none.nc: cannot read the archive"),
         (["plot", "none.nc", "-o", "-"], 2, "SettingsError", "output is '-', but pictures are files"),
+        (["report", "none.nc"], 1, "ArchiveError", "none.nc: cannot read the archive"),
+        (["report", "none.nc", "-o", "-"], 2, "SettingsError", "output is '-', but a report is a file"),
         (["info", "scene.toml"], 1, "ArchiveError", "scene.toml: not a NetCDF-4 file"),
         (["verify", "none.nc"], 1, "ArchiveError", "none.nc: cannot read the archive"),
         (["list", "colours"], 2, "UsageError", "'colours' is not one of"),

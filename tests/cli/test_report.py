@@ -36,4 +36,5 @@ def test_prints_the_page_it_wrote(call, archive, tmp_path):
 def test_exit_codes(call, archive, tmp_path):
     assert call("report", tmp_path / "none.nc").code == 1
     assert call("report", archive, "-o", tmp_path / "page.png").code == 2
+    assert "a report is a file" in call("report", archive, "-o", "-").err
     assert call("report").code == 2
