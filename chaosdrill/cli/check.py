@@ -53,6 +53,13 @@ def check_text(described: dict[str, Any]) -> str:
     lines += _block("quadratures", ((name, f"= integral of {rate}") for name, rate in described["quadratures"].items()))
     if described["period"] is not None:
         lines += _block("forcing", [("period", described["period"])])
+    lines += _block(
+        "SI quantities",
+        (
+            (name, f"= {entry['value']:.12g} {entry['units'].removesuffix('1')}".ljust(24) + entry["label"])
+            for name, entry in described["si"].items()
+        ),
+    )
     lines += _block("SI scales", ((name, f"{value:.12g}") for name, value in described["si_scales"].items()))
     lines += _block("numerics", ((name, str(v)) for name, v in described["numerics"].items() if v is not None))
     for name, analysis in described["analyses"].items():

@@ -10,7 +10,7 @@ from chaosdrill.errors import ModelError
 from chaosdrill.scene.document import SystemTable
 from chaosdrill.scene.limits import LIMITS
 from chaosdrill.scene.problems import Problem, remedy
-from chaosdrill.scene.si import read_si
+from chaosdrill.scene.si import ReadSI, read_si
 from chaosdrill.scene.strict import validate
 
 
@@ -25,7 +25,7 @@ class CheckedSystem:
     effects: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, float] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
-    scales: dict[str, float] = field(default_factory=dict)
+    si: ReadSI = field(default_factory=ReadSI)
     known: dict[str, float] | None = None
     states: tuple[str, ...] | None = None
     problems: list[Problem] = field(default_factory=list)
@@ -48,11 +48,11 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     given = dict(table_in(raw, "parameters"))
     if table_in(raw, "si") and checked.known is not None:
         if checked.model in LIMITS:
-            made, checked.scales, faults = read_si(raw["si"], given, checked.known)
-            beyond = check_limits(checked.model, made, ("system", "si"))
+            checked.si, faults = read_si(raw["si"], given, checked.known)
+            beyond = check_limits(checked.model, checked.si.parameters, ("system", "si"))
             # a parameter made of several quantities has no line of its own
             problems += faults + [replace(fault, path=("system", "si")) for fault in beyond]
-            checked.parameters = made
+            checked.parameters = checked.si.parameters
         else:
             problems.append(Problem(("system", "si"), f"only {' and '.join(LIMITS)} can be given in SI units"))
     problems += check_limits(checked.model, given, ("system", "parameters"))

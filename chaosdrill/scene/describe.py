@@ -7,6 +7,7 @@ from typing import Any
 from chaosdrill.scene.load import load_scene
 from chaosdrill.scene.period import check_period
 from chaosdrill.scene.scene import Scene
+from chaosdrill.scene.si import QUANTITIES
 
 
 def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -23,8 +24,8 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     -------
     dict
         Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``states``,
-        ``initial_mode``, ``parameters``, ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si_scales``,
-        ``numerics``, ``analyses``, and ``changes``, what was set.
+        ``initial_mode``, ``parameters``, ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si``,
+        ``si_scales``, ``numerics``, ``analyses``, and ``changes``, what was set.
 
     Raises
     ------
@@ -71,6 +72,10 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         },
         "quadratures": {name: str(rate) for name, rate in system.quadratures.items()},
         "period": None if system.period is None else str(system.period),
+        "si": {
+            name: {"label": QUANTITIES[name].label, "value": value, "units": QUANTITIES[name].units}
+            for name, value in scene.si.values.items()
+        },
         "si_scales": dict(scene.scales),
         "numerics": scene.numerics.keywords(),
         "analyses": {

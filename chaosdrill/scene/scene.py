@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.errors import ChaosdrillError, SceneError
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.problems import InvalidSceneError, Problem, remedy
+from chaosdrill.scene.si import ReadSI
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -46,8 +47,8 @@ class Scene:
         Dimensionless parameters that the scene sets, those made from SI quantities among them.
     initial : mapping
         Initial values that it sets, and ``mode``.
-    scales : mapping of str to float
-        ``time_s`` and ``length_m`` of one dimensionless unit, for a scene in SI units; else empty.
+    si : ReadSI
+        The quantities of a scene in SI units, the parameters made of them, and the scales; else empty.
     numerics : Numerics
         Method and tolerance.
     analyses : mapping of str to Analysis
@@ -65,11 +66,16 @@ class Scene:
     effects: Mapping[str, str]
     parameters: Mapping[str, float]
     initial: Mapping[str, Any]
-    scales: Mapping[str, float]
+    si: ReadSI
     numerics: "Numerics"
     analyses: Mapping[str, "Analysis"]
     lines: Mapping[Path, int] = field(repr=False)
     changes: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def scales(self) -> Mapping[str, float]:
+        """``time_s``, ``length_m`` and ``force_N`` of one dimensionless unit, for a scene in SI units; else empty."""
+        return self.si.scales
 
     @property
     def sha256(self) -> str:
@@ -160,6 +166,7 @@ class Scene:
         import xarray as xr
 
         from chaosdrill.dataset import provenance
+        from chaosdrill.scene.in_si import in_si, si_table
 
         if not self.analyses:
             raise SceneError(f"{self.name}: the scene asks for no analysis; add a table such as [analysis.spectrum]")
@@ -185,24 +192,13 @@ class Scene:
                 store=parts.store(group) if parts else None,
                 progress=report(group) if report else None,
             )
-            groups[group] = self._in_si(result, analysis.kind)
+            groups[group] = in_si(result, analysis.kind, system, self.scales)
             groups[group].attrs["wall_time_s"] = perf_counter() - begin
             if parts and not analysis.parallel:
                 parts.keep(group, groups[group])
         root = provenance(self.title, action=command or self.command(), scene=self)
         root["wall_time_s"] = perf_counter() - start
-        return xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), **groups})
-
-    def _in_si(self, result: "xr.Dataset", kind: str) -> "xr.Dataset":
-        """Add the progression rate in m/h for a scene in SI units."""
-        if not self.scales or "progression_rate" not in result:
-            return result
-        from chaosdrill.dataset import describe
-        from chaosdrill.scene.si import metres_per_hour
-
-        rate = result["progression_rate"].copy(deep=True) * metres_per_hour(self.scales)
-        sweep = tuple(str(name) for name in result.sizes if name in self.system.parameters)
-        return describe(result.assign(progression_rate_si=rate), kind, system=self.system, sweep=sweep)
+        return xr.DataTree.from_dict({"/": xr.Dataset(si_table(self.si, system), attrs=root), **groups})
 
     def _check_modes(self, system: "HybridSystem") -> list[Problem]:
         places: dict[Path, Any] = {("system", "initial", "mode"): self.initial.get("mode")}

@@ -6,7 +6,7 @@ static friction force ``mu_e F_N``. Source: equations (6), (8) and (10) of the p
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from chaosdrill.scene.problems import Problem, remedy
@@ -22,9 +22,14 @@ def _over(first: Dimension, second: Dimension, power: float = 1.0) -> Dimension:
 
 @dataclass(frozen=True)
 class Entry:
-    """One SI quantity: dimension, an example, the parameters made of it, and whether it may be zero or negative."""
+    """One SI quantity: what it is, its dimension, its unit as UDUNITS writes it, an example, and what is made of it.
 
+    It is positive, or not negative, or ``signed``.
+    """
+
+    label: str
     dimension: Dimension
+    units: str
     example: str
     makes: tuple[str, ...] = ()
     positive: bool = False
@@ -32,24 +37,27 @@ class Entry:
 
 
 QUANTITIES: dict[str, Entry] = {
-    "m1": Entry(MASS, "250 kg", positive=True),
-    "m2": Entry(MASS, "250 kg", ("eps",), positive=True),
-    "K": Entry(_over(FORCE, LENGTH), "4e6 N/m", positive=True),
-    "C": Entry(_over(FORCE, _over(LENGTH, TIME)), "3.8 kN*s/m", ("xi",)),
-    "A": Entry(FORCE, "2 kN", ("a",)),
-    "B": Entry(FORCE, "5.6 kN", ("b",), signed=True),
-    "R": Entry(LENGTH, "2 mm", ("r",)),
-    "omega": Entry(ANGULAR_SPEED, "100 rad/s", ("eta",), positive=True),
-    "rpm": Entry(ANGULAR_SPEED, "90 rpm", ("eta", "spin"), positive=True),
-    "lobes": Entry(NONE, "3", ("eta", "lobes"), positive=True),
-    "F_N": Entry(FORCE, "10 kN", positive=True),
-    "mu_e": Entry(NONE, "0.8", positive=True),
-    "mu_d": Entry(NONE, "0.48", ("mu",)),
-    "gamma": Entry(_over(TIME, LENGTH), "12 s/m", ("g",)),
-    "k_c": Entry(_over(FORCE, LENGTH), "4.8e12 N/m", ("k",), positive=True),
-    "lambda": Entry(_over(TIME, LENGTH), "2.4 s/m", ("lam",)),
-    "n": Entry(NONE, "1", ("n",), positive=True),
-    "phi": Entry(ANGLE, "90 deg", ("phi",), signed=True),
+    "m1": Entry("mass of the bit", MASS, "kg", "250 kg", positive=True),
+    "m2": Entry("mass on the rock's side", MASS, "kg", "250 kg", ("eps",), positive=True),
+    "K": Entry("stiffness of the spring", _over(FORCE, LENGTH), "N m-1", "4e6 N/m", positive=True),
+    "C": Entry("damper", _over(FORCE, _over(LENGTH, TIME)), "N s m-1", "3.8 kN*s/m", ("xi",)),
+    "A": Entry("amplitude of the dynamic load", FORCE, "N", "2 kN", ("a",)),
+    "B": Entry("static load", FORCE, "N", "5.6 kN", ("b",), signed=True),
+    "R": Entry("gap of the stop", LENGTH, "m", "2 mm", ("r",)),
+    "omega": Entry("angular frequency of the load", ANGULAR_SPEED, "rad s-1", "100 rad/s", ("eta",), positive=True),
+    "rpm": Entry("rotation speed", ANGULAR_SPEED, "rad s-1", "90 rpm", ("eta", "spin"), positive=True),
+    "lobes": Entry("number of lobes", NONE, "1", "3", ("eta", "lobes"), positive=True),
+    "F_N": Entry("normal force on the side of the rock", FORCE, "N", "10 kN", positive=True),
+    "mu_e": Entry("static friction coefficient", NONE, "1", "0.8", positive=True),
+    "mu_d": Entry("kinetic friction coefficient", NONE, "1", "0.48", ("mu",)),
+    "gamma": Entry("decay of friction with speed", _over(TIME, LENGTH), "s m-1", "12 s/m", ("g",)),
+    # a power of metres that is not whole is no unit of UDUNITS, but the force at a depth of one metre has one
+    "k_c": Entry(
+        "force of the contact at a depth of 1 m", _over(FORCE, LENGTH), "N", "4.8e12 N/m", ("k",), positive=True
+    ),
+    "lambda": Entry("damping of the contact", _over(TIME, LENGTH), "s m-1", "2.4 s/m", ("lam",)),
+    "n": Entry("exponent of the contact force", NONE, "1", "1", ("n",), positive=True),
+    "phi": Entry("phase of the dynamic load", ANGLE, "rad", "90 deg", ("phi",), signed=True),
 }
 SCALES = ("m1", "K", "F_N", "mu_e")
 
@@ -70,6 +78,24 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "n": ("n",),
 }
 
+FORMULAS: dict[str, str] = {
+    "eps": "m1/m2",
+    "xi": "C/(2 sqrt(K m1))",
+    "a": "A/(mu_e F_N)",
+    "b": "B/(mu_e F_N)",
+    "r": "K R/(mu_e F_N)",
+    "eta": "omega sqrt(m1/K), omega = lobes rpm of a load that the lobes make",
+    "spin": "rpm sqrt(m1/K)",
+    "lobes": "lobes",
+    "mu": "mu_d/mu_e",
+    "g": "gamma mu_e F_N/sqrt(K m1)",
+    "k": "k_c (mu_e F_N/K)^n/(mu_e F_N)",
+    "lam": "lambda mu_e F_N/sqrt(K m1)",
+    "n": "n",
+    "phi": "phi",
+}
+"""How the dimensionless parameters follow, in words of the SI quantities."""
+
 
 def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Dimensionless parameters and scales of a drill given in SI units.
@@ -85,7 +111,7 @@ def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict
     parameters : dict of str to float
         Those of a b xi eps eta spin lobes mu g r lam phi n k for which there are quantities.
     scales : dict of str to float
-        ``time_s`` (seconds) and ``length_m`` (metres) of one dimensionless unit.
+        ``time_s`` (seconds), ``length_m`` (metres) and ``force_N`` (newtons) of one dimensionless unit.
 
     Notes
     -----
@@ -118,7 +144,7 @@ def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict
             parameters[name] = value()
         except KeyError:
             continue
-    return parameters, {"time_s": 1 / frequency, "length_m": length}
+    return parameters, {"time_s": 1 / frequency, "length_m": length, "force_N": friction}
 
 
 def metres_per_hour(scales: Mapping[str, float]) -> float:
@@ -126,9 +152,28 @@ def metres_per_hour(scales: Mapping[str, float]) -> float:
     return scales["length_m"] / scales["time_s"] * SECONDS_PER_HOUR
 
 
+@dataclass(frozen=True)
+class ReadSI:
+    """The table ``system.si`` of a scene, read.
+
+    Parameters
+    ----------
+    values : dict of str to float
+        The quantities in kg, m, s, N, rad.
+    parameters : dict of str to float
+        The parameters made of them.
+    scales : dict of str to float
+        What one dimensionless unit is, as `si_to_dimensionless` gives it.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    parameters: dict[str, float] = field(default_factory=dict)
+    scales: dict[str, float] = field(default_factory=dict)
+
+
 def read_si(
     raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]
-) -> tuple[dict[str, float], dict[str, float], list[Problem]]:
+) -> tuple[ReadSI, list[Problem]]:
     """Read the table ``system.si`` of a scene.
 
     Parameters
@@ -142,22 +187,21 @@ def read_si(
 
     Returns
     -------
-    parameters : dict of str to float
-    scales : dict of str to float
+    ReadSI
+        Empty if there are problems.
     problems : list of Problem
-        If there are any, the other two are empty.
     """
     values, problems = _values(raw)
     problems += _surplus(raw, parameters, known) + _missing(raw, parameters, known)
     if problems:
-        return {}, {}, problems
+        return ReadSI(), problems
     try:
         made, scales = si_to_dimensionless(values)
     except (ZeroDivisionError, OverflowError):
-        made, scales = {}, {"time_s": math.nan, "length_m": math.nan}
+        made, scales = {}, {"time_s": math.nan}
     if not all(math.isfinite(value) for value in (*made.values(), *scales.values())):
-        return {}, {}, [Problem(("system", "si"), "these quantities are too far apart to be made dimensionless")]
-    return {name: value for name, value in made.items() if name in known}, scales, []
+        return ReadSI(), [Problem(("system", "si"), "these quantities are too far apart to be made dimensionless")]
+    return ReadSI(values, {name: value for name, value in made.items() if name in known}, scales), []
 
 
 def _values(raw: Mapping[str, Any]) -> tuple[dict[str, float], list[Problem]]:

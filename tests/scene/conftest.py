@@ -61,7 +61,7 @@ def sound():
     return SOUND
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def in_si():
     """Text of a scene in SI units without faults."""
     return IN_SI

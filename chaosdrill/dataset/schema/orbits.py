@@ -1,6 +1,16 @@
 """Variables of `periodic-orbit` and `continuation`."""
 
-from chaosdrill.dataset.schema.shared import FORCING, GRAZING, ITERATE, MULTIPLIER, OUTCOME, STATE, STATE_LABEL
+from chaosdrill.dataset.schema.shared import (
+    FORCING,
+    FORCING_SI,
+    GRAZING,
+    ITERATE,
+    MULTIPLIER,
+    OUTCOME,
+    SI,
+    STATE,
+    STATE_LABEL,
+)
 from chaosdrill.dataset.schema.variable import ORBIT, SWEEP, Table, axis, may, need
 
 _STABLE = "Whether small deviations die out; on a curve: by all multipliers but the one that is 1 or -1."
@@ -38,6 +48,8 @@ PERIODIC_ORBIT: Table = (
     need("consistent", ORBIT, "i1", "agrees with itself", "Whether these differences are explained.", flags="truth"),
     need("outcome", ORBIT, "i1", "outcome", *OUTCOME),
     FORCING,
+    FORCING_SI,
+    may("period_time_si", ORBIT, "f8", "duration of one period", SI, "s"),
 )
 
 CONTINUATION: Table = (

@@ -3,11 +3,13 @@
 from chaosdrill.dataset.schema.shared import (
     EXPONENT,
     FORCING,
+    FORCING_SI,
     GRAZING,
     ITERATE,
     OUTCOME,
     SEED,
     SEED_NAME,
+    SI,
     STATE,
     STATE_LABEL,
     rates,
@@ -34,6 +36,7 @@ BIFURCATION_DIAGRAM: Table = (
     need("outcome", f"{SWEEP} seed", "i1", "outcome", *OUTCOME),
     may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
     may("forcing_period", SWEEP, "f8", "forcing period", "Period of the forcing at each point of the sweep."),
+    may("forcing_period_si", SWEEP, "f8", "forcing period", SI, "s"),
 )
 
 PARAMETER_CHART: Table = (
@@ -52,6 +55,7 @@ PARAMETER_CHART: Table = (
     need("outcome", f"{SWEEP} seed", "i1", "outcome", *OUTCOME),
     may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
     may("forcing_period", SWEEP, "f8", "forcing period", "Period of the forcing at each point of the chart."),
+    may("forcing_period_si", SWEEP, "f8", "forcing period", SI, "s"),
 )
 
 BASINS: Table = (
@@ -67,8 +71,10 @@ BASINS: Table = (
     may("attractor_exponent", f"{_TABLED} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
     may("attractor_error", f"{_TABLED} exponent", "f8", "standard error of the exponent", "From blocks."),
     may("attractor_rate", _TABLED, "f8", "mean progression rate", "Penetration per unit of model time."),
+    may("attractor_rate_si", _TABLED, "f8", "mean progression rate", SI, "m h-1"),
     need("attractor_state", f"{_TABLED} state", "f8", "state on the attractor", "A point of it on the section."),
     need("fraction", _TABLED, "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
     need("fraction_error", _TABLED, "f8", "standard error of the fraction", "sqrt(p(1 - p)/N) for N starts."),
     FORCING,
+    FORCING_SI,
 )

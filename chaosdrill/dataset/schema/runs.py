@@ -3,10 +3,12 @@
 from chaosdrill.dataset.schema.shared import (
     EXPONENT,
     FORCING,
+    FORCING_SI,
     GRAZING,
     ITERATE,
     MULTIPLIER,
     OUTCOME,
+    SI,
     STATE,
     STATE_LABEL,
     rates,
@@ -29,6 +31,11 @@ TRAJECTORY: Table = (
     need("event_state_after", "event state", "f8", "state after the event", "After the reset."),
     need("outcome", "", "i1", "outcome", *OUTCOME),
     FORCING,
+    FORCING_SI,
+    may("time_si", "time", "f8", "time", SI, "s"),
+    may("event_time_si", "event", "f8", "time of the event", SI, "s"),
+    may("penetration_si", "time", "f8", "penetration", SI, "m"),
+    may("force_si", "time", "f8", "force of spring and damper on the rock", "Without the force of a contact.", "N"),
 )
 
 POINCARE_SECTION: Table = (
@@ -44,10 +51,12 @@ POINCARE_SECTION: Table = (
     MULTIPLIER,
     may("multiplier_real", "multiplier", "f8", "multiplier, real part", "Eigenvalues of the cycle's tangent map."),
     may("multiplier_imag", "multiplier", "f8", "multiplier, imaginary part", "NaN when no period was found."),
+    may("penetration_si", "iterate", "f8", "penetration", SI, "m"),
     *rates(""),
     may("closest_grazing", "", "f8", "smallest normal speed", GRAZING),
     need("outcome", "", "i1", "outcome", *OUTCOME),
     FORCING,
+    FORCING_SI,
 )
 
 LYAPUNOV_SPECTRUM: Table = (
@@ -65,4 +74,5 @@ LYAPUNOV_SPECTRUM: Table = (
     may("rank", "", "i4", "live tangents", "Rank of the tangent map's product: the number of finite exponents."),
     need("outcome", "", "i1", "outcome", *OUTCOME),
     FORCING,
+    FORCING_SI,
 )

@@ -27,7 +27,14 @@ _RATES = (
 )
 
 
+SI = "For scenes given in SI units."
+FORCING_SI = may("forcing_period_si", "", "f8", "forcing period", SI, "s")
+
+
 def rates(dims: str) -> Table:
     """The mean rates, one number a run, and the progression rate in SI units for scenes given in SI."""
-    si = may("progression_rate_si", dims, "f8", "mean progression rate", "For scenes given in SI units.", "m h-1")
-    return (*(may(name, dims, "f8", long_name, doc) for name, long_name, doc in _RATES), si)
+    return (
+        *(may(name, dims, "f8", long_name, doc) for name, long_name, doc in _RATES),
+        may("progression_rate_si", dims, "f8", "mean progression rate", SI, "m h-1"),
+        may("progression_error_si", dims, "f8", "standard error of the progression rate", SI, "m h-1"),
+    )

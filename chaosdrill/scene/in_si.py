@@ -1,0 +1,110 @@
+"""Results of a scene in SI units, in SI units; and the table from its quantities to the dimensionless parameters."""
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.dataset import SCHEMA, describe
+from chaosdrill.scene.si import FORMULAS, QUANTITIES, ReadSI, metres_per_hour
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.model import HybridSystem
+
+SUFFIX = "_si"
+
+_UNITS = {
+    "time_s": ("s", "time", "sqrt(m1/K)"),
+    "length_m": ("m", "length", "mu_e F_N/K"),
+    "force_N": ("N", "force", "mu_e F_N, the static friction"),
+}
+
+
+def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mapping[str, float]) -> "xr.Dataset":
+    """Add to a result its variables in SI units, as far as the table of variables declares them.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What an analysis gave.
+    kind : str
+        Kind of the analysis.
+    system : HybridSystem
+        The drill.
+    scales : mapping of str to float
+        What one dimensionless unit is; empty for a scene that is not in SI units, whose result stays as it is.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``progression_rate_si`` in m/h beside ``progression_rate``, times in s, the penetration in m, and the force of
+        spring and damper along a trajectory in N.
+    """
+    if not scales:
+        return result
+    factors = {
+        "m h-1": metres_per_hour(scales),
+        "s": scales["time_s"],
+        "m": scales["length_m"],
+        "N": scales["force_N"],
+    }
+    dimensionless = dict(result.variables)
+    if kind == "trajectory":
+        dimensionless["force"] = _force(result, system)
+    added = {}
+    for name, declared in SCHEMA[kind].items():
+        given = dimensionless.get(name.removesuffix(SUFFIX))
+        if name.endswith(SUFFIX) and given is not None:
+            added[name] = (given.dims, given.values * factors[declared.units])
+    if not added:
+        return result
+    settings = json.loads(result.attrs["settings"])
+    axes = settings.get("sweep") or settings.get("grid") or ()
+    return describe(result.assign(added), kind, system=system, sweep=axes)
+
+
+def _force(result: "xr.Dataset", system: "HybridSystem") -> "xr.Variable":
+    """Force of spring and damper, y + 2 xi (u - w), over the static friction; a rock that is fixed has no speed."""
+    state = {str(name): result["state"].variable[:, index] for index, name in enumerate(result["state_name"].values)}
+    speed = state["u"] - state["w"] if "w" in state else state["u"]
+    force: xr.Variable = state["y"] + 2 * system.parameters["xi"] * speed
+    return force
+
+
+def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:
+    """Variables of an archive's root: what was given in SI units, what one dimensionless unit is, what follows.
+
+    Parameters
+    ----------
+    si : ReadSI
+        Empty for a scene that is not in SI units, which has no such variables.
+    system : HybridSystem
+        The drill.
+
+    Returns
+    -------
+    dict
+        Name -> scalar with its attributes: ``si_m1`` and so on as given, ``si_unit_of_time``, ``si_unit_of_length`` and
+        ``si_unit_of_force``, and ``dimensionless_eps`` and so on.
+    """
+    table = {}
+    for name, value in si.values.items():
+        entry = QUANTITIES[name]
+        makes = [parameter for parameter in entry.makes if parameter in si.parameters]
+        comment = (
+            f"Makes the parameter {' and '.join(makes)}." if makes else "Makes the units of time, length and force."
+        )
+        table[f"si_{name}"] = _scalar(value, entry.label, entry.units, comment)
+    for name, value in si.scales.items():
+        units, what, formula = _UNITS[name]
+        table[f"si_unit_of_{what}"] = _scalar(value, f"one dimensionless unit of {what}", units, f"Is {formula}.")
+    for name, value in si.parameters.items():
+        label = str(system.labels.get(name, name))
+        table[f"dimensionless_{name}"] = _scalar(value, label, "1", f"Is {FORMULAS[name]}.")
+    return table
+
+
+def _scalar(value: float, long_name: str, units: str, comment: str) -> tuple[tuple[()], float, dict[str, str]]:
+    attributes = {"long_name": long_name, "units": units, "comment": comment}
+    return (), value, {**attributes, "coverage_content_type": "auxiliaryInformation"}
