@@ -6,6 +6,8 @@ import chaosdrill
 from chaosdrill.analysis.registry import ANALYSES, METHODS
 from chaosdrill.dataset import SCHEMA, Outcome
 from chaosdrill.plot import PICTURES
+from chaosdrill.scene.in_si import UNITS
+from chaosdrill.scene.si import FORMULAS, QUANTITIES
 from chaosdrill.systems import EFFECTS, REGISTRY
 
 project = "chaosdrill"
@@ -52,6 +54,13 @@ def write_tables() -> None:
     for kind, table in SCHEMA.items():
         rows = [[f"`{v.name}`", ", ".join(v.dims), v.units, v.long_name, v.doc] for v in table.values()]
         variables += [f"## {kind}\n", _table(["variable", "dimensions", "units", "is", "note"], rows)]
+    variables.append(
+        "## Root, of a scene in SI units\n\nScalars: as given, and as simulated.\n"
+    )
+    rows = [[f"`si_{name}`", entry.units, entry.label] for name, entry in QUANTITIES.items()]
+    rows += [[f"`si_unit_of_{what}`", units, f"one dimensionless unit: {text}"] for units, what, text in UNITS.values()]
+    rows += [[f"`dimensionless_{name}`", "1", formula] for name, formula in FORMULAS.items()]
+    variables.append(_table(["variable", "units", "is"], rows))
     variables.append("## Outcomes\n\nA run that ends early is a result with a name, not an error.\n")
     variables.append(_table(["code", "outcome", "means"], [[str(int(o)), o.meaning, o.advice] for o in Outcome]))
     (GENERATED / "variables.md").write_text("\n".join(variables), encoding="utf-8")

@@ -56,7 +56,11 @@ def check_text(described: dict[str, Any]) -> str:
     lines += _block(
         "SI quantities",
         (
-            (name, f"= {entry['value']:.12g} {entry['units'].removesuffix('1')}".ljust(24) + entry["label"])
+            (
+                name,
+                f"= {entry['value']:.12g}{'' if entry['units'] == '1' else ' ' + entry['units']}".ljust(24)
+                + entry["label"],
+            )
             for name, entry in described["si"].items()
         ),
     )

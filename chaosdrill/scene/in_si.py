@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 SUFFIX = "_si"
 
-_UNITS = {
+UNITS = {
     "time_s": ("s", "time", "sqrt(m1/K)"),
     "length_m": ("m", "length", "mu_e F_N/K"),
     "force_N": ("N", "force", "mu_e F_N, the static friction"),
@@ -97,7 +97,7 @@ def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:
         )
         table[f"si_{name}"] = _scalar(value, entry.label, entry.units, comment)
     for name, value in si.scales.items():
-        units, what, formula = _UNITS[name]
+        units, what, formula = UNITS[name]
         table[f"si_unit_of_{what}"] = _scalar(value, f"one dimensionless unit of {what}", units, f"Is {formula}.")
     for name, value in si.parameters.items():
         label = str(system.labels.get(name, name))
