@@ -54,9 +54,7 @@ def write_tables() -> None:
     for kind, table in SCHEMA.items():
         rows = [[f"`{v.name}`", ", ".join(v.dims), v.units, v.long_name, v.doc] for v in table.values()]
         variables += [f"## {kind}\n", _table(["variable", "dimensions", "units", "is", "note"], rows)]
-    variables.append(
-        "## Root, of a scene in SI units\n\nScalars: as given, and as simulated.\n"
-    )
+    variables.append("## Root, of a scene in SI units\n\nScalars: as given, and as simulated.\n")
     rows = [[f"`si_{name}`", entry.units, entry.label] for name, entry in QUANTITIES.items()]
     rows += [[f"`si_unit_of_{what}`", units, f"one dimensionless unit: {text}"] for units, what, text in UNITS.values()]
     rows += [[f"`dimensionless_{name}`", "1", formula] for name, formula in FORMULAS.items()]

@@ -12,7 +12,17 @@ from chaosdrill.dataset.outcomes import count_outcomes
 if TYPE_CHECKING:
     import xarray as xr
 
-_ORIGIN = ("title", "history", "platform", "wall_time_s", "scene_name", "scene_sha256", "si_time_s", "si_length_m")
+_ORIGIN = (
+    "title",
+    "history",
+    "platform",
+    "wall_time_s",
+    "scene_name",
+    "scene_sha256",
+    "si_time_s",
+    "si_length_m",
+    "si_force_N",
+)
 
 
 def info(path: str | os.PathLike[str]) -> dict[str, Any]:
