@@ -5,6 +5,7 @@ onto the branch by Newton's method, so that a root is as exact as the multiplier
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,14 +63,26 @@ def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tupl
     values = free_multipliers(multipliers(family, orbit, stretch.monodromies, rank), forced=family.forced)
     doubling = doubling_test(family, orbit, stretch.monodromies)
     torus, turns = torus_test(values), turning_pair(values)
-    found = [(k, Special.FOLD) for k in _changes(stretch.directions[:, -1])]
-    found += [(k, Special.PERIOD_DOUBLING) for k in _changes(doubling)]
-    found += [(k, Special.NEIMARK_SACKER) for k in _changes(torus) if turns[k - 1] and turns[k]]
+    found = [(k, Special.FOLD) for k in changes(stretch.directions[:, -1])]
+    found += [(k, Special.PERIOD_DOUBLING) for k in changes(doubling, noise_of(stretch.monodromies, len(orbit)))]
+    found += [(k, Special.NEIMARK_SACKER) for k in changes(torus) if turns[k - 1] and turns[k]]
     return sorted(found)
 
 
-def _changes(values: np.ndarray) -> list[int]:
-    return (np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0) + 1).tolist()
+def noise_of(monodromy: np.ndarray, arcs: int) -> np.ndarray:
+    """Error of the determinants of tangent maps, shape (..., d, d), around orbits of so many arcs."""
+    return NOISE * arcs * np.maximum(1.0, np.abs(monodromy).max(axis=(-2, -1))) ** 2
+
+
+def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
+    """Numbers of the values before which the sign changes; between values above their errors, shape (m,), only."""
+    sure = np.flatnonzero(np.abs(values) > noise)
+    found = []
+    for before, after in pairwise(sure.tolist()):
+        if values[before] * values[after] < 0:
+            turned = values[before + 1 : after + 1] * np.sign(values[before]) <= 0
+            found.append(before + 1 + int(turned.argmax()))
+    return found
 
 
 def locate(
@@ -103,7 +116,7 @@ def locate(
     value(root)
     orbit, lap = last["found"]
     slope = abs(high - low) / max(abs(chord[-1]), 1e-300)
-    noise = NOISE * max(1.0, float(np.abs(lap.monodromy).max())) ** 2 * len(orbit)
+    noise = float(noise_of(lap.monodromy, len(orbit)))
     error = NOISE if kind == Special.FOLD else noise / slope + NOISE * abs(orbit.starts[0, -1])
     return orbit, lap, error
 
