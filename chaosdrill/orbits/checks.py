@@ -20,6 +20,9 @@ MOST_LAPS = 200
 TURNED = 1e-12
 """What is left of a wrong direction after the laps between multipliers that are told apart."""
 
+SMALLEST = -700.0
+"""Logarithm of a multiplier that is near the smallest double."""
+
 LOGARITHM = 1e-9
 """Difference of logarithms of multipliers, or of their product, that counts as none, at the best."""
 
@@ -44,9 +47,12 @@ def check(family: "Family", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -
     if family.numerics.method == "rk4":
         limit += (2 * np.pi / (family.numerics.steps or 200)) ** 4 * max(1.0, lapped.growth)
     disagreements = []
-    exponents, ends = exponents_of(family, orbit, moduli)
+    exponents, ends = exponents_of(family, orbit, moduli, found.rank)
     with np.errstate(divide="ignore"):
         logs = np.log(moduli)
+    # so small that no double holds it: only its exponent is known
+    beyond = (moduli == 0) & (exponents * found.duration < SMALLEST) & (np.arange(family.states) < found.rank)
+    logs[beyond] = exponents[beyond] * found.duration
     difference = _difference(logs, exponents * found.duration, ends) / found.duration
     allowed = limit / found.duration
     if not difference <= allowed:
@@ -54,7 +60,7 @@ def check(family: "Family", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -
             f"exponents and logarithms of the multipliers differ by {difference:.1e} (explained: {allowed:.1e})"
         )
     determinant = float("nan")
-    if found.rank == family.states:
+    if found.rank == family.states and not beyond.any():
         product, expected = float(logs.sum()), contraction(family, orbit)
         determinant = float(-np.expm1(-abs(product - expected)))
         if not determinant <= limit:
@@ -73,7 +79,7 @@ def check(family: "Family", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -
     )
 
 
-def exponents_of(family: "Family", orbit: "Orbit", moduli: np.ndarray) -> tuple[np.ndarray, list[int]]:
+def exponents_of(family: "Family", orbit: "Orbit", moduli: np.ndarray, rank: int) -> tuple[np.ndarray, list[int]]:
     """Lyapunov exponents of the orbit by the engine's QR, and where groups of nearly equal ones end.
 
     The state is put back onto the orbit after every lap, so that an unstable one is not left. Multipliers of nearly
@@ -87,9 +93,9 @@ def exponents_of(family: "Family", orbit: "Orbit", moduli: np.ndarray) -> tuple[
         Number of the first exponent behind each group.
     """
     d = family.states
-    rank = int((moduli > 0).sum())
-    falls = np.maximum(-np.diff(np.log(moduli[:rank])), 1e-300)
-    needed = -np.log(TURNED) / falls
+    with np.errstate(divide="ignore", invalid="ignore"):
+        falls = np.maximum(-np.diff(np.log(moduli[:rank])), 1e-300)
+        needed = -np.log(TURNED) / falls
     apart = needed <= MOST_LAPS
     laps = int(np.ceil(max(needed[apart], default=1.0))) + d
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]

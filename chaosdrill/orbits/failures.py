@@ -8,6 +8,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
 from chaosdrill.engine.run import Run
+from chaosdrill.orbits.pace import unit_of
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
@@ -17,7 +18,7 @@ AT_REST = 1e-9
 """Part of its size by which a state moves at least along an orbit that is none of a point at rest."""
 
 WATCHED = 64
-"""Periods, or units of time, over which a state that only grows is told from one that comes back."""
+"""Periods, or units of the motion's pace, over which a state that only grows is told from one that comes back."""
 
 EVENLY = 0.4
 """Part of its whole way, to and fro, by which such a state goes on in either half of that."""
@@ -80,7 +81,8 @@ def at_rest(family: "Family", orbit: "Orbit") -> bool:
 def understood(family: "Family", state: np.ndarray, mode: str, failure: NoOrbitError) -> NoOrbitError:
     """Why there is no orbit, from what the motion does later on: end, or rest, or let a state only grow."""
     system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
-    run = Run(system, family.period or 1.0, family.numerics)
+    unit = unit_of(family, system)
+    run = Run(system, unit, family.numerics)
     points = [state]
     for _ in range(WATCHED):
         outcome = run.advance(1)[0]
@@ -96,7 +98,7 @@ def understood(family: "Family", state: np.ndarray, mode: str, failure: NoOrbitE
     if not growing.any():
         return failure
     each = "a period" if family.forced else "a unit of time"
-    net = (points[-1] - state) / WATCHED
+    net = (points[-1] - state) / (WATCHED if family.forced else WATCHED * unit)
     told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
     return NoOrbitError(
         Outcome.OPEN,

@@ -106,6 +106,15 @@ class Family:
             *(np.zeros(layout.CARRIED_F), np.zeros(guards, dtype=np.int64), np.zeros(guards, dtype=np.int64)),
         )
         self._rooms: dict[int, Any] = {}
+        self.unit = system.forcing_period()
+        """Forcing period; without one the pace of the motion, as soon as one was followed."""
+
+    def keep_pace(self, unit: float) -> None:
+        """Let a system without a period be followed in steps that go with its motion, not with the unit of time."""
+        self.unit = unit
+        settings = self._machine[1]
+        settings[layout.STEP] *= unit / settings[layout.PERIOD]
+        settings[layout.PERIOD] = unit
 
     @property
     def period(self) -> float | None:

@@ -21,7 +21,7 @@ from chaosdrill.orbits.failures import (
 from chaosdrill.orbits.family import Family, Lap
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.reading import LONGEST_RETURN, guess_of_forced, guess_of_return, returns, settled
+from chaosdrill.orbits.reading import guess_of_forced, guess_of_return, returns, settled
 from chaosdrill.orbits.results import FoundOrbit
 
 if TYPE_CHECKING:
@@ -58,16 +58,14 @@ def find_orbit(system: "HybridSystem", period: int, start: str, transient: float
     numerics : Numerics
     """
     try:
-        family, orbit, lap, residuals, message = starting_orbit(
-            system, (), period, start, int(np.ceil(transient)), numerics
-        )
+        family, orbit, lap, residuals, message = starting_orbit(system, (), period, start, transient, numerics)
     except NoOrbitError as failure:
         return no_orbit(system, failure.outcome, failure.message, period, failure.residuals)
     return describe(family, orbit, lap, residuals, message)
 
 
 def starting_orbit(
-    system: "HybridSystem", free: tuple[str, ...], period: int, start: str, transient: int, numerics: Numerics
+    system: "HybridSystem", free: tuple[str, ...], period: int, start: str, transient: float, numerics: Numerics
 ) -> tuple[Family, Orbit, Lap, np.ndarray, str]:
     """The orbit near the system's initial state, or near where that leads.
 
@@ -129,12 +127,10 @@ def orbit_from_state(
         if outcome != Outcome.OK:
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
         if guess is None:
-            raise NoOrbitError(
-                Outcome.NO_ORBIT,
-                f"after {period} periods the motion from the start is in another mode than at its beginning"
-                if family.forced
-                else f"the motion from the start does not come back within a time of {LONGEST_RETURN:g}",
-            )
+            words = "does not come back soon"
+            if family.forced:
+                words = f"after {period} periods is in another mode than at its beginning"
+            raise NoOrbitError(Outcome.NO_ORBIT, f"the motion from the start {words}")
         if any(guess.same_events(old) for old in seen):
             raise failure
         seen.append(guess)

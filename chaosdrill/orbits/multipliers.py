@@ -108,18 +108,20 @@ def graded(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: int) -
     factors = pieces(family, orbit)
     d = family.states
     before = np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0]
-    logs = np.zeros(rank)
+    logs, apart = np.zeros(rank), np.zeros(rank - 1, dtype=bool)
     triangles: list[np.ndarray] = []
     for laps in range(1, MOST_LAPS + 1):
+        turned = apart.all()
         basis, triangles = before, []
         for factor in factors:
             after, triangle = np.linalg.qr(factor @ basis)
             triangles.append(triangle)
             basis = after
-        logs += sum(np.log(np.abs(np.diagonal(t)[:rank])) for t in triangles)
-        apart = -np.diff(logs) > -np.log(TURNED)
-        if apart.all() or laps == MOST_LAPS:
+        if turned or laps == MOST_LAPS:
             break
+        with np.errstate(divide="ignore", invalid="ignore"):
+            logs += sum(np.log(np.abs(np.diagonal(t)[:rank])) for t in triangles)
+            apart = -np.diff(logs) > -np.log(TURNED)
         before = basis
     values = np.zeros(d, dtype=complex)
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]

@@ -10,6 +10,7 @@ from chaosdrill.engine import lap as at
 from chaosdrill.engine import layout
 from chaosdrill.engine.run import Run
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.pace import unit_of
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -19,10 +20,14 @@ MOST_EVENTS = 4096
 """Events of one orbit; more are chatter that is not completed."""
 
 
-def settled(family: "Family", transient: int) -> tuple[Outcome, np.ndarray, str]:
-    """State and mode at phase 0 to which the system's initial state leads over a transient, and how that went."""
-    run = Run(family.plain, family.period or 1.0, family.numerics)
-    outcome = run.advance(transient)[0] if transient else Outcome.OK
+def settled(family: "Family", transient: float) -> tuple[Outcome, np.ndarray, str]:
+    """State and mode at phase 0 to which the system's initial state leads, and how that went.
+
+    The transient is in forcing periods, or a time where there are none.
+    """
+    parts = int(np.ceil(transient)) if family.forced else PARTS
+    run = Run(family.plain, family.period or max(transient, 1e-300) / PARTS, family.numerics)
+    outcome = run.advance(parts)[0] if transient else Outcome.OK
     return outcome, run.x.copy(), run.mode
 
 
@@ -74,7 +79,7 @@ def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> lis
     Of systems without a period: states at some distance along it.
     """
     system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
-    run = Run(system, family.period or 1.0, family.numerics)
+    run = Run(system, unit_of(family, system), family.numerics)
     states, modes, _ = strobed(run, (RECORD if family.forced else PLACES) + periods)
     names = [system.mode_names[m] for m in modes]
     if not family.forced or len(states) <= periods:
@@ -122,11 +127,14 @@ def strobed(run: Run, length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def guess_of_return(family: "Family", state: np.ndarray, mode: str, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
     """The path from a state until it is back, as a guess of an orbit of a system without a period."""
-    outcome, guess = Outcome.OK, None
-    duration = SHORTEST_RETURN
-    while guess is None and outcome == Outcome.OK and duration <= LONGEST_RETURN:
-        outcome, guess = guess_of_autonomous(family, state, mode, duration, values)
-        duration *= 8
+    system = with_values(family, values).with_initial(
+        **dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode
+    )
+    unit, outcome, guess = unit_of(family, system), Outcome.OK, None
+    units = SHORTEST_RETURN
+    while guess is None and outcome == Outcome.OK and units <= LONGEST_RETURN:
+        outcome, guess = guess_of_autonomous(family, state, mode, units * unit, values)
+        units *= 8
     return outcome, guess
 
 
@@ -137,9 +145,9 @@ def guess_of_autonomous(
     system = with_values(family, values).with_initial(
         **dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode
     )
-    unit = 1.0
+    unit = unit_of(family, system)
     run = Run(system, unit, family.numerics, samples=SAMPLES)
-    whole = int(np.ceil(duration))
+    whole = int(np.ceil(duration / unit))
     samples = np.zeros(((whole + 2) * SAMPLES, len(state) + len(system.quadratures) + 1))
     outcome, events = _events(run, whole, samples)
     if outcome != Outcome.OK:
@@ -173,11 +181,14 @@ RECORD = 256
 PLACES = 8
 """Places from which an orbit near an attractor is looked for."""
 
-SHORTEST_RETURN, LONGEST_RETURN = 32.0, 2048.0
-"""Times within which a system without a period is to return: the first that is tried, and the last."""
+SHORTEST_RETURN, LONGEST_RETURN = 32, 2048
+"""Units of the motion's pace within which a system without a period is to return: the first tried, and the last."""
+
+PARTS = 64
+"""Parts of a transient given as a time."""
 
 SAMPLES = 64
-"""Samples a time unit, where a path without events is searched for its return."""
+"""Samples a unit, where a path without events is searched for its return."""
 
 NEAR = 0.05
 """Part of the spread of the states within which a state counts as back."""

@@ -14,6 +14,7 @@ from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import pins
 from chaosdrill.orbits.find import orbit_from_state, solved
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.pace import unit_of
 from chaosdrill.orbits.reading import orbit_of_events, strobed
 
 if TYPE_CHECKING:
@@ -35,8 +36,8 @@ WIDER = 0.5
 A_TURN = 128
 """Samples from one maximum of a smooth motion to the next."""
 
-LONGEST = 100_000
-"""Units of time over which events are recorded, at most."""
+AN_EVENT = 16
+"""Units of the motion's pace in which an event is waited for."""
 
 Solution = tuple[Orbit, "Lap", np.ndarray]
 
@@ -98,12 +99,12 @@ class Recurrences:
     def __init__(self, family: "Family", longest: int, starts: np.ndarray, modes: np.ndarray) -> None:
         self.family, self.longest = family, longest
         names = family.plain.mode_names
-        self.unit = family.period or 1.0
         self.turning = -1
         systems = [_started(family, x, names[m]) for x, m in zip(starts, modes, strict=True)]
+        self.unit = unit_of(family, systems[0])
         self.eventful = any(not t.marks_only() for t in family.plain.transitions)
         if not family.forced and not self.eventful:
-            self.unit, self.turning = _turn(family, systems)
+            self.unit, self.turning = _turn(family, systems, self.unit)
         self.records = [self._record(system, RECORD) for system in systems]
         known = np.vstack([record.states for record in self.records])
         self.extent = np.maximum(np.ptp(known, axis=0), 1e-9 * np.maximum(np.abs(known).max(axis=0, initial=0), 1.0))
@@ -176,7 +177,7 @@ class Recurrences:
         if self.family.forced:
             return _strobes(self.family, system, length)
         if self.eventful:
-            return _events(self.family, system, length)
+            return _events(self.family, system, length, self.unit)
         return _maxima(self.family, system, length, self.unit, self.turning)
 
 
@@ -202,17 +203,17 @@ def _strobes(family: "Family", system: "HybridSystem", length: int) -> Record:
     return Record(states, modes, sequences, np.arange(len(states)) * family.period, np.zeros((len(states), 0)))
 
 
-def _events(family: "Family", system: "HybridSystem", length: int) -> Record:
+def _events(family: "Family", system: "HybridSystem", length: int, unit: float) -> Record:
     """States after events."""
     d = family.states
-    run = Run(system, 1.0, family.numerics)
+    run = Run(system, unit, family.numerics)
     buffer = np.zeros((length, layout.EVENT_COLUMNS + 2 * d))
-    run.advance(LONGEST, events=buffer)
+    run.advance(AN_EVENT * length, events=buffer)
     rows = buffer[: run.filled()[1]]
     kinds = rows[:, layout.EVENT_KIND].astype(np.int64)
     changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)[kinds]
     rows, kinds = rows[changing], kinds[changing]
-    times = rows[:, layout.EVENT_STROBES] + rows[:, layout.EVENT_TIME]
+    times = rows[:, layout.EVENT_STROBES] * unit + rows[:, layout.EVENT_TIME]
     return Record(rows[:, layout.EVENT_COLUMNS + d :], kinds, kinds, times, rows)
 
 
@@ -229,9 +230,8 @@ def _peaks(values: np.ndarray) -> np.ndarray:
     return np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
 
 
-def _turn(family: "Family", systems: "list[HybridSystem]") -> tuple[float, int]:
+def _turn(family: "Family", systems: "list[HybridSystem]", unit: float) -> tuple[float, int]:
     """Time of a turn of a smooth motion, and the state whose maxima come most regularly."""
-    unit = 8.0
     state = 0
     for _ in range(8):
         paths = [_path(family, system, unit, 32) for system in systems]

@@ -66,7 +66,7 @@ def standpoint(family: "Family", orbit: "Orbit") -> tuple[int, float, np.ndarray
     There no event is near, so that a run that begins there meets all of them.
     """
     longest = int(orbit.durations.argmax())
-    step = (family.period or 1.0) / (family.numerics.steps or 200)
+    step = (family.unit or 1.0) / (family.numerics.steps or 200)
     clock = orbit.phase if family.forced else 0.0
     middle = float(orbit.durations[:longest].sum() + orbit.durations[longest] / 2)
     # fixed steps fall where those of the orbit fell
@@ -103,7 +103,7 @@ def run_from(
     run = Run(system, period, family.numerics, **options)  # type: ignore[arg-type]
     if forcing:
         run.carried_f[layout.BASE] = (orbit.phase + time) % forcing
-    run.settings_f[layout.STEP] = (forcing or 1.0) / (family.numerics.steps or 200)
+    run.settings_f[layout.STEP] = (forcing or family.unit or 1.0) / (family.numerics.steps or 200)
     return run
 
 

@@ -19,11 +19,11 @@ def listed(drill):
 
 
 def test_orbits_that_repel_are_found(listed):
+    # counted by another program: Newton's method on the strobe map of the engine, from 2500 random states a period
+    leading = {1: [2.32488107, 8.70474597], 2: [3.79860266, 8.04872666, 30.21090569], 3: [10.50992, 66.2424589]}
     found, _ = listed
-    assert {o.period for o in found} >= {1, 2}
-    assert all(abs(o.multipliers[0]) > 1 for o in found)
-    # both of one hit a period
-    np.testing.assert_allclose(found[0].multipliers[:2], [-2.32488107, 0.06838684], atol=1e-7)
+    for period, known in leading.items():
+        np.testing.assert_allclose([abs(o.multipliers[0]) for o in found if o.period == period], known, rtol=1e-5)
 
 
 def test_each_once_and_in_order(listed):
