@@ -33,6 +33,10 @@ END = 1e-8
 """Part of the period before the end of an arc in which its guard is taken to be met at the end."""
 
 
+MOST_STEPS = 200_000
+"""Steps of adaptive methods along one arc, at most: a guess that is far off may be stiff without end."""
+
+
 @inlined
 def follow(
     functions,
@@ -70,6 +74,7 @@ def follow(
     when = 0.0
     done = 0.0
     still = 0
+    steps = 0
     if duration == 0.0:
         return DONE, crossed, when
     while True:
@@ -97,7 +102,8 @@ def follow(
             crossed = j
             when = done
             continue
-        if not h > SMALLEST_STEP * carried_f[LONGEST]:
+        steps += 1
+        if not h > SMALLEST_STEP * carried_f[LONGEST] or (steps > MOST_STEPS and settings_i[METHOD] != RK4):
             return (STEP_UNDERFLOW if h == h else NONFINITE), crossed, when
         carried[FRESH] = ONGOING
         if rest < -h:

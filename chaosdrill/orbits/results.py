@@ -68,7 +68,8 @@ class FoundOrbit:
     rank : int
         Rank of the tangent map.
     residual : float
-        Largest difference after one period in a run of the engine, relative to max(1, |x|).
+        Largest difference after one period in a run of the engine, relative to max(1, |x|); where small deviations
+        grow very much over it, after parts of it, from each of which the run begins anew on the orbit.
     newton : ndarray, shape (iterations,)
         Residual after each step of Newton's method, the start's first.
     event_times, event_speeds : ndarray, shape (E,)
