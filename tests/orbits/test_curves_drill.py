@@ -63,8 +63,8 @@ def test_a_multiplier_of_the_ordinary_engine_is_minus_one(drill, doubling):
 
 def test_branches_at_other_loads_double_there(drill, doubling):
     for k in spread(doubling, 4):
-        system = at_point(drill, doubling, k)
-        eta = system.parameters["eta"]
+        eta = doubling.values[k, 0]
+        system = at_point(drill, doubling, k, 1e-3)
         found = branches(system, "eta", (eta - 4e-3, eta + 4e-3), 1, "guess", 0, 0, 1e-3, 100, Numerics(), None)
         places = [e.values[0] for e in found.events if e.code == Special.PERIOD_DOUBLING]
         assert np.abs(np.array(places) - eta).min() < 1e-10
@@ -92,3 +92,13 @@ def test_the_curve_of_grazing_goes_on_where_another_event_begins(grazing):
     assert np.linalg.norm(beyond - junction.values, axis=1).min() < 1e-4
     # the ordinary engine sees the slip that began
     assert grazing.message == ""
+
+
+def test_doubled_orbits_stop_grazing_where_the_single_one_doubles_and_grazes(drill):
+    limits = {"eta": (0.40, 0.90), "b": (0.55, 0.85)}
+    single = followed(drill.with_parameters(eta=0.54), limits, "period_doubling", 0.01)
+    double = followed(drill.with_parameters(eta=0.6), limits, "grazing", 0.01, period=2)
+    there = single.values[[0, -1]]
+    ends = double.values[[0, -1]]
+    assert np.linalg.norm(there[:, np.newaxis] - ends, axis=-1).min() < 1e-5
+    assert "doubled orbit" in double.branches[0].end
