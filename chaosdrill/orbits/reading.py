@@ -85,8 +85,15 @@ def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> lis
     if not family.forced or len(states) <= periods:
         return list(zip(states, names, strict=True))[:PLACES]
     spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1.0))
-    away = (np.abs(states[periods:] - states[:-periods]) / spread).max(axis=1)
-    return [(states[j], names[j]) for j in np.argsort(away, kind="stable")[:PLACES]]
+    last = len(states) - periods
+
+    def away(steps: int) -> np.ndarray:
+        return np.asarray((np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1))
+
+    whole, parts = away(periods), [q for q in range(1, periods) if periods % q == 0]
+    # what is back sooner leads to an orbit of a shorter period
+    sooner = np.min([away(q) for q in parts], axis=0) < SOONER * whole if parts else np.zeros(last, dtype=bool)
+    return [(states[j], names[j]) for j in np.lexsort((whole, sooner))[:PLACES]]
 
 
 def strobed(run: Run, length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,6 +184,9 @@ def guess_of_autonomous(
 
 RECORD = 256
 """Periods over which the nearest returns are looked for."""
+
+SOONER = 3.0
+"""Times the distance after a period within which a state is back after a part of it that counts."""
 
 PLACES = 8
 """Places from which an orbit near an attractor is looked for."""
