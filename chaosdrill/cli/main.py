@@ -10,6 +10,7 @@ from chaosdrill import __version__
 from chaosdrill.cli.check import check
 from chaosdrill.cli.cite import cite
 from chaosdrill.cli.info import info
+from chaosdrill.cli.interrupts import second_one_ends
 from chaosdrill.cli.list import list_names
 from chaosdrill.cli.output import emit_error
 from chaosdrill.cli.plot import plot
@@ -54,8 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        code = chaosdrill.main(given, prog_name="chaosdrill", standalone_mode=False)
-        sys.stdout.flush()
+        with second_one_ends(INTERRUPTED):
+            code = chaosdrill.main(given, prog_name="chaosdrill", standalone_mode=False)
+            sys.stdout.flush()
         return code or DONE
     except BrokenPipeError:
         return _reader_left()
