@@ -14,6 +14,7 @@ class Special(IntEnum):
     GRAZING = 4
     EVENT_SWAP = 5
     OUTCOME_SWITCH = 6
+    BRANCH_POINT = 7
 
     @property
     def meaning(self) -> str:
@@ -40,6 +41,7 @@ class BranchEnd(IntEnum):
     NO_EFFECT = 8
     JOINED = 9
     DOUBLING = 10
+    REST = 11
 
     @property
     def meaning(self) -> str:
@@ -66,6 +68,7 @@ _HAPPENS = {
     Special.GRAZING: "A guard is met at no speed: an event appears or vanishes.",
     Special.EVENT_SWAP: "Two events happen at the same time and trade places beyond.",
     Special.OUTCOME_SWITCH: "The condition between two outcomes of an event is just met: beyond, the other is taken.",
+    Special.BRANCH_POINT: "A multiplier is +1, but the branch is crossed by another one, as where a symmetry is lost.",
 }
 
 _ADVICE = {
@@ -86,4 +89,5 @@ _ADVICE = {
     BranchEnd.NO_EFFECT: "The orbit does not depend on the parameter, so there is nothing to follow; choose another.",
     BranchEnd.JOINED: "The branch runs into another one that has been followed already.",
     BranchEnd.DOUBLING: "The doubled orbit shrank onto the orbit of half its period, at another period doubling.",
+    BranchEnd.REST: "The orbit shrank onto a point at rest, from which it is born in a Hopf bifurcation.",
 }

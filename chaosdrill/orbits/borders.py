@@ -17,15 +17,16 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
-from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.doubling import repeats
+from chaosdrill.orbits.failures import admissible, at_rest
 from chaosdrill.orbits.multipliers import based
-from chaosdrill.orbits.reading import guess_of_autonomous, guess_of_forced
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.reading import eventless, guess_of_autonomous, guess_of_forced
 from chaosdrill.orbits.special import NOISE, ON_CHORD
 from chaosdrill.orbits.touching import slowness, taken
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
-    from chaosdrill.orbits.orbit import Orbit
 
 BISECTIONS = 60
 
@@ -40,6 +41,9 @@ NEAR = 0.1
 
 MOST_TRIED = 60
 """Sequences of events that are tried behind a border."""
+
+ALIKE = 0.02
+"""Difference of durations, as a part of the whole, within which two cycles of the same events are one."""
 
 PROBE = 1e-5
 """Step along a new branch that tells which way leads away from the border."""
@@ -162,7 +166,7 @@ def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Spe
     system = family.plain
     old, new = (Counter(o.events(system).split()) for o in (before, after))
     appeared, vanished = list((new - old).elements()), list((old - new).elements())
-    if len(before) == len(after) and not before.eventless:
+    if len(before) == len(after) and not before.eventless and not after.eventless:
         if not appeared and not vanished:
             return Special.EVENT_SWAP, "two events trade places"
         return Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}"
@@ -184,6 +188,24 @@ def _guesses(family: "Family", border: Border) -> "Iterator[Orbit]":
             if guess is not None:
                 yield guess
     yield from left_out(border)
+    yield from without_events(family, border.good)
+
+
+def without_events(family: "Family", orbit: "Orbit") -> "Iterator[Orbit]":
+    """The path without any event, if it stays in one mode."""
+    if orbit.eventless or len(set(orbit.arcs[:, at.ARC_MODE].tolist())) > 1:
+        return
+    values = orbit.starts[0, family.states :]
+    mode = family.plain.mode_names[orbit.arcs[0, at.ARC_MODE]]
+    if family.forced:
+        period = family.period_at(orbit)
+        assert period is not None
+        yield eventless(family, family.strobes([orbit])[0][0, 0], mode, orbit.periods, values, period)
+    else:
+        total = float(orbit.durations.sum())
+        state = family.at([orbit], np.array([[0.5 * float(orbit.durations[0])]]))[0][0, 0]
+        arcs = np.array([[orbit.arcs[0, at.ARC_MODE], at.PLANE, -1]], dtype=np.int64)
+        yield Orbit(arcs, orbit.periods, np.concatenate([state, values])[np.newaxis], 0.0, np.array([total]))
 
 
 def _own_path(family: "Family", orbit: "Orbit", values: np.ndarray) -> "Orbit | None":
@@ -231,8 +253,12 @@ def _turned(orbit: "Orbit", first: int) -> "Orbit":
 
 
 def _same_cycle(one: "Orbit", other: "Orbit") -> bool:
+    """Whether two orbits have the same events, which take about as long: two that trade places leave a cycle of two."""
+    total = float(other.durations.sum())
     return len(one) == len(other) and any(
-        np.array_equal(np.roll(one.arcs, k, axis=0), other.arcs) for k in range(len(one))
+        np.array_equal(np.roll(one.arcs, k, axis=0), other.arcs)
+        and np.abs(np.roll(one.durations, k) - other.durations).max() < ALIKE * total
+        for k in range(len(one))
     )
 
 
@@ -255,6 +281,8 @@ def _branch_from(
         start = family.moved(guess, lap, length * direction)
         code, orbit, seen, _ = family.solve(start, conditions, ON_CHORD)
         if code != branch.CONVERGED or distance(family, orbit, border.good, weights) > NEAR:
+            continue
+        if repeats(family, orbit) or at_rest(family, orbit):
             continue
         if not admissible(orbit, seen):
             if length and admissible(orbit, replace(seen, crossed=np.full(len(orbit), -1))):

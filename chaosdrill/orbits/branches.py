@@ -8,20 +8,23 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.engine import branch
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.borders import WeightsOf
 from chaosdrill.orbits.cascade import cascade_from
 from chaosdrill.orbits.collect import Planned, collect, nothing
 from chaosdrill.orbits.doubling import doubled
-from chaosdrill.orbits.find import NoOrbitError, starting_orbit
+from chaosdrill.orbits.failures import NoOrbitError, admissible
+from chaosdrill.orbits.find import starting_orbit
 from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
 from chaosdrill.orbits.multipliers import multipliers
 from chaosdrill.orbits.results import BranchResult, Cascade
-from chaosdrill.orbits.stability import is_stable
+from chaosdrill.orbits.stability import free_multipliers, is_stable
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.family import Family
+    from chaosdrill.orbits.family import Family, Lap
+    from chaosdrill.orbits.orbit import Orbit
 
 NO_EFFECT = 1e-12
 """Slope of what makes an orbit over the parameter below which a parameter does nothing to it."""
@@ -78,6 +81,7 @@ def branches(
     frame = Frame(limits, step / span, max_points)
     weights = WeightsOf(family, frame.spans)(orbit)
     direction = family.direction(orbit, lap, weights)
+    orbit, direction = _beside(family, orbit, lap, direction, frame, weights)
     forward = grow(family, orbit, direction, frame)
     whole = forward
     if forward.end != BranchEnd.CLOSED:
@@ -106,6 +110,27 @@ def branches(
         generation = following
         _report(progress, planned, doublings)
     return collect(family, (parameter,), planned, _longest_cascade(family, planned) if doublings else None)
+
+
+BESIDE = 0.01
+"""Part of the longest step by which a branch is started beside a special point."""
+
+AT_SPECIAL = 1e-6
+"""Distance of a multiplier from 1 or -1 at which a first orbit is taken to be a special point itself."""
+
+
+def _beside(
+    family: "Family", orbit: "Orbit", lap: "Lap", direction: np.ndarray, frame: Frame, weights: np.ndarray
+) -> "tuple[Orbit, np.ndarray]":
+    """The first orbit, or one beside it if it is a special point, so that the branch passes through that."""
+    values = free_multipliers(np.linalg.eigvals(lap.monodromy), forced=family.forced)
+    if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > AT_SPECIAL:
+        return orbit, direction
+    moved = family.moved(orbit, lap, BESIDE * frame.step * direction)
+    code, other, seen, _ = family.solve(moved, (direction * weights**2)[np.newaxis])
+    if code != branch.CONVERGED or not admissible(other, seen):
+        return orbit, direction
+    return other, family.direction(other, seen, weights, direction)
 
 
 def _unmoved(grown: Grown) -> bool:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.engine import branch
-from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.failures import admissible
 from chaosdrill.orbits.special import ON_CHORD
 
 if TYPE_CHECKING:
@@ -20,6 +20,9 @@ LENGTHS = (1e-3, 3e-3, 3e-4, 1e-2, 1e-4, 3e-2)
 
 SHORTER = 4
 """So many times a distance is tried shorter, where the parameter changes too much over it."""
+
+REPEATED = 1e-6
+"""Difference relative to the size of the states below which two turns of an orbit are one."""
 
 APART = 0.01
 """Difference between the two halves of a doubled orbit, as a part of that distance, at least."""
@@ -53,7 +56,7 @@ def doubled(
             code, found, seen, _ = family.solve(start, conditions, ON_CHORD)
             if code != branch.CONVERGED or not admissible(found, seen):
                 break
-            gap = np.abs(halves_apart(family, [found])[0] * weights_of(found)[:d]).max()
+            gap = np.abs(halves_apart(family, [found], weights)).max()
             if gap <= APART * length:
                 break
             change = float(np.abs(found.starts[0, d:] - orbit.starts[0, d:]).max())
@@ -64,21 +67,45 @@ def doubled(
     return None
 
 
-def halves_apart(family: "Family", orbits: "Sequence[Orbit]") -> np.ndarray:
-    """Difference between orbits and themselves half their durations later, shape (P, d)."""
-    halves = np.array([[0.0, 0.5 * o.durations.sum()] for o in orbits])
-    states = family.at(orbits, halves)[0]
-    return states[:, 0] - states[:, 1]
+def halves_apart(family: "Family", orbits: "Sequence[Orbit]", weights: np.ndarray) -> np.ndarray:
+    """Weighted differences between the two halves of orbits, shape (P, m): starts and durations of their arcs.
+
+    Of an orbit that is one arc: its states at the start and half its duration later.
+    """
+    d, count = family.states, len(orbits[0])
+    if count == 1:
+        halves = np.array([[0.0, 0.5 * o.durations.sum()] for o in orbits])
+        states = family.at(orbits, halves)[0]
+        return (states[:, 0] - states[:, 1]) * weights[:d]
+    half = count // 2
+    starts, durations = np.array([o.starts[:, :d] for o in orbits]), np.array([o.durations for o in orbits])
+    moved = (starts[:, :half] - starts[:, half:]) * weights[:d]
+    return np.hstack([moved.reshape(len(orbits), -1), (durations[:, :half] - durations[:, half:]) * weights[d + 1]])
 
 
-def returns(family: "Family", orbits: "Sequence[Orbit]") -> int | None:
+def returns(family: "Family", orbits: "Sequence[Orbit]", weights: np.ndarray) -> int | None:
     """Number of the first orbit behind the point at which a branch of doubled orbits runs through its parent."""
     arcs = orbits[0].arcs
     half = len(arcs) // 2
-    forced_odd = family.forced and orbits[0].periods % 2
-    if len(orbits) < 2 or forced_odd or (len(arcs) > 1 and (len(arcs) % 2 or (arcs[:half] != arcs[half:]).any())):
+    if len(orbits) < 2 or orbits[0].periods % 2:
         return None
-    gaps = halves_apart(family, orbits)
+    if len(arcs) > 1 and (len(arcs) % 2 or (arcs[:half] != arcs[half:]).any()):
+        return None
+    gaps = halves_apart(family, orbits, weights)
     flips = np.flatnonzero((gaps[1:] * gaps[:-1]).sum(axis=1) < 0) + 1
     small = [k for k in flips.tolist() if np.abs(gaps[k - 1 : k + 1]).max() < 0.5 * np.abs(gaps).max()]
     return int(small[0]) if small else None
+
+
+def repeats(family: "Family", orbit: "Orbit") -> bool:
+    """Whether an orbit goes through the same path several times."""
+    count, d = len(orbit), family.states
+    size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), 1e-6)
+    for times in range(2, orbit.periods + 1):
+        if count % times or orbit.periods % times:
+            continue
+        step = count // times
+        turned = np.abs(np.roll(orbit.starts[:, :d], step, axis=0) - orbit.starts[:, :d]) / size
+        if np.array_equal(np.roll(orbit.arcs, step, axis=0), orbit.arcs) and turned.max() < REPEATED:
+            return True
+    return False

@@ -70,8 +70,8 @@ def inadmissible_words(family: "Family", orbit: "Orbit", lap: "Lap") -> str:
 
 
 def at_rest(family: "Family", orbit: "Orbit") -> bool:
-    """Whether nothing moves along the orbit."""
-    if not orbit.eventless:
+    """Whether nothing moves along the orbit: no event happens, or none but a slip of no length."""
+    if not orbit.eventless and orbit.durations.min() > AT_REST * orbit.durations.sum():
         return False
     total = float(orbit.durations.sum())
     path = family.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0]

@@ -14,10 +14,10 @@ from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.multipliers import structural_rank
 from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.special import LostError, locate, special_points
-from chaosdrill.orbits.stretch import Stretch, follow_branch
+from chaosdrill.orbits.stretch import REST, Stretch, follow_branch
 
 if TYPE_CHECKING:
-    from chaosdrill.orbits.family import Family
+    from chaosdrill.orbits.family import Family, Lap
     from chaosdrill.orbits.orbit import Orbit
 
 FIRST = 0.1
@@ -115,7 +115,7 @@ def grow(
             return grown
         traced = follow_branch(family, orbit, ahead, weights, frame.limits, (FIRST * frame.step, frame.step), room)
         stretch = traced.stretch
-        back = returns(family, [stretch.orbit(k) for k in range(len(stretch))]) if len(stretch) else None
+        back = returns(family, [stretch.orbit(k) for k in range(len(stretch))], weights) if len(stretch) else None
         if back is not None:
             stretch = stretch.part(slice(0, back))
         if not len(stretch):
@@ -136,6 +136,9 @@ def grow(
             return grown
         if traced.code == branch.CLOSED:
             grown.end, grown.words = BranchEnd.CLOSED, BranchEnd.CLOSED.advice
+            return grown
+        if traced.code == REST:
+            grown.end, grown.words = BranchEnd.REST, BranchEnd.REST.advice
             return grown
         if traced.code == branch.MOST_POINTS:
             grown.words = BranchEnd.MOST_POINTS.advice
@@ -200,18 +203,47 @@ def _shifted(stretch: Stretch, length: float) -> Stretch:
 def _marked(
     family: "Family", stretch: Stretch, weights: np.ndarray, rank: int
 ) -> tuple[Stretch, list[tuple[int, Special, float, str]]]:
-    """The stretch with its folds, doublings and Neimark-Sacker points among its points, and their marks."""
+    """The stretch with its special points among its points, and their marks."""
     marks: list[tuple[int, Special, float, str]] = []
-    for added, (k, kind) in enumerate(special_points(family, stretch, rank)):
-        k += added
-        try:
-            orbit, lap, error = locate(family, stretch.orbit(k - 1), stretch.orbit(k), kind, weights, rank)
-        except LostError:
-            orbit, error = stretch.orbit(k - 1), abs(float(stretch.starts[k, 0, -1] - stretch.starts[k - 1, 0, -1]))
-            lap = family.lap(orbit)
-        stretch = stretch.with_point(k, orbit, lap, kind)
-        marks.append((k, kind, error, kind.words))
+    added = 0
+    for k in sorted({k for k, _ in special_points(family, stretch, rank)}):
+        for orbit, lap, kind, error in _between(family, stretch, k + added, weights, rank, FINER):
+            stretch = stretch.with_point(k + added, orbit, lap, kind)
+            marks.append((k + added, kind, error, kind.words))
+            added += 1
     return stretch, marks
+
+
+FINER = 2
+"""Times that a step is taken in smaller ones where what happens in it is not found."""
+
+PARTS = 24
+"""Smaller steps for one."""
+
+
+def _between(
+    family: "Family", stretch: Stretch, k: int, weights: np.ndarray, rank: int, finer: int
+) -> "list[tuple[Orbit, Lap, Special, float]]":
+    """Special points between point k - 1 and point k, in order.
+
+    Where one is not found, because too much happens in the step, the branch between is followed in smaller steps.
+    """
+    pair = stretch.part(slice(k - 1, k + 1))
+    before, after = pair.orbit(0), pair.orbit(1)
+    kinds = [kind for _, kind in special_points(family, pair, rank)]
+    try:
+        found = [locate(family, before, after, kind, weights, rank) for kind in kinds]
+        return sorted(found, key=lambda one: float(np.abs(one[0].starts - before.starts).sum()))
+    except LostError:
+        if not finer:
+            return []
+    gap = float(pair.arclengths[1] - pair.arclengths[0])
+    steps = (gap / PARTS, gap / PARTS)
+    everywhere = (-np.inf, np.inf)
+    part = follow_branch(family, before, pair.directions[0], weights, everywhere, steps, 8 * PARTS).stretch
+    part = part.part(slice(0, int(np.searchsorted(part.arclengths, 1.02 * gap)) + 1))
+    inner = sorted({i for i, _ in special_points(family, part, rank)})
+    return [one for i in inner for one in _between(family, part, i, weights, rank, finer - 1)]
 
 
 def _append(grown: Grown, border: Border, kind: Special, text: str) -> None:

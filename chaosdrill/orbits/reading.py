@@ -67,6 +67,11 @@ def guess_of_forced(
     inside = times < phase + periods * period
     events, times = events[inside], times[inside]
     if not len(events):
+        if phase > 0:
+            rest = np.array([period - phase])
+            arc = np.array([[family.system.mode_names.index(mode), at.SHARE, -1]], dtype=np.int64)
+            ahead = Orbit(arc, 1, np.concatenate([state, values])[np.newaxis], phase, rest)
+            state = family.at([ahead], rest[np.newaxis])[0][0, 0]
         return outcome, eventless(family, state, mode, periods, values, period)
     durations = np.diff(times, prepend=times[-1] - periods * period)
     orbit = orbit_of_events(family, events, durations, periods, values, float(times[-1] % period))

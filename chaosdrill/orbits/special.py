@@ -19,6 +19,7 @@ from chaosdrill.orbits.multipliers import multipliers
 from chaosdrill.orbits.stability import free_multipliers
 
 if TYPE_CHECKING:
+    from chaosdrill.engine.numerics import Numerics
     from chaosdrill.orbits.family import Family, Lap
     from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.stretch import Stretch
@@ -49,22 +50,36 @@ def torus_test(values: np.ndarray) -> np.ndarray:
     return np.prod(1 - values[..., first] * values[..., second], axis=-1).real
 
 
+def fold_test(values: np.ndarray) -> np.ndarray:
+    """Function that vanishes where a free multiplier is 1: the product of 1 - mu."""
+    return np.prod(1 - values, axis=-1).real
+
+
 def turning_pair(values: np.ndarray) -> np.ndarray:
     """Whether the pair of multipliers nearest to the unit circle is a complex one."""
+    if values.shape[-1] < 2:
+        return np.zeros(values.shape[:-1], dtype=bool)
     nearest = np.take_along_axis(values, np.abs(np.abs(values) - 1).argmin(axis=-1)[..., np.newaxis], axis=-1)
     return np.abs(nearest[..., 0].imag) > 1e-6
 
 
 def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tuple[int, Special]]:
-    """Folds, period doublings and Neimark-Sacker points between neighbours: (number of the point behind, what)."""
+    """What happens between neighbours: (number of the point behind, what).
+
+    Where a multiplier passes through 1 and the branch turns back it is a fold; where it does not, another branch
+    crosses. On the branches that a lost symmetry leaves the multiplier only touches 1 while the branch turns.
+    """
     if len(stretch) < 2:
         return []
     orbit = stretch.orbit(0)
     values = free_multipliers(multipliers(family, orbit, stretch.monodromies, rank), forced=family.forced)
+    noise = noise_of(stretch.monodromies, len(orbit))
     doubling = doubling_test(family, orbit, stretch.monodromies)
     torus, turns = torus_test(values), turning_pair(values)
-    found = [(k, Special.FOLD) for k in changes(stretch.directions[:, -1])]
-    found += [(k, Special.PERIOD_DOUBLING) for k in changes(doubling, noise_of(stretch.monodromies, len(orbit)))]
+    back, through = set(changes(stretch.directions[:, -1])), set(changes(fold_test(values), noise))
+    found = [(k, Special.FOLD) for k in back]
+    found += [(k, Special.BRANCH_POINT) for k in through - back]
+    found += [(k, Special.PERIOD_DOUBLING) for k in changes(doubling, noise)]
     found += [(k, Special.NEIMARK_SACKER) for k in changes(torus) if turns[k - 1] and turns[k]]
     return sorted(found)
 
@@ -85,14 +100,22 @@ def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
     return found
 
 
+def accuracy(numerics: "Numerics") -> float:
+    """Error of an orbit that the method leaves, relative to its size."""
+    return (2 * np.pi / (numerics.steps or 200)) ** 4 if numerics.method == "rk4" else max(NOISE, numerics.tolerance)
+
+
 def locate(
     family: "Family", before: "Orbit", after: "Orbit", kind: Special, weights: np.ndarray, rank: int
-) -> tuple["Orbit", "Lap", float]:
-    """A special point between two orbits of a branch: (orbit, lap, error of the parameter).
+) -> tuple["Orbit", "Lap", Special, float]:
+    """A special point between two orbits of a branch: (orbit, lap, what it is, error of the parameter).
+
+    What looks like a fold may turn out to be a point at which branches cross.
 
     Raises
     ------
     LostError
+        No orbit is found on the way, or what is found has no such multiplier.
     """
     chord = after.reduced(family.states) - before.reduced(family.states)
     conditions = (chord * weights**2)[np.newaxis]
@@ -105,9 +128,8 @@ def locate(
             return float(family.direction(orbit, lap, weights, chord)[-1])
         if kind == Special.PERIOD_DOUBLING:
             return float(doubling_test(family, orbit, lap.monodromy))
-        return float(
-            torus_test(free_multipliers(multipliers(family, orbit, lap.monodromy, rank), forced=family.forced))
-        )
+        test = fold_test if kind == Special.BRANCH_POINT else torus_test
+        return float(test(_free(family, orbit, lap, rank)))
 
     low, high = value(0.0), value(1.0)
     if low * high > 0:
@@ -115,10 +137,47 @@ def locate(
     root = brentq(value, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
     value(root)
     orbit, lap = last["found"]
+    if _misses(_free(family, orbit, lap, rank), kind):
+        raise LostError("the function jumps")
+    if kind == Special.FOLD and _crossed(family, before, orbit, after, weights):
+        kind = Special.BRANCH_POINT
+    scale = accuracy(family.numerics)
     slope = abs(high - low) / max(abs(chord[-1]), 1e-300)
-    noise = float(noise_of(lap.monodromy, len(orbit)))
-    error = NOISE if kind == Special.FOLD else noise / slope + NOISE * abs(orbit.starts[0, -1])
-    return orbit, lap, error
+    if kind == Special.BRANCH_POINT:
+        # the equations are singular there, so that the orbit is known to the root of its residual only
+        error = abs(chord[-1]) * np.sqrt(scale)
+    elif kind == Special.FOLD:
+        error = scale
+    else:
+        error = float(noise_of(lap.monodromy, len(orbit))) * scale / NOISE / slope + scale * abs(orbit.starts[0, -1])
+    return orbit, lap, kind, float(error)
+
+
+MISSED = 1e-3
+"""Distance of a multiplier from the value that it is to have at a special point, at most."""
+
+SINGULAR = 0.1
+"""Smallest singular value of the equations, relative to that of the neighbours, where two branches cross."""
+
+
+def _free(family: "Family", orbit: "Orbit", lap: "Lap", rank: int) -> np.ndarray:
+    return free_multipliers(multipliers(family, orbit, lap.monodromy, rank), forced=family.forced)
+
+
+def _misses(values: np.ndarray, kind: Special) -> bool:
+    """Whether no multiplier is what it is to be."""
+    if kind == Special.NEIMARK_SACKER:
+        return bool(np.abs(np.abs(values) - 1).min() > MISSED)
+    return bool(np.abs(values - (-1 if kind == Special.PERIOD_DOUBLING else 1)).min() > MISSED)
+
+
+def _crossed(family: "Family", before: "Orbit", there: "Orbit", after: "Orbit", weights: np.ndarray) -> bool:
+    """Whether the equations lose rank at an orbit, unlike at its neighbours."""
+    smallest = []
+    for orbit in (before, there, after):
+        rows = family.lap(orbit, watched=False).equations[: len(orbit) + family.states + 1, :-1]
+        smallest.append(float(np.linalg.svd(rows / weights, compute_uv=False)[-1]))
+    return smallest[1] < SINGULAR * min(smallest[0], smallest[2])
 
 
 def between(

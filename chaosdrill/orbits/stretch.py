@@ -1,12 +1,13 @@
 """A stretch of a branch: orbits of the same arcs, one after the other."""
 
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import branch
+from chaosdrill.engine import lap as at
 from chaosdrill.orbits.family import ROUND_OFF
 from chaosdrill.orbits.orbit import Orbit
 
@@ -124,6 +125,70 @@ def follow_branch(
     most : int
         Points, at most.
     """
+    if orbit.arcs[0, at.ARC_END] != at.PLANE:
+        return _trace(family, orbit, direction, weights, limits, steps, most)
+    # the plane across the flow is moved along, or the flow would come to lie in it
+    pieces: list[Stretch] = []
+    first, length, points = steps[0], 0.0, 0
+    while True:
+        traced = _trace(family, orbit, direction, weights, limits, (first, steps[1]), min(ON_PLANE, most - points) + 1)
+        stretch = replace(traced.stretch, arclengths=traced.stretch.arclengths + length)
+        pieces.append(stretch.part(slice(1, None)) if pieces else stretch)
+        points = sum(len(p) for p in pieces)
+        whole = _joined(pieces)
+        rest = _through_rest(family, whole, points - len(pieces[-1]))
+        if rest is not None:
+            return Traced(whole.part(slice(0, rest)), REST, None)
+        if traced.code != branch.MOST_POINTS or points >= most:
+            return Traced(whole, traced.code, traced.beyond)
+        orbit, direction = whole.orbit(points - 1), whole.directions[-1]
+        first, length = float(stretch.arclengths[-1] - stretch.arclengths[-2]), float(whole.arclengths[-1])
+
+
+ON_PLANE = 10
+"""Points for which one plane across the flow serves."""
+
+SHRUNK = 0.3
+"""Part of its extent a few points before to which an orbit has shrunk that turns back at a point at rest."""
+
+BEFORE = 4
+"""So many points before."""
+
+REST = 301
+"""Why a trace stopped, beside the codes of `chaosdrill.engine.branch`."""
+
+
+def _through_rest(family: "Family", stretch: Stretch, first: int) -> int | None:
+    """Number of the first point, from ``first`` on, behind one at which the orbits have shrunk onto a point at rest.
+
+    Beyond, the same orbits come again, half a turn later: the branch seems to turn back.
+    """
+    begin = max(first - BEFORE, 0)
+    part = stretch.part(slice(begin, None))
+    back = np.flatnonzero(part.directions[1:, -1] * part.directions[:-1, -1] < 0) + 1
+    if not len(back):
+        return None
+    ends = part.durations.sum(axis=1)[:, np.newaxis]
+    states = family.at([part.orbit(k) for k in range(len(part))], ends * np.linspace(0, 1, 33)[:-1])[0]
+    extents = np.ptp(states, axis=1).max(axis=1)
+    small = [k for k in back.tolist() if extents[k - 1 : k + 1].min() < SHRUNK * extents[max(k - BEFORE, 0)]]
+    return begin + small[0] if small else None
+
+
+def _joined(pieces: list[Stretch]) -> Stretch:
+    joined: dict[str, Any] = {name: np.concatenate([getattr(p, name) for p in pieces]) for name in _BY_POINT}
+    return replace(pieces[0], **joined)
+
+
+def _trace(
+    family: "Family",
+    orbit: Orbit,
+    direction: np.ndarray,
+    weights: np.ndarray,
+    limits: tuple[float, float],
+    steps: tuple[float, float],
+    most: int,
+) -> Traced:
     room = most + 2
     d, count = family.states, len(orbit)
     columns = family.columns(orbit)
@@ -134,8 +199,8 @@ def follow_branch(
     seen = np.zeros((room, count, 2), dtype=np.int64)
     starts[0], clocks[0, 0], durations[0], directions[0] = orbit.starts, orbit.phase, orbit.durations, direction
     code, points = family.trace(
-        orbit, weights, np.array(limits), ROUND_OFF, np.array(steps), starts, clocks, durations, monodromies, speeds,
-        directions, figures, seen,
+        orbit, weights, np.array(limits, dtype=float), ROUND_OFF, np.array(steps, dtype=float), starts, clocks,
+        durations, monodromies, speeds, directions, figures, seen,
     )  # fmt: skip
     stretch = Stretch(
         orbit.arcs, orbit.periods, starts[:points], clocks[:points, 0], durations[:points], speeds[:points],

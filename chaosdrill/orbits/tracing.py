@@ -268,7 +268,7 @@ class Tracer:
         odd = len(arcs) % 2 or (family.forced and spots[0].orbit.periods % 2)
         if odd or not np.array_equal(arcs[:half], arcs[half:]):
             return np.zeros((0, 0))
-        return halves_apart(family, [s.orbit for s in spots])
+        return halves_apart(family, [s.orbit for s in spots], self._history[0].plane.weights)
 
     def _swapped(self, spot: Spot) -> bool:
         """Whether the halves of a doubled orbit have come together and traded places since the last point."""

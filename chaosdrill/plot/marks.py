@@ -23,6 +23,7 @@ SPECIAL_MARKERS = {
     "grazing": "o",
     "event_swap": "X",
     "outcome_switch": "P",
+    "branch_point": "*",
 }
 """Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour."""
 WARNING = "#B3261E"
@@ -31,6 +32,7 @@ _ENDS = {
     "joined": "meets another branch",
     "doubling": "shrinks onto half the period",
     "no_effect": "the parameter does nothing",
+    "rest": "shrinks onto a point at rest",
 }
 _QUIET_ENDS = ("limit", "closed")
 """Ends that need no mark: the line runs to the edge of the picture, or has no end."""
