@@ -34,7 +34,7 @@ def single_numbers(dataset: "xr.Dataset") -> Html:
 
 def exponents(dataset: "xr.Dataset") -> Html:
     """Exponents of one run, largest first, with their standard errors."""
-    if "exponent" not in dataset.dims or dataset["lyapunov_exponent"].ndim != 1:
+    if "lyapunov_exponent" not in dataset or dataset["lyapunov_exponent"].dims != ("exponent",):
         return Html("")
     values, errors = dataset["lyapunov_exponent"].values, dataset["lyapunov_error"].values
     rows = [
