@@ -1,9 +1,13 @@
 """What is to be cited for an archive."""
 
 import os
+from typing import TYPE_CHECKING
 
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.references import Reference, package, references
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def cite(path: str | os.PathLike[str]) -> list[Reference]:
@@ -24,8 +28,13 @@ def cite(path: str | os.PathLike[str]) -> list[Reference]:
     ArchiveError
         If the archive cannot be opened.
     """
+    return references_in(open_archive(path))
+
+
+def references_in(tree: "xr.DataTree") -> list[Reference]:
+    """The references of an archive that is open."""
     found = [package()]
-    for node in open_archive(path).subtree:
+    for node in tree.subtree:
         group = node.to_dataset(inherit=False)
         if "kind" in group.attrs:
             found += references(group.attrs, [str(name) for name in group.variables])

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.reports.html import Html, element, facts, joined
+from chaosdrill.reports.html import Html, element, facts, joined, scrolled
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem, Transition
@@ -22,13 +22,13 @@ def equations(system: "HybridSystem") -> Html:
     for mode, rates in system.modes.items():
         first = " (at first)" if mode == system.initial["mode"] else ""
         lines = [_rate(state, rate, time) for state, rate in rates.items()]
-        parts += [element("h4", f"Mode {mode}{first}"), _lines(lines)]
+        parts += [element("h4", f"Mode {mode}{first}"), _lines(f"Equations of mode {mode}", lines)]
     if system.quadratures:
         lines = [_rate(name, rate, time) for name, rate in system.quadratures.items()]
-        parts += [element("h4", "Integrals along the way"), _lines(lines)]
+        parts += [element("h4", "Integrals along the way"), _lines("Integrals", lines)]
     if system.period is not None:
         period = _math(Html(f"<mi>T</mi><mo>=</mo>{_inner(system.period)}"), f"T = {system.period}", True)
-        parts += [element("h4", "Period of the forcing"), _lines([period])]
+        parts += [element("h4", "Period of the forcing"), _lines("Period", [period])]
     return joined(parts, "\n")
 
 
@@ -47,11 +47,11 @@ def _event(event: "Transition") -> Html:
         rows.append(("if", math(event.condition)))
     resets = joined((_assignment(state, value) for state, value in event.reset.items()), Html("<br>"))
     rows.append(("new state", resets or "as before"))
-    return joined([element("h4", f"Event {event.name}"), facts(rows)])
+    return joined([element("h4", f"Event {event.name}"), scrolled(f"Event {event.name}", facts(rows))])
 
 
-def _lines(lines: list[Html]) -> Html:
-    return element("ul", *(element("li", line) for line in lines), class_="equations")
+def _lines(name: str, lines: list[Html]) -> Html:
+    return scrolled(name, element("ul", *(element("li", line) for line in lines), class_="equations"))
 
 
 def _rate(state: Any, rate: Any, time: Any) -> Html:

@@ -9,6 +9,8 @@ from chaosdrill.reports.numbers import number
 
 LONGEST_TEXT = 20_000
 MOST_ROWS = 200
+_SHORT = 24
+"""Letters that a narrow column may have; more want some width."""
 
 _VOID = frozenset({"br", "img", "input"})
 # what is not seen, or turns the order of letters around, is shown as its code
@@ -81,17 +83,18 @@ def table(caption: str, head: Sequence[Any], rows: Iterable[Sequence[Any]], most
     more = len(listed) - most
     return joined(
         [
-            element(
-                "div",
+            scrolled(
+                caption,
                 element("table", element("caption", caption), element("thead", columns), element("tbody", body)),
-                class_="scroll",
-                role="region",
-                aria_label=caption,
-                tabindex="0",
             ),
             element("p", f"{more} more rows are in the archive.", class_="left-out") if more > 0 else None,
         ]
     )
+
+
+def scrolled(name: str, *children: Any) -> Html:
+    """What may be wider than the window: it can be moved with the arrow keys, and says what it is."""
+    return element("div", *children, class_="scroll", role="group", aria_label=name, tabindex="0")
 
 
 def facts(pairs: Iterable[tuple[Any, Any]]) -> Html:
@@ -106,7 +109,8 @@ def _row(values: Sequence[Any]) -> Html:
 
 def _cell(tag: str, value: Any, scope: str | None = None, like: Any = None) -> Html:
     """A cell; words stand at the left, numbers at the right, and names of columns as what is below them."""
-    plain = isinstance(value, bool | str)
     kind = value if like is None else like
-    words = isinstance(kind, bool | str) and not isinstance(kind, Quantity)
-    return element(tag, value if plain else number(value), scope=scope, class_=None if words else "number")
+    look: str | None = "text" if tag == "td" and len(str(kind)) > _SHORT else None
+    if not isinstance(kind, bool | str) or isinstance(kind, Quantity):
+        look = "number"
+    return element(tag, value if isinstance(value, bool | str) else number(value), scope=scope, class_=look)

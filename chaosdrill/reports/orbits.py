@@ -22,7 +22,7 @@ def orbits(dataset: "xr.Dataset") -> Html:
     points, checks = [], []
     for i in range(many.sizes["orbit"]):
         one = many.isel(orbit=i)
-        name = f"orbit {int(one['orbit'])}" if "orbit" in one.coords else "orbit"
+        name = str(int(one["orbit"])) if "orbit" in one.coords else "the one asked for"
         length = [int(one["period"]), float(one["period_time"])]
         stable = "stable" if int(one["stable"]) else "unstable"
         state = [Quantity(number(value, _DIGITS)) for value in one["orbit_state"].values]
@@ -32,8 +32,8 @@ def orbits(dataset: "xr.Dataset") -> Html:
         checks.append(
             (name, float(one["residual"]), *differences, agrees, int(one["event_count"]), float(one["smallest_speed"]))
         )
-    head = ("", "period", "duration", "stability", *(f"{name} at phase 0" for name in states), "multipliers")
-    checked = ("", "residual", "exponents against multipliers", "sum rule", "recurrence", "agrees with itself")
+    head = ("orbit", "period", "duration", "stability", *(f"{name} at phase 0" for name in states), "multipliers")
+    checked = ("orbit", "residual", "exponents against multipliers", "sum rule", "recurrence", "agrees with itself")
     return joined(
         [
             table("Orbits", head, points),

@@ -16,13 +16,42 @@ _APART = ("scene", "versions")
 def origin_section(tree: "xr.DataTree", path: Path) -> Html:
     """The file, the versions, and the attributes of the root and of every group."""
     file = [("name", path.name), ("size in bytes", str(path.stat().st_size)), ("SHA-256", file_hash(path))]
+    file.append(("values", _integrity(tree)))
     versions = [(str(name), str(version)) for name, version in read_json(tree.attrs.get("versions")).items()]
-    parts = [table("The archive's file", ("", "value"), file), table("Versions", ("library", "version"), versions)]
+    parts = [table("The archive's file", ("what", "value"), file), table("Versions", ("library", "version"), versions)]
     for node in tree.subtree:
         rows = [(str(name), _words(value)) for name, value in node.attrs.items() if name not in _APART]
         caption = "Attributes of the archive" if node.path == "/" else f"Attributes of {node.path.strip('/')}"
         parts.append(table(caption, ("attribute", "value"), rows))
     return joined([element("p", "The numbers of this page are those of this file.", class_="note"), *parts], "\n")
+
+
+def citations_section(tree: "xr.DataTree") -> Html:
+    """What is to be cited for what is in the archive."""
+    from chaosdrill.archive.cite import references_in
+
+    entries = (element("li", reference.text()) for reference in references_in(tree))
+    return joined(
+        [
+            element("p", "This package, and the sources of the analyses, methods and systems in the archive."),
+            element("ul", *entries),
+            element("p", "chaosdrill cite --bibtex prints them for BibTeX.", class_="note"),
+        ]
+    )
+
+
+def _integrity(tree: "xr.DataTree") -> str:
+    """Whether all groups are as they were written, by the digests that they hold."""
+    from chaosdrill.archive.digest import altered
+
+    found = {n.path.strip("/"): altered(n.to_dataset(inherit=False)) for n in tree.subtree if "kind" in n.attrs}
+    changed = [f"{group} {name}".strip() for group, names in found.items() for name in names or ()]
+    if changed:
+        return f"altered since they were written: {', '.join(changed)}"
+    unknown = [group for group, names in found.items() if names is None]
+    if unknown:
+        return f"without digests, so that nobody can tell whether they were altered: {', '.join(unknown)}"
+    return "as they were written, by the digests of all variables"
 
 
 def file_hash(path: Path) -> str:

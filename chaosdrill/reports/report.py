@@ -11,7 +11,7 @@ from chaosdrill.files import remove_drafts, replacing
 from chaosdrill.reports import accuracy, explorer, orbits, points, runs
 from chaosdrill.reports.figures import figure
 from chaosdrill.reports.html import Html, element, joined, table
-from chaosdrill.reports.origin import origin_section
+from chaosdrill.reports.origin import citations_section, origin_section
 from chaosdrill.reports.page import Section, page
 from chaosdrill.reports.scenes import scene_section
 
@@ -132,6 +132,7 @@ class _Writer:
             Section("scene", "Scene and equations", self._try("scene", scene_section, self.tree)),
             *self._analyses(),
             Section("accuracy", "Accuracy and cost", self._try("accuracy", accuracy.accuracy_section, self.groups)),
+            Section("citations", "What to cite", self._try("citations", citations_section, self.tree)),
             Section("origin", "Provenance", self._try("provenance", origin_section, self.tree, self.path)),
         ]
         made = str(self.tree.attrs.get("history", "")).split("\n")[-1]

@@ -14,7 +14,8 @@ def single_numbers(dataset: "xr.Dataset") -> Html:
     rows = []
     for name, variable in dataset.variables.items():
         if (
-            variable.ndim
+            name == "outcome"
+            or variable.ndim
             or variable.dtype.kind not in "iuf"
             or (str(name).endswith("_error") and _owner(dataset, name))
         ):

@@ -135,18 +135,29 @@ def test_focus_is_seen_and_every_control_has_a_name(open_page):
     assert open_page.execute_script(nameless) == 0
 
 
+def test_landmarks_are_told_apart_by_their_names(open_page):
+    names = """const by = (e) => document.getElementById(e.getAttribute('aria-labelledby'));
+        const title = (e) => e.ariaLabel || by(e).textContent;
+        return [...document.querySelectorAll('section, nav, [role=region]')].map(title)"""
+    found = open_page.execute_script(names)
+    assert len(found) == len(set(found)) >= 6
+
+
 def test_readout_is_announced(open_page):
     live = "const r = document.querySelector('.readout'); return [r.ariaLive, r.ariaAtomic, r.role]"
     assert open_page.execute_script(live) == ["polite", "true", "status"]
 
 
 @pytest.mark.parametrize("width", [360, 1100])
-def test_the_page_is_no_wider_than_the_window(open_page, width):
+def test_nothing_is_wider_than_the_window_but_what_scrolls_by_keyboard(open_page, width):
     size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 600}
     open_page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     open_page.refresh()
     try:
         assert open_page.execute_script("return document.documentElement.scrollWidth") <= width
+        stuck = """return [...document.querySelectorAll('body *')].filter((e) => e.scrollWidth > e.clientWidth + 1
+            && ['auto', 'scroll'].includes(getComputedStyle(e).overflowX) && e.tabIndex < 0).length"""
+        assert open_page.execute_script(stuck) == 0
     finally:
         open_page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 

@@ -3,6 +3,7 @@
 import hashlib
 import json
 
+import netCDF4
 import pytest
 from archives import SCENE
 from pages import read
@@ -77,6 +78,26 @@ def test_accuracy_has_a_row_for_each_analysis(page):
     assert first[2] == "1e−12"
     assert first[6] == "0.0025"
     assert second[0] == "chart"
+
+
+def test_what_to_cite_is_what_the_archive_cites(written, page):
+    (section,) = (s for s in page.all("section") if s.attributes["id"] == "citations")
+    entries = [item.text for item in section.all("li")]
+    assert entries == [reference.text() for reference in cd.cite(written.archive)]
+    assert len(entries) > 1
+
+
+def test_values_that_were_altered_are_told(written, tmp_path):
+    path = tmp_path / "copy.nc"
+    path.write_bytes(written.archive.read_bytes())
+    told = [dict(rows(read(written.path), "The archive's file"))["values"]]
+    with netCDF4.Dataset(path, "a") as file:
+        file["diagram/period"][3] = 7
+    told.append(dict(rows(read(cd.report(path).path), "The archive's file"))["values"])
+    assert told == [
+        "as they were written, by the digests of all variables",
+        "altered since they were written: diagram period",
+    ]
 
 
 def test_without_a_scene_the_page_says_so(write, tree):

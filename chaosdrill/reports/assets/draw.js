@@ -6,6 +6,19 @@ const theme = () => {
   return { ink: one("--ink"), faint: one("--line"), mark: one("--mark"), ground: one("--card"), quiet: one("--quiet") };
 };
 
+// the cell in which each pixel of a row or column lies
+const places = (many, edges, at) =>
+  Int32Array.from({ length: many }, (_, i) => {
+    const value = at(i);
+    let [low, high] = [0, edges.length - 1];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (edges[middle] <= value) low = middle;
+      else high = middle;
+    }
+    return low;
+  });
+
 class Frame {
   constructor(canvas, height) {
     this.canvas = canvas;
@@ -70,9 +83,12 @@ class Frame {
     pen.restore();
   }
 
+  // pairs one after the other in one array: x, y, x, y
   dots(pairs, colour, size) {
     this.pen.fillStyle = colour;
-    for (const [x, y] of pairs) this.pen.fillRect(this.x(x) - size / 2, this.y(y) - size / 2, size, size);
+    for (let i = 0; i < pairs.length; i += 2) {
+      this.pen.fillRect(this.x(pairs[i]) - size / 2, this.y(pairs[i + 1]) - size / 2, size, size);
+    }
   }
 
   // every pixel has the colour of the cell in which it lies, also on an uneven grid
@@ -81,17 +97,14 @@ class Frame {
     const [left, top] = [Math.round(box.left * ratio), Math.round(box.top * ratio)];
     const [wide, high] = [Math.round(box.right * ratio) - left, Math.round(box.bottom * ratio) - top];
     const image = this.pen.createImageData(wide, high);
-    const index = (edges, value) => {
-      const last = edges.length - 2;
-      return Math.min(last, Math.max(0, edges.findIndex((edge) => edge > value) - 1));
-    };
-    const columns = Array.from({ length: wide }, (_, i) => index(xs, this.at((left + i + 0.5) / ratio, 0)[0]));
-    for (let row = 0; row < high; row++) {
-      const up = index(ys, this.at(0, (top + row + 0.5) / ratio)[1]);
-      for (let i = 0; i < wide; i++) {
-        const hex = colour(columns[i], up);
-        if (hex) image.data.set([...rgb(hex), 255], 4 * (row * wide + i));
-      }
+    const pixels = new Uint32Array(image.data.buffer);
+    const [across, up] = [xs.length - 1, ys.length - 1];
+    const painted = new Uint32Array(across * up);
+    for (let i = 0; i < across; i++) for (let j = 0; j < up; j++) painted[i * up + j] = ink(colour(i, j));
+    const column = places(wide, xs, (i) => this.at((left + i + 0.5) / ratio, 0)[0]);
+    const row = places(high, ys, (j) => this.at(0, (top + j + 0.5) / ratio)[1]);
+    for (let j = 0; j < high; j++) {
+      for (let i = 0; i < wide; i++) pixels[j * wide + i] = painted[column[i] * up + row[j]];
     }
     this.pen.putImageData(image, left, top);
   }

@@ -82,7 +82,7 @@ class Explorer {
       controls.append(make("label", {}, words, " ", select));
     });
     this.small = make("canvas", { role: "img", "aria-describedby": `${key}-points` });
-    this.listed = make("div", { id: `${key}-points`, class: "scroll", tabindex: "0", role: "region", "aria-label": "Section points" });
+    this.listed = make("div", { id: `${key}-points`, class: "scroll", tabindex: "0", role: "group", "aria-label": "Section points" });
     this.plane.append(make("h4", {}, "Section at this point"), controls, make("div", { class: "small" }, this.small), this.listed);
   }
 
@@ -135,8 +135,9 @@ class Explorer {
     const edges = bounds(across.values);
     if (this.flat) {
       const pairs = this.pairs();
-      frame.span(extent(edges), widened(extent(pairs.map((pair) => pair[1])), 0.03));
-      const size = pairs.length > 20000 ? 1 : pairs.length > 2000 ? 1.5 : 3;
+      const heights = pairs.filter((_, i) => i % 2);
+      frame.span(extent(edges), widened(extent(heights), 0.03));
+      const size = heights.length > 20000 ? 1 : heights.length > 2000 ? 1.5 : 3;
       frame.dots(pairs, theme().ink, size);
       frame.axes(across.label, view.label);
       this.legend.replaceChildren();
@@ -154,16 +155,18 @@ class Explorer {
     this.point();
   }
 
-  // over one parameter: what is shown, as pairs of numbers
+  // over one parameter: what is shown, as pairs of numbers one after the other
   pairs() {
     const { grid, view, seed } = this;
     const found = [];
+    const add = (at, value) => Number.isFinite(value) && found.push(at, value);
+    const [many, wide] = grid.section ? [grid.section.iterates, grid.states.length] : [0, 0];
     grid.axes[0].values.forEach((at, i) => {
       const cell = grid.cell([i], seed);
-      if (view.one) found.push([at, view.one.values[cell * view.one.count + view.k]]);
-      else grid.points(cell).forEach((point) => found.push([at, point[view.state]]));
+      if (view.one) add(at, view.one.values[cell * view.one.count + view.k]);
+      else for (let k = cell * many; k < (cell + 1) * many; k++) add(at, grid.section.values[k * wide + view.state]);
     });
-    return found.filter((pair) => Number.isFinite(pair[1]));
+    return Float64Array.from(found);
   }
 
   // over two: the colour of each cell, and what the colours mean
@@ -206,7 +209,7 @@ class Explorer {
     frame.cross(...place);
     if (this.flat && !view.one) {
       const points = grid.points(grid.cell(indices, this.seed));
-      frame.dots(points.map((point) => [place[0], point[view.state]]), theme().mark, 4);
+      frame.dots(points.flatMap((point) => [place[0], point[view.state]]), theme().mark, 4);
     }
     this.fill();
   }
@@ -228,9 +231,9 @@ class Explorer {
   drawSection() {
     const { all, table } = this.teller.points(this.indices, this.seed);
     const [across, up] = this.picked.map((k) => this.grid.states[k].label);
-    const pairs = all.map((point) => this.picked.map((k) => point[k]));
+    const pairs = all.flatMap((point) => this.picked.map((k) => point[k]));
     const frame = new Frame(this.small, 280);
-    const spans = [0, 1].map((side) => widened(extent(pairs.map((pair) => pair[side])), 0.06));
+    const spans = [0, 1].map((side) => widened(extent(pairs.filter((_, i) => i % 2 === side)), 0.06));
     frame.span(...spans).dots(pairs, theme().mark, 4);
     frame.axes(across, up);
     this.small.setAttribute("aria-label", `${all.length} section points at ${this.teller.place(this.indices)}: ${up} over ${across}`);

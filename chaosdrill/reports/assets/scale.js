@@ -76,4 +76,9 @@ const colourOf = (scale, value) => {
   return scale.colours[Math.round(last * Math.min(1, Math.max(0, scale.part(value))))];
 };
 
-const rgb = (hex) => [1, 3, 5].map((start) => parseInt(hex.slice(start, start + 2), 16));
+// a colour as the four bytes of a pixel; what has none is seen through
+const ink = (hex) => {
+  if (!hex) return 0;
+  const [red, green, blue] = [1, 3, 5].map((start) => parseInt(hex.slice(start, start + 2), 16));
+  return new Uint32Array(Uint8Array.of(red, green, blue, 255).buffer)[0];
+};
