@@ -36,8 +36,9 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        Plain values, ready for JSON: ``path``, ``bytes``, what the root's attributes tell of its origin, and
-        ``groups``: name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
+        Plain values, ready for JSON: ``path``, ``bytes``, what the root's attributes tell of its origin,
+        ``quantities`` (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``:
+        name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
         dimensions, dtype, units, long name), ``outcomes`` and ``special_points`` (name -> count).
 
     Raises
@@ -49,6 +50,15 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     described: dict[str, Any] = {"path": str(path), "bytes": Path(path).stat().st_size}
     described |= {name: _plain(tree.attrs[name]) for name in _ORIGIN if name in tree.attrs}
     described["versions"] = stored_versions(tree)
+    described["quantities"] = {
+        str(name): {
+            "value": _plain(variable.values),
+            "units": str(variable.attrs.get("units", "")),
+            "long_name": str(variable.attrs.get("long_name", "")),
+        }
+        for name, variable in tree.to_dataset().data_vars.items()
+        if variable.ndim == 0 and "kind" not in tree.attrs
+    }
     described["groups"] = {
         node.path: _group(node.to_dataset(inherit=False)) for node in tree.subtree if "kind" in node.attrs
     }

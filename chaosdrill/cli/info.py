@@ -26,11 +26,13 @@ def info_text(described: dict[str, Any]) -> str:
     """The description of an archive for people."""
     lines = [f"{described['path']}  {described['bytes']} bytes"]
     for name, value in described.items():
-        if name in ("path", "bytes", "groups"):
+        if name in ("path", "bytes", "quantities", "groups"):
             continue
         if isinstance(value, dict):
             value = ", ".join(f"{key} {text}" for key, text in value.items())
         lines.append(f"  {name:<13} {value}")
+    for name, entry in described["quantities"].items():
+        lines.append(f"  {name:<21} {entry['value']} [{entry['units']}]  {entry['long_name']}")
     for group, content in described["groups"].items():
         facts = [f"{name} {content[name]}" for name in ("system", "method", "tolerance") if name in content]
         lines += ["", f"{group}  {content['kind']}  {', '.join(facts)}"]

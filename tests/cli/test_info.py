@@ -33,6 +33,18 @@ def test_text(call, path):
     assert "lyapunov_exponent(exponent) float64 [1] Lyapunov exponent" in lines
 
 
+def test_numbers_of_the_root(call, tmp_path):
+    mass = xr.Dataset({"si_m1": ((), 250.0, {"units": "kg", "long_name": "mass of the bit"})})
+    group = xr.Dataset({"x": ("t", [1.0])}, attrs={"kind": "trajectory"})
+    path = save(xr.DataTree.from_dict({"/": mass, "motion": group}), tmp_path / "si.nc")
+    assert "si_m1 250.0 [kg] mass of the bit" in [
+        " ".join(line.split()) for line in call("info", path).out.splitlines()
+    ]
+    assert json.loads(call("info", path, "--json").out)["quantities"] == {
+        "si_m1": {"value": 250.0, "units": "kg", "long_name": "mass of the bit"}
+    }
+
+
 def test_json(call, path):
     described = json.loads(call("info", path, "--json").out)
     assert described["groups"]["/spectrum"]["dimensions"] == {"exponent": 2}
