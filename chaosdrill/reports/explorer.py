@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 KINDS = ("bifurcation-diagram", "parameter-chart")
 SECTION_BYTES = 6_000_000
 GRID_BYTES = 6_000_000
-"""At most so many bytes of a page go into one chart, for its sections and for the rest."""
+"""At most so many bytes go into one chart, for its sections and for the rest."""
 
 
-def explorer(dataset: "xr.Dataset", name: str, number: int) -> Html:
+def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) -> Html:
     """A chart's frame and its data; the page's script fills it.
 
     Parameters
@@ -27,10 +27,12 @@ def explorer(dataset: "xr.Dataset", name: str, number: int) -> Html:
         Name of its group.
     number : int
         Of the chart in the page, for ids.
+    share : float, default 1
+        Part of the largest size that it may have, where many share a page.
     """
     if dataset.attrs.get("kind") not in KINDS:
         return Html("")
-    data, left_out = explorer_data(dataset)
+    data, left_out = explorer_data(dataset, share)
     data["name"] = name
     key = f"explorer-{number}"
     held = "sections, exponents, period and outcome" if "section" in dataset else "exponents, period and outcome"
@@ -71,7 +73,7 @@ def explorer(dataset: "xr.Dataset", name: str, number: int) -> Html:
     )
 
 
-def explorer_data(dataset: "xr.Dataset") -> tuple[dict[str, Any], list[str]]:
+def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, Any], list[str]]:
     """What the chart shows, ready for JSON, and what had to be left out, in words.
 
     Numbers are 32-bit floats in base64, axes 64-bit; more cells than fit are thinned evenly in every direction, and of
@@ -87,7 +89,7 @@ def explorer_data(dataset: "xr.Dataset") -> tuple[dict[str, Any], list[str]]:
     quantities = _quantities(dataset, axes)
     depth = sum(4 * dataset["lyapunov_exponent"].shape[-1] if name == "lyapunov_exponent" else 4 for name in quantities)
     cells = int(np.prod([dataset.sizes[name] for name in (*axes, "seed")]))
-    stride = int(np.ceil((max(1.0, cells * (depth + 3) / GRID_BYTES)) ** (1 / len(axes))))
+    stride = int(np.ceil((max(1.0, cells * (depth + 3) / (share * GRID_BYTES))) ** (1 / len(axes))))
     if stride > 1:
         whole = " x ".join(str(dataset.sizes[name]) for name in axes)
         dataset = dataset.isel({name: slice(None, None, stride) for name in axes})
@@ -107,7 +109,7 @@ def explorer_data(dataset: "xr.Dataset") -> tuple[dict[str, Any], list[str]]:
     }
     if "section" in dataset:
         section = dataset["section"].transpose(*axes, "seed", "iterate", "state").values
-        most = max(1, SECTION_BYTES // max(1, 4 * section[..., 0, :].size))
+        most = max(1, int(share * SECTION_BYTES) // max(1, 4 * section[..., 0, :].size))
         if section.shape[-2] > most:
             left_out.append(f"Of {section.shape[-2]} section points of each run this chart holds the last {most}.")
             section = section[..., -most:, :]

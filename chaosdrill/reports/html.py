@@ -110,7 +110,8 @@ def _row(values: Sequence[Any]) -> Html:
 def _cell(tag: str, value: Any, scope: str | None = None, like: Any = None) -> Html:
     """A cell; words stand at the left, numbers at the right, and names of columns as what is below them."""
     kind = value if like is None else like
-    look: str | None = "text" if tag == "td" and len(str(kind)) > _SHORT else None
+    long = tag == "td" and not isinstance(kind, Html) and len(str(kind)) > _SHORT
+    look = "text" if long else None
     if not isinstance(kind, bool | str) or isinstance(kind, Quantity):
         look = "number"
     return element(tag, value if isinstance(value, bool | str) else number(value), scope=scope, class_=look)

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from chaosdrill.plot import Picture
 
 SUFFIXES = (".html", ".htm")
+MOST_PICTURES = 100
+WHOLE_CHARTS = 2
+"""So many interactive charts may have their largest size; more share what these have."""
 
 # in the order in which they stand on the page; each gives nothing where a dataset has nothing of it
 _TABLES: tuple[Callable[["xr.Dataset"], Html], ...] = (
@@ -161,7 +164,11 @@ class _Writer:
         drawn: dict[str, list[Html]] = {name: [] for name in self.groups}
         planned: list[tuple[list[str], Picture]] = []
         self._try("pictures", lambda: planned.extend(plan(self.groups)))
-        for names, picture in planned:
+        for names, picture in planned[MOST_PICTURES:]:
+            drawn[names[0]].append(
+                element("p", f"the picture {picture.name}, after {MOST_PICTURES} others.", class_="left-out")
+            )
+        for names, picture in planned[:MOST_PICTURES]:
             drawn[names[0]].append(self._try(f"{names[0]}: {picture.name}", self._figure, picture, names))
         sections = []
         for place, (name, dataset) in enumerate(self.groups.items()):
@@ -181,7 +188,8 @@ class _Writer:
         return made
 
     def _explorer(self, dataset: "xr.Dataset", name: str) -> Html:
-        made = explorer.explorer(dataset, name, self.charts)
+        many = sum(one.attrs["kind"] in explorer.KINDS for one in self.groups.values())
+        made = explorer.explorer(dataset, name, self.charts, min(1.0, WHOLE_CHARTS / max(many, 1)))
         self.charts += bool(made)
         return made
 
@@ -189,6 +197,8 @@ class _Writer:
         """What ``make`` gives, or that it could not: what is wrong in one place hides nothing else."""
         try:
             return make(*arguments)
+        except MemoryError:
+            raise
         # an archive that somebody altered may break any expectation, each in its own way
         except Exception as fault:
             self.faults.append(f"{what}: {type(fault).__name__}: {fault}")

@@ -50,7 +50,7 @@ def multipliers(dataset: "xr.Dataset") -> Html:
     if "multiplier_real" not in dataset or dataset["multiplier_real"].ndim != 1:
         return Html("")
     pairs = zip(dataset["multiplier_real"].values, dataset["multiplier_imag"].values, strict=True)
-    rows = [(i, real, imag, abs(complex(real, imag))) for i, (real, imag) in enumerate(pairs, 1)]
+    rows = [(i, real, imag, abs(complex(real, imag))) for i, (real, imag) in enumerate(pairs, 1) if real == real]
     return table("Multipliers of the cycle", ("number", "real part", "imaginary part", "modulus"), rows)
 
 

@@ -42,3 +42,11 @@ def test_points_stand_in_ascending_order():
     assert list(np.frombuffer(base64.b64decode(data["period"]), dtype="<i2")) == [
         n for n in (1, 2, 3, 4) for _ in range(3)
     ]
+
+
+def test_many_charts_share_what_a_page_holds():
+    data, _ = explorer_data(chart(1200, 900), 0.25)
+    held = sum(len(text) for text in (data["outcome"], data["period"], *(q["values"] for q in data["quantities"])))
+    assert 0.1 * GRID_BYTES < held < 0.25 * 4 / 3 * GRID_BYTES
+    whole, part = (explorer_data(diagram(200, 8001), share)[0]["section"]["iterates"] for share in (1.0, 0.25))
+    assert part == whole // 4
