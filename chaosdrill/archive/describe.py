@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.archive.digest import altered
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
@@ -39,7 +40,8 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         Plain values, ready for JSON: ``path``, ``bytes``, what the root's attributes tell of its origin,
         ``quantities`` (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``:
         name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
-        dimensions, dtype, units, long name), ``outcomes`` and ``special_points`` (name -> count).
+        dimensions, dtype, units, long name), ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
+        variables that are not as they were written (":" for attributes of the group), if there are any.
 
     Raises
     ------
@@ -86,6 +88,8 @@ def _group(group: "xr.Dataset") -> dict[str, Any]:
         }
         for name, variable in group.variables.items()
     }
+    if changed := altered(group):
+        described["altered"] = changed
     if "outcome" in group:
         described["outcomes"] = count_outcomes(group["outcome"].values)
     if "special_kind" in group:

@@ -77,9 +77,11 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     samples = [ds.drop_dims("event") for ds in runs.values()]
     events = [ds[[str(name) for name in ds.variables if "event" in ds[name].dims]] for ds in runs.values()]
     along = xr.IndexVariable("run", list(runs), {"long_name": "name of the run", "units": "1"})
-    fixed: dict[str, Any] = {"coords": "minimal", "compat": "override", "combine_attrs": "override"}
-    joined = xr.concat(samples, along, data_vars="all", **fixed)
-    listed = xr.concat(events, "event", data_vars="minimal", **fixed)
+    fixed: dict[str, Any] = {"compat": "override", "combine_attrs": "override"}
+    # xarray takes state (time, state) for a coordinate of the dimension state
+    sampled = [name for name in samples[0].coords if "time" in samples[0][name].dims and name != "time"]
+    joined = xr.concat(samples, along, data_vars="all", coords=sampled, **fixed)
+    listed = xr.concat(events, "event", data_vars="minimal", coords="minimal", **fixed)
     joined = joined.assign({str(name): listed[name] for name in listed.variables if "event" in listed[name].dims})
     counts = np.array([ds.sizes["event"] for ds in runs.values()], dtype=np.int32)
     about = {"long_name": "events of the run", "units": "1", "sample_dimension": "event"}

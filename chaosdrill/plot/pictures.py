@@ -196,6 +196,7 @@ def plot_archive(
         The suffix of ``output`` names no known format.
     """
     from chaosdrill.archive import open as open_archive
+    from chaosdrill.archive.blame import blaming
     from chaosdrill.plot.style import style
 
     if output is not None and fspath(output) == "-":
@@ -207,7 +208,8 @@ def plot_archive(
     if group is not None and group.strip("/") not in groups:
         raise ArchiveError(f"{path}: no group {group!r}; groups are {', '.join(groups) or 'none'}")
     wanted = groups if group is None else {group.strip("/"): groups[group.strip("/")]}
-    planned = plan(wanted)
+    with blaming(path, groups.values(), "drawn"):
+        planned = plan(wanted)
     if not planned:
         kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
         raise ArchiveError(f"{path}: there is no picture for {kinds or 'an archive without analyses'}")
@@ -219,7 +221,7 @@ def plot_archive(
             # a group that is named as its picture need not say so twice
             parts = dict.fromkeys([target.stem, *(name.replace("/", "-") for name in names), picture.name])
             file = target.with_name("-".join(part for part in parts if part) + target.suffix)
-        with style():
+        with blaming(path, groups.values(), "drawn"), style():
             figure = picture.draw(*(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups))
             figure.savefig(file)
             # it holds itself in circles, and a million cells would wait for the collector

@@ -2,6 +2,7 @@
 
 import json
 
+import netCDF4
 import pytest
 
 from chaosdrill.archive import info, save
@@ -44,3 +45,13 @@ def test_it_is_plain(described):
 def test_versions_that_cannot_be_read_are_left_out(tree, tmp_path):
     tree.attrs["versions"] = "not JSON"
     assert info(save(tree, tmp_path / "result.nc"))["versions"] == {}
+
+
+def test_what_was_altered_since_is_named(tree, tmp_path):
+    path = save(tree, tmp_path / "result.nc")
+    with netCDF4.Dataset(path, "a") as file:
+        file["second/period"][2] = 7
+        file["second"].settings = "{}"
+    groups = info(path)["groups"]
+    assert "altered" not in groups["/first"]
+    assert groups["/second"]["altered"] == [":", "period"]
