@@ -45,8 +45,8 @@ def _event(event: "Transition") -> Html:
     ]
     if event.condition is not None:
         rows.append(("if", math(event.condition)))
-    resets = joined((_assignment(state, value) for state, value in event.reset.items()), Html("<br>"))
-    rows.append(("new state", resets or "as before"))
+    resets = [element("li", _assignment(state, value)) for state, value in event.reset.items()]
+    rows.append(("new state", element("ul", *resets, class_="equations") if resets else "as before"))
     return joined([element("h4", f"Event {event.name}"), scrolled(f"Event {event.name}", facts(rows))])
 
 
@@ -64,7 +64,9 @@ def _assignment(state: Any, value: Any) -> Html:
 
 
 def _math(inner: Html, plain: str, block: bool) -> Html:
-    return element("math", element("mrow", inner), display="block" if block else None, alttext=plain)
+    return element(
+        "math", element("mrow", inner), display="block" if block else None, displaystyle="true", alttext=plain
+    )
 
 
 def _inner(expression: Any) -> Html:

@@ -1,7 +1,6 @@
 """The page in a real browser: it opens in silence, loads nothing, and answers to clicks and keys with the archive."""
 
 import json
-import time
 
 import numpy as np
 import pytest
@@ -13,9 +12,12 @@ def open_page(written, visit):
 
 
 def sentence(browser, number=0):
-    """What is read aloud of a chart, once it has come to rest."""
-    time.sleep(0.4)
-    return browser.execute_script("return document.querySelectorAll('.readout')[arguments[0]].textContent", number)
+    """What is read aloud of a chart, by a timer of the page that is due after the one that says it."""
+    return browser.execute_async_script(
+        """const [number, done] = arguments;
+        setTimeout(() => done(document.querySelectorAll('.readout')[number].textContent), 200);""",
+        number,
+    )
 
 
 def table(browser, caption, number=0):
