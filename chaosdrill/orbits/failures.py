@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
     from chaosdrill.orbits.orbit import Orbit
 
+SLIP = 1e-3
+"""Part of the duration that a slip without motion takes at most."""
+
 AT_REST = 1e-9
 """Part of its size by which a state moves at least along an orbit that is none of a point at rest."""
 
@@ -71,7 +74,7 @@ def inadmissible_words(family: "Family", orbit: "Orbit", lap: "Lap") -> str:
 
 def at_rest(family: "Family", orbit: "Orbit") -> bool:
     """Whether nothing moves along the orbit: no event happens, or none but a slip of no length."""
-    if not orbit.eventless and orbit.durations.min() > AT_REST * orbit.durations.sum():
+    if not orbit.eventless and orbit.durations.min() > SLIP * orbit.durations.sum():
         return False
     total = float(orbit.durations.sum())
     path = family.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0]

@@ -30,6 +30,9 @@ EQUAL = 1e-6
 SAMPLES = 4096
 """Samples along an orbit without events on which the start of another one is looked for."""
 
+CLOSER = 4
+"""Times that the nearest place of a path is looked for in a shorter part of it."""
+
 ACROSS = 1e-4
 """Distance from the path, relative to the extent of the motion, within which it passes a point."""
 
@@ -177,9 +180,13 @@ class Known:
         if id(b) not in self._paths:
             instants = np.linspace(0, float(b.durations.sum()), SAMPLES, endpoint=False)
             self._paths[id(b)] = self.family.at([b], instants[np.newaxis])[0][0] / self.extent
-        path = self._paths[id(b)]
-        nearest = int(np.linalg.norm(path - start, axis=1).argmin())
-        along = path[(nearest + 1) % SAMPLES] - path[nearest - 1]
-        away = start - path[nearest]
-        across = away - along * (away @ along) / (along @ along)
-        return bool(np.linalg.norm(away) <= np.linalg.norm(along) and np.linalg.norm(across) <= ACROSS)
+        total = float(b.durations.sum())
+        away = np.linalg.norm(self._paths[id(b)] - start, axis=1)
+        time, width = int(away.argmin()) * total / SAMPLES, total / SAMPLES
+        for _ in range(CLOSER):
+            # the path may turn sharply between two samples
+            instants = np.sort(np.linspace(time - width, time + width, 65) % total)
+            near = self.family.at([b], instants[np.newaxis])[0][0] / self.extent
+            away = np.linalg.norm(near - start, axis=1)
+            time, width = float(instants[away.argmin()]), width / 32
+        return bool(away.min() <= ACROSS)

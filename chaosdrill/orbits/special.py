@@ -144,8 +144,8 @@ def locate(
     scale = accuracy(family.numerics)
     slope = abs(high - low) / max(abs(chord[-1]), 1e-300)
     if kind == Special.BRANCH_POINT:
-        # the equations are singular there, so that the orbit is known to the root of its residual only
-        error = abs(chord[-1]) * np.sqrt(scale)
+        # the equations vanish there to third order across, so that the orbit is known to the root of its residual only
+        error = 3 * scale ** (2 / 3) * max(1.0, abs(float(orbit.starts[0, -1])))
     elif kind == Special.FOLD:
         error = scale
     else:

@@ -7,12 +7,13 @@ from chaosdrill.dataset import BranchEnd, Special
 
 def test_codes_are_fixed():
     # archives hold these numbers
-    special = "regular fold period_doubling neimark_sacker grazing event_swap outcome_switch"
-    ends = "limit grazing event_swap outcome_switch closed most_points escaped no_convergence no_effect joined doubling"
+    special = "regular fold period_doubling neimark_sacker grazing event_swap outcome_switch branch_point"
+    ends = "limit grazing event_swap outcome_switch closed most_points escaped no_convergence no_effect joined"
+    ends += " doubling rest"
     assert [code.meaning for code in Special] == special.split()
     assert [code.meaning for code in BranchEnd] == ends.split()
-    assert [*map(int, Special)] == list(range(7))
-    assert [*map(int, BranchEnd)] == list(range(11))
+    assert [*map(int, Special)] == list(range(8))
+    assert [*map(int, BranchEnd)] == list(range(12))
 
 
 @pytest.mark.parametrize("text", [*(code.words for code in Special), *(code.advice for code in BranchEnd)])
