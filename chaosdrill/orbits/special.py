@@ -122,7 +122,14 @@ def locate(
     last: dict[str, tuple[Orbit, Lap]] = {}
 
     def value(part: float) -> float:
-        orbit, lap = between(family, before, after, part, conditions)
+        try:
+            orbit, lap = between(family, before, after, part, conditions)
+        except LostError:
+            # where branches cross the equations are singular, and on a straight branch exactly so
+            orbit = before.between(after, part)
+            lap = family.lap(orbit)
+            if kind != Special.BRANCH_POINT or not lap.residual < STRAIGHT:
+                raise
         last["found"] = orbit, lap
         if kind == Special.FOLD:
             return float(family.direction(orbit, lap, weights, chord)[-1])
@@ -152,6 +159,9 @@ def locate(
         error = float(noise_of(lap.monodromy, len(orbit))) * scale / NOISE / slope + scale * abs(orbit.starts[0, -1])
     return orbit, lap, kind, float(error)
 
+
+STRAIGHT = 1e-9
+"""Residual between two points of a branch up to which the line between them is the branch."""
 
 MISSED = 1e-3
 """Distance of a multiplier from the value that it is to have at a special point, at most."""
