@@ -1,7 +1,6 @@
 """Archives follow CF-1.11 and ACDD-1.3, by a checker that is not ours."""
 
-import warnings
-
+import compliance
 import netCDF4
 import pytest
 import xarray as xr
@@ -9,9 +8,10 @@ import xarray as xr
 from chaosdrill.archive import save
 from chaosdrill.dataset import SCHEMA
 
-pytest.importorskip("compliance_checker", reason="compliance-checker is not installed")
-
-pytestmark = pytest.mark.filterwarnings("ignore")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore"),
+    pytest.mark.skipif(not compliance.INSTALLED, reason="compliance-checker is not installed"),
+]
 
 MODEL_TIME = "Coordinate variable 'time' should have standard_name='time', found: 'None'"
 """The checker takes every dimension of this name for time by the clock, in seconds since a date. CF asks for no
@@ -33,23 +33,8 @@ NOT_KNOWN = {
 @pytest.fixture(scope="module")
 def checked():
     """Check a file: what failed, as (weight, message), and the checks that stopped with an exception."""
-    with warnings.catch_warnings(action="ignore"):
-        from compliance_checker.runner import CheckSuite
-
-        CheckSuite.load_all_available_checkers()
-
-    def failures(result):
-        if result.children:
-            return [failure for child in result.children for failure in failures(child)]
-        passed = result.value[0] == result.value[1] if isinstance(result.value, tuple) else result.value
-        return [] if passed else [(result.weight, message) for message in result.msgs or [result.name]]
-
-    def check(path, convention):
-        suite = CheckSuite()
-        results, stopped = suite.run_all(suite.load_dataset(str(path)), [convention])[convention]
-        return [failure for result in results for failure in failures(result)], set(stopped)
-
-    return check
+    with compliance.checker() as check:
+        yield check
 
 
 def test_every_kind_is_checked(every_group):

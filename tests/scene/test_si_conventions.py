@@ -1,15 +1,15 @@
 """Archives of scenes in SI units, root and groups, follow CF-1.11, by a checker that is not ours."""
 
-import warnings
-
+import compliance
 import pytest
 
 from chaosdrill.archive import save
 from chaosdrill.scene import parse_scene
 
-pytest.importorskip("compliance_checker", reason="compliance-checker is not installed")
-
-pytestmark = pytest.mark.filterwarnings("ignore")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore"),
+    pytest.mark.skipif(not compliance.INSTALLED, reason="compliance-checker is not installed"),
+]
 
 ANALYSES = """
 [analysis.motion]
@@ -23,22 +23,17 @@ periods = 32
 """
 
 
-def faults(path):
-    with warnings.catch_warnings(action="ignore"):
-        from compliance_checker.runner import CheckSuite
+@pytest.fixture(scope="module")
+def faults():
+    """What the checker has against a file."""
+    with compliance.checker() as check:
 
-        CheckSuite.load_all_available_checkers()
-    suite = CheckSuite()
-    results, stopped = suite.run_all(suite.load_dataset(str(path)), ["cf:1.11"])["cf:1.11"]
-    assert not stopped
+        def messages(path):
+            failed, stopped = check(path, "cf:1.11")
+            assert not stopped
+            return [message for _, message in failed]
 
-    def found(result):
-        if result.children:
-            return [message for child in result.children for message in found(child)]
-        passed = result.value[0] == result.value[1] if isinstance(result.value, tuple) else result.value
-        return [] if passed else result.msgs or [result.name]
-
-    return [message for result in results for message in found(result)]
+        yield messages
 
 
 @pytest.fixture(scope="module", params=["n = 1", "n = 1.5"])
@@ -51,13 +46,13 @@ def tree(request, in_si):
 
 
 @pytest.mark.parametrize("group", ["/", "motion", "spectrum"])
-def test_no_fault(tree, group, tmp_path):
+def test_no_fault(tree, group, faults, tmp_path):
     path = save(tree[group].to_dataset(inherit=False), tmp_path / "flat.nc")
     # the one of time is the checker's: time of a model without dimension cannot have the standard name
     assert [message for message in faults(path) if "standard_name='time'" not in message] == []
 
 
-def test_a_wrong_unit_would_be_found(tree, tmp_path):
+def test_a_wrong_unit_would_be_found(tree, faults, tmp_path):
     root = tree.to_dataset(inherit=False).copy(deep=True)
     root["si_K"].attrs["units"] = "furlongs per fortnite"
     assert any("fortnite" in message for message in faults(save(root, tmp_path / "faulty.nc")))
