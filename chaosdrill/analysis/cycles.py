@@ -2,7 +2,7 @@
 
 Near a bifurcation one multiplier, or a pair, has nearly the modulus 1, and a run of any given length is still on its
 way. The states at every p-th strobe then follow a linear recurrence of order one or two, whose limit follows from four
-of them (minimal polynomial extrapolation: Sidi, Ford and Smith 1988, doi:10.1137/1030095). A run from that limit gives
+of them (minimal polynomial extrapolation: Smith, Ford and Sidi 1987, doi:10.1137/1029042). A run from that limit gives
 the next four; this converges quadratically in the slow directions. The cycle is taken for the answer only if
 its own multipliers lie inside of the unit circle, its own period is p, and the run that led here comes closer to it.
 """
