@@ -102,7 +102,7 @@ def spend(chart: Chart, workers: int = 1) -> Spent:
         scene = Path(folder) / "scene.toml"
         scene.write_text(chart.scene(), encoding="utf-8")
         clock, processor = time.perf_counter(), time.process_time()
-        run.callback(str(scene), str(Path(folder) / "out.nc"), workers, None, False)
+        run.callback(str(scene), str(Path(folder) / "out.nc"), {}, workers, None, resume=False, as_json=False)
         processor, clock = time.process_time() - processor, time.perf_counter() - clock
     return Spent(clock, processor, sum(s for s, _ in stepping), sum(p for _, p in stepping))
 
