@@ -282,7 +282,7 @@ def _branch_from(
         code, orbit, seen, _ = family.solve(start, conditions, ON_CHORD)
         if code != branch.CONVERGED or distance(family, orbit, border.good, weights) > NEAR:
             continue
-        if repeats(family, orbit) or at_rest(family, orbit):
+        if repeats(orbit) or at_rest(family, orbit):
             continue
         if not admissible(orbit, seen):
             if length and admissible(orbit, replace(seen, crossed=np.full(len(orbit), -1))):

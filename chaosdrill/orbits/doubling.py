@@ -97,15 +97,8 @@ def returns(family: "Family", orbits: "Sequence[Orbit]", weights: np.ndarray) ->
     return int(small[0]) if small else None
 
 
-def repeats(family: "Family", orbit: "Orbit") -> bool:
+def repeats(orbit: "Orbit") -> bool:
     """Whether an orbit goes through the same path several times."""
-    count, d = len(orbit), family.states
-    size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), 1e-6)
-    for times in range(2, orbit.periods + 1):
-        if count % times or orbit.periods % times:
-            continue
-        step = count // times
-        turned = np.abs(np.roll(orbit.starts[:, :d], step, axis=0) - orbit.starts[:, :d]) / size
-        if np.array_equal(np.roll(orbit.arcs, step, axis=0), orbit.arcs) and turned.max() < REPEATED:
-            return True
-    return False
+    count, periods = len(orbit), orbit.periods
+    parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
+    return any(orbit.comes_again(count // times, REPEATED) for times in parts)

@@ -168,14 +168,12 @@ def least_period(family: Family, orbit: Orbit) -> tuple[Orbit, str]:
     count, periods = len(orbit), orbit.periods
     if not family.forced and orbit.eventless:
         return _one_turn(family, orbit), ""
-    size = np.maximum(np.abs(orbit.starts).max(axis=0), 1e-6)
     parts = periods if family.forced else count
     for times in range(parts, 1, -1):
         if count % times or (family.forced and periods % times):
             continue
         step = count // times
-        turned = np.abs(np.roll(orbit.starts, step, axis=0) - orbit.starts) / size
-        if np.array_equal(np.roll(orbit.arcs, step, axis=0), orbit.arcs) and turned.max() < SAME:
+        if orbit.comes_again(step, SAME):
             least = replace(
                 orbit,
                 arcs=orbit.arcs[:step],

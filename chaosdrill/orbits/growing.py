@@ -51,6 +51,11 @@ class Grown:
     def __len__(self) -> int:
         return sum(len(s) for s in self.stretches)
 
+    def ended(self, end: BranchEnd) -> "Grown":
+        """This branch, ended so, in the words of that end."""
+        self.end, self.words = end, end.advice
+        return self
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -119,8 +124,7 @@ def grow(
         if back is not None:
             stretch = stretch.part(slice(0, back))
         if not len(stretch):
-            grown.end, grown.words = BranchEnd.NO_CONVERGENCE, BranchEnd.NO_CONVERGENCE.advice
-            return grown
+            return grown.ended(BranchEnd.NO_CONVERGENCE)
         rank = structural_rank(family, stretch.orbit(0), with_values(family, stretch.starts[0, 0, family.states :]))
         stretch, marks = _marked(family, stretch, weights, rank)
         grown.stretches.append(_shifted(stretch, length))
@@ -128,18 +132,15 @@ def grow(
         place = len(grown.stretches) - 1
         grown.marks += [Mark(place, *mark) for mark in marks]
         if back is not None:
-            grown.end, grown.words = BranchEnd.DOUBLING, BranchEnd.DOUBLING.advice
-            return grown
+            return grown.ended(BranchEnd.DOUBLING)
         if traced.code == branch.BEYOND_LIMITS:
             _to_limit(family, grown, traced.beyond, frame, weights)
             grown.end, grown.words = BranchEnd.LIMIT, "the parameter reached its limit"
             return grown
         if traced.code == branch.CLOSED:
-            grown.end, grown.words = BranchEnd.CLOSED, BranchEnd.CLOSED.advice
-            return grown
+            return grown.ended(BranchEnd.CLOSED)
         if traced.code == REST:
-            grown.end, grown.words = BranchEnd.REST, BranchEnd.REST.advice
-            return grown
+            return grown.ended(BranchEnd.REST)
         if traced.code == branch.MOST_POINTS:
             grown.words = BranchEnd.MOST_POINTS.advice
             return grown
@@ -151,8 +152,7 @@ def grow(
         coming = border.good.starts[0, -1] - stretch.starts[max(len(stretch) - 2, 0), 0, -1]
         beyond = go_on(family, border, weights_of)
         if beyond is None and traced.code == branch.LOST and _escapes(family, stretch, weights, frame):
-            grown.end, grown.words = BranchEnd.ESCAPED, BranchEnd.ESCAPED.advice
-            return grown
+            return grown.ended(BranchEnd.ESCAPED)
         if beyond is None:
             kind, text = reason(family, border)
             _close(grown, border, kind, f"{text}; the branch ends" if text else _lost(stretch))
@@ -167,11 +167,9 @@ def grow(
         length = float(grown.stretches[-1].arclengths[-1])
         orbit, ahead = beyond.orbit, beyond.ahead
         if met(family, orbit, weights_of(orbit), [*known, *grown.stretches]):
-            grown.end, grown.words = BranchEnd.CLOSED, BranchEnd.CLOSED.advice
-            return grown
+            return grown.ended(BranchEnd.CLOSED)
         if met(family, orbit, weights_of(orbit), list(others)):
-            grown.end, grown.words = BranchEnd.JOINED, BranchEnd.JOINED.advice
-            return grown
+            return grown.ended(BranchEnd.JOINED)
     grown.words = f"more than {MOST_BORDERS} changes of the sequence of events"
     return grown
 

@@ -79,6 +79,12 @@ class Orbit:
             np.tile(self.durations, times),
         )
 
+    def comes_again(self, step: int, within: float) -> bool:
+        """Whether the path is the same from so many arcs later on, within a part of the size of the states."""
+        size = np.maximum(np.abs(self.starts).max(axis=0), 1e-6)
+        turned = np.abs(np.roll(self.starts, step, axis=0) - self.starts) / size
+        return bool(np.array_equal(np.roll(self.arcs, step, axis=0), self.arcs) and turned.max() < within)
+
     def rotated(self, first: int, period: float | None) -> "Orbit":
         """The same path, told from another arc on."""
         phase = self.phase + float(self.durations[:first].sum())

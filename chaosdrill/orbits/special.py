@@ -4,7 +4,6 @@ A sign change between two points is followed by Brent's method along the line be
 onto the branch by Newton's method, so that a root is as exact as the multipliers are.
 """
 
-from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -29,8 +28,6 @@ ON_CHORD = 0.2
 
 NOISE = 1e-13
 """Error of an entry of a tangent map, relative to its largest one."""
-
-Test = Callable[["Family", "Orbit", "Lap"], float]
 
 
 class LostError(Exception):
