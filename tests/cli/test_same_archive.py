@@ -104,7 +104,7 @@ def test_two_workers(folder, one):
 
 def test_two_worker_processes_of_a_cluster(folder, one):
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         assert_same(run(folder, "cluster.nc", "--scheduler", cluster.scheduler_address), one)
 
 

@@ -30,7 +30,7 @@ def cluster():
         # a chunk may take one worker with it before it is given up
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 1}),
-            distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local,
+            distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local,
         ):
             yield local
 
