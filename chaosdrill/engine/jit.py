@@ -13,6 +13,8 @@ from typing import Any
 import numba
 import numpy as np
 from numba.core.caching import FunctionCache
+from numba.core.codegen import CPUCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from chaosdrill.codegen.cache import code_key
@@ -32,18 +34,36 @@ class ContentCache(FunctionCache):
 
 
 @contextlib.contextmanager
-def _packing(wanted: bool) -> Iterator[None]:
-    """Let the compiler pack equal operations on neighbouring numbers into vector instructions, or not.
+def _alone(name: str, packed: bool) -> Iterator[None]:
+    """Compile one function so that its code depends on nothing that was compiled or loaded before it.
 
-    numba leaves this off. It pays where sums of fixed length are added up, and costs where a number is read soon after
-    it was written, as from order to order of a Taylor series.
+    The helpers that numba links into a function stay visible to all others, and the copy that was loaded first serves
+    everybody: it is rounded as suited the function that it came with. Here each function keeps its helpers to itself.
+    They are optimised in one way, whoever asked for them first, and once more with the function that they are part of.
+
+    With ``packed`` the compiler may put equal operations on neighbouring numbers into vector instructions, as it always
+    may in helpers; numba leaves this off. It pays where sums of fixed length are added up, and costs where a number is
+    read soon after it was written, as from order to order of a Taylor series.
     """
-    before = numba.config.SLP_VECTORIZE
-    numba.config.SLP_VECTORIZE = int(wanted)
-    try:
-        yield
-    finally:
-        numba.config.SLP_VECTORIZE = before
+    optimise = CPUCodeLibrary._optimize_final_module
+
+    def optimise_alone(library: Any) -> None:
+        own = library.name == name
+        for function in library._final_module.functions if own else ():
+            if function.linkage.name == "linkonce_odr" and not function.is_declaration:
+                function.linkage = "internal"
+        numba.config.SLP_VECTORIZE = int(packed or not own)
+        optimise(library)
+
+    with global_compiler_lock:
+        before = numba.config.SLP_VECTORIZE
+        CPUCodeLibrary._optimize_final_module = optimise_alone
+        numba.config.SLP_VECTORIZE = 1
+        try:
+            yield
+        finally:
+            CPUCodeLibrary._optimize_final_module = optimise
+            numba.config.SLP_VECTORIZE = before
 
 
 def compiled(signature: Any, packed: bool = True) -> Callable[[Any], Any]:
@@ -53,7 +73,7 @@ def compiled(signature: Any, packed: bool = True) -> Callable[[Any], Any]:
         dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
         with contextlib.suppress(RuntimeError):
             dispatcher._cache = ContentCache(function)
-        with warnings.catch_warnings(), _packing(packed):
+        with warnings.catch_warnings(), _alone(function.__qualname__, packed):
             warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
             dispatcher.compile(signature)
         dispatcher.disable_compile()
