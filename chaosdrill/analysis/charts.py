@@ -34,6 +34,7 @@ def parameter_chart(
     at: str = "strobe",
     max_period: int = 64,
     patience: int = 8,
+    section_points: int = 0,
     workers: int = 1,
     scheduler: str | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -54,11 +55,13 @@ def parameter_chart(
     sweep : mapping of two parameters to values
         ``{"eta": np.linspace(0.4, 0.9, 500), "b": np.linspace(0.5, 0.9, 400)}``.
     transient, periods
-        As in `bifurcation_diagram`; no section is kept.
+        As in `bifurcation_diagram`.
     seeds, random
         As in `bifurcation_diagram`.
     exponents, at, max_period, patience, workers, scheduler, store
         As in `bifurcation_diagram`.
+    section_points : int, default 0
+        How many section points of every run are kept, its last ones; a report shows them at a click.
     method, tolerance, steps, progress
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
@@ -66,7 +69,7 @@ def parameter_chart(
     -------
     xarray.Dataset
         Over both parameters and seed: ``period``, ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), mean rates,
-        ``outcome``; over both parameters ``attractor_count`` and ``forcing_period``; ``initial_state`` (seed, state).
+        ``outcome``, and ``section`` (iterate, state) if it is asked for; over both parameters ``attractor_count`` and ``forcing_period``; ``initial_state`` (seed, state).
         NaN, and the period 0, where a point has no result.
 
     Raises
@@ -89,13 +92,15 @@ def parameter_chart(
         max_period=max_period,
         patience=patience,
         numerics=Numerics(method, tolerance, steps),
+        rows=whole("section_points", section_points, 0),
     )
     keeps = ("period", "outcome", *(("lyapunov_exponent", "lyapunov_error") if plan.exponents else ()))
     keeps += rate_names(system)
+    keeps += ("section",) if plan.rows else ()
     task = PointTask(plan, axes, chosen.starts, chosen.modes, keeps, counts_attractors=True)
     found = execute(task, workers=whole("workers", workers, 1), scheduler=scheduler, store=store, progress=progress)
     over = (*names, "seed")
-    dims = {"lyapunov_exponent": ("exponent",), "lyapunov_error": ("exponent",)}
+    dims = {"section": ("iterate", "state"), "lyapunov_exponent": ("exponent",), "lyapunov_error": ("exponent",)}
     variables = {
         name: ((*over, *dims.get(name, ())), found[name].reshape(*task.shape, *found[name].shape[1:])) for name in keeps
     }
@@ -109,6 +114,8 @@ def parameter_chart(
         "seed_name": ("seed", list(chosen.names)),
         "state_name": ("state", list(system.state_names)),
     }
+    if plan.rows:
+        coords["iterate"] = np.arange(plan.rows, dtype=np.int32)
     if plan.exponents:
         coords["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
     return label(xr.Dataset(variables, coords=coords), "parameter-chart", system=system, settings=given)

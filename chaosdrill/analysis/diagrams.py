@@ -119,7 +119,7 @@ def bifurcation_diagram(
         max_period=max_period,
         patience=patience,
         numerics=Numerics(method, tolerance, steps),
-        keep_section=True,
+        rows=whole("periods", periods, 2),
     )
     keeps = ("section", "period", "outcome", *(("lyapunov_exponent", "lyapunov_error") if plan.exponents else ()))
     keeps += rate_names(system)

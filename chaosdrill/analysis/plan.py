@@ -97,6 +97,7 @@ class Plan:
             "max_period": self.max_period,
             "patience": self.patience,
             "exponents": self.exponents,
+            "section_points": self.rows,
             "numerics": asdict(self.numerics),
             **origin(),
         }
@@ -124,9 +125,12 @@ def make_plan(
     max_period: Any,
     patience: Any,
     numerics: Numerics,
-    keep_section: bool = False,
+    rows: int = 0,
 ) -> Plan:
-    """Check the arguments that all analyses of points share; ``swept`` are the parameters that a sweep changes."""
+    """Check the arguments that all analyses of points share; ``swept`` are the parameters that a sweep changes.
+
+    So many ``rows`` of the section are kept at every point.
+    """
     if system.period is None:
         raise SettingsError(f"{system.name} has no forcing period; a sweep counts its length in forcing periods")
     strobe = isinstance(at, str) and at == "strobe"
@@ -158,5 +162,5 @@ def make_plan(
         # a rank can depend on a parameter that a reset names: then it is looked for at every event
         deficient=structure.deficient | in_resets,
         neutral=structure.neutral,
-        rows=periods if keep_section else 0,
+        rows=rows,
     )

@@ -41,7 +41,7 @@ def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) 
         "Home and End to the first and the last."
     )
     if "section" not in dataset:
-        keys += " A chart over two parameters has no sections; a bifurcation diagram along a line of it has."
+        keys += " This chart has no section points: they are kept if section_points says how many."
     return element(
         "div",
         element("h3", f"Point by point: {held}", id=f"{key}-title"),

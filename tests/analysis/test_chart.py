@@ -86,3 +86,21 @@ def test_the_chart_is_its_points_whatever_the_chunks(bistable, monkeypatch):
 def test_a_chart_is_wide(logistic):
     with pytest.raises(cd.SettingsError, match=r"sweep names \['r'\]; a parameter chart sweeps two"):
         cd.parameter_chart(logistic, {"r": [3.0]}, transient=1, periods=4)
+
+
+def test_section_points_are_those_of_the_closed_form(circle):
+    """The last of 80 turns of a spiral, of which the map of one period is a turn by ``angle`` and a growth."""
+    growth, angle = np.array([-0.05, 0.0]), 2 * np.pi * np.array([0.2, 0.25])
+    chart = cd.parameter_chart(circle, {"growth": growth, "angle": angle}, transient=60, periods=64, section_points=8)
+    assert chart["section"].dims == ("growth", "angle", "seed", "iterate", "state")
+    points = chart["section"].values[..., 0] + 1j * chart["section"].values[..., 1]
+    turn = np.exp(growth[:, np.newaxis] + 1j * angle)[:, :, np.newaxis, np.newaxis]
+    np.testing.assert_allclose(points[..., 1:], turn * points[..., :-1], rtol=1e-10)
+    np.testing.assert_allclose(np.abs(points[1]), 1.0, rtol=1e-10)
+
+
+def test_without_section_points_a_chart_holds_none(circle, lossy):
+    assert "section" not in lossy
+    assert "iterate" not in lossy.sizes
+    with pytest.raises(cd.errors.SettingsError, match="section_points"):
+        cd.parameter_chart(circle, {"growth": [0.0], "angle": [1.0]}, transient=1, periods=2, section_points=-1)

@@ -45,13 +45,20 @@ def diagram(points=11, iterates=8):
 
 
 def chart(across=4, up=3):
-    """Over zeta and omega: the period is the number of the column, from 1, and the exponent zeta - 10 omega."""
+    """Over zeta and omega: the period is the number of the column, from 1, the exponent zeta - 10 omega.
+
+    Four section points are at x = zeta, v = omega, 2 omega, 3 omega, 4 omega.
+    """
     zeta, omega = np.linspace(0.1, 0.4, across), np.linspace(1.0, 2.0, up)
     grid = ("zeta", "omega", "seed")
     shape = (across, up, 1)
     exponents = (zeta[:, None] - 10 * omega)[..., None, None]
+    section = np.zeros((*shape, 4, 2))
+    section[..., 0] = zeta[:, None, None, None]
+    section[..., 1] = omega[:, None, None] * np.arange(1, 5)
     ds = xr.Dataset(
         {
+            "section": ((*grid, "iterate", "state"), section),
             "period": (grid, np.broadcast_to(np.arange(1, across + 1)[:, None, None], shape)),
             "outcome": (grid, np.full(shape, Outcome.PERIODIC)),
             "lyapunov_exponent": ((*grid, "exponent"), exponents),

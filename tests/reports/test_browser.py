@@ -89,6 +89,8 @@ def test_a_chart_over_two_parameters(open_page, tree):
 
     press(open_page, Keys.HOME, Keys.ARROW_RIGHT, Keys.ARROW_UP, Keys.ARROW_UP, number=1)
     assert sentence(open_page, 1).startswith("zeta = 0.2, omega = 2: periodic; period 2; Lyapunov exponents −19.8")
+    assert sentence(open_page, 1).endswith("; 4 section points.")
+    assert table(open_page, "Section points of one cycle", 1) == [["1", "0.2", "2"], ["2", "0.2", "4"]]
     click(open_page, 0.9, 0.1, number=1)
     point = tree["chart"].isel(zeta=3, omega=0, seed=0)
     rows = dict(table(open_page, "This point", 1))

@@ -27,7 +27,7 @@ class Explorer {
   views() {
     const { grid } = this;
     const found = [];
-    if (grid.section) {
+    if (grid.section && this.flat) {
       grid.states.forEach((state, k) => found.push({ words: `section: ${state.label}`, label: state.label, state: k }));
     }
     if (!this.flat) found.push({ words: "period and outcome", label: "", kinds: true });

@@ -106,6 +106,8 @@ class BifurcationDiagram(Seeded):
 class ParameterChart(Seeded):
     """Keywords of `parameter_chart`."""
 
+    section_points: Annotated[int, Field(ge=0, le=10_000)] | None = None
+
     sweep: Annotated[dict[str, Values], Field(min_length=2, max_length=2)]
 
 
