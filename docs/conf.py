@@ -1,5 +1,7 @@
 """Sphinx settings, and the pages that follow from the package's own tables."""
 
+import os
+import sys
 from pathlib import Path
 
 import chaosdrill
@@ -10,12 +12,25 @@ from chaosdrill.scene.in_si import UNITS
 from chaosdrill.scene.si import FORMULAS, QUANTITIES
 from chaosdrill.systems import EFFECTS, REGISTRY
 
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
+# commands on these pages are those of the environment that builds them
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+
 project = "chaosdrill"
 author = "The chaosdrill developers"
 copyright = "2026, the chaosdrill developers"
 version = release = chaosdrill.__version__
 
-extensions = ["myst_nb", "numpydoc", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
+extensions = [
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.viewcode",
+    "executed",
+    "thumbnails",
+    "public_names",
+]
+nitpicky = True
 myst_enable_extensions = ["amsmath", "dollarmath"]
 myst_heading_anchors = 3
 # pages that hold code are run at every build: kept results would hide what a change of the package breaks
@@ -26,9 +41,16 @@ nb_execution_in_temp = True
 nb_merge_streams = True
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
-exclude_patterns = ["_build", "jupyter_execute"]
+numpydoc_validation_checks = {
+    *("GL01", "GL03", "GL05", "GL06", "GL07", "GL08", "SS01", "SS02", "SS03", "SS04"),
+    *("PR01", "PR02", "PR03", "PR04", "PR05", "PR06", "PR07", "PR10", "RT01", "RT02", "RT03", "YD01"),
+}
+# arguments of Python's own enumerations
+numpydoc_validation_exclude = {r"\.Outcome$"}
+exclude_patterns = ["_build", "jupyter_execute", "_examples"]
 html_theme = "furo"
 html_static_path = ["_static"]
+html_css_files = ["gallery.css"]
 html_title = f"chaosdrill {release}"
 
 GENERATED = Path(__file__).parent / "generated"

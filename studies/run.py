@@ -7,6 +7,7 @@
     python3 studies/run.py throughput     how fast charts are, beside other programs, with two workers, with more points
     python3 studies/run.py charts         charts of the drill, two ways to drill, basins; does chaos drill faster?
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, held against simulations
+    python3 studies/run.py docs           the documentation, into docs/_build/html, every example in it run
     python3 studies/run.py tests          the test suite with its coverage
 
 The first run makes ``.venv`` beside ``pyproject.toml`` and installs the package into it. Further arguments go to the
@@ -35,6 +36,7 @@ JOBS = {
     "throughput": ("", ["studies/throughput/make.py"]),
     "charts": ("", ["studies/charts/make.py"]),
     "orbits": ("", ["studies/orbits/make.py"]),
+    "docs": ("[docs]", ["-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"]),
     "tests": (
         "[test]",
         ["-m", "pytest", "-n", "2", "--dist", "worksteal", "--cov", "--cov-report", "term", "--cov-fail-under", "90"],

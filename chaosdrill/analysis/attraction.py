@@ -54,11 +54,11 @@ def basins(
         System with its parameters; its initial state gives the mode, and the states that the grid does not span.
     grid : mapping of two states to values
         ``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.
-    transient, periods
+    transient, periods : int
         As in `bifurcation_diagram`; no section is kept.
-    exponents, at, max_period, patience, workers, scheduler, store
+    exponents, at, max_period, patience, workers, scheduler, store : optional
         As in `bifurcation_diagram`.
-    method, tolerance, steps, progress
+    method, tolerance, steps, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
     Returns
@@ -71,7 +71,11 @@ def basins(
     Raises
     ------
     SettingsError
-        An argument that cannot be used.
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
     """
     given = settings(dict(locals()))
     axes = state_axes(system, grid)

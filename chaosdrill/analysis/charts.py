@@ -54,15 +54,15 @@ def parameter_chart(
         System with its parameters and initial state; it must have a forcing period.
     sweep : mapping of two parameters to values
         ``{"eta": np.linspace(0.4, 0.9, 500), "b": np.linspace(0.5, 0.9, 400)}``.
-    transient, periods
+    transient, periods : int
         As in `bifurcation_diagram`.
-    seeds, random
+    seeds, random : optional
         As in `bifurcation_diagram`.
-    exponents, at, max_period, patience, workers, scheduler, store
+    exponents, at, max_period, patience, workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     section_points : int, default 0
         How many section points of every run are kept, its last ones; a report shows them at a click.
-    method, tolerance, steps, progress
+    method, tolerance, steps, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
     Returns
@@ -75,7 +75,11 @@ def parameter_chart(
     Raises
     ------
     SettingsError
-        An argument that cannot be used.
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
     """
     given = settings(dict(locals()))
     axes = parameter_axes(system, sweep, 2, "a parameter chart")

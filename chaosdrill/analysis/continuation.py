@@ -78,8 +78,8 @@ def continue_orbit(
         Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
         Most points of a branch to either side of its start.
-    method, tolerance, steps, progress
-        As in `trajectory`.
+    method, tolerance, steps, progress : optional
+        As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
 
     Returns
     -------

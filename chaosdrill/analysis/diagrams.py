@@ -89,7 +89,7 @@ def bifurcation_diagram(
         Address of a Dask scheduler, whose workers are used instead.
     store : path-like, optional
         Folder for finished chunks, from which the same call goes on if it was cut short.
-    method, tolerance, steps, progress
+    method, tolerance, steps, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
     Returns
@@ -102,7 +102,11 @@ def bifurcation_diagram(
     Raises
     ------
     SettingsError
-        An argument that cannot be used.
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
     """
     given = settings(dict(locals()))
     (axis,) = parameter_axes(system, sweep, 1, "a bifurcation diagram")

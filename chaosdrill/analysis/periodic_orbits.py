@@ -60,8 +60,8 @@ def periodic_orbit(
     seeds, random : optional
         Initial states of the motions from whose returns a search starts, as in `bifurcation_diagram`; default: the
         system's own. Motions from a box around them are added.
-    method, tolerance, steps, progress
-        As in `trajectory`.
+    method, tolerance, steps, progress : optional
+        As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
 
     Returns
     -------

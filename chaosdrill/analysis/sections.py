@@ -45,7 +45,7 @@ def poincare_section(
         ``"strobe"`` (forcing phase zero), or the name or kind of a transition; then the states are those before it.
     max_period : int, default 64
         Longest period looked for.
-    method, tolerance, steps, progress
+    method, tolerance, steps, progress : optional
         As in `trajectory`.
 
     Returns

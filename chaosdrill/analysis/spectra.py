@@ -10,7 +10,7 @@ from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_erro
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run, event_rates
+from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def lyapunov_spectrum(
     """Lyapunov exponents with saltation at every event, their error bars and their history.
 
     Tangents follow the variational equation, jump by the saltation matrix, and are orthonormalised as often as their
-    growth asks for (Benettin et al. 1980, doi:10.1007/BF02128236; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). The
+    growth asks for (Benettin et al. 1980, doi:10.1007/BF02128237; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). The
     rank that resets destroy is counted, and the exponents that go with it are -inf.
 
     Parameters
@@ -48,7 +48,7 @@ def lyapunov_spectrum(
         Number of exponents, the largest first; default all.
     blocks : int, default 256
         Blocks of the history, from which the standard errors are taken.
-    method, tolerance, steps, progress
+    method, tolerance, steps, progress : optional
         As in `trajectory`.
 
     Returns
@@ -91,9 +91,10 @@ def lyapunov_spectrum(
             drilled[block] = run.integrals()
         if progress:
             progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
+    complete = outcome == Outcome.OK
     values = errors = np.full(count, np.nan)
     history = np.full((len(ends) - 1, count), np.nan)
-    if outcome == Outcome.OK and count:
+    if complete and count:
         values, errors, history = mean_exponents(sums, ends, plan.unit)
         outcome = classify(values, errors, structure.neutral, plan.length, 0)
     ds = xr.Dataset(
@@ -109,7 +110,7 @@ def lyapunov_spectrum(
             "block_time": ("block", ends[1:] * plan.unit),
         },
     )
-    ds = ds.assign(_averages(system, run, plan, ends, drilled)).set_coords("transition_name")
+    ds = ds.assign(_averages(system, run, plan, ends, drilled, complete)).set_coords("transition_name")
     return label(ds, "lyapunov-spectrum", system=system, settings=given)
 
 
@@ -135,19 +136,25 @@ def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.
     return history[-1, order], errors[order], history[:, order]
 
 
-def _averages(system: "HybridSystem", run: Run, plan: Span, ends: np.ndarray, drilled: np.ndarray) -> dict[str, Any]:
-    """What the run counted besides the exponents; ``drilled`` are the quadratures at the end of each block."""
+def _averages(
+    system: "HybridSystem", run: Run, plan: Span, ends: np.ndarray, drilled: np.ndarray, complete: bool
+) -> dict[str, Any]:
+    """What the run counted besides the exponents, without rates if it came to an early end.
+
+    ``drilled`` are the quadratures at the end of each block.
+    """
+    rates = event_rates(run) if complete else dict.fromkeys(rate_names(system), np.nan)
     variables: dict[str, Any] = {
         "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
         "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),
         "tie_count": ((), np.int64(run.carried[at.TIES])),
         "rank": ((), np.int32(run.live)),
-        **{name: ((), value) for name, value in event_rates(run).items()},
+        **{name: ((), value) for name, value in rates.items()},
     }
     if "progression_rate" in variables:
         index = list(system.quadratures).index("penetration")
-        rates = np.diff(drilled[:, index]) / (np.diff(ends) * plan.unit)
-        variables["progression_error"] = ((), float(standard_error(rates)))
+        of_blocks = np.diff(drilled[:, index]) / (np.diff(ends) * plan.unit)
+        variables["progression_error"] = ((), float(standard_error(of_blocks)))
     if plan.periodic:
         variables["forcing_period"] = ((), plan.unit)
     return variables

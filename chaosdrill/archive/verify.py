@@ -47,7 +47,13 @@ class Verification:
         return not self.differences
 
     def table(self) -> str:
-        """The differences as a table: group, variable, how many values differ, by how much at most."""
+        """The differences as a table.
+
+        Returns
+        -------
+        str
+            A line each: group, variable, how many values differ, by how much at most.
+        """
         rows = [("group", "variable", "differing", "max |difference|", "")]
         for item in self.differences:
             largest = "" if item.max_abs != item.max_abs else f"{item.max_abs:.3g}"
@@ -55,7 +61,13 @@ class Verification:
         return _columns(rows)
 
     def how(self) -> str:
-        """What was compared how, as a table: group, number of variables or their names, how."""
+        """What was compared how, as a table.
+
+        Returns
+        -------
+        str
+            A line for each way in each group: group, how, names of the variables.
+        """
         rows = [("group", "compared", "variables")]
         found: dict[tuple[str, str], list[str]] = {}
         for check in self.checks:
@@ -86,6 +98,7 @@ def verify(
     Returns
     -------
     Verification
+        ``equal`` says whether the archive is what its scene gives, ``differences`` where not.
 
     Raises
     ------

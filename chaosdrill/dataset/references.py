@@ -37,7 +37,13 @@ class Reference:
     entry: str = "article"
 
     def text(self) -> str:
-        """One line for people."""
+        """The reference for people.
+
+        Returns
+        -------
+        str
+            One line.
+        """
         names = self.authors.split(" and ")
         authors = ", ".join(names[:-1]) + " and " + names[-1] if len(names) > 1 else names[0]
         parts = [f"{authors} ({self.year})" if self.year else authors, self.title, self.where]
@@ -45,7 +51,13 @@ class Reference:
         return f"{line}. doi:{self.doi}" if self.doi else f"{line}."
 
     def bibtex(self) -> str:
-        """The entry for BibTeX."""
+        """The reference for BibTeX.
+
+        Returns
+        -------
+        str
+            An entry, of several lines.
+        """
         place = {"article": "journal", "book": "publisher", "inproceedings": "booktitle"}.get(
             self.entry, "howpublished"
         )

@@ -134,7 +134,18 @@ class HybridSystem:
         return self.shared[key]
 
     def forcing_period(self) -> float | None:
-        """The period as a number, at the present parameters; None if the system has none."""
+        """The period of the forcing at the present parameters.
+
+        Returns
+        -------
+        float or None
+            In units of the system's time; None if the system has no forcing.
+
+        Raises
+        ------
+        SettingsError
+            If it is not a positive number at these parameters.
+        """
         if self.period is None:
             return None
         names = sorted(p.name for p in self.period.free_symbols)
@@ -153,7 +164,23 @@ class HybridSystem:
         return number
 
     def with_parameters(self, **values: float) -> "HybridSystem":
-        """A copy with other parameter values; the compiled kernels are shared."""
+        """A copy with other parameter values; the compiled kernels are shared.
+
+        Parameters
+        ----------
+        **values : float
+            Parameters of the system, by name.
+
+        Returns
+        -------
+        HybridSystem
+            The copy; the system stays as it is.
+
+        Raises
+        ------
+        SettingsError
+            If the system has no such parameter, or if a value is not a finite number.
+        """
         for key in values:
             if key not in self.parameters:
                 raise SettingsError(f"{self.name}: unknown parameter {key!r}; it has {sorted(self.parameters)}")
@@ -165,7 +192,23 @@ class HybridSystem:
         return other
 
     def with_initial(self, **values: Any) -> "HybridSystem":
-        """A copy that starts elsewhere: ``with_initial(y=0.1, mode="slip")``."""
+        """A copy that starts elsewhere: ``with_initial(y=0.1, mode="slip")``.
+
+        Parameters
+        ----------
+        **values : float or str
+            States, and ``mode``, by name; others stay as they are.
+
+        Returns
+        -------
+        HybridSystem
+            The copy; the system stays as it is.
+
+        Raises
+        ------
+        SettingsError
+            If the system has no such state or mode, or if a value is not a finite number.
+        """
         other = copy(self)
         other.initial = dict(self.initial)
         other._set_initial(values)
@@ -183,6 +226,16 @@ class HybridSystem:
             Make time a state (of the symbol's name).
         parameters : iterable of str
             Parameters that become states of the same name.
+
+        Returns
+        -------
+        HybridSystem
+            With n + 1 states, or n + the number of parameters, or both.
+
+        Raises
+        ------
+        SettingsError
+            If the system has no such parameter.
         """
         names = tuple(parameters)
         unknown = [key for key in names if key not in self.parameters]

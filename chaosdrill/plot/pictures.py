@@ -1,5 +1,6 @@
 """Which pictures suit which kind of analysis, and the one function that makes them from an archive."""
 
+from collections import Counter
 from dataclasses import dataclass
 from importlib import import_module
 from os import PathLike, fspath
@@ -215,12 +216,9 @@ def plot_archive(
         raise ArchiveError(f"{path}: there is no picture for {kinds or 'an archive without analyses'}")
 
     files = []
-    for names, picture in planned:
-        file = target
-        if output is None or len(planned) > 1:
-            # a group that is named as its picture need not say so twice
-            parts = dict.fromkeys([target.stem, *(name.replace("/", "-") for name in names), picture.name])
-            file = target.with_name("-".join(part for part in parts if part) + target.suffix)
+    stems = stems_of(target.stem, planned) if output is None or len(planned) > 1 else [target.stem]
+    for (names, picture), stem in zip(planned, stems, strict=True):
+        file = target.with_name(stem + target.suffix)
         with blaming(path, groups.values(), "drawn"), style():
             figure = picture.draw(*(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups))
             figure.savefig(file)
@@ -247,6 +245,20 @@ def plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:
             else:
                 planned.append(([name], picture))
     return planned
+
+
+def stems_of(stem: str, planned: list[tuple[list[str], Picture]]) -> list[str]:
+    """Names of the files of planned pictures, without their suffix, all different.
+
+    A group that is named as its picture, or as the archive, need not say so twice, unless two pictures would then
+    have one name and the later would replace the earlier.
+    """
+    whole = [[stem, *(name.replace("/", "-") for name in names), picture.name] for names, picture in planned]
+    brief = ["-".join(part for part in dict.fromkeys(parts) if part) for parts in whole]
+    times = Counter(brief)
+    return [
+        name if times[name] == 1 else "-".join(filter(None, parts)) for name, parts in zip(brief, whole, strict=True)
+    ]
 
 
 def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:

@@ -87,6 +87,7 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     Returns
     -------
     Report
+        Where the page is, and ``faults``: what could not be shown, empty if all is there.
 
     Raises
     ------

@@ -37,6 +37,7 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
     Returns
     -------
     Scene
+        With ``system``, built on first use, ``analyses``, and ``run()``, which runs them all.
 
     Raises
     ------
@@ -92,6 +93,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
     Returns
     -------
     Scene
+        With ``system``, built on first use, ``analyses``, and ``run()``, which runs them all.
 
     Raises
     ------

@@ -40,6 +40,7 @@ def list_names(topic: str) -> dict[str, Any]:
     Parameters
     ----------
     topic : {"systems", "effects", "analyses", "methods"}
+        Which names.
 
     Returns
     -------

@@ -121,11 +121,14 @@ def build(
     Returns
     -------
     HybridSystem
+        With the values given, and defaults for the others.
 
     Raises
     ------
     ModelError
         If the system, an effect, an option or a parameter does not exist, with the remedy.
+    SettingsError
+        If a value is not a finite number, or ``initial`` names what the system does not have.
     """
     entry, module = _module(name, effects)
     known = module.parameters(effects) if entry.effects else module.PARAMETERS

@@ -26,6 +26,14 @@ def test_a_fast_bit_runs_away_at_any_frequency(eta):
     assert np.isnan(spectrum["lyapunov_exponent"].values).all()
 
 
+@pytest.mark.parametrize("transient", [0, 10])
+def test_a_bit_that_runs_away_while_averages_are_taken_has_no_rates(transient):
+    spectrum = cd.lyapunov_spectrum(cd.drill(eta=0.48), periods=500, transient=transient)
+    assert int(spectrum["outcome"]) == cd.Outcome.ESCAPED
+    for name in ("progression_rate", "progression_error", "events_per_period", "impacts_per_period"):
+        assert np.isnan(spectrum[name]), name
+
+
 def test_the_last_point_of_a_trajectory_is_near_the_bound_that_it_left():
     run = cd.trajectory(cd.drill(eta=0.48), periods=500, samples=20)
     assert int(run["outcome"]) == cd.Outcome.ESCAPED

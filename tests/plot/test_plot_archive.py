@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.plot import plot_archive
+from chaosdrill.plot import PICTURES, plot_archive
+from chaosdrill.plot.pictures import stems_of
 
 
 @pytest.fixture
@@ -36,6 +37,13 @@ def test_several_pictures_of_a_group_are_named_apart(tmp_path, chart, basin):
         "run-load-outcome-chart.png",
         "run-basins.png",
     ]
+
+
+def test_no_picture_replaces_another_where_archive_and_group_are_named_as_pictures():
+    drawn = {picture.name: picture for picture in PICTURES if picture.kind == "continuation"}
+    planned = [(["branches"], drawn["branches"]), (["branches"], drawn["cascade"])]
+    assert stems_of("cascade", planned) == ["cascade-branches-branches", "cascade-branches-cascade"]
+    assert stems_of("orbits", planned) == ["orbits-branches", "orbits-branches-cascade"]
 
 
 def test_one_picture_goes_exactly_where_it_was_asked_to(archive, tmp_path):
