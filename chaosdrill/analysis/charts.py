@@ -69,7 +69,8 @@ def parameter_chart(
     -------
     xarray.Dataset
         Over both parameters and seed: ``period``, ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), mean rates,
-        ``outcome``, and ``section`` (iterate, state) if it is asked for; over both parameters ``attractor_count`` and ``forcing_period``; ``initial_state`` (seed, state).
+        ``outcome``, and ``section`` (iterate, state) if it is asked for; over both parameters ``attractor_count`` and
+        ``forcing_period``; ``initial_state`` (seed, state).
         NaN, and the period 0, where a point has no result.
 
     Raises

@@ -1,6 +1,6 @@
 """Run every scene under studies/ and verify its archive with code that is compiled anew, as on a machine of another's.
 
-    python studies/archives/make.py [SCENE.toml ...] [--workers N]               (or: python3 studies/run.py archives ...)
+    python studies/archives/make.py [SCENE.toml ...] [--workers N]               (or: python3 studies/run.py archives)
 
 Archives are written to ``studies/archives/out/``, where one that is there is not made again, and so is ``verified.md``:
 a line for each scene. No scene named means all of them, which takes about HOW LONG on two cores. The exit code is 0 if
