@@ -4,11 +4,12 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from chaosdrill.errors import remedy
 from chaosdrill.scene.check_system import CheckedSystem, check_limits, check_state
 from chaosdrill.scene.kinds import KINDS, Analysis
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.numerics import Numerics
-from chaosdrill.scene.problems import Problem, remedy
+from chaosdrill.scene.problems import Problem
 from chaosdrill.scene.strict import validate
 
 _RANDOM = ("count", "seed", "mode")

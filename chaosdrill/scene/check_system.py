@@ -6,10 +6,11 @@ from itertools import product
 from math import isfinite
 from typing import Any
 
-from chaosdrill.errors import ModelError
+from chaosdrill.errors import ModelError, remedy
+from chaosdrill.scene.check_definition import check_definition
 from chaosdrill.scene.document import SystemTable
 from chaosdrill.scene.limits import LIMITS
-from chaosdrill.scene.problems import Problem, remedy
+from chaosdrill.scene.problems import Problem
 from chaosdrill.scene.si import ReadSI, read_si
 from chaosdrill.scene.strict import validate
 
@@ -19,9 +20,11 @@ class CheckedSystem:
     """What is known of the system without building it.
 
     ``known`` and ``states`` are None as long as the model cannot be told; ``parameters`` are those that the scene sets.
+    Either ``model`` names a system of the shelf, or ``definition`` holds one.
     """
 
     model: str = ""
+    definition: dict[str, Any] | None = None
     effects: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, float] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
@@ -35,9 +38,19 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     """Check the table ``system`` as the file holds it."""
     table, problems = validate(SystemTable, raw, ("system",))
     checked = CheckedSystem(problems=problems)
-    if isinstance(raw.get("model"), str):
+    if ("model" in raw) == ("definition" in raw):
+        both = "model and definition are both given; leave one of them out"
+        neither = "missing; name a system of the shelf, or write one as [system.definition]"
+        fault = Problem(("system", "definition"), both) if "model" in raw else Problem(("system", "model"), neither)
+        problems.append(fault)
+    elif isinstance(raw.get("model"), str):
         checked.model = raw["model"]
         _look_up(checked, table_in(raw, "effects"))
+    elif isinstance(raw.get("definition"), Mapping):
+        checked.definition = dict(raw["definition"])
+        checked.known = dict(table_in(raw, "parameters"))
+        checked.states, faults = check_definition(checked.definition, checked.known, table_in(raw, "effects"))
+        problems += faults
     if checked.known is not None:
         for name in table_in(raw, "parameters"):
             if name not in checked.known:

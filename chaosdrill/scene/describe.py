@@ -43,7 +43,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
     labels = system.labels
     return {
         "title": scene.title,
-        "system": scene.model,
+        "system": system.name,
         "simulated": _effects(scene, present=True),
         "left_out": _effects(scene, present=False),
         "states": {
@@ -90,7 +90,7 @@ def _effects(scene: Scene, *, present: bool) -> dict[str, str]:
     from chaosdrill.systems import EFFECTS, REGISTRY
     from chaosdrill.systems.drill.effects import ABSENT
 
-    if not REGISTRY[scene.model].effects:
+    if scene.definition is not None or not REGISTRY[scene.model].effects:
         return {}
     chosen = {effect: option for effect, option in scene.effects.items() if option != ABSENT[effect]}
     if present:

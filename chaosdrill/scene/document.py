@@ -19,7 +19,8 @@ class Document(Strict):
 class SystemTable(Strict):
     """The table ``system``."""
 
-    model: str
+    model: str | None = None
+    definition: dict[str, Any] | None = None
     effects: dict[str, str] = Field(default_factory=dict)
     parameters: dict[str, float] = Field(default_factory=dict)
     initial: dict[str, float | str] = Field(default_factory=dict)

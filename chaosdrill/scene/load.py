@@ -128,6 +128,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         text=text,
         title=raw.get("title") or Path(name).stem,
         model=system.model,
+        definition=system.definition,
         effects=system.effects,
         parameters=system.parameters,
         initial=system.initial,

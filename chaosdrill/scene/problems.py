@@ -4,7 +4,6 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 from chaosdrill.errors import SceneError
 from chaosdrill.scene.lines import Path
@@ -66,13 +65,3 @@ def show(path: Path) -> str:
             name = part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part)
             text += f".{name}" if text else name
     return text
-
-
-def remedy(word: str, known: Iterable[str]) -> str:
-    """The likely fix of an unknown name: the nearest known one, or all of them."""
-    known = list(known)
-    lowered = {name.lower(): name for name in known}
-    close = get_close_matches(word[:100].lower(), lowered, n=1)
-    if close:
-        return f"did you mean {lowered[close[0]]!r}?"
-    return f"known here: {', '.join(known)}" if known else "there are none here"

@@ -8,9 +8,9 @@ from hashlib import sha256
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.errors import ChaosdrillError, SceneError
+from chaosdrill.errors import ChaosdrillError, SceneError, remedy
 from chaosdrill.scene.lines import Path
-from chaosdrill.scene.problems import InvalidSceneError, Problem, remedy
+from chaosdrill.scene.problems import InvalidSceneError, Problem
 from chaosdrill.scene.si import ReadSI
 
 if TYPE_CHECKING:
@@ -40,7 +40,9 @@ class Scene:
     title : str
         Its title; without one, the file's name.
     model : str
-        Name of the system.
+        Name of the system on the shelf; empty for one that the scene defines.
+    definition : mapping or None
+        Equations of a system that the scene defines itself.
     effects : mapping of str to str
         Effects simulated; those left out are not.
     parameters : mapping of str to float
@@ -63,6 +65,7 @@ class Scene:
     text: str = field(repr=False)
     title: str
     model: str
+    definition: Mapping[str, Any] | None
     effects: Mapping[str, str]
     parameters: Mapping[str, float]
     initial: Mapping[str, Any]
@@ -92,11 +95,15 @@ class Scene:
             If it cannot be built, or if the scene names modes or events that it does not have.
         """
         from chaosdrill import systems
+        from chaosdrill.model.definition import build_defined
 
-        effects = self.effects if systems.REGISTRY[self.model].effects else None
         initial = {name: value for name, value in self.initial.items() if name != "mode"}
         try:
-            system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)
+            if self.definition is not None:
+                system = build_defined(self.definition, self.parameters, initial)
+            else:
+                effects = self.effects if systems.REGISTRY[self.model].effects else None
+                system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)
         except ChaosdrillError as fault:
             raise InvalidSceneError(self.name, [Problem(("system",), str(fault))], self.lines) from fault
         if problems := [*self._check_modes(system), *self._check_events(system)]:
@@ -110,6 +117,7 @@ class Scene:
         return {
             "system": {
                 "model": self.model,
+                **({} if self.definition is None else {"definition": self.definition, "modes": [*self.system.modes]}),
                 "effects": self.effects,
                 "parameters": self.parameters,
                 "initial": self.initial,
@@ -223,18 +231,18 @@ class Scene:
                 faults[*place, "at"] = f"unknown event {at!r:.60}; {remedy(at, ('strobe', *events))}"
             elif at == "strobe" and system.period is None:
                 choice = ", ".join(events) or "it has none"
-                faults[*place, "at"] = f"{self.model} has no forcing period to strobe at; name an event: {choice}"
+                faults[*place, "at"] = f"{system.name} has no forcing period to strobe at; name an event: {choice}"
             given = analysis.model_dump(exclude_unset=True)
             if system.period is None:
                 if analysis.counts_periods:
-                    faults[*place, "kind"] = f"{self.model} has no forcing period, in which a {analysis.kind} counts"
+                    faults[*place, "kind"] = f"{system.name} has no forcing period, in which a {analysis.kind} counts"
                 elif "periods" in given:
-                    faults[*place, "periods"] = f"{self.model} has no forcing period; give duration, in units of time"
+                    faults[*place, "periods"] = f"{system.name} has no forcing period; give duration, in units of time"
                 elif given.get("period", 1) != 1:
-                    faults[*place, "period"] = f"{self.model} has no forcing period to count in; leave it out"
+                    faults[*place, "period"] = f"{system.name} has no forcing period to count in; leave it out"
             else:
                 if "duration" in given:
-                    faults[*place, "duration"] = f"{self.model} has a forcing period; give periods"
+                    faults[*place, "duration"] = f"{system.name} has a forcing period; give periods"
                 if given.get("transient", 0) % 1:
                     faults[*place, "transient"] = f"expected whole forcing periods, received {given['transient']!r}"
         return [Problem(place, fault) for place, fault in faults.items()]

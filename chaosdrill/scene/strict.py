@@ -5,8 +5,9 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from chaosdrill.errors import remedy
 from chaosdrill.scene.lines import Path
-from chaosdrill.scene.problems import Problem, remedy
+from chaosdrill.scene.problems import Problem
 
 
 class Strict(BaseModel):
