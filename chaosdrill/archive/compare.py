@@ -15,6 +15,7 @@ PASSING = frozenset({"history", "date_created", "wall_time_s", "versions", "plat
 DESCRIPTIVE = frozenset(
     {"Conventions", "format_version", "summary", "keywords", "processing_level", "source", "references"}
     | {"coverage_content_type", "long_name", "comment", "flag_values", "flag_meanings", "random_seed"}
+    | {"definition", "definition_missing"}
 )
 """Attributes in words of the version that wrote them."""
 

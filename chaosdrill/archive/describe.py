@@ -2,9 +2,11 @@
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.archive.again import hindrance
 from chaosdrill.archive.digest import altered
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
@@ -40,7 +42,8 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         Plain values, ready for JSON: ``path``, ``bytes``, what the root's attributes tell of its origin,
         ``quantities`` (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``:
         name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
-        dimensions, dtype, units, long name), ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
+        dimensions, dtype, units, long name), ``repeatable`` (from what `verify` runs it again, or why it cannot),
+        ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
         variables that are not as they were written (":" for attributes of the group), if there are any.
 
     Raises
@@ -51,7 +54,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     tree = open_archive(path)
     described: dict[str, Any] = {"path": str(path), "bytes": Path(path).stat().st_size}
     described |= {name: _plain(tree.attrs[name]) for name in _ORIGIN if name in tree.attrs}
-    described["versions"] = stored_versions(tree)
+    described["versions"] = stored_versions(tree.attrs)
     described["quantities"] = {
         str(name): {
             "value": _plain(variable.values),
@@ -62,20 +65,22 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         if variable.ndim == 0 and "kind" not in tree.attrs
     }
     described["groups"] = {
-        node.path: _group(node.to_dataset(inherit=False)) for node in tree.subtree if "kind" in node.attrs
+        node.path: _group(node.to_dataset(inherit=False), "scene" in tree.attrs)
+        for node in tree.subtree
+        if "kind" in node.attrs
     }
     return described
 
 
-def stored_versions(tree: "xr.DataTree") -> dict[str, str]:
-    """Versions of the package and its libraries that wrote an archive; empty if they cannot be read."""
+def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
+    """Versions of the package and its libraries, from the attributes that they wrote; empty if they cannot be read."""
     try:
-        return {str(name): str(version) for name, version in json.loads(tree.attrs["versions"]).items()}
+        return {str(name): str(version) for name, version in json.loads(attributes["versions"]).items()}
     except (KeyError, TypeError, ValueError, AttributeError):
         return {}
 
 
-def _group(group: "xr.Dataset") -> dict[str, Any]:
+def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:
     kept = ("kind", "system", "method", "tolerance", "wall_time_s")
     described = {name: _plain(group.attrs[name]) for name in kept if name in group.attrs}
     described["dimensions"] = {str(name): size for name, size in group.sizes.items()}
@@ -88,6 +93,9 @@ def _group(group: "xr.Dataset") -> dict[str, Any]:
         }
         for name, variable in group.variables.items()
     }
+    why_not = None if scene else hindrance(group)
+    origin = "from the scene" if scene else "from the definition of its system"
+    described["repeatable"] = origin if why_not is None else f"no: {why_not}"
     if changed := altered(group):
         described["altered"] = changed
     if "outcome" in group:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.dataset.provenance import now, signature
+from chaosdrill.dataset.provenance import DERIVED, now, signature
 from chaosdrill.errors import ArchiveError
 
 if TYPE_CHECKING:
@@ -98,4 +98,5 @@ def _check_trajectory(ds: "xr.Dataset") -> None:
 
 def _told(ds: "xr.Dataset", action: str) -> "xr.Dataset":
     history = str(ds.attrs.get("history", ""))
-    return ds.assign_attrs(history=f"{history}\n{now()} {signature()}: {action}".lstrip("\n"))
+    told = "; ".join((*([str(ds.attrs[DERIVED])] if DERIVED in ds.attrs else []), action))
+    return ds.assign_attrs({DERIVED: told}, history=f"{history}\n{now()} {signature()}: {action}".lstrip("\n"))

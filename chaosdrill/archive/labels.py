@@ -18,10 +18,12 @@ def labels_to_file(ds: "xr.Dataset") -> "xr.Dataset":
 
 def labels_from_file(ds: "xr.Dataset") -> "xr.Dataset":
     """The dataset with these texts under the names of their dimensions again, so that ``sel`` finds them."""
-    declared = SCHEMA.get(str(ds.attrs.get("kind")), {}).values()
-    names = [v.name for v in declared if v.coordinate and v.dtype == "str" and v.dims == (v.name,)]
-    found = [name for name in names if name + _SUFFIX in ds.coords and ds[name + _SUFFIX].dims == (name,)]
-    found = [name for name in found if name not in ds.variables]
-    for name in found:
-        ds = ds.rename_vars({name + _SUFFIX: name}).set_xindex(name)
+    # a name such as state_name is declared as it is
+    declared = {variable.name for variable in SCHEMA.get(str(ds.attrs.get("kind")), {}).values()}
+    for name in (str(name) for name in ds.coords):
+        stem = name.removesuffix(_SUFFIX)
+        if name == stem or name in declared or stem in ds.variables:
+            continue
+        if ds[name].dims == (stem,) and ds[name].dtype.kind in "OUT":
+            ds = ds.rename_vars({name: stem}).set_xindex(stem)
     return ds

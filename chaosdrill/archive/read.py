@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +58,7 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
         raise ArchiveError(f"{file}: truncated or damaged: {fault}") from fault
     if not any("kind" in node.attrs for node in tree.subtree):
         raise ArchiveError(f"{file}: NetCDF, but not an archive of chaosdrill: no group has the attribute 'kind'")
-    if (number := format_of(tree)) > FORMAT:
+    if (number := format_of(tree.attrs)) > FORMAT:
         raise ArchiveError(
             f"{file}: an archive of format {number}, written by a later version of chaosdrill "
             f"({tree.attrs.get('versions', 'unknown')}); this one reads formats up to {FORMAT}: install that one, or "
@@ -70,10 +71,10 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
 _AS_STORED: dict[str, Any] = {"decode_times": False}
 
 
-def format_of(tree: "xr.DataTree") -> int:
-    """Number of the format of an archive; those written before formats had numbers are 1."""
+def format_of(attributes: Mapping[Any, Any]) -> int:
+    """Number of the format, from the attributes of an archive; those written before formats had numbers are 1."""
     try:
-        return int(tree.attrs.get("format_version", 1))
+        return int(attributes.get("format_version", 1))
     except (TypeError, ValueError, OverflowError):
         return 1
 

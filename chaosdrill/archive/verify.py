@@ -1,16 +1,18 @@
-"""Whether an archive is what its own scene gives."""
+"""Whether an archive is what its own scene gives, or what the definitions in it give."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.archive.again import hindrance, run_again
+from chaosdrill.archive.blame import blaming
 from chaosdrill.archive.compare import CLOCKED, Check, Difference, examine
 from chaosdrill.archive.describe import stored_versions
 from chaosdrill.archive.digest import altered
 from chaosdrill.archive.read import format_of, open_archive
-from chaosdrill.dataset.provenance import FORMAT
+from chaosdrill.dataset.provenance import FORMAT, library_versions
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ class Verification:
     path : pathlib.Path
         The archive.
     differences : tuple of Difference
-        Empty if the archive is what its scene gives.
+        Empty if the archive is what is computed again.
     notes : tuple of str
         What may explain differences: other versions, another platform.
     checks : tuple of Check
@@ -43,7 +45,7 @@ class Verification:
 
     @property
     def equal(self) -> bool:
-        """Whether the archive is what its scene gives, as far as each variable can be compared."""
+        """Whether the archive is what is computed again, as far as each variable can be compared."""
         return not self.differences
 
     def table(self) -> str:
@@ -81,6 +83,10 @@ def verify(
 ) -> Verification:
     """Run the scene that an archive holds once more and compare, variable by variable.
 
+    An archive that was saved from Python has no scene. Each group of it is computed again from the definition of its
+    system, the numbers and the arguments that it holds; what cannot be is a difference, with the reason. Attributes
+    that somebody added are not compared there.
+
     With the versions and the platform of the archive numbers are compared bit for bit. With others, cycles, multipliers
     and whatever attracts are to agree within the error of the method, and in chaos averages within their errors;
     ``checks`` says which it was for each variable. What is not as it was written, by the digests that the archive
@@ -103,24 +109,98 @@ def verify(
     Raises
     ------
     ArchiveError
-        If the archive cannot be opened, or holds no scene that can be run.
+        If the archive cannot be opened, or holds neither a scene nor an analysis that can be run again.
     """
-    from chaosdrill.scene import parse_scene
-
     tree = open_archive(path)
     text = tree.attrs.get("scene")
-    if not isinstance(text, str):
-        raise ArchiveError(f"{path}: holds no scene; only archives of 'chaosdrill run' can be verified")
+    if isinstance(text, str):
+        differences, checks, notes = _from_scene(path, tree, text, workers, report)
+    else:
+        differences, checks, notes = _from_definitions(path, tree, workers, report)
+    differences, checks = _with_digests(tree, differences, checks)
+    return Verification(Path(path), tuple(differences), tuple(notes), tuple(checks), not notes)
+
+
+Compared = tuple[list[Difference], list[Check], list[str]]
+
+
+def _from_scene(
+    path: str | os.PathLike[str], tree: "xr.DataTree", text: str, workers: int, report: Callable[[str], Any] | None
+) -> Compared:
+    from chaosdrill.scene import parse_scene
+
     try:
         scene = parse_scene(text, str(tree.attrs.get("scene_name", "scene.toml")))
         again = scene.run(workers=workers, report=report)
     except ChaosdrillError as fault:
         raise ArchiveError(f"{path}: the scene it holds cannot be run:\n{fault}") from fault
-    notes = _notes(tree, again)
-    older = format_of(tree) < FORMAT or stored_versions(tree).get("chaosdrill") != stored_versions(again)["chaosdrill"]
-    differences, checks = examine(tree, again, exact=not notes, older=older)
-    differences, checks = _with_digests(tree, differences, checks)
-    return Verification(Path(path), tuple(differences), tuple(notes), tuple(checks), not notes)
+    notes = _notes(tree.attrs, again.attrs)
+    differences, checks = examine(tree, again, exact=not notes, older=_is_older(tree.attrs))
+    return differences, checks, notes
+
+
+def _from_definitions(
+    path: str | os.PathLike[str], tree: "xr.DataTree", workers: int, report: Callable[[str], Any] | None
+) -> Compared:
+    """Every group by itself, each with the versions that wrote it."""
+    import xarray as xr
+
+    differences: list[Difference] = []
+    checks: list[Check] = []
+    notes: list[str] = []
+    refused: dict[str, str] = {}
+    groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+    groups = {place: ds for place, ds in groups.items() if ds.variables or "kind" in ds.attrs}
+    for place, ds in groups.items():
+        again = _computed(path, ds, workers, report(place.strip("/") or "result") if report else None)
+        if isinstance(again, str):
+            refused[place] = again
+            continue
+        ours = _notes(ds.attrs, again.attrs)
+        pair = (_only_known_attributes(ds, again), again)
+        found, compared = examine(
+            *(xr.DataTree.from_dict({place: one}) for one in pair), exact=not ours, older=_is_older(ds.attrs)
+        )
+        differences += found
+        checks += compared
+        notes += [note for note in ours if note not in notes]
+    if len(refused) == len(groups):
+        reasons = "\n".join(f"{place}: {reason}" for place, reason in refused.items())
+        raise ArchiveError(f"{path}: holds no scene, and nothing in it can be computed again:\n{reasons}")
+    differences += [Difference(place, "", f"cannot be computed again: {reason}") for place, reason in refused.items()]
+    return differences, checks, notes
+
+
+def _computed(
+    path: str | os.PathLike[str], ds: "xr.Dataset", workers: int, progress: Callable[..., None] | None
+) -> "xr.Dataset | str":
+    """What a group is now, or why it cannot be computed again."""
+    if (reason := hindrance(ds)) is not None:
+        return reason
+    try:
+        with blaming(path, [ds], "computed again"):
+            return run_again(ds, workers=workers, progress=progress)
+    except ChaosdrillError as fault:
+        return str(fault)
+
+
+def _only_known_attributes(ds: "xr.Dataset", again: "xr.Dataset") -> "xr.Dataset":
+    """The dataset without the attributes that somebody added, which no analysis gives."""
+    ds = ds.copy()
+    ds.attrs = {name: value for name, value in ds.attrs.items() if name in again.attrs}
+    for name in ds.variables:
+        if name in again.variables:
+            known = again[name].attrs
+            ds[name].attrs = {key: value for key, value in ds[name].attrs.items() if key in known}
+    return ds
+
+
+def _is_older(attributes: Mapping[Any, Any]) -> bool:
+    """Whether another version wrote what has these attributes, one whose descriptions in words may differ."""
+    return (
+        format_of(attributes) < FORMAT
+        or stored_versions(attributes).get("chaosdrill") != library_versions()["chaosdrill"]
+    )
 
 
 def _with_digests(
@@ -149,15 +229,15 @@ def _with_digests(
     return found, [replace(c, agrees=False) if (c.group, c.variable) in wrong else c for c in checks]
 
 
-def _notes(first: "xr.DataTree", second: "xr.DataTree") -> list[str]:
+def _notes(first: Mapping[Any, Any], second: Mapping[Any, Any]) -> list[str]:
     """Versions and platforms in which the two runs differ."""
     notes = []
     before = stored_versions(first)
     for name, version in stored_versions(second).items():
         if before.get(name) != version:
             notes.append(f"made with {name} {before.get(name, 'unknown')}, now {version}")
-    if first.attrs.get("platform") != second.attrs["platform"]:
-        notes.append(f"made on {first.attrs.get('platform', 'unknown')}, now on {second.attrs['platform']}")
+    if first.get("platform") != second["platform"]:
+        notes.append(f"made on {first.get('platform', 'unknown')}, now on {second['platform']}")
     return notes
 
 

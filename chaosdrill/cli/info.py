@@ -40,6 +40,7 @@ def info_text(described: dict[str, Any]) -> str:
         for heading, key in (("outcomes", "outcomes"), ("special", "special_points")):
             if counts := ", ".join(f"{name} {count}" for name, count in content.get(key, {}).items()):
                 lines.append(f"  {heading:<13} {counts}")
+        lines.append(f"  repeatable    {content['repeatable']}")
         if changed := content.get("altered"):
             lines.append("  altered       " + ", ".join(changed) + "  (since the archive was written)")
         for name, variable in content["variables"].items():

@@ -1,4 +1,4 @@
-"""``chaosdrill verify``: whether an archive is what its own scene gives."""
+"""``chaosdrill verify``: whether an archive is what its own scene, or definitions, give."""
 
 import click
 
@@ -13,6 +13,9 @@ from chaosdrill.cli.progress import Progress
 @json_option
 def verify(archive: str, workers: int, as_json: bool) -> int:
     """Run the scene that OUT.nc holds once more and compare, variable by variable.
+
+    An archive that was saved from Python has no scene: each of its analyses is run again from the definition of its
+    system, which it holds, and the arguments.
 
     With the same versions on the same platform: bit by bit. With others: cycles, multipliers and whatever attracts
     within the error of the method, averages in chaos within their standard errors; how each variable was compared is
@@ -32,7 +35,7 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
     elif result.equal:
         click.echo(f"{archive}: equal, {'bit for bit' if result.exact else 'as far as it can be compared'}")
     else:
-        click.echo(f"{archive}: differs from what its scene gives")
+        click.echo(f"{archive}: differs from what is computed again")
         click.echo(result.table())
     if not as_json:
         if not result.exact:

@@ -5,14 +5,22 @@ import platform
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from functools import cache
+from numbers import Integral, Real
 from typing import Any
 
 from chaosdrill.dataset.references import package, references
+from chaosdrill.errors import ModelError
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
-FORMAT = 2
-"""Version of the layout of archives. 1: without this number, and without the attributes of ACDD and the digests."""
+FORMAT = 3
+"""Version of the layout of archives.
+
+1: without this number, and without the attributes of ACDD and the digests. 2: without the definitions of systems.
+"""
+
+DERIVED = "derived"
+"""Attribute of a dataset that a function of this package made of another: what was done."""
 
 LIBRARIES = ("numpy", "numba", "sympy", "xarray", "netCDF4")
 
@@ -40,7 +48,8 @@ def provenance(
     variables : iterable of str, optional
         Names of the variables, since some methods are used only where their results are there.
     system : HybridSystem, optional
-        The system that was run; its name, parameters and initial state are recorded.
+        The system that was run; its name, definition, parameters and initial state are recorded, and the reason where
+        no text can hold its definition.
     settings : mapping, optional
         Arguments of the analysis. ``method``, ``tolerance`` and the number that seeds random states become attributes
         of their own.
@@ -70,6 +79,7 @@ def provenance(
         attributes["kind"] = kind
     if system is not None:
         attributes["system"] = system.name
+        attributes |= _definition(system)
         attributes["parameters"] = to_json(system.parameters)
         attributes["initial"] = to_json({str(name): value for name, value in system.initial.items()})
     if settings is not None:
@@ -92,6 +102,18 @@ def signature() -> str:
     import chaosdrill
 
     return f"chaosdrill {chaosdrill.__version__}"
+
+
+def _definition(system: Any) -> dict[str, str]:
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.model.definition import write_definition
+
+    if not isinstance(system, HybridSystem):
+        return {}
+    try:
+        return {"definition": to_json(write_definition(system))}
+    except ModelError as fault:
+        return {"definition_missing": str(fault)}
 
 
 def _of_settings(settings: Mapping[str, Any]) -> dict[str, str | float | int]:
@@ -137,5 +159,9 @@ def to_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """What ``json`` does not know: NumPy scalars and arrays, and things that have only a name."""
+    """What ``json`` does not know: scalars and arrays of NumPy, numbers of others, and things that have only a name."""
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Real):
+        return float(value)
     return value.tolist() if hasattr(value, "tolist") else str(value)

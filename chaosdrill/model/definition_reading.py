@@ -1,6 +1,7 @@
 """A definition is read: every fault of it with its place, or all that a `HybridSystem` is made of."""
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import isfinite, isnan
 from typing import Any
@@ -73,10 +74,8 @@ def read_definition(definition: Any, parameters: Iterable[str]) -> tuple[Reading
         All of them.
     """
     reader = _Reader(parameters)
-    try:
+    with suppress(_TooManyFaults):
         reader.read(definition)
-    except _TooManyFaults:
-        pass
     return reader.reading, reader.faults
 
 

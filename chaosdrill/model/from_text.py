@@ -55,10 +55,14 @@ class Function:
     value: Callable[..., float] | None = None
 
 
+_ELEMENTARY = (
+    *("exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan"),
+    *("sinh", "cosh", "tanh", "asinh", "atanh"),
+)
+
+
 def _functions() -> dict[str, Function]:
-    smooth = ("exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan")
-    smooth += ("sinh", "cosh", "tanh", "asinh", "atanh")
-    found = {name: Function(getattr(sympy, name), value=getattr(math, name)) for name in smooth}
+    found = {name: Function(getattr(sympy, name), value=getattr(math, name)) for name in _ELEMENTARY}
     found["acosh"] = Function(sympy.acosh, smooth=False, value=math.acosh)
     found["Abs"] = Function(sympy.Abs, smooth=False, value=abs)
     found["sign"] = Function(sympy.sign, smooth=False, value=lambda x: math.copysign(1.0, x))
@@ -76,6 +80,7 @@ def _functions() -> dict[str, Function]:
 
 
 FUNCTIONS = _functions()
+_PLAIN = [name for name in FUNCTIONS if name not in special.SPECIAL]
 
 _INSTEAD = {
     "abs": "write Abs(x)",
@@ -136,10 +141,17 @@ def read_text(text: str, names: Mapping[str, Any], *, condition: bool = False, m
         raise ExpressionError("; ".join(faults[:10]))
     try:
         found = _Builder(names, moving).build(tree)
+    except (ExpressionError, MemoryError):
+        raise
     except RecursionError:
         raise ExpressionError("is nested too deeply; name its parts instead") from None
+    # sympy evaluates what it is given, and fails in ways of its own
+    except Exception as fault:
+        raise ExpressionError(f"{text!r:.60} cannot be made an expression: {fault!s:.100}") from None
     if found.has(*_UNBOUNDED):
         raise ExpressionError(f"{text!r:.60} divides by zero, or is not finite")
+    if not all(math.isfinite(float(number)) for number in found.atoms(sympy.Float)):
+        raise ExpressionError(f"{text!r:.60} holds a number that is larger than any double")
     if found.has(sympy.I):
         raise ExpressionError(f"{text!r:.60} is complex")
     return found
@@ -150,13 +162,13 @@ def _unknown(node: Node, names: Mapping[str, Any]) -> Iterator[str]:
         if node.value in FUNCTIONS:
             yield f"{node.value!r} is a function; give it an argument, as in {node.value}(x)"
         else:
-            yield f"unknown name {node.value!r:.40}; {remedy(node.value, (*names, 'pi'))}"
+            yield f"unknown name {node.value[:40]!r}; {remedy(node.value, (*names, 'pi'))}"
     elif node.kind == "call":
         function = FUNCTIONS.get(node.value)
         if function is None and node.value in names:
-            yield f"{node.value!r:.40} is no function; write {node.value:.40}*(...) for a product"
+            yield f"{node.value[:40]!r} is no function; write {node.value:.40}*(...) for a product"
         elif function is None:
-            yield f"unknown function {node.value!r:.40}; {_INSTEAD.get(node.value) or remedy(node.value, FUNCTIONS)}"
+            yield f"unknown function {node.value[:40]!r}; {_INSTEAD.get(node.value) or remedy(node.value, _PLAIN)}"
         elif not function.least <= len(node.parts) <= function.most:
             count = function.least if function.least == function.most else f"{function.least} to {function.most}"
             yield f"{node.value} takes {count} argument{'s' if count != 1 else ''}, received {len(node.parts)}"
@@ -226,6 +238,10 @@ class _Builder:
                 )
             for argument in arguments:
                 _check_size(argument, MOST_OF_MOD if name == "Mod" else MOST_PARTS)
+                # sympy expands what stands in it
+                powers = argument.atoms(sympy.Pow) if name == "Mod" else ()
+                if any(power.exp.is_Rational and power.exp > 8 for power in powers):
+                    raise ExpressionError("takes the remainder of a power larger than 8")
         if name == "exp" and arguments[0].has(sympy.log):
             # sympy makes a power of it
             for number in arguments[0].atoms(sympy.Rational):
@@ -276,13 +292,15 @@ def _check_power(base: Any, exponent: Any) -> None:
 
 def _check_exponent(exponent: Any) -> None:
     if max(abs(exponent.p), exponent.q) > MOST_EXPONENT:
-        raise ExpressionError(f"has the exponent {str(exponent):.40}; exponents up to {MOST_EXPONENT} are read")
+        raise ExpressionError(f"has the exponent {exponent!s:.40}; exponents up to {MOST_EXPONENT} are read")
 
 
 def _check_size(expression: Any, most: int) -> None:
     count = sum(1 for _ in sympy.preorder_traversal(expression))
     if count > most:
-        raise ExpressionError(f"compares, or takes by a function with kinks, {count} operations; at most {most} are read")
+        raise ExpressionError(
+            f"compares, or takes by a function with kinks, {count} operations; at most {most} are read"
+        )
 
 
 def _checked(made: Any) -> Any:

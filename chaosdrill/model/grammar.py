@@ -101,7 +101,7 @@ class _Parser:
     def whole(self) -> Node:
         found = self._expression(_OR)
         if self.kind != "end":
-            self._refuse()
+            self._refuse("an operator or the end")
         return found
 
     def _next(self) -> None:
@@ -151,7 +151,7 @@ class _Parser:
                 return self._call(value)
             return Node("number" if kind == "number" else "name", value)
         if kind != "sign" or value not in ("-", "+", "not", "(", "True", "False"):
-            self._refuse()
+            self._refuse("a number, a name or a parenthesis")
         self._next()
         if value in ("True", "False"):
             return Node("truth", value)
@@ -191,14 +191,13 @@ class _Parser:
     def _shown(self) -> str:
         return self.text if len(self.text) <= 40 else f"...{self.text[max(0, self.end - 37) : self.end]}"
 
-    def _refuse(self, expected: str = "") -> NoReturn:
+    def _refuse(self, expected: str) -> NoReturn:
+        if not self.text.strip():
+            raise ExpressionError("is empty; give an expression such as '-x'")
         if self.kind == "end":
-            raise ExpressionError(
-                f"{self._shown()!r} ends where {expected or 'a number, a name or a parenthesis'} is to follow"
-                if self.text.strip()
-                else "is empty; give an expression such as '-x'"
-            )
-        hint = _INSTEAD.get(self.value) or f"expected {expected or 'an operator or the end'}"
-        if not expected and self.value in _LEVELS:
-            hint = "expected a number, a name or a parenthesis"
-        raise ExpressionError(f"{self.value!r:.30} cannot stand at letter {self.start + 1} of {self.text!r:.60}; {hint}")
+            raise ExpressionError(f"{self._shown()!r} ends where {expected} is to follow")
+        hint = _INSTEAD.get(self.value, f"expected {expected}")
+        if expected.startswith("an operator") and (self.kind != "sign" or self.value == "("):
+            hint = "write * for a product"
+        place = f"letter {self.start + 1} of {self.text!r:.60}"
+        raise ExpressionError(f"{self.value!r:.30} cannot stand at {place}; {hint}")

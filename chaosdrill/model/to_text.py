@@ -25,7 +25,7 @@ def _printer() -> Any:
     from sympy.printing.precedence import PRECEDENCE
     from sympy.printing.str import StrPrinter
 
-    class Printer(StrPrinter):  # type: ignore[misc]
+    class Printer(StrPrinter):
         def _print_Symbol(self, expr: Any) -> str:
             name = str(expr.name)
             return name if PLAIN_NAME.fullmatch(name) and name not in WORDS else f"`{name}`"

@@ -1,6 +1,7 @@
 """The scene of an archive: what was simulated, what was not, and with which numbers."""
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ChaosdrillError
@@ -11,14 +12,18 @@ from chaosdrill.reports.numbers import number
 if TYPE_CHECKING:
     import xarray as xr
 
+    from chaosdrill.model import HybridSystem
     from chaosdrill.scene import Scene
+
+MOST_SYSTEMS = 10
+LONGEST_ARGUMENT = 200
 
 
 def scene_section(tree: "xr.DataTree") -> Html:
-    """Everything that the scene says, or what is known without one."""
+    """Everything that the scene says, or what the definitions tell without one."""
     text = tree.attrs.get("scene")
     if not isinstance(text, str):
-        return joined([element("p", "The archive holds no scene, so its equations are not known here."), _known(tree)])
+        return _defined(tree)
     from chaosdrill.scene import parse_scene
 
     listing = joined([element("h3", "Scene file"), element("pre", element("code", text), tabindex="0")])
@@ -34,25 +39,34 @@ def scene_section(tree: "xr.DataTree") -> Html:
 def _described(scene: "Scene") -> Html:
     from chaosdrill.scene.describe import describe_scene
 
-    system, told = scene.system, describe_scene(scene)
-    parts = [element("p", "System: ", element("strong", told["system"]), ". ", system.description)]
+    told = describe_scene(scene)
+    effects = []
     if told["simulated"]:
-        parts += [element("h3", "Simulated"), facts(told["simulated"].items())]
+        effects += [element("h3", "Simulated"), facts(told["simulated"].items())]
     if told["left_out"]:
-        parts += [element("h3", "Left out"), facts(told["left_out"].items())]
-    states = [(name, math(name), entry["initial"], entry["label"]) for name, entry in told["states"].items()]
-    parameters = [
-        (name, math(name), Quantity(number(p["value"], 12)), "scene" if p["given"] else "default", p["label"])
-        for name, p in told["parameters"].items()
-    ]
+        effects += [element("h3", "Left out"), facts(told["left_out"].items())]
+    origin = {name: "scene" if p["given"] else "default" for name, p in told["parameters"].items()}
     scales = [(name.replace("_", " "), value) for name, value in told["si_scales"].items()]
+    units = table("One dimensionless unit in SI units", ("quantity", "value"), scales)
+    return _system(scene.system, origin, joined(effects), units)
+
+
+def _system(system: "HybridSystem", origin: Mapping[str, str], before: Html, units: Html) -> Html:
+    """Numbers and equations of a system; ``origin`` tells of each parameter where its value comes from."""
+    labels = system.labels
+    states = [(name, math(name), system.initial[name], labels.get(name, "")) for name in system.state_names]
+    parameters = [
+        (name, math(name), Quantity(number(value, 12)), origin.get(name, "the run"), labels.get(name, ""))
+        for name, value in system.parameters.items()
+    ]
     return joined(
         [
-            *parts,
+            element("p", "System: ", element("strong", system.name), ". ", system.description),
+            before,
             element("h3", "States and parameters"),
             table("States", ("state", "symbol", "at first", "is"), states),
             table("Parameters", ("parameter", "symbol", "value", "from", "is"), parameters),
-            table("One dimensionless unit in SI units", ("quantity", "value"), scales),
+            units,
             element("h3", "Equations"),
             equations(system),
             element("h3", "Events") if system.transitions else None,
@@ -60,6 +74,38 @@ def _described(scene: "Scene") -> Html:
         ],
         "\n",
     )
+
+
+def _defined(tree: "xr.DataTree") -> Html:
+    """The systems of an archive without a scene, from the definitions in its groups, each system once."""
+    from chaosdrill.archive.again import system_of
+
+    groups: dict[tuple[str, ...], list[xr.Dataset]] = {}
+    places: dict[tuple[str, ...], list[str]] = {}
+    for node in tree.subtree:
+        if "definition" in node.attrs:
+            key = tuple(str(node.attrs.get(name)) for name in ("definition", "parameters", "initial"))
+            groups.setdefault(key, []).append(node.to_dataset(inherit=False))
+            places.setdefault(key, []).append(node.path.strip("/") or "result")
+    if not groups:
+        told = "The archive holds no scene and no definition of a system, so its equations are not known here."
+        return joined([element("p", told), _known(tree)])
+    parts = [element("p", "The archive holds no scene; each analysis holds its system and its arguments.")]
+    for key, (first, *_) in list(groups.items())[:MOST_SYSTEMS]:
+        parts.append(element("p", "Analyses: ", ", ".join(places[key])))
+        try:
+            parts.append(_system(system_of(first), {}, Html(""), Html("")))
+        except ChaosdrillError as fault:
+            parts.append(element("p", "The definition cannot be read: ", str(fault), class_="fault"))
+    if len(groups) > MOST_SYSTEMS:
+        parts.append(element("p", f"{len(groups) - MOST_SYSTEMS} more systems are in the archive.", class_="left-out"))
+    arguments = [
+        (node.path.strip("/") or "result", name, json.dumps(value)[:LONGEST_ARGUMENT])
+        for node in tree.subtree
+        for name, value in read_json(node.attrs.get("settings")).items()
+        if value is not None
+    ]
+    return joined([*parts, element("h3", "Arguments"), table("Arguments", ("group", "argument", "value"), arguments)])
 
 
 def _known(tree: "xr.DataTree") -> Html:

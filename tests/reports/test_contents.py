@@ -100,10 +100,21 @@ def test_values_that_were_altered_are_told(written, tmp_path):
     ]
 
 
-def test_without_a_scene_the_page_says_so(write, tree):
+def test_without_a_scene_the_equations_are_those_of_the_definition(write, tree):
     del tree.attrs["scene"]
     page = read(write(tree).path)
     assert "holds no scene" in page.text
+    shown = {formula.attributes["alttext"] for formula in page.all("math")}
+    assert {"dx/dt = v", "v := -e*v", "-wall + x", "T = 2*pi/omega"} <= shown
+    assert ["diagram", "tolerance", "1e-12"] in rows(page, "Arguments")
+
+
+def test_without_a_definition_either_the_page_says_so(write, tree):
+    del tree.attrs["scene"]
+    for node in tree.children.values():
+        del node.attrs["definition"]
+    page = read(write(tree).path)
+    assert "holds no scene and no definition" in page.text
     assert not list(page.all("math"))
     parameters = {row[2]: row[3] for row in rows(page, "Parameters")}
     assert parameters == {k: str(v) for k, v in json.loads(tree["chart"].attrs["parameters"]).items()}

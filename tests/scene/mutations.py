@@ -108,7 +108,52 @@ transient = 2
 periods = 2
 repeats = 1
 """
-SOUND = (DRILL, IN_SI, OSCILLATOR)
+OWN = """\
+[system.definition]
+name = "a ball of one's own"
+states = ["x", "v"]
+time = "t"
+period = "2*pi/omega"
+[system.definition.modes.free]
+x = "v"
+v = "-x - 2*zeta*v + cos(omega*t)"
+[system.definition.modes.rest]
+x = 0
+v = "0.0"
+[[system.definition.transitions]]
+name = "impact"
+source = ["free"]
+target = "free"
+guard = "x - 0.3"
+direction = 1
+reset = { v = "-e*v" }
+condition = "v > 1e-9 or x < 1"
+[[system.definition.transitions]]
+name = "stop"
+source = "free"
+target = "rest"
+guard = "x - 0.3"
+direction = 1
+completes = "impact"
+[system.definition.quadratures]
+work = "zeta*v**2"
+[system.definition.bounds]
+x = [-10, inf]
+[system.parameters]
+zeta = 0.05
+omega = 2.5
+e = 0.8
+[analysis.spectrum]
+kind = "lyapunov-spectrum"
+transient = 2
+periods = 8
+[analysis.diagram]
+kind = "bifurcation-diagram"
+sweep.e = [0.7, 0.8]
+transient = 2
+periods = 4
+"""
+SOUND = (DRILL, IN_SI, OSCILLATOR, OWN)
 
 NUMBERS = ["1e308", "-1e308", "1e400", "9" * 30, "-" + "9" * 30, "1" * 5000, "0", "-1", "-0.0", "nan", "inf", "-inf"]
 NUMBERS += ["0x7fffffffffffffff", "9223372036854775808", "5e-324", "1_000_000_000", "1e10", "2.5", "1e-300"]
@@ -132,6 +177,7 @@ HOSTILE = [
     "../../../etc/passwd",
     "{0.__class__}",
 ]
+HOSTILE += ["9**9**9", "(" * 20_000 + "v" + ")" * 20_000, "v.__class__", "(3*x)**999999999", "1/0", "cos(t)**2 + x/v"]
 HOSTILE += ["%s%s%n", "\\u0000", "\\U0001F600", "x" * 100_000, "chaosdrill.cli.main:main", "sin(x)", "exec('1/0')", "-"]
 
 

@@ -1,0 +1,180 @@
+"""An archive saved from Python holds the definition of its system, and is computed again from there."""
+
+import json
+
+import netCDF4
+import numpy as np
+import pytest
+import sympy
+import xarray as xr
+
+import chaosdrill as cd
+from chaosdrill.archive import info, verify
+from chaosdrill.errors import ArchiveError
+
+HOSTILE = [
+    "__import__('os').system('touch owned')",
+    "(" * 10**6 + "v" + ")" * 10**6,
+    "9**9**9",
+    "v.__class__",
+    "eval(v)",
+]
+
+
+def oscillator(rate=None):
+    x, v, t, omega, e = sympy.symbols("x v t omega e", real=True)
+    return cd.HybridSystem(
+        name="of my own",
+        states=(x, v),
+        time=t,
+        parameters={"omega": 3.3, "e": 0.8},
+        modes={"free": {x: v, v: -x - 0.1 * v + sympy.cos(omega * t) if rate is None else rate(x, v, t)}},
+        transitions=[cd.Transition("impact", "free", "free", guard=x - 0.3, direction=+1, reset={v: -e * v})],
+        period=2 * sympy.pi / omega,
+        initial={"mode": "free", "v": 0.3},
+    )
+
+
+@pytest.fixture(scope="module")
+def results():
+    """One of every kind of call: numbers of NumPy and sympy, arrays, seeds and random states among the arguments."""
+    system = oscillator()
+    return {
+        "motion": cd.trajectory(system.with_parameters(e=0.5), periods=np.int64(3), samples=sympy.Integer(5)),
+        "section": cd.poincare_section(system, periods=8, transient=20, at="impact"),
+        "spectrum": cd.lyapunov_spectrum(
+            system.with_initial(x=0.1), periods=64, transient=20, blocks=8, tolerance=1e-9
+        ),
+        "diagram": cd.bifurcation_diagram(
+            system,
+            {"omega": np.linspace(3.3, 3.4, 3)},
+            transient=20,
+            periods=16,
+            random={"count": 2, "seed": 3, "x": (-0.1, 0.1)},
+            seeds=[{"x": 0.05, "mode": "free"}],
+        ),
+        "chart": cd.parameter_chart(system, {"omega": [3.3, 3.4], "e": (0.7, 0.8)}, transient=20, periods=16),
+        "basins": cd.basins(system, {"x": [-0.3, 0.2], "v": np.array([-0.5, 0.5])}, transient=20, periods=16),
+        "orbit": cd.periodic_orbit(system, start="search", max_period=1),
+        "branch": cd.continue_orbit(system, {"omega": (3.3, 3.35)}, transient=300),
+        "precision": cd.work_precision(system, methods=["taylor"], tolerances=[1e-6], periods=8, repeats=1),
+    }
+
+
+@pytest.fixture
+def archive(results, tmp_path):
+    return cd.save(xr.DataTree.from_dict(results), tmp_path / "python.nc")
+
+
+@pytest.fixture
+def small(results, tmp_path):
+    return cd.save(results["spectrum"], tmp_path / "small.nc")
+
+
+def test_every_kind_is_computed_again(archive):
+    result = verify(archive, workers=2)
+    assert result.equal, result.table()
+    assert result.exact
+    assert len({check.group for check in result.checks}) == 9
+    assert {group["repeatable"] for group in info(archive)["groups"].values()} == {"from the definition of its system"}
+
+
+def test_the_definition_is_there_for_every_system(tmp_path):
+    ds = cd.trajectory(cd.drill(), periods=1, samples=2)
+    definition = json.loads(ds.attrs["definition"])
+    assert definition["modes"]["stick"]["w"] == "0"
+    assert verify(cd.save(ds, tmp_path / "drill.nc")).equal
+
+
+def test_an_altered_value_is_found(archive):
+    with netCDF4.Dataset(archive, "a") as file:
+        file["chart/lyapunov_exponent"][0, 1, 0, 0] += 1e-12
+    (difference,) = verify(archive).differences
+    assert (difference.group, difference.variable, difference.differing) == ("/chart", "lyapunov_exponent", 1)
+
+
+def test_an_altered_value_that_was_saved_again_is_found(small, tmp_path):
+    ds = cd.open(small).to_dataset()
+    ds["lyapunov_exponent"][0] += 1e-12
+    result = verify(cd.save(ds, tmp_path / "again.nc"))
+    assert [d.variable for d in result.differences] == ["lyapunov_exponent"]
+
+
+@pytest.mark.parametrize(("old", "new"), [('"-e*v"', '"-e**2*v"'), ("0.1*v", "0.2*v")])
+def test_an_altered_equation_is_found(small, tmp_path, old, new):
+    ds = cd.open(small).to_dataset()
+    assert old in ds.attrs["definition"]
+    ds.attrs["definition"] = ds.attrs["definition"].replace(old, new)
+    result = verify(cd.save(ds, tmp_path / "again.nc"))
+    assert "lyapunov_exponent" in {d.variable for d in result.differences}
+
+
+def test_attributes_of_ones_own_are_welcome(results, tmp_path):
+    ds = results["spectrum"].assign_attrs(creator_name="me", license="CC0")
+    ds["lyapunov_exponent"].attrs["note"] = "the first is chaotic"
+    assert verify(cd.save(ds, tmp_path / "mine.nc")).equal
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=lambda text: text[:12])
+def test_hostile_text_runs_no_code(small, tmp_path, monkeypatch, text):
+    monkeypatch.chdir(tmp_path)
+    ds = cd.open(small).to_dataset()
+    definition = json.loads(ds.attrs["definition"])
+    definition["modes"]["free"]["x"] = text
+    ds.attrs["definition"] = json.dumps(definition)
+    with pytest.raises(
+        ArchiveError, match=r"nothing in it can be computed again:\n/: definition.modes.free.x: "
+    ) as caught:
+        verify(cd.save(ds, "hostile.nc"))
+    assert len(str(caught.value)) < 700
+    assert not (tmp_path / "owned").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("definition", "[" * 100_000, "definition: no JSON"),
+        ("definition", "[]", "definition: expected a table"),
+        ("definition", '{"states": ["x"]}', "definition.modes: missing"),
+        ("parameters", '{"omega": "big", "e": 1}', "parameter 'omega' is 'big'"),
+        ("parameters", '{"omega": 3.3}', "unknown name 'e'"),
+        ("initial", '{"mode": "gone"}', "initial mode 'gone'"),
+        ("settings", '{"periods": 64, "store": "/etc"}', "no argument 'store'"),
+        ("settings", '{"periods": "many"}', "periods is 'many'"),
+        ("settings", '{"periods": 1e300}', "periods is 1e+300"),
+        ("kind", "os.system", "no result of an analysis"),
+    ],
+)
+def test_what_cannot_be_read_is_named(small, tmp_path, name, value, told):
+    ds = cd.open(small).to_dataset().assign_attrs({name: value})
+    with pytest.raises(ArchiveError) as caught:
+        verify(cd.save(ds, tmp_path / "wrong.nc"))
+    assert told in str(caught.value)
+
+
+def test_older_archives_say_that_they_have_none(small, tmp_path):
+    ds = cd.open(small).to_dataset()
+    del ds.attrs["definition"]
+    older = cd.save(ds.assign_attrs(format_version=2), tmp_path / "older.nc")
+    assert cd.open(older).attrs["kind"] == "lyapunov-spectrum"
+    with pytest.raises(ArchiveError, match="no attribute 'definition', as archives have that were made by versions of"):
+        verify(older)
+    assert info(older)["groups"]["/"]["repeatable"].startswith("no: it has no attribute 'definition'")
+
+
+def test_parts_are_told_to_be_parts(results, tmp_path):
+    motion = results["motion"]
+    tree = {"whole": motion, "part": cd.cut(motion, 0.0, 1.0), "both": cd.join({"a": motion, "b": motion})}
+    result = verify(cd.save(xr.DataTree.from_dict(tree), tmp_path / "parts.nc"))
+    told = {d.group: d.what for d in result.differences}
+    assert set(told) == {"/part", "/both"}
+    assert told["/part"].endswith("no longer what the analysis gave: cut to times 0.0 to 1.0")
+    assert "join of 2 runs" in told["/both"]
+
+
+def test_a_system_that_no_text_can_hold(tmp_path):
+    ds = cd.trajectory(oscillator(lambda x, v, t: -x * sympy.Float("0.1", 40)), periods=1, samples=2)
+    assert "definition" not in ds.attrs
+    path = cd.save(ds, tmp_path / "digits.nc")
+    with pytest.raises(ArchiveError, match=r"no text can hold its system: .* as text would be read as"):
+        verify(path)

@@ -1,0 +1,111 @@
+"""No text is run as code, takes for ever, or ends in anything but an expression or one clear error."""
+
+import sys
+import time
+from contextlib import suppress
+
+import pytest
+import sympy
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chaosdrill.model.from_text import read_text
+from chaosdrill.model.grammar import ExpressionError
+
+NAMES = {name: sympy.Symbol(name, real=True) for name in ("x", "v", "t", "lambda")}
+WATCHED = ("os.", "subprocess.", "compile", "exec", "import", "open", "socket.")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("__import__('os').system('touch owned')", "no text in an expression"),
+        ("().__class__.__bases__", "cannot stand"),
+        ("x.__class__", "stand alone"),
+        ("eval(x)", "unknown function 'eval'"),
+        ("lambda: 0", "cannot stand"),
+        ("(" * 10**6 + "x" + ")" * 10**6, "letters long"),
+        ("(" * 4000 + "x" + ")" * 4000, "nested"),
+        ("-" * 9000 + "x", "nested"),
+        ("x" + "**x" * 3000, "nested"),
+        ("9**9**9", "exponent"),
+        ("9**(x - x + 9**9)", "exponent"),
+        ("(3*x)**999999999", "exponent"),
+        ("((3*x)**1000)**1000", "too large"),
+        ("0.5**1000000000", "exponent"),
+        ("exp(1000000000*log(3*x))", "exponent"),
+        ("exp(-1000000000*log(2.0))", "out of the range"),
+        ("exp(exp(exp(10)))", "no finite"),
+        ("positive_power(2, 10**9)", "exponent"),
+        ("Mod((x + v + t)**900, 2)", "remainder of a power"),
+        ("1" * 5000, "digits"),
+        ("1e400", "larger than any double"),
+        ("1e300*1e300*x", "larger than any double"),
+        ("1/0", "no finite"),
+        ("1/(x - x)", "no finite"),
+        ("Mod(x, 0)", "cannot be made"),
+        ("log(-1)", "no finite"),
+        ("(-8)**(1/3)", "no finite"),
+        ("tan(pi/2)", "not finite"),
+        ("*".join(f"sin({i}*x)" for i in range(1, 150)), "factors"),
+        ("x^2", "write \\*\\* for a power"),
+        ("x = 1", "write == to compare"),
+        ("2x", "write \\* for a product"),
+        ("abs(x)", "write Abs"),
+        ("sinn(x)", "did you mean 'sin'"),
+        ("vv + x", "did you mean 'v'"),
+        ("sin", "give it an argument"),
+        ("sin(x, v)", "1 argument, received 2"),
+        ("x(3)", "no function"),
+        ("", "is empty"),
+        ("x +", "ends where"),
+        ("(x", "ends where"),
+        ("x > 1", "no comparison"),
+        ("(x > 1)*2", "no number"),
+    ],
+    ids=lambda text: text[:24],
+)
+def test_refused_at_once(text, told):
+    start = time.perf_counter()
+    with pytest.raises(ExpressionError, match=told) as caught:
+        read_text(text, NAMES)
+    assert time.perf_counter() - start < 2
+    assert len(str(caught.value)) < 500
+
+
+SIGNS = ("**", "*", "/", "+", "-", "(", ")", ",", "<", ">=", "==", "and", "or", "not", "True", "`", "'", ".", " ")
+TOKENS = ["x", "v", "lambda", "pi", "1", "2.5", "1e9", "999999999", "é", *SIGNS]
+TOKENS += ["sin(", "exp(", "log(", "Max(", "Mod(", "floor(", "sqrt("]
+
+
+@given(st.lists(st.sampled_from(TOKENS), max_size=25).map(" ".join), st.booleans())
+def test_any_row_of_tokens(text, condition):
+    try:
+        found = read_text(text, NAMES, condition=condition)
+    except ExpressionError:
+        return
+    assert isinstance(found, sympy.logic.boolalg.Boolean if condition else sympy.Expr)
+    assert found.free_symbols <= set(NAMES.values())
+
+
+@given(st.text(max_size=60))
+def test_any_text(text):
+    with suppress(ExpressionError):
+        read_text(text, NAMES)
+
+
+def test_nothing_is_compiled_imported_or_opened():
+    read_text("sin(x)", NAMES)
+    events = []
+    recording = [True]
+
+    def hook(event, arguments):
+        if recording and event.startswith(WATCHED):
+            events.append(event)
+
+    sys.addaudithook(hook)
+    for text in ("__import__('os').system('true')", "exec(x)", "lambda*x + exp(-v)", "open(x)"):
+        with suppress(ExpressionError):
+            read_text(text, NAMES)
+    recording.clear()
+    assert events == []
