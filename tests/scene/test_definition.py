@@ -9,8 +9,8 @@ import sympy
 import chaosdrill as cd
 from chaosdrill.scene import check, parse_scene
 
-PAGE = (Path(__file__).parents[2] / "docs" / "extend.md").read_text()
-TEXT = PAGE.split("```toml\n")[1].split("```")[0]
+DOCS = Path(__file__).parents[2] / "docs"
+TEXT = (DOCS / "_examples" / "extend" / "own.toml").read_text()
 
 
 def of_the_readme():
@@ -30,6 +30,7 @@ def of_the_readme():
 
 
 def test_the_example_is_the_system_of_the_readme():
+    assert TEXT in (DOCS / "extend.md").read_text()
     one, other = parse_scene(TEXT).system, of_the_readme()
     for name in ("name", "states", "time", "parameters", "modes", "transitions", "period", "initial", "bounds"):
         assert getattr(one, name) == getattr(other, name), name
