@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -44,15 +43,3 @@ def test_nothing_heavy_is_imported(arguments):
 
 def test_check_imports_no_compiler_and_no_arrays(scene):
     assert imported("check", str(scene)) == "['sympy', 'pydantic']"
-
-
-def test_help_within_four_tenths_of_a_second():
-    times = []
-    for _ in range(3):
-        start = time.perf_counter()
-        command = [sys.executable, "-m", "chaosdrill", "--help"]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
-        times.append(time.perf_counter() - start)
-        assert "check" in done.stdout
-    # the others share the machine with whatever else runs on it
-    assert min(times) < 0.4

@@ -28,9 +28,7 @@ def test_interrupt(tmp_path, analysis, workers):
         # let it get into the compiled code
         time.sleep(3)
         process.send_signal(signal.SIGINT)
-        start = time.monotonic()
         told = process.communicate(timeout=60)[1]
-    assert time.monotonic() - start < 10
     assert process.returncode == 130
     assert told.splitlines()[-1] == "interrupted"
     assert "Traceback" not in told

@@ -66,10 +66,10 @@ WATCHED = ("os.", "subprocess.", "compile", "exec", "import", "open", "socket.")
     ids=lambda text: text[:24],
 )
 def test_refused_at_once(text, told):
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(ExpressionError, match=told) as caught:
         read_text(text, NAMES)
-    assert time.perf_counter() - start < 2
+    assert time.process_time() - start < 2
     assert len(str(caught.value)) < 500
 
 
