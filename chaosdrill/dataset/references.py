@@ -15,13 +15,17 @@ class Reference:
     key : str
         Short name, also that of the BibTeX entry.
     authors : str
-        Separated by " and ", family name last.
+        Separated by " and ", initials first.
     year : int or None
         Of publication; None if it is not known.
     title : str
         Of the work.
     where : str
-        Journal with volume and pages, or publisher.
+        Journal, book with its publisher, or publisher.
+    volume : str
+        Of a journal.
+    pages : str
+        First and last.
     doi : str
         Without the resolver's address; empty if there is none.
     entry : {"article", "book", "inproceedings", "software", "misc"}
@@ -33,6 +37,8 @@ class Reference:
     year: int | None
     title: str
     where: str
+    volume: str = ""
+    pages: str = ""
     doi: str = ""
     entry: str = "article"
 
@@ -46,7 +52,8 @@ class Reference:
         """
         names = self.authors.split(" and ")
         authors = ", ".join(names[:-1]) + " and " + names[-1] if len(names) > 1 else names[0]
-        parts = [f"{authors} ({self.year})" if self.year else authors, self.title, self.where]
+        place = ", ".join(part for part in (f"{self.where} {self.volume}".rstrip(), self.pages) if part)
+        parts = [f"{authors} ({self.year})" if self.year else authors, self.title, place]
         line = ". ".join(part for part in parts if part)
         return f"{line}. doi:{self.doi}" if self.doi else f"{line}."
 
@@ -61,10 +68,19 @@ class Reference:
         place = {"article": "journal", "book": "publisher", "inproceedings": "booktitle"}.get(
             self.entry, "howpublished"
         )
-        fields = {"author": self.authors, "title": f"{{{self.title}}}", place: self.where, "year": self.year}
-        fields |= {"doi": self.doi}
-        body = ",\n".join(f"  {name} = {{{value}}}" for name, value in fields.items() if value)
+        authors = " and ".join(_in_bibtex(name) for name in self.authors.split(" and "))
+        fields = {"author": authors, "title": f"{{{self.title}}}", place: self.where, "year": self.year}
+        fields |= {"volume": self.volume, "pages": self.pages.replace("-", "--"), "doi": self.doi}
+        body = ",\n".join(f"  {name} = {{{value}}}" for name, value in fields.items() if value).replace("&", r"\&")
         return f"@{'misc' if self.entry == 'software' else self.entry}{{{self.key},\n{body}\n}}"
+
+
+def _in_bibtex(name: str) -> str:
+    """The name with braces where BibTeX would take part of what follows the initials for a further given name."""
+    words = name.split()
+    initials = [word for word in words if word.endswith(".")]
+    family = " ".join(words[len(initials) :])
+    return " ".join([*initials, f"{{{family}}}" if " " in family and family[0].isupper() else family])
 
 
 _ENTRIES = (
@@ -74,49 +90,61 @@ _ENTRIES = (
         1980,
         "Lyapunov characteristic exponents for smooth dynamical systems and for Hamiltonian systems; a method for "
         "computing all of them. Part 2: Numerical application",
-        "Meccanica 15, 21-30",
-        "10.1007/BF02128237",
+        "Meccanica",
+        volume="15",
+        pages="21-30",
+        doi="10.1007/BF02128237",
     ),
     Reference(
         "mueller1995",
         "P. C. Müller",
         1995,
         "Calculation of Lyapunov exponents for dynamic systems with discontinuities",
-        "Chaos, Solitons & Fractals 5, 1671-1681",
-        "10.1016/0960-0779(94)00170-U",
+        "Chaos, Solitons & Fractals",
+        volume="5",
+        pages="1671-1681",
+        doi="10.1016/0960-0779(94)00170-U",
     ),
     Reference(
         "flyvbjerg1989",
         "H. Flyvbjerg and H. G. Petersen",
         1989,
         "Error estimates on averages of correlated data",
-        "The Journal of Chemical Physics 91, 461-466",
-        "10.1063/1.457480",
+        "The Journal of Chemical Physics",
+        volume="91",
+        pages="461-466",
+        doi="10.1063/1.457480",
     ),
     Reference(
         "kaplan1979",
         "J. L. Kaplan and J. A. Yorke",
         1979,
         "Chaotic behavior of multidimensional difference equations",
-        "Functional Differential Equations and Approximation of Fixed Points, Springer, 204-227",
-        "10.1007/BFb0064319",
-        "inproceedings",
+        "Functional Differential Equations and Approximation of Fixed Points, Lecture Notes in Mathematics 730, "
+        "Springer",
+        pages="204-227",
+        doi="10.1007/BFb0064319",
+        entry="inproceedings",
     ),
     Reference(
         "smith1987",
         "D. A. Smith and W. F. Ford and A. Sidi",
         1987,
         "Extrapolation methods for vector sequences",
-        "SIAM Review 29, 199-233",
-        "10.1137/1029042",
+        "SIAM Review",
+        volume="29",
+        pages="199-233",
+        doi="10.1137/1029042",
     ),
     Reference(
         "das2017",
         "S. Das and Y. Saiki and E. Sander and J. A. Yorke",
         2017,
         "Quantitative quasiperiodicity",
-        "Nonlinearity 30, 4111-4140",
-        "10.1088/1361-6544/aa84c2",
+        "Nonlinearity",
+        volume="30",
+        pages="4111-4140",
+        doi="10.1088/1361-6544/aa84c2",
     ),
     Reference(
         "dankowicz2013",
@@ -124,16 +152,18 @@ _ENTRIES = (
         2013,
         "Recipes for Continuation",
         "SIAM",
-        "10.1137/1.9781611972573",
-        "book",
+        doi="10.1137/1.9781611972573",
+        entry="book",
     ),
     Reference(
         "dercole2005",
         "F. Dercole and Yu. A. Kuznetsov",
         2005,
         "SlideCont: an Auto97 driver for bifurcation analysis of Filippov systems",
-        "ACM Transactions on Mathematical Software 31, 95-119",
-        "10.1145/1055531.1055536",
+        "ACM Transactions on Mathematical Software",
+        volume="31",
+        pages="95-119",
+        doi="10.1145/1055531.1055536",
     ),
     Reference(
         "dibernardo2008",
@@ -141,15 +171,16 @@ _ENTRIES = (
         2008,
         "Piecewise-smooth Dynamical Systems: Theory and Applications",
         "Springer",
-        "10.1007/978-1-84628-708-4",
-        "book",
+        doi="10.1007/978-1-84628-708-4",
+        entry="book",
     ),
     Reference(
         "keller1977",
         "H. B. Keller",
         1977,
         "Numerical solution of bifurcation and nonlinear eigenvalue problems",
-        "Applications of Bifurcation Theory, Academic Press, 359-384",
+        "Applications of Bifurcation Theory, Academic Press",
+        pages="359-384",
         entry="inproceedings",
     ),
     Reference(
@@ -157,41 +188,49 @@ _ENTRIES = (
         "D. Auerbach and P. Cvitanović and J.-P. Eckmann and G. Gunaratne and I. Procaccia",
         1987,
         "Exploring chaotic motion through periodic orbits",
-        "Physical Review Letters 58, 2387-2389",
-        "10.1103/PhysRevLett.58.2387",
+        "Physical Review Letters",
+        volume="58",
+        pages="2387-2389",
+        doi="10.1103/PhysRevLett.58.2387",
     ),
     Reference(
         "feigenbaum1978",
         "M. J. Feigenbaum",
         1978,
         "Quantitative universality for a class of nonlinear transformations",
-        "Journal of Statistical Physics 19, 25-52",
-        "10.1007/BF01020332",
+        "Journal of Statistical Physics",
+        volume="19",
+        pages="25-52",
+        doi="10.1007/BF01020332",
     ),
     Reference(
         "bulirsch1966",
         "R. Bulirsch and J. Stoer",
         1966,
         "Numerical treatment of ordinary differential equations by extrapolation methods",
-        "Numerische Mathematik 8, 1-13",
-        "10.1007/BF02165234",
+        "Numerische Mathematik",
+        volume="8",
+        pages="1-13",
+        doi="10.1007/BF02165234",
     ),
     Reference(
         "jorba2005",
         "À. Jorba and M. Zou",
         2005,
         "A software package for the numerical integration of ODEs by means of high-order Taylor methods",
-        "Experimental Mathematics 14, 99-117",
-        "10.1080/10586458.2005.10128904",
+        "Experimental Mathematics",
+        volume="14",
+        pages="99-117",
+        doi="10.1080/10586458.2005.10128904",
     ),
     Reference(
         "hairer1993",
         "E. Hairer and S. P. Nørsett and G. Wanner",
         1993,
         "Solving Ordinary Differential Equations I: Nonstiff Problems",
-        "Springer",
-        "10.1007/978-3-540-78862-1",
-        "book",
+        "2nd edition, Springer",
+        doi="10.1007/978-3-540-78862-1",
+        entry="book",
     ),
     Reference("drilling", "", None, "System for percussive drilling with rock model", "", entry="misc"),
     Reference(
@@ -199,16 +238,20 @@ _ENTRIES = (
         "K. H. Hunt and F. R. E. Crossley",
         1975,
         "Coefficient of restitution interpreted as damping in vibroimpact",
-        "Journal of Applied Mechanics 42, 440-445",
-        "10.1115/1.3423596",
+        "Journal of Applied Mechanics",
+        volume="42",
+        pages="440-445",
+        doi="10.1115/1.3423596",
     ),
     Reference(
         "shaw1983",
         "S. W. Shaw and P. J. Holmes",
         1983,
         "A periodically forced piecewise linear oscillator",
-        "Journal of Sound and Vibration 90, 129-155",
-        "10.1016/0022-460X(83)90407-8",
+        "Journal of Sound and Vibration",
+        volume="90",
+        pages="129-155",
+        doi="10.1016/0022-460X(83)90407-8",
     ),
     Reference(
         "leine2004",
@@ -216,55 +259,67 @@ _ENTRIES = (
         2004,
         "Dynamics and Bifurcations of Non-Smooth Mechanical Systems",
         "Springer",
-        "10.1007/978-3-540-44398-8",
-        "book",
+        doi="10.1007/978-3-540-44398-8",
+        entry="book",
     ),
     Reference(
         "luck1993",
         "J. M. Luck and A. Mehta",
         1993,
         "Bouncing ball with a finite restitution: chattering, locking, and chaos",
-        "Physical Review E 48, 3988-3997",
-        "10.1103/PhysRevE.48.3988",
+        "Physical Review E",
+        volume="48",
+        pages="3988-3997",
+        doi="10.1103/PhysRevE.48.3988",
     ),
     Reference(
         "mcgeer1990",
         "T. McGeer",
         1990,
         "Passive dynamic walking",
-        "The International Journal of Robotics Research 9(2), 62-82",
-        "10.1177/027836499000900206",
+        "The International Journal of Robotics Research",
+        volume="9",
+        pages="62-82",
+        doi="10.1177/027836499000900206",
     ),
     Reference(
         "roessler1976",
         "O. E. Rössler",
         1976,
         "An equation for continuous chaos",
-        "Physics Letters A 57, 397-398",
-        "10.1016/0375-9601(76)90101-8",
+        "Physics Letters A",
+        volume="57",
+        pages="397-398",
+        doi="10.1016/0375-9601(76)90101-8",
     ),
     Reference(
         "matsumoto1984",
         "T. Matsumoto",
         1984,
         "A chaotic attractor from Chua's circuit",
-        "IEEE Transactions on Circuits and Systems 31, 1055-1058",
-        "10.1109/TCS.1984.1085459",
+        "IEEE Transactions on Circuits and Systems",
+        volume="31",
+        pages="1055-1058",
+        doi="10.1109/TCS.1984.1085459",
     ),
     Reference(
         "lorenz1963",
         "E. N. Lorenz",
         1963,
         "Deterministic nonperiodic flow",
-        "Journal of the Atmospheric Sciences 20, 130-141",
-        "10.1175/1520-0469(1963)020<0130:DNF>2.0.CO;2",
+        "Journal of the Atmospheric Sciences",
+        volume="20",
+        pages="130-141",
+        doi="10.1175/1520-0469(1963)020<0130:DNF>2.0.CO;2",
     ),
     Reference(
         "denhartog1931",
         "J. P. Den Hartog",
         1931,
         "Forced vibrations with combined Coulomb and viscous friction",
-        "Transactions of the ASME 53, APM-53-9, 107-115",
+        "Transactions of the ASME",
+        volume="53",
+        pages="107-115",
     ),
 )
 

@@ -32,7 +32,8 @@ def contraction(family: "Family", orbit: "Orbit") -> float:
     """Logarithm of |det| of the tangent map around an orbit.
 
     The integral of the divergence of the fields (Liouville) plus the logarithms of the determinants of the saltation
-    matrices (Aizerman and Gantmakher 1958), which are derived and evaluated as expressions: no tangent is followed.
+    matrices (Aizerman and Gantmakher, On the stability of periodic motions, J. Appl. Math. Mech. 22, 1065 (1958),
+    doi:10.1016/0021-8928(58)90033-9), which are derived and evaluated as expressions: no tangent is followed.
     """
     system = family.plain
     values = np.array(list(system.parameters.values()))

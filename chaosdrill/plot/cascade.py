@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FEIGENBAUM = 4.669201609102990
-"""Feigenbaum, J. Stat. Phys. 19, 25 (1978), doi:10.1007/BF01020332; digits from Briggs, Math. Comp. 57, 435 (1991)."""
+"""Feigenbaum, J. Stat. Phys. 19, 25 (1978), doi:10.1007/BF01020332; digits from Briggs, Math. Comp. 57, 435 (1991),
+doi:10.1090/S0025-5718-1991-1079009-6.
+"""
 
 
 def cascade(dataset: "xr.Dataset") -> "Figure":

@@ -7,7 +7,7 @@ import pytest
 
 from chaosdrill.archive import cite
 from chaosdrill.cli import main
-from chaosdrill.dataset.references import BY_KIND, BY_METHOD, BY_SYSTEM, REFERENCES, references
+from chaosdrill.dataset.references import BY_KIND, BY_METHOD, BY_SYSTEM, REFERENCES, package, references
 from chaosdrill.dataset.schema import SCHEMA
 
 
@@ -62,6 +62,23 @@ def test_entries_are_whole(reference):
         assert reference.text().endswith(f"doi:{reference.doi}")
     assert reference.bibtex().count("{") == reference.bibtex().count("}")
     assert "None" not in reference.text() + reference.bibtex()
+
+
+@pytest.mark.parametrize(
+    ("key", "line"),
+    [
+        ("mueller1995", r"  journal = {Chaos, Solitons \& Fractals},"),
+        ("mueller1995", "  pages = {1671--1681},"),
+        ("denhartog1931", "  author = {J. P. {Den Hartog}},"),
+        ("dibernardo2008", "  author = {M. di Bernardo and C. J. Budd and A. R. Champneys and P. Kowalczyk},"),
+    ],
+)
+def test_bibtex_can_be_typeset_and_sorted(key, line):
+    assert line in REFERENCES[key].bibtex().splitlines()
+
+
+def test_bibtex_of_the_package_has_no_given_names():
+    assert "  author = {{The chaosdrill developers}}," in package().bibtex().splitlines()
 
 
 def test_command_line(every_kind, capsys):
