@@ -15,6 +15,7 @@ _HOME = {
     "build": "chaosdrill.systems",
     "load_scene": "chaosdrill.scene",
     "parse_scene": "chaosdrill.scene",
+    "save_scene": "chaosdrill.scene",
     "check": "chaosdrill.scene",
     "list_names": "chaosdrill.scene",
     "trajectory": "chaosdrill.analysis",

@@ -1,8 +1,5 @@
 """The exceptions that users of chaosdrill meet."""
 
-from collections.abc import Iterable
-from difflib import get_close_matches
-
 
 class ChaosdrillError(Exception):
     """Base of every error that chaosdrill raises on purpose; its text names the field, the value and the remedy."""
@@ -22,13 +19,3 @@ class SceneError(ChaosdrillError):
 
 class ArchiveError(ChaosdrillError):
     """An archive that cannot be read, written or compared."""
-
-
-def remedy(word: str, known: Iterable[str]) -> str:
-    """The likely fix of an unknown name: the nearest known one, or all of them."""
-    known = list(known)
-    lowered = {name.lower(): name for name in known}
-    close = get_close_matches(word[:100].lower(), lowered, n=1)
-    if close:
-        return f"did you mean {lowered[close[0]]!r}?"
-    return f"known here: {', '.join(known)}" if known else "there are none here"

@@ -8,11 +8,12 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.errors import ModelError, remedy
+from chaosdrill.errors import ModelError
 from chaosdrill.model.from_text import read_text
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.reading import canonical
 from chaosdrill.model.transition import Transition
+from chaosdrill.names import remedy
 
 Path = tuple[str | int, ...]
 

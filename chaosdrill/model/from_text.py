@@ -12,9 +12,9 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.errors import remedy
 from chaosdrill.model import special
 from chaosdrill.model.grammar import ExpressionError, Node, parse
+from chaosdrill.names import remedy
 
 MOST_EXPONENT = 1000
 """Largest numerator and denominator of a rational exponent."""

@@ -77,28 +77,23 @@ def _system(system: "HybridSystem", origin: Mapping[str, str], before: Html, uni
 
 
 def _defined(tree: "xr.DataTree") -> Html:
-    """The systems of an archive without a scene, from the definitions in its groups, each system once."""
-    from chaosdrill.archive.again import system_of
-
-    groups: dict[tuple[str, ...], list[xr.Dataset]] = {}
-    places: dict[tuple[str, ...], list[str]] = {}
+    """The systems of an archive without a scene, from the definitions in its groups: equations once, all numbers."""
+    found: dict[str, dict[str, xr.Dataset]] = {}
     for node in tree.subtree:
         if "definition" in node.attrs:
-            key = tuple(str(node.attrs.get(name)) for name in ("definition", "parameters", "initial"))
-            groups.setdefault(key, []).append(node.to_dataset(inherit=False))
-            places.setdefault(key, []).append(node.path.strip("/") or "result")
-    if not groups:
+            group = node.path.strip("/") or "result"
+            found.setdefault(str(node.attrs["definition"]), {})[group] = node.to_dataset(inherit=False)
+    if not found:
         told = "The archive holds no scene and no definition of a system, so its equations are not known here."
         return joined([element("p", told), _known(tree)])
     parts = [element("p", "The archive holds no scene; each analysis holds its system and its arguments.")]
-    for key, (first, *_) in list(groups.items())[:MOST_SYSTEMS]:
-        parts.append(element("p", "Analyses: ", ", ".join(places[key])))
+    for groups in list(found.values())[:MOST_SYSTEMS]:
         try:
-            parts.append(_system(system_of(first), {}, Html(""), Html("")))
+            parts.append(_with_numbers(groups))
         except ChaosdrillError as fault:
             parts.append(element("p", "The definition cannot be read: ", str(fault), class_="fault"))
-    if len(groups) > MOST_SYSTEMS:
-        parts.append(element("p", f"{len(groups) - MOST_SYSTEMS} more systems are in the archive.", class_="left-out"))
+    if len(found) > MOST_SYSTEMS:
+        parts.append(element("p", f"{len(found) - MOST_SYSTEMS} more systems are in the archive.", class_="left-out"))
     arguments = [
         (node.path.strip("/") or "result", name, json.dumps(value)[:LONGEST_ARGUMENT])
         for node in tree.subtree
@@ -106,6 +101,24 @@ def _defined(tree: "xr.DataTree") -> Html:
         if value is not None
     ]
     return joined([*parts, element("h3", "Arguments"), table("Arguments", ("group", "argument", "value"), arguments)])
+
+
+def _with_numbers(groups: "Mapping[str, xr.Dataset]") -> Html:
+    """A system with the numbers of its first analysis, and what others have instead."""
+    from chaosdrill.archive.again import system_of
+
+    (first, dataset), *others = groups.items()
+    system = system_of(dataset)
+    numbers = {**system.parameters, **system.initial}
+    changed = [
+        (group, name, str(value))
+        for group, other in others
+        for name, value in (read_json(other.attrs.get("parameters")) | read_json(other.attrs.get("initial"))).items()
+        if value != numbers.get(name)
+    ]
+    shown = _system(system, dict.fromkeys(system.parameters, first), Html(""), Html(""))
+    instead = [element("h3", "Other numbers"), table("Other numbers", ("group", "of", "value"), changed)]
+    return joined([shown, *(instead if changed else ())])
 
 
 def _known(tree: "xr.DataTree") -> Html:

@@ -4,5 +4,6 @@ from chaosdrill.scene.describe import check
 from chaosdrill.scene.load import load_scene, parse_scene
 from chaosdrill.scene.names import list_names
 from chaosdrill.scene.scene import Scene
+from chaosdrill.scene.write import save_scene
 
-__all__ = ["Scene", "check", "list_names", "load_scene", "parse_scene"]
+__all__ = ["Scene", "check", "list_names", "load_scene", "parse_scene", "save_scene"]

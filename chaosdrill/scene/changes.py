@@ -83,8 +83,8 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     path = _path(key)
     text = text.replace("\r\n", "\n")
     wanted = tomllib.loads(text)
-    _put(wanted, path, key, tomllib.loads(f"value = {toml_value(value, key)}")["value"])
-    for changed in _candidates(text, path, toml_value(value, key)):
+    _put(wanted, path, key, tomllib.loads(f"value = {toml_value(value, f'--set {key}')}")["value"])
+    for changed in _candidates(text, path, toml_value(value, f"--set {key}")):
         try:
             # not compared as dictionaries, since nan differs from itself
             if repr(_sorted(tomllib.loads(changed))) == repr(_sorted(wanted)):
@@ -94,8 +94,8 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     raise SettingsError(f"--set {key}: cannot be set in a scene that is laid out like this; write it into the file")
 
 
-def toml_value(value: Any, key: str) -> str:
-    """A value as TOML writes it, on one line.
+def toml_value(value: Any, place: str) -> str:
+    """A value as TOML writes it, on one line; errors begin with its ``place``.
 
     Raises
     ------
@@ -107,17 +107,17 @@ def toml_value(value: Any, key: str) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int) and abs(value) >= 2**63:
-        raise SettingsError(f"--set {key}: whole numbers end at 2**63")
+        raise SettingsError(f"{place}: whole numbers end at 2**63")
     if isinstance(value, int | float):
         return repr(value) if math.isfinite(value) else str(value)
     if isinstance(value, str):
         return _quoted(value)
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_value(entry, key) for entry in value) + "]"
+        return "[" + ", ".join(toml_value(entry, place) for entry in value) + "]"
     if isinstance(value, Mapping):
-        pairs = (f"{_written(str(name))} = {toml_value(entry, key)}" for name, entry in value.items())
+        pairs = (f"{bare_or_quoted(str(name))} = {toml_value(entry, place)}" for name, entry in value.items())
         return "{ " + ", ".join(pairs) + " }" if value else "{}"
-    raise SettingsError(f"--set {key}: expected a number, text, a list or a table, received {value!r:.60}")
+    raise SettingsError(f"{place}: expected a number, text, a list or a table, received {value!r:.60}")
 
 
 def _path(key: str) -> tuple[str, ...]:
@@ -154,10 +154,10 @@ def _candidates(text: str, path: Path, value: str) -> Iterator[str]:
         return
     parent = path[:-1]
     if parent and parent not in found.below and parent not in found.inside:
-        header = ".".join(_written(str(name)) for name in parent)
-        yield f"{text.rstrip()}\n\n[{header}]\n{_written(str(path[-1]))} = {value}\n"
+        header = ".".join(bare_or_quoted(str(name)) for name in parent)
+        yield f"{text.rstrip()}\n\n[{header}]\n{bare_or_quoted(str(path[-1]))} = {value}\n"
     for depth in range(len(parent), -1, -1):
-        place, pair = path[:depth], f"{'.'.join(_written(str(name)) for name in path[depth:])} = {value}"
+        place, pair = path[:depth], f"{'.'.join(bare_or_quoted(str(name)) for name in path[depth:])} = {value}"
         if place in found.inside:
             at = found.inside[place]
             empty = text[at:].lstrip(" \t").startswith("}")
@@ -175,7 +175,8 @@ def _sorted(value: Any) -> Any:
     return [_sorted(entry) for entry in value] if isinstance(value, list) else value
 
 
-def _written(name: str) -> str:
+def bare_or_quoted(name: str) -> str:
+    """A key as TOML writes it."""
     return name if _BARE.fullmatch(name) else _quoted(name)
 
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from chaosdrill.errors import remedy
+from chaosdrill.names import remedy
 from chaosdrill.scene.check_system import CheckedSystem, check_limits, check_state
 from chaosdrill.scene.kinds import KINDS, Analysis
 from chaosdrill.scene.lines import Path

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from chaosdrill.errors import ChaosdrillError, remedy
+from chaosdrill.errors import ChaosdrillError
+from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.problems import Problem
 

@@ -6,7 +6,8 @@ from itertools import product
 from math import isfinite
 from typing import Any
 
-from chaosdrill.errors import ModelError, remedy
+from chaosdrill.errors import ModelError
+from chaosdrill.names import remedy
 from chaosdrill.scene.check_definition import check_definition
 from chaosdrill.scene.document import SystemTable
 from chaosdrill.scene.limits import LIMITS

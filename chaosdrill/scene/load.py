@@ -136,7 +136,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         numerics=numerics,
         analyses=analyses,
         lines=lines,
-        changes={key: toml_value(value, key) for key, value in (changes or {}).items()},
+        changes={key: toml_value(value, f"--set {key}") for key, value in (changes or {}).items()},
     )
 
 

@@ -8,7 +8,8 @@ from hashlib import sha256
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.errors import ChaosdrillError, SceneError, remedy
+from chaosdrill.errors import ChaosdrillError, SceneError
+from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.problems import InvalidSceneError, Problem
 from chaosdrill.scene.si import ReadSI

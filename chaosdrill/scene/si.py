@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from chaosdrill.errors import remedy
+from chaosdrill.names import remedy
 from chaosdrill.scene.problems import Problem
 from chaosdrill.scene.units import ANGLE, ANGULAR_SPEED, FORCE, LENGTH, MASS, NONE, TIME, Dimension, parse_quantity
 

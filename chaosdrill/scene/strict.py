@@ -5,7 +5,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from chaosdrill.errors import remedy
+from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.problems import Problem
 

@@ -115,6 +115,15 @@ def test_attributes_of_ones_own_are_welcome(results, tmp_path):
     assert verify(cd.save(ds, tmp_path / "mine.nc")).equal
 
 
+def test_other_versions_are_told_and_compared_by_what_can_be(results, tmp_path):
+    ds = results["motion"]
+    versions = json.loads(ds.attrs["versions"]) | {"numpy": "1.0"}
+    result = verify(cd.save(ds.assign_attrs(versions=json.dumps(versions)), tmp_path / "other.nc"))
+    assert result.equal
+    assert not result.exact
+    assert [note for note in result.notes if "numpy 1.0" in note]
+
+
 @pytest.mark.parametrize("text", HOSTILE, ids=lambda text: text[:12])
 def test_hostile_text_runs_no_code(small, tmp_path, monkeypatch, text):
     monkeypatch.chdir(tmp_path)

@@ -8,6 +8,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill import systems
+from chaosdrill.codegen.source import write_source
 from chaosdrill.errors import ModelError
 from chaosdrill.model.definition import build_defined, write_definition
 
@@ -59,6 +60,13 @@ def test_drills_of_all_effects():
     made = list(drills())
     assert len(made) > 50
     assert [differing(system, through_text(system)) for system in made] == [[]] * len(made)
+
+
+@pytest.mark.parametrize("effects", [{"contact": "hunt-crossley-timed"}, {"drive": "lobes", "contact": "compliant"}])
+def test_kernels_are_the_same_letter_by_letter(effects):
+    system = cd.drill(**effects)
+    one, other = write_source(system), write_source(through_text(system))
+    assert (one.text, one.lanes) == (other.text, other.lanes)
 
 
 def own(**changed):

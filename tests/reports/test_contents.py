@@ -109,6 +109,15 @@ def test_without_a_scene_the_equations_are_those_of_the_definition(write, tree):
     assert ["diagram", "tolerance", "1e-12"] in rows(page, "Arguments")
 
 
+def test_numbers_in_which_analyses_differ_are_told_beside_the_equations(write, tree):
+    del tree.attrs["scene"]
+    parameters = json.loads(tree["chart"].attrs["parameters"])
+    tree["chart"].attrs["parameters"] = json.dumps(parameters | {"zeta": 0.25})
+    page = read(write(tree).path)
+    assert rows(page, "Other numbers") == [["chart", "zeta", "0.25"]]
+    assert [f.attributes["alttext"] for f in page.all("math")].count("v := -e*v") == 1
+
+
 def test_without_a_definition_either_the_page_says_so(write, tree):
     del tree.attrs["scene"]
     for node in tree.children.values():

@@ -1,0 +1,106 @@
+"""A system of Python becomes a scene, for the command line."""
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.errors import SceneError
+from chaosdrill.files import replacing
+from chaosdrill.scene.changes import bare_or_quoted, toml_value
+from chaosdrill.scene.load import parse_scene
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+_HEADERS = {"system": 4, "analysis": 2, "numerics": 1}
+"""Down to which depth tables have a header of their own; what is deeper stands on one line."""
+
+
+def save_scene(
+    path: str | os.PathLike[str],
+    system: "HybridSystem",
+    analyses: Mapping[str, Mapping[str, Any]],
+    *,
+    title: str | None = None,
+    numerics: Mapping[str, Any] | None = None,
+) -> Path:
+    """Write a scene that defines a system, for ``chaosdrill run`` and all other commands.
+
+    Parameters
+    ----------
+    path : path-like
+        Target file; an earlier one is replaced.
+    system : HybridSystem
+        Its equations, parameters and initial state are written as text and numbers, to the last bit.
+    analyses : mapping of str to mapping
+        What to compute, by group of the archive, with the keys of a scene:
+        ``{"spectrum": {"kind": "lyapunov-spectrum", "periods": 5000, "transient": 200}}``.
+    title : str, optional
+        Default: the name of the system.
+    numerics : mapping, optional
+        ``method``, ``tolerance`` and ``steps``.
+
+    Returns
+    -------
+    pathlib.Path
+        The target.
+
+    Raises
+    ------
+    ModelError
+        If no text can hold the system, with the reason.
+    SceneError
+        If the scene would have faults, or the file cannot be written.
+    SettingsError
+        If TOML has no such value.
+    """
+    from chaosdrill.model.definition import write_definition
+
+    document = {
+        "title": system.name if title is None else title,
+        "system": {
+            "definition": write_definition(system),
+            "parameters": dict(system.parameters),
+            "initial": dict(system.initial),
+        },
+        "numerics": dict(numerics or {}),
+        "analysis": {name: dict(keys) for name, keys in analyses.items()},
+    }
+    target = Path(path)
+    text = "\n".join(_lines({name: value for name, value in document.items() if value != {}}, ())).strip() + "\n"
+    parse_scene(text, target.name)
+    try:
+        with replacing(target) as draft:
+            draft.write_text(text, encoding="utf-8")
+    except OSError as fault:
+        raise SceneError(f"{target}: cannot write the scene: {fault.strerror}") from fault
+    return target
+
+
+def _lines(table: Mapping[str, Any], path: tuple[str, ...], *, flat: bool = False) -> Iterator[str]:
+    """Values of a table, then the tables in it, each below its header; all on one line each if ``flat``."""
+    later = {}
+    for name, value in table.items():
+        if not flat and _has_header(value, (*path, name)):
+            later[name] = value
+        else:
+            yield f"{bare_or_quoted(name)} = {toml_value(value, '.'.join((*path, name)))}"
+    for name, value in later.items():
+        inner = (*path, name)
+        header = ".".join(map(bare_or_quoted, inner))
+        if isinstance(value, list):
+            for entry in value:
+                yield f"\n[[{header}]]"
+                yield from _lines(entry, inner, flat=True)
+        else:
+            if any(not _has_header(entry, (*inner, key)) for key, entry in value.items()):
+                yield f"\n[{header}]"
+            yield from _lines(value, inner)
+
+
+def _has_header(value: Any, path: tuple[str, ...]) -> bool:
+    if not value or len(path) > _HEADERS.get(path[0], 0):
+        return False
+    tables = isinstance(value, list) and all(isinstance(entry, dict) for entry in value)
+    return isinstance(value, dict) or (tables and path[0] == "system")
