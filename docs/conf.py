@@ -2,7 +2,10 @@
 
 import os
 import sys
+from functools import partialmethod
 from pathlib import Path
+
+from nbclient import NotebookClient
 
 import chaosdrill
 from chaosdrill.analysis.registry import ANALYSES, METHODS
@@ -39,6 +42,8 @@ nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
 nb_merge_streams = True
+# outputs come in pieces that end anywhere, and what merges them by the setting above ends each with a new line
+NotebookClient.__init__ = partialmethod(NotebookClient.__init__, coalesce_streams=True)
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
 numpydoc_validation_checks = {
