@@ -1,6 +1,7 @@
 """Newton's method for an orbit, and a branch of orbits by pseudo-arclength.
 
-Keller 1977, doi:10.1007/978-1-4612-3490-6; predictor: the polynomial through the last points of the branch.
+H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", in Applications of Bifurcation
+Theory, Academic Press 1977, 359-384; predictor: the polynomial through the last points of the branch.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Tangent vectors: orthonormalised by modified Gram-Schmidt with their growth kept, their rank carried exactly.
 
-Exponents by the method of Benettin et al. 1980 (doi:10.1007/BF02128236). A vector that an event of deficient rank
-has removed is dropped, so that its exponent is -inf and no invented number.
+Exponents by the method of Benettin et al. 1980 (part 2, doi:10.1007/BF02128237). A vector that an event of deficient
+rank has removed is dropped, so that its exponent is -inf and no invented number.
 """
 
 import math
