@@ -7,6 +7,7 @@
     python3 studies/run.py throughput     how fast charts are, beside other programs, with two workers, with more points
     python3 studies/run.py charts         charts of the drill, two ways to drill, basins; does chaos drill faster?
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, held against simulations
+    python3 studies/run.py archives       every scene of the studies is run, and its archive verified
     python3 studies/run.py docs           the documentation, into docs/_build/html, every example in it run
     python3 studies/run.py tests          the test suite with its coverage
 
@@ -36,6 +37,7 @@ JOBS = {
     "throughput": ("", ["studies/throughput/make.py"]),
     "charts": ("", ["studies/charts/make.py"]),
     "orbits": ("", ["studies/orbits/make.py"]),
+    "archives": ("", ["studies/archives/make.py"]),
     "docs": ("[docs]", ["-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"]),
     "tests": (
         "[test]",

@@ -3,7 +3,7 @@
     python studies/archives/make.py [SCENE.toml ...] [--workers N]               (or: python3 studies/run.py archives)
 
 Archives are written to ``studies/archives/out/``, where one that is there is not made again, and so is ``verified.md``:
-a line for each scene. No scene named means all of them, which takes about HOW LONG on two cores. The exit code is 0 if
+a line for each scene. No scene named means all of them, which takes about half an hour on two cores. The exit code is 0 if
 every archive is what its scene gives.
 """
 
@@ -45,7 +45,9 @@ def checked(scene: Path, archive: Path, workers: int, cold: Path) -> tuple[bool,
     began = time.perf_counter()
     many = ("--workers", str(workers))
     if not archive.is_file():
-        code = subprocess.call([*COMMAND, "run", str(scene), "-o", str(archive), *many, "--resume"])
+        code = subprocess.call(
+            [*COMMAND, "run", str(scene), "-o", str(archive), *many, "--resume"], stdout=subprocess.DEVNULL
+        )
         if code:
             return False, f"exit code {code}", time.perf_counter() - began, float("nan")
     made = time.perf_counter() - began
