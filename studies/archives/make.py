@@ -3,8 +3,8 @@
     python studies/archives/make.py [SCENE.toml ...] [--workers N]               (or: python3 studies/run.py archives)
 
 Archives are written to ``studies/archives/out/``, where one that is there is not made again, and so is ``verified.md``:
-a line for each scene. No scene named means all of them, which takes about half an hour on two cores. The exit code is 0 if
-every archive is what its scene gives.
+a line for each scene. No scene named means all of them, which takes about half an hour on two cores. The exit code is 0
+if every archive is what its scene gives.
 """
 
 import argparse
