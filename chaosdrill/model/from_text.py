@@ -1,26 +1,16 @@
-"""Text becomes a sympy expression, by a list of what may stand in it; nothing of it is evaluated as code.
-
-Sympy calculates with constants when an expression is made. All of them are to be finite doubles, and exponents and
-exact numbers bounded, so that no text can make it calculate for ever: ``9**9**9`` is refused before it is tried.
-"""
+"""Text becomes a sympy expression, by a list of what may stand in it; nothing of it is evaluated as code."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
 import sympy
 
-from chaosdrill.model import special
 from chaosdrill.model.grammar import ExpressionError, Node, parse
+from chaosdrill.model.text_bounds import MOST_BITS, check_exponent, check_finite, check_power, check_size, checked
+from chaosdrill.model.text_functions import FUNCTIONS, INSTEAD, PLAIN
 from chaosdrill.names import remedy
-
-MOST_EXPONENT = 1000
-"""Largest numerator and denominator of a rational exponent."""
-
-MOST_BITS = 4096
-"""Bits of a whole number, and of numerator and denominator of a fraction."""
 
 MOST_FACTORS = 100
 MOST_PARTS = 200
@@ -29,83 +19,6 @@ MOST_PARTS = 200
 MOST_OF_MOD = 30
 
 _UNBOUNDED = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
-_LOWEST = 1e-300
-
-
-@dataclass(frozen=True)
-class Function:
-    """A function that may stand in an expression.
-
-    Parameters
-    ----------
-    make : callable
-        That of sympy.
-    least, most : int
-        Number of arguments.
-    smooth : bool
-        Whether rates, guards and quadratures may hold it: it has a Taylor series.
-    value : callable, optional
-        Its value as a double.
-    """
-
-    make: Callable[..., Any]
-    least: int = 1
-    most: int = 1
-    smooth: bool = True
-    value: Callable[..., float] | None = None
-
-
-_ELEMENTARY = (
-    *("exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan"),
-    *("sinh", "cosh", "tanh", "asinh", "atanh"),
-)
-
-
-def _functions() -> dict[str, Function]:
-    found = {name: Function(getattr(sympy, name), value=getattr(math, name)) for name in _ELEMENTARY}
-    found["acosh"] = Function(sympy.acosh, smooth=False, value=math.acosh)
-    found["Abs"] = Function(sympy.Abs, smooth=False, value=abs)
-    found["sign"] = Function(sympy.sign, smooth=False, value=lambda x: math.copysign(1.0, x))
-    found["floor"] = Function(sympy.floor, smooth=False, value=math.floor)
-    found["ceiling"] = Function(sympy.ceiling, smooth=False, value=math.ceil)
-    found["Mod"] = Function(sympy.Mod, 2, 2, smooth=False, value=lambda x, y: x % y)
-    found["atan2"] = Function(sympy.atan2, 2, 2, smooth=False, value=math.atan2)
-    found["Max"] = Function(sympy.Max, 2, 16, smooth=False, value=max)
-    found["Min"] = Function(sympy.Min, 2, 16, smooth=False, value=min)
-    for name in special.SPECIAL:
-        function = getattr(special, name)
-        (count,) = function.nargs
-        found[name] = Function(function, int(count), int(count), smooth=name == "positive_power")
-    return found
-
-
-FUNCTIONS = _functions()
-_PLAIN = [name for name in FUNCTIONS if name not in special.SPECIAL]
-
-_INSTEAD = {
-    "abs": "write Abs(x)",
-    "fabs": "write Abs(x)",
-    "max": "write Max(x, y)",
-    "min": "write Min(x, y)",
-    "mod": "write Mod(x, y)",
-    "fmod": "write Mod(x, y)",
-    "ceil": "write ceiling(x)",
-    "ln": "write log(x)",
-    "log10": "write log(x)/log(10)",
-    "log2": "write log(x)/log(2)",
-    "pow": "write x**n",
-    "cbrt": "write x**(1/3)",
-    "arcsin": "write asin(x)",
-    "arccos": "write acos(x)",
-    "arctan": "write atan(x)",
-    "sec": "write 1/cos(x)",
-    "csc": "write 1/sin(x)",
-    "cot": "write 1/tan(x)",
-    "sech": "write 1/cosh(x)",
-    "coth": "write 1/tanh(x)",
-    "Piecewise": "write the branches as modes, or as transitions with a condition each",
-    "Heaviside": "write the branches as modes, or as transitions with a condition each",
-}
 _RELATIONS = {"<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge, "==": sympy.Eq, "!=": sympy.Ne}
 
 
@@ -168,7 +81,7 @@ def _unknown(node: Node, names: Mapping[str, Any]) -> Iterator[str]:
         if function is None and node.value in names:
             yield f"{node.value[:40]!r} is no function; write {node.value:.40}*(...) for a product"
         elif function is None:
-            yield f"unknown function {node.value[:40]!r}; {_INSTEAD.get(node.value) or remedy(node.value, _PLAIN)}"
+            yield f"unknown function {node.value[:40]!r}; {INSTEAD.get(node.value) or remedy(node.value, PLAIN)}"
         elif not function.least <= len(node.parts) <= function.most:
             count = function.least if function.least == function.most else f"{function.least} to {function.most}"
             yield f"{node.value} takes {count} argument{'s' if count != 1 else ''}, received {len(node.parts)}"
@@ -195,12 +108,12 @@ class _Builder:
             case "truth":
                 return sympy.true if node.value == "True" else sympy.false
             case "sum":
-                return _checked(sympy.Add(*(self.build(part) for part in node.parts)))
+                return checked(sympy.Add(*(self.build(part) for part in node.parts)))
             case "product" | "negative" | "inverse":
                 factors = list(self._factors(node))
                 if len(factors) > MOST_FACTORS:
                     raise ExpressionError(f"has a product of {len(factors)} factors; at most {MOST_FACTORS} are read")
-                return _checked(sympy.Mul(*factors))
+                return checked(sympy.Mul(*factors))
             case "power":
                 return _power(*(self.build(part) for part in node.parts))
             case "call":
@@ -237,7 +150,7 @@ class _Builder:
                     "modes with a guard between them"
                 )
             for argument in arguments:
-                _check_size(argument, MOST_OF_MOD if name == "Mod" else MOST_PARTS)
+                check_size(argument, MOST_OF_MOD if name == "Mod" else MOST_PARTS)
                 # sympy expands what stands in it
                 powers = argument.atoms(sympy.Pow) if name == "Mod" else ()
                 if any(power.exp.is_Rational and power.exp > 8 for power in powers):
@@ -245,18 +158,18 @@ class _Builder:
         if name == "exp" and arguments[0].has(sympy.log):
             # sympy makes a power of it
             for number in arguments[0].atoms(sympy.Rational):
-                _check_exponent(number)
+                check_exponent(number)
         if name in ("sqrt", "positive_power"):
             base, exponent = (*arguments, sympy.S.Half)[:2]
-            _check_power(base, exponent)
+            check_power(base, exponent)
         if function.value is not None and not any(a.free_symbols for a in arguments):
-            _finite(name, function.value, arguments)
-        return _checked(function.make(*arguments))
+            check_finite(name, function.value, arguments)
+        return checked(function.make(*arguments))
 
     def _compare(self, node: Node) -> Any:
         sides = [self.build(part) for part in node.parts]
         for side in sides:
-            _check_size(side, MOST_PARTS)
+            check_size(side, MOST_PARTS)
         signs = node.value.split()
         pairs = [_RELATIONS[sign](*pair) for sign, pair in zip(signs, pairwise(sides), strict=True)]
         return pairs[0] if len(pairs) == 1 else sympy.And(*pairs)
@@ -266,93 +179,17 @@ def _number(digits: str) -> Any:
     if digits.isdecimal():
         if len(digits) > MOST_BITS // 4:
             raise ExpressionError(f"has a whole number of {len(digits)} digits; at most {MOST_BITS // 4} are read")
-        return _checked(sympy.Integer(int(digits)))
+        return checked(sympy.Integer(int(digits)))
     if not math.isfinite(value := float(digits)):
         raise ExpressionError(f"{digits!r:.40} is larger than any double")
     return sympy.Float(value)
 
 
 def _power(base: Any, exponent: Any) -> Any:
-    _check_power(base, exponent)
+    check_power(base, exponent)
     if not base.free_symbols and not exponent.free_symbols:
-        _finite("**", lambda x, y: x**y, [base, exponent])
-    made = _checked(sympy.Pow(base, exponent))
+        check_finite("**", lambda x, y: x**y, [base, exponent])
+    made = checked(sympy.Pow(base, exponent))
     if isinstance(made, sympy.Pow) and made.exp.is_Rational:
-        _check_exponent(made.exp)
+        check_exponent(made.exp)
     return made
-
-
-def _check_power(base: Any, exponent: Any) -> None:
-    if exponent.is_Rational:
-        _check_exponent(exponent)
-        bits = sum(_bits(number) for number in base.atoms(sympy.Rational))
-        if bits * abs(exponent.p) > 16 * MOST_BITS * exponent.q:
-            raise ExpressionError("has a power that is too large a number")
-
-
-def _check_exponent(exponent: Any) -> None:
-    if max(abs(exponent.p), exponent.q) > MOST_EXPONENT:
-        raise ExpressionError(f"has the exponent {exponent!s:.40}; exponents up to {MOST_EXPONENT} are read")
-
-
-def _check_size(expression: Any, most: int) -> None:
-    count = sum(1 for _ in sympy.preorder_traversal(expression))
-    if count > most:
-        raise ExpressionError(
-            f"compares, or takes by a function with kinks, {count} operations; at most {most} are read"
-        )
-
-
-def _checked(made: Any) -> Any:
-    """The expression, if sympy made no number of it that is too large."""
-    if any(_bits(number) > MOST_BITS for number in made.atoms(sympy.Rational)):
-        raise ExpressionError(f"holds a whole number of more than {MOST_BITS} bits")
-    return made
-
-
-def _bits(number: Any) -> int:
-    return max(int(number.p).bit_length(), int(number.q).bit_length())
-
-
-def _finite(name: str, function: Callable[..., float], arguments: list[Any]) -> None:
-    """Refuse a constant that is no finite double before sympy calculates it with all its digits."""
-    values = [_double(argument) for argument in arguments]
-    if any(value is None for value in values):
-        return
-    shown = ", ".join(f"{value:.6g}" for value in values)
-    try:
-        value = function(*values)
-        if isinstance(value, complex):
-            raise ValueError
-    except (ArithmeticError, ValueError):
-        raise ExpressionError(f"{name} of {shown} is no finite real number") from None
-    if not math.isfinite(value) or (abs(value) < _LOWEST and name in ("exp", "**") and values[0] != 0):
-        raise ExpressionError(f"{name} of {shown} is out of the range of doubles")
-
-
-def _double(expression: Any) -> float | None:
-    """Value of a constant, None if it holds a special function."""
-    if expression.is_Rational:
-        try:
-            return int(expression.p) / int(expression.q)
-        except OverflowError:
-            raise ExpressionError("holds a number that is larger than any double") from None
-    if expression.is_Float or expression.is_NumberSymbol:
-        return float(expression)
-    parts = [_double(part) for part in expression.args]
-    if any(part is None for part in parts):
-        return None
-    name = type(expression).__name__
-    known: dict[str, Callable[..., float]] = {
-        "Add": lambda *p: math.fsum(p),
-        "Mul": lambda *p: math.prod(p),
-        "Pow": lambda x, y: x**y,
-    }
-    function = known.get(name) or (FUNCTIONS[name].value if name in FUNCTIONS else None)
-    if function is None:
-        return None
-    try:
-        value = function(*parts)
-    except (ArithmeticError, ValueError):
-        return None
-    return None if isinstance(value, complex) else float(value)

@@ -21,7 +21,7 @@ PLAIN_NAME = re.compile(r"[^\W\d]\w*")
 
 _BLANK = re.compile(r"\s*+")
 _TOKEN = re.compile(
-    r"(?P<number>(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)|(?P<name>[^\W\d]\w*+)|`(?P<quoted>[^`]*+)`"
+    r"(?P<number>(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][+-]?[0-9]++)?)|(?P<name>[^\W\d]\w*+)|`(?P<quoted>[^`]*+)`"
     r"|(?P<sign>\*\*|<=|>=|==|!=|//|&&|\|\||.)",
     re.DOTALL,
 )

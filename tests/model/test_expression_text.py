@@ -9,8 +9,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from chaosdrill.model import special
-from chaosdrill.model.from_text import FUNCTIONS, read_text
+from chaosdrill.model.from_text import read_text
 from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.text_functions import FUNCTIONS
 from chaosdrill.model.to_text import write_text
 
 NAMES = {name: sympy.Symbol(name, real=True) for name in ("x", "v", "t", "lambda", "k_1")}
