@@ -58,10 +58,12 @@ def parameter_chart(
         As in `bifurcation_diagram`.
     seeds, random : optional
         As in `bifurcation_diagram`.
-    exponents, at, max_period, patience, workers, scheduler, store : optional
+    exponents, at, max_period, patience : optional
         As in `bifurcation_diagram`.
     section_points : int, default 0
         How many section points of every run are kept, its last ones; a report shows them at a click.
+    workers, scheduler, store : optional
+        As in `bifurcation_diagram`.
     method, tolerance, steps, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
