@@ -1,4 +1,4 @@
-"""Links of the README and of the documentation lead somewhere; addresses outside have the form that they must have."""
+"""Links of the README and of the documentation lead somewhere, addresses outside have their form, formulas end."""
 
 import re
 from pathlib import Path
@@ -60,3 +60,9 @@ def test_addresses_are_https_and_identifiers_are_those_of_their_text(page):
             assert DOI.fullmatch(doi)
             said = text.removeprefix("doi:")
             assert said == doi or not said.startswith("10.")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_formulas_in_a_paragraph_are_closed(page):
+    paragraphs = re.split(r"\n\s*\n", re.sub(r"\$\$.*?\$\$", "", prose(page), flags=re.DOTALL))
+    assert [text for text in paragraphs if len(re.findall(r"(?<!\\)\$", text)) % 2] == []
