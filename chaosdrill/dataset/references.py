@@ -224,6 +224,16 @@ _ENTRIES = (
         doi="10.1080/10586458.2005.10128904",
     ),
     Reference(
+        "farouki2012",
+        "R. T. Farouki",
+        2012,
+        "The Bernstein polynomial basis: a centennial retrospective",
+        "Computer Aided Geometric Design",
+        volume="29",
+        pages="379-419",
+        doi="10.1016/j.cagd.2012.03.001",
+    ),
+    Reference(
         "hairer1993",
         "E. Hairer and S. P. Nørsett and G. Wanner",
         1993,
@@ -341,7 +351,11 @@ BY_KIND: dict[str, tuple[str, ...]] = {
     "work-precision": (*_SPECTRUM, "bulirsch1966"),
 }
 
-BY_METHOD: dict[str, tuple[str, ...]] = {"taylor": ("jorba2005",), "dop853": ("hairer1993",), "rk4": ()}
+BY_METHOD: dict[str, tuple[str, ...]] = {
+    "taylor": ("jorba2005", "farouki2012"),
+    "dop853": ("hairer1993", "farouki2012"),
+    "rk4": (),
+}
 
 BY_SYSTEM: dict[str, tuple[str, ...]] = {
     "percussive-drill": ("drilling",),
