@@ -52,6 +52,8 @@ def _alone(name: str, packed: bool) -> Iterator[None]:
         for function in library._final_module.functions if own else ():
             if function.linkage.name == "linkonce_odr" and not function.is_declaration:
                 function.linkage = "internal"
+                # under its own name a search for the helper itself would find this copy, which has no address to give
+                function.name = f"{name}.{function.name}"
         numba.config.SLP_VECTORIZE = int(packed or not own)
         optimise(library)
 

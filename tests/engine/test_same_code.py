@@ -1,7 +1,10 @@
 """A function is the same machine code whatever was compiled before it; else a rerun may differ in the last bit."""
 
 import math
+import os
 import re
+import subprocess
+import sys
 
 import numba
 import pytest
@@ -91,3 +94,33 @@ def test_the_compiler_is_left_as_it_was():
     before = numba.config.SLP_VECTORIZE, numba.core.codegen.CPUCodeLibrary._optimize_final_module
     compiled(float64(MATRIX))(caller_of(inner(weigh)))
     assert (numba.config.SLP_VECTORIZE, numba.core.codegen.CPUCodeLibrary._optimize_final_module) == before
+
+
+CALLS = """
+from numba import float64
+
+from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.special import hunt_crossley_exit, hunt_crossley_exit_lam, hunt_crossley_peak
+
+@inner
+def part(v, lam):
+    return hunt_crossley_exit(v, lam) + hunt_crossley_exit_lam(v, lam) + hunt_crossley_peak(v, lam, 1.0, 2.0)
+
+@compiled(float64(float64, float64))
+def whole(v, lam):
+    return part(v, lam)
+
+print(whole(1.0, 0.5), hunt_crossley_exit(1.0, 0.5) + hunt_crossley_exit_lam(1.0, 0.5)
+      + hunt_crossley_peak(1.0, 0.5, 1.0, 2.0))
+"""
+
+
+def test_what_was_linked_into_another_function_can_still_be_called(tmp_path):
+    """Compiled, and from the cache: a search for its code must not end at the copy that another function keeps."""
+    (tmp_path / "calls.py").write_text(CALLS)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    for _ in range(2):
+        command = [sys.executable, tmp_path / "calls.py"]
+        told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=120).stdout
+        together, apart = map(float, told.split())
+        assert together == pytest.approx(apart, rel=1e-14)
