@@ -172,6 +172,17 @@ def section_transitions(system: "HybridSystem", at: str) -> set[int] | None:
     return found
 
 
+def no_forcing(system: "HybridSystem") -> str:
+    """What to do about a system without forcing where lengths are counted in forcing periods."""
+    events = sorted({t.name for t in system.transitions})
+    section = f"at={events[0]!r}" if events else "at= a transition that marks a section, of which it has none yet"
+    return (
+        f"define it with a period, any time such as that of one turn, and give {section} (lengths are counted in that "
+        "time, exponents are per unit of time as ever), or take a trajectory, a section at events, a spectrum, an "
+        "orbit or a branch, which need none"
+    )
+
+
 def settings(values: dict[str, Any]) -> dict[str, Any]:
     """Arguments as provenance keeps them, without what does not change the numbers."""
     return {key: value for key, value in values.items() if key not in _UNRELATED}

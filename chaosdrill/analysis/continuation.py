@@ -10,9 +10,9 @@ from chaosdrill.analysis.arguments import Progress, positive, real, settings, wh
 from chaosdrill.analysis.orbit_arguments import check_start, orbit_period, settling
 from chaosdrill.analysis.orbit_datasets import branches_dataset
 from chaosdrill.dataset import label
+from chaosdrill.dataset.schema import RESERVED
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
-from chaosdrill.model.check import RESERVED
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.curves import curve
 

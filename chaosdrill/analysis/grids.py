@@ -7,8 +7,8 @@ import numpy as np
 
 from chaosdrill.analysis.arguments import real
 from chaosdrill.analysis.points import Axis
+from chaosdrill.dataset.schema import RESERVED
 from chaosdrill.errors import SettingsError
-from chaosdrill.model.check import RESERVED
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.analysis.arguments import section_transitions, tangent_count, whole
+from chaosdrill.analysis.arguments import no_forcing, section_transitions, tangent_count, whole
 from chaosdrill.codegen.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
@@ -132,7 +132,9 @@ def make_plan(
     So many ``rows`` of the section are kept at every point.
     """
     if system.period is None:
-        raise SettingsError(f"{system.name} has no forcing period; a sweep counts its length in forcing periods")
+        raise SettingsError(
+            f"{system.name} has no forcing period, in which a sweep counts its length; {no_forcing(system)}"
+        )
     strobe = isinstance(at, str) and at == "strobe"
     chosen = None if strobe else frozenset(section_transitions(system, at) or ())
     count = tangent_count(system, exponents)

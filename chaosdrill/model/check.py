@@ -6,23 +6,33 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.dataset.schema import PLACEHOLDERS, SCHEMA
+from chaosdrill.dataset.schema import RESERVED
 from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import frozen_states
+from chaosdrill.model.reading import NAMES, has_doubles, is_name
 from chaosdrill.model.special import SPECIAL
+from chaosdrill.names import remedy
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 MOST_CODES = 127
 
-RESERVED = (
-    frozenset(
-        name for table in SCHEMA.values() for variable in table.values() for name in (variable.name, *variable.dims)
-    )
-    - PLACEHOLDERS
-)
-"""Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
+
+class PlacedError(ModelError):
+    """What is wrong with a system, and the keys of its definition that are at fault.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong.
+    place : tuple of str
+        As ``("quadratures", "work")``.
+    """
+
+    def __init__(self, message: str, place: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.place = place
 
 
 def check_system(system: "HybridSystem") -> None:
@@ -62,14 +72,16 @@ def check_system(system: "HybridSystem") -> None:
         if [t.name for t in system.transitions].count(transition.name) > 1:
             raise ModelError(f"{system.name}: two transitions are named {transition.name!r}; every name may stand once")
         _check_transition(system, transition, known)
+    _check_outcomes(system)
     if system.period is not None:
         period = value_of(system.period, system.parameters)
         if not 0 < period < float("inf"):
             named = {p.name: system.parameters[p.name] for p in system.period.free_symbols}
-            raise ModelError(
+            raise PlacedError(
                 f"{system.name}: the period {system.period} is not a positive number"
                 + (f" at {named}" if named else "")
-                + "; leave it out if nothing depends on time"
+                + "; leave it out if nothing depends on time",
+                ("period",),
             )
         if system.time is not None:
             _check_periodic(system, system.period, period)
@@ -79,7 +91,7 @@ def value_of(expression: Any, parameters: Mapping[str, float]) -> float:
     """The number that an expression of parameters has; NaN if it is none."""
     try:
         return float(expression.subs({p: parameters[p.name] for p in expression.free_symbols}))
-    except TypeError:
+    except (TypeError, OverflowError):
         return float("nan")
 
 
@@ -90,18 +102,25 @@ def _check_names(system: "HybridSystem") -> None:
         ("quadrature", system.quadratures),
     ):
         for name in names:
-            if not name or name != name.strip() or "/" in name or not name.isprintable():
-                raise ModelError(
-                    f"{system.name}: {what} is named {name!r}; a name must not be empty, begin or end with a blank, or "
-                    "hold a slash"
-                )
+            if not is_name(name):
+                raise ModelError(f"{system.name}: {what} is named {name!r:.60}; {NAMES}")
     if "mode" in system.state_names:
         raise ModelError(f"{system.name}: a state is named 'mode', which is reserved for the initial mode; rename it")
     for name in system.quadratures:
         if name in RESERVED:
-            raise ModelError(
-                f"{system.name}: quadrature {name!r} has a name that is reserved for results; rename it. Reserved are "
-                + ", ".join(sorted(RESERVED))
+            raise PlacedError(
+                f"{system.name}: quadrature {name!r} has a name that is reserved for results; rename it, as in "
+                f"{name + '_integral'!r}",
+                ("quadratures", name),
+            )
+    labelled = [*system.state_names, *system.parameters, *system.quadratures]
+    labelled += [] if system.time is None else [system.time.name]
+    for name in system.labels:
+        if name not in labelled:
+            raise PlacedError(
+                f"{system.name}: a label is given to {name!r:.60}, which is no state, parameter, quadrature or time; "
+                + remedy(str(name), labelled),
+                ("labels", name),
             )
 
 
@@ -126,6 +145,31 @@ def _check_transition(system: "HybridSystem", transition: Any, known: set[Any]) 
         _symbols(system, f"{where}, condition", transition.condition, known)
     if transition.completes is not None:
         _check_completes(system, transition)
+
+
+def _check_outcomes(system: "HybridSystem") -> None:
+    """Every outcome of an event must be one that can be taken."""
+    first: dict[tuple[str, Any, int], str] = {}
+    hidden: dict[int, list[str]] = {}
+    for i, transition in enumerate(system.transitions):
+        # one that completes another is taken in its place, wherever it stands
+        if transition.completes is not None:
+            continue
+        for mode in transition.source:
+            event = mode, transition.guard, transition.direction
+            if event in first:
+                hidden.setdefault(i, []).append(first[event])
+            elif transition.condition is None:
+                first[event] = transition.name
+    for i, before in hidden.items():
+        transition = system.transitions[i]
+        if len(before) == len(transition.source):
+            raise PlacedError(
+                f"{system.name}: transition {transition.name!r} is never taken, since {before[0]!r} is another outcome "
+                f"of the same event, stands before it and has no condition; give {before[0]!r} a condition, or put it "
+                "last",
+                ("transitions", transition.name),
+            )
 
 
 def _check_completes(system: "HybridSystem", transition: Any) -> None:
@@ -153,6 +197,8 @@ def _symbols(system: "HybridSystem", where: str, expression: Any, known: set[Any
         raise ModelError(f"{system.name}: {where}: unknown symbol {unknown[0]!r}; allowed are {allowed}: {names}")
     if expression.has(sympy.zoo, sympy.nan, sympy.oo):
         raise ModelError(f"{system.name}: {where}: {expression} is not finite")
+    if not has_doubles(expression):
+        raise ModelError(f"{system.name}: {where} holds a number that is larger than any double")
 
 
 def _check_periodic(system: "HybridSystem", declared: Any, period: float) -> None:
@@ -180,11 +226,16 @@ def _check_periodic(system: "HybridSystem", declared: Any, period: float) -> Non
         )
         here = {**values, **{s: rng.uniform(0.1, 0.9) for s in system.states}}
         instant = rng.uniform(0, period)
-        before, after = (
-            complex(expression.subs({**here, system.time: u}).evalf()) for u in (instant, instant + period)
-        )
+        try:
+            before, after = (
+                complex(expression.subs({**here, system.time: u}).evalf()) for u in (instant, instant + period)
+            )
+        except OverflowError:
+            # no doubles there; a run looks again, at more places
+            continue
         if abs(after - before) > 1e-9 * (1 + abs(before)):
-            raise ModelError(
+            raise PlacedError(
                 f"{system.name}: {expression} does not repeat after the declared period {declared} = {period:.6g}; "
-                "mend the period or leave it out"
+                "mend the period or leave it out",
+                ("period",),
             )

@@ -75,7 +75,7 @@ def build_defined(
         try:
             return make_system(reading, parameters, initial or {})
         except ChaosdrillError as fault:
-            faults = [Fault((), str(fault))]
+            faults = [Fault(getattr(fault, "place", ()), str(fault))]
     raise ModelError("\n".join(fault.text() for fault in faults))
 
 

@@ -1,9 +1,9 @@
 """A definition is read: every fault of it with its place, or all that a `HybridSystem` is made of."""
 
+import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from math import isfinite, isnan
 from typing import Any
 
 import sympy
@@ -11,7 +11,7 @@ import sympy
 from chaosdrill.errors import ModelError
 from chaosdrill.model.from_text import read_text
 from chaosdrill.model.grammar import ExpressionError
-from chaosdrill.model.reading import canonical
+from chaosdrill.model.reading import NAMES, canonical, is_name
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
 
@@ -21,6 +21,9 @@ MOST_LETTERS = 200_000
 """Of all expressions together."""
 
 MOST_FAULTS = 200
+MOST = sys.float_info.max
+"""Largest double: whole numbers of any length may be given."""
+
 KEYS = ("name", "description", "states", "time", "period", "modes", "transitions", "quadratures", "bounds", "labels")
 OF_TRANSITION = (
     *("name", "source", "target", "guard", "direction"),
@@ -92,11 +95,15 @@ class _Reader:
         self.letters = 0
         self.names: dict[str, Any] = {}
         self.moving: set[Any] = set()
+        self.hints: dict[str, str] = {}
 
     def read(self, definition: Any) -> None:
         given = self._table((), definition)
         self._known((), given, KEYS)
         states = self._states(given.get("states"))
+        if states is None:
+            # all that names a state would be a fault of its own
+            return
         time = self._text(("time",), given["time"]) if "time" in given else None
         fields: dict[str, Any] = {
             "name": self._text(("name",), given.get("name", UNNAMED)) or UNNAMED,
@@ -112,6 +119,8 @@ class _Reader:
         self.moving = {self.names[name] for name in named}
         fields["states"] = tuple(self.names[name] for name in states)
         fields["time"] = self.names[time] if time else None
+        if "time" not in given:
+            self.hints = {name: f"if it is the time, declare it: time = {name!r}" for name in ("t", "time")}
         fields["period"] = self._period(given["period"]) if "period" in given else None
         fields["modes"] = self._modes(given.get("modes"), states)
         fields["transitions"] = self._transitions(given.get("transitions", []), states, list(fields["modes"]))
@@ -150,15 +159,19 @@ class _Reader:
         self._fault(path, f"expected a whole number, received {value!r:.60}")
         return 0
 
-    def _states(self, value: Any) -> list[str]:
+    def _states(self, value: Any) -> list[str] | None:
+        """Names of the states; None if what is given is no list of names."""
         if not isinstance(value, list) or not value:
             given = "missing" if value is None else f"received {value!r:.60}"
             self._fault(("states",), f"{given}; expected a list of names, as in ['x', 'v']")
-            return []
+            return None
+        if None in [self._text(("states", place), name) for place, name in enumerate(value)]:
+            return None
+        if wrong := [place for place, name in enumerate(value) if not is_name(name)]:
+            self._fault(("states", wrong[0]), f"received {value[wrong[0]]!r:.60}; {NAMES}")
+            return None
         states: list[str] = []
         for place, name in enumerate(value):
-            if self._text(("states", place), name) is None:
-                continue
             if name in states:
                 self._fault(("states", place), f"{name!r:.60} is named twice")
             else:
@@ -270,14 +283,16 @@ class _Reader:
             if state not in states:
                 self._fault(("bounds", state), f"unknown state; {remedy(state, states)}")
             elif not low < high:
-                self._fault(("bounds", state), f"expected [low, high] with low < high, received {pair!r:.60}")
+                self._fault(
+                    ("bounds", state), f"expected [low, high], doubles or inf, with low < high, received {pair!r:.60}"
+                )
             else:
                 read[state] = (low, high)
         return read
 
     def _expression(self, path: Path, value: Any, *, condition: bool = False, moving: bool = False) -> Any:
         """A text, or a number, as an expression; None with a fault."""
-        if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value) and not condition:
+        if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST and not condition:
             value = repr(value)
         if not isinstance(value, str):
             self._fault(path, f"expected an expression in quotes, received {value!r:.60}")
@@ -287,7 +302,8 @@ class _Reader:
             self._fault(path, f"the definition has more than {MOST_LETTERS} letters of expressions")
             raise _TooManyFaults
         try:
-            found = read_text(value, self.names, condition=condition, moving=self.moving if moving else None)
+            moved = self.moving if moving else None
+            found = read_text(value, self.names, condition=condition, moving=moved, hints=self.hints)
             found = canonical(found)
         except ExpressionError as fault:
             self._fault(path, str(fault))
@@ -300,6 +316,6 @@ def _end(value: Any) -> float:
     """One bound; NaN if it is none."""
     if value in ("inf", "-inf"):
         return float(value)
-    if isinstance(value, bool) or not isinstance(value, int | float) or isnan(value) or abs(value) > 1e308:
-        return float(value) if isinstance(value, float) and value in (float("inf"), -float("inf")) else float("nan")
-    return float(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return float("nan")
+    return float(value) if isinstance(value, float) or abs(value) <= MOST else float("nan")

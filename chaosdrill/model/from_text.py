@@ -8,6 +8,7 @@ from typing import Any
 import sympy
 
 from chaosdrill.model.grammar import ExpressionError, Node, parse
+from chaosdrill.model.reading import has_doubles
 from chaosdrill.model.text_bounds import MOST_BITS, check_exponent, check_finite, check_power, check_size, checked
 from chaosdrill.model.text_functions import FUNCTIONS, INSTEAD, PLAIN
 from chaosdrill.names import remedy
@@ -22,7 +23,14 @@ _UNBOUNDED = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
 _RELATIONS = {"<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge, "==": sympy.Eq, "!=": sympy.Ne}
 
 
-def read_text(text: str, names: Mapping[str, Any], *, condition: bool = False, moving: "set[Any] | None" = None) -> Any:
+def read_text(
+    text: str,
+    names: Mapping[str, Any],
+    *,
+    condition: bool = False,
+    moving: "set[Any] | None" = None,
+    hints: Mapping[str, str] | None = None,
+) -> Any:
     """Read an expression.
 
     Parameters
@@ -35,6 +43,8 @@ def read_text(text: str, names: Mapping[str, Any], *, condition: bool = False, m
         Whether it is to be true or false rather than a number.
     moving : set of sympy.Symbol, optional
         States and time, if functions of these are to have Taylor series.
+    hints : mapping of str to str, optional
+        What to do about names that are likely to be meant but are not among those.
 
     Returns
     -------
@@ -49,7 +59,7 @@ def read_text(text: str, names: Mapping[str, Any], *, condition: bool = False, m
     if tree.is_condition != condition:
         wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
         raise ExpressionError(f"{text!r:.60} is to be {wanted}")
-    faults = list(dict.fromkeys(_unknown(tree, names)))
+    faults = list(dict.fromkeys(_unknown(tree, names, hints or {})))
     if faults:
         raise ExpressionError("; ".join(faults[:10]))
     try:
@@ -63,19 +73,20 @@ def read_text(text: str, names: Mapping[str, Any], *, condition: bool = False, m
         raise ExpressionError(f"{text!r:.60} cannot be made an expression: {fault!s:.100}") from None
     if found.has(*_UNBOUNDED):
         raise ExpressionError(f"{text!r:.60} divides by zero, or is not finite")
-    if not all(math.isfinite(float(number)) for number in found.atoms(sympy.Float)):
+    if not has_doubles(found):
         raise ExpressionError(f"{text!r:.60} holds a number that is larger than any double")
     if found.has(sympy.I):
         raise ExpressionError(f"{text!r:.60} is complex")
     return found
 
 
-def _unknown(node: Node, names: Mapping[str, Any]) -> Iterator[str]:
+def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> Iterator[str]:
     if node.kind == "name" and node.value not in names and node.value != "pi":
         if node.value in FUNCTIONS:
             yield f"{node.value!r} is a function; give it an argument, as in {node.value}(x)"
         else:
-            yield f"unknown name {node.value[:40]!r}; {remedy(node.value, (*names, 'pi'))}"
+            hint = hints.get(node.value) or remedy(node.value, (*names, "pi"))
+            yield f"unknown name {node.value[:40]!r}; {hint}"
     elif node.kind == "call":
         function = FUNCTIONS.get(node.value)
         if function is None and node.value in names:
@@ -86,7 +97,7 @@ def _unknown(node: Node, names: Mapping[str, Any]) -> Iterator[str]:
             count = function.least if function.least == function.most else f"{function.least} to {function.most}"
             yield f"{node.value} takes {count} argument{'s' if count != 1 else ''}, received {len(node.parts)}"
     for part in node.parts:
-        yield from _unknown(part, names)
+        yield from _unknown(part, names, hints)
 
 
 class _Builder:

@@ -1,6 +1,7 @@
 """What a user writes, read into sympy, or refused with its place, its value and what is allowed."""
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any
 
 import sympy
@@ -11,10 +12,28 @@ from chaosdrill.errors import ModelError
 _UNREADABLE = (sympy.SympifyError, TypeError, ValueError, AttributeError, SyntaxError, NameError)
 _UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Order)
 
+NAMES = (
+    "a name must not be empty, begin or end with a blank, or hold a slash, a line break or another sign that cannot be "
+    "seen"
+)
+
 
 def canonical(expression: Any) -> Any:
     """The expression with every symbol replaced by the real symbol of the same name."""
     return expression.xreplace({s: sympy.Symbol(s.name, real=True) for s in expression.free_symbols})
+
+
+def is_name(name: str) -> bool:
+    """Whether a state, a parameter or a quadrature may be called so."""
+    return bool(name) and name == name.strip() and "/" not in name and name.isprintable()
+
+
+def has_doubles(expression: Any) -> bool:
+    """Whether every number of the expression is a double, whole numbers and fractions rounded."""
+    try:
+        return all(isfinite(float(number)) for number in expression.atoms(sympy.Rational, sympy.Float))
+    except OverflowError:
+        return False
 
 
 def read_expression(where: str, value: Any) -> Any:

@@ -59,9 +59,12 @@ def _bits(number: Any) -> int:
 
 def check_finite(name: str, function: Callable[..., float], arguments: list[Any]) -> None:
     """Refuse a constant that is no finite double before sympy calculates it with all its digits."""
-    values = [_double(argument) for argument in arguments]
-    if any(value is None for value in values):
+    given = [_double(argument) for argument in arguments]
+    values = [value for value in given if value is not None]
+    if len(values) < len(given):
         return
+    if name == "**" and values[0] == 0 and values[1] < 0:
+        raise ExpressionError("divides by zero")
     shown = ", ".join(f"{value:.6g}" for value in values)
     try:
         value = function(*values)

@@ -18,6 +18,7 @@ MOST_PARTS = 16
 
 _NAME = r"""(?:[A-Za-z0-9_-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 _KEY = re.compile(rf"\s*+{_NAME}(?:\s*+\.\s*+{_NAME})*+\s*+")
+_NUMBER = re.compile(r"[0-9]{1,9}")
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -42,6 +43,11 @@ def parse_change(text: str) -> tuple[str, Any]:
         If it cannot be read.
     """
     found = _KEY.match(text)
+    if found is not None and text.startswith("[", found.end()):
+        raise SettingsError(
+            f"--set {text!r:.100}: an entry of a list is named behind a dot, by its number from 0 or by its name, as "
+            "in --set system.definition.transitions.impact.guard=x"
+        )
     if found is None or not text.startswith("=", found.end()):
         raise SettingsError(f"--set {text!r:.100}: expected KEY=VALUE, as in --set system.parameters.eta=0.5")
     given = text[found.end() + 1 :].strip()
@@ -64,7 +70,8 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     text : str
         A document that ``tomllib.loads`` accepts.
     key : str
-        Dotted key, as ``system.parameters.eta``.
+        Dotted key, as ``system.parameters.eta``. Entries of lists go by their number from 0, or by the ``name`` that
+        they hold: ``system.definition.transitions.impact.guard``.
     value : bool, number, str, list or dict
         What it is to be; arrays count as lists.
 
@@ -72,7 +79,7 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     -------
     text : str
         With the value in it.
-    path : tuple of str
+    path : tuple of str and int
         The parts of the key.
 
     Raises
@@ -80,9 +87,10 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     SettingsError
         If the key is none, or leads into something that is no table, or if TOML has no such value.
     """
-    path = _path(key)
+    path: Path = _path(key)
     text = text.replace("\r\n", "\n")
     wanted = tomllib.loads(text)
+    path = _into_lists(path, wanted, key)
     _put(wanted, path, key, tomllib.loads(f"value = {toml_value(value, f'--set {key}')}")["value"])
     for changed in _candidates(text, path, toml_value(value, f"--set {key}")):
         try:
@@ -130,14 +138,43 @@ def _path(key: str) -> tuple[str, ...]:
         raise SettingsError(f"--set {key!r:.100}: TOML has no such key") from None
 
 
-def _put(table: dict[str, Any], path: tuple[str, ...], key: str, value: Any) -> None:
+def _into_lists(path: Path, document: Any, key: str) -> Path:
+    """The path with the places of the entries of lists, of which a key gives number or name."""
+    found: Path = ()
+    part: Any
+    for part in path:
+        if isinstance(document, list):
+            names = [entry.get("name") if isinstance(entry, dict) else None for entry in document]
+            if part in names:
+                part = names.index(part)
+            elif _NUMBER.fullmatch(part) and int(part) < len(document):
+                part = int(part)
+            else:
+                named = ", ".join(name for name in names if isinstance(name, str))
+                numbers = (
+                    f"by its number, from 0 to {len(document) - 1}" if document else "in the file, since it is empty"
+                )
+                raise SettingsError(
+                    f"--set {key}: {'.'.join(map(str, found))} is a list; name an entry {numbers}"
+                    + (f", or by its name: {named:.200}" if named else "")
+                )
+        found = (*found, part)
+        if isinstance(document, dict):
+            document = document.get(part)
+        else:
+            document = document[part] if isinstance(document, list) else None
+    return found
+
+
+def _put(table: Any, path: Path, key: str, value: Any) -> None:
     *tables, last = path
     for depth, name in enumerate(tables, start=1):
-        table = table.setdefault(name, {})
-        if not isinstance(table, dict):
-            raise SettingsError(f"--set {key}: {'.'.join(path[:depth])} is no table but {table!r:.60}")
-    if isinstance(table.get(last), dict) and not isinstance(value, dict):
-        raise SettingsError(f"--set {key}: is a table; set the keys in it, as in --set {key}.{_first(table[last])}=...")
+        table = table[name] if isinstance(name, int) else table.setdefault(name, {})
+        if not isinstance(table, dict | list):
+            raise SettingsError(f"--set {key}: {'.'.join(map(str, path[:depth]))} is no table but {table!r:.60}")
+    before = table[last] if isinstance(last, int) else table.get(last)
+    if isinstance(before, dict) and not isinstance(value, dict):
+        raise SettingsError(f"--set {key}: is a table; set the keys in it, as in --set {key}.{_first(before)}=...")
     table[last] = value
 
 

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from chaosdrill.dataset.schema import RESERVED
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_system import CheckedSystem, check_limits, check_state
 from chaosdrill.scene.kinds import KINDS, Analysis
@@ -83,6 +84,8 @@ def _check_sweep(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> l
         if name not in system.known:
             problems.append(Problem(place, f"unknown parameter; {remedy(name, system.known)}"))
             continue
+        if name in RESERVED:
+            problems.append(Problem(place, "is the name of a result too, and cannot be swept; rename the parameter"))
         ends = [values.get("start"), values.get("stop")] if isinstance(values, Mapping) else values
         for value in ends if isinstance(ends, list) else []:
             faults = check_limits(system.model, {name: value}, (*at, "sweep"))
@@ -120,6 +123,11 @@ def _check_states(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> 
         Problem((*at, *place), f"unknown state; {remedy(place[1], system.states)}")
         for place in places
         if place[1] not in system.states
+    ]
+    problems += [
+        Problem((*at, *place), "is the name of a result too, and cannot span a grid; rename the state")
+        for place in places
+        if place[0] == "grid" and place[1] in RESERVED
     ]
     exponents = table.get("exponents")
     if isinstance(exponents, int) and exponents > len(system.states):

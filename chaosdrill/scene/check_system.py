@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import isfinite
+from sys import float_info
 from typing import Any
 
 from chaosdrill.errors import ModelError
@@ -14,6 +14,8 @@ from chaosdrill.scene.limits import LIMITS
 from chaosdrill.scene.problems import Problem
 from chaosdrill.scene.si import ReadSI, read_si
 from chaosdrill.scene.strict import validate
+
+MOST = float_info.max
 
 
 @dataclass
@@ -96,7 +98,7 @@ def check_limits(model: str, values: Mapping[str, Any], at: tuple[str | int, ...
     for name, limit in LIMITS.get(model, {}).items():
         value = values.get(name)
         # what is no finite number is a fault of another kind
-        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
             continue
         if fault := limit.refuses(value):
             problems.append(Problem((*at, name), fault))

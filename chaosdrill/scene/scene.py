@@ -107,7 +107,7 @@ class Scene:
                 system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)
         except ChaosdrillError as fault:
             raise InvalidSceneError(self.name, [Problem(("system",), str(fault))], self.lines) from fault
-        if problems := [*self._check_modes(system), *self._check_events(system)]:
+        if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_events(system)]:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system.with_initial(mode=self.initial["mode"]) if "mode" in self.initial else system
 
@@ -221,6 +221,28 @@ class Scene:
             if mode is not None and mode not in system.modes
         ]
 
+    def _check_reached(self, system: "HybridSystem") -> list[Problem]:
+        """A mode of one's own that nothing leads to is likely the target of a transition that names another one."""
+        if self.definition is None:
+            return []
+        starts = [self.initial.get("mode"), system.mode_names[0]]
+        for analysis in self.analyses.values():
+            starts += [seed.get("mode") for seed in getattr(analysis, "seeds", None) or ()]
+            starts.append(getattr(getattr(analysis, "random", None), "mode", None))
+        reached: set[Any] = set()
+        found = set(starts)
+        while found - reached:
+            reached |= found
+            found = {t.target for t in system.transitions if reached & set(t.source)}
+        return [
+            Problem(
+                ("system", "definition", "modes", mode),
+                "no transition leads to it and no run begins in it; let one lead there, or leave it out",
+            )
+            for mode in system.modes
+            if mode not in reached
+        ]
+
     def _check_events(self, system: "HybridSystem") -> list[Problem]:
         """Sections are to be at events that exist, and times are to be in periods where there is a forcing."""
         faults: dict[Path, str] = {}
@@ -236,7 +258,10 @@ class Scene:
             given = analysis.model_dump(exclude_unset=True)
             if system.period is None:
                 if analysis.counts_periods:
-                    faults[*place, "kind"] = f"{system.name} has no forcing period, in which a {analysis.kind} counts"
+                    from chaosdrill.analysis.arguments import no_forcing
+
+                    counts = f"has no forcing period, in which a {analysis.kind} counts"
+                    faults[*place, "kind"] = f"{system.name} {counts}; {no_forcing(system)}"
                 elif "periods" in given:
                     faults[*place, "periods"] = f"{system.name} has no forcing period; give duration, in units of time"
                 elif given.get("period", 1) != 1:

@@ -4,7 +4,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.model.check import RESERVED
+from chaosdrill.dataset.schema import RESERVED
 from chaosdrill.model.special import hunt_crossley_exit
 
 X, V, T, K = sympy.symbols("x v t k", real=True)
@@ -123,8 +123,8 @@ def test_a_bare_transition_is_no_list_of_them():
 
 def test_more_transitions_than_a_byte_counts():
     with pytest.raises(cd.ModelError, match="there are 128 transitions; at most 127 fit"):
-        build(transitions=[hit(name=f"hit {i}") for i in range(128)])
-    assert len(build(transitions=[hit(name=f"hit {i}") for i in range(127)]).transitions) == 127
+        build(transitions=[hit(name=f"hit {i}", guard=X - 1 - i) for i in range(128)])
+    assert len(build(transitions=[hit(name=f"hit {i}", guard=X - 1 - i) for i in range(127)]).transitions) == 127
 
 
 def test_a_condition_that_drifts():

@@ -30,6 +30,11 @@ from chaosdrill.scene.changes import change, parse_change, toml_value
         ("a = [ # list\n 1,\n 2 ]\n", "a", {"b": 1}, "a = { b = 1 }\n"),
         ("a = 1\n", '"b c"."d.e"', 2, 'a = 1\n\n["b c"]\n"d.e" = 2\n'),
         ("a = nan\n", "b", 1, "b = 1\na = nan\n"),
+        ("a = [1, 2]\n", "a.1", 3, "a = [1, 3]\n"),
+        ("[[a]]\nname = 'c'\nb = 1\n[[a]]\nb = 1\n", "a.1.b", 2, "[[a]]\nname = 'c'\nb = 1\n[[a]]\nb = 2\n"),
+        ("[[a]]\nname = 'c'\nb = 1\n[[a]]\nb = 1\n", "a.c.b", 2, "[[a]]\nname = 'c'\nb = 2\n[[a]]\nb = 1\n"),
+        ("[[a]]\nname = 'c'\n", "a.c.d", 2, "[[a]]\nd = 2\nname = 'c'\n"),
+        ("a = [{ b = 1 }]\n", "a.0.d.e", 2, "a = [{ d.e = 2, b = 1 }]\n"),
     ],
 )
 def test_where_a_value_goes(text, key, value, expected):
@@ -40,7 +45,11 @@ def test_where_a_value_goes(text, key, value, expected):
     ("text", "key", "message"),
     [
         ("a = 1", "a.b", "a is no table but 1"),
-        ("[[a]]\nb = 1", "a.b", "a is no table but"),
+        ("[[a]]\nb = 1", "a.b", "a is a list; name an entry by its number, from 0 to 0"),
+        ("[[a]]\nname = 'c'", "a.b", "or by its name: c"),
+        ("a = []", "a.0", "a is a list; name an entry in the file"),
+        ("a = [1]", "a.1", "from 0 to 0"),
+        ("a = [1]", "a.0.b", "a.0 is no table but 1"),
         ("a.b = 1", "a", "is a table; set the keys in it, as in --set a.b="),
         ("a = 1", "", "expected a dotted key"),
         ("a = 1", "a b", "expected a dotted key"),

@@ -15,7 +15,7 @@ from chaosdrill.dataset.schema.precision import WORK_PRECISION
 from chaosdrill.dataset.schema.runs import LYAPUNOV_SPECTRUM, POINCARE_SECTION, TRAJECTORY
 from chaosdrill.dataset.schema.variable import ORBIT, PLACEHOLDERS, QUADRATURE, SWEEP, Variable
 
-__all__ = ["ORBIT", "PLACEHOLDERS", "QUADRATURE", "SCHEMA", "SWEEP", "Variable"]
+__all__ = ["ORBIT", "PLACEHOLDERS", "QUADRATURE", "RESERVED", "SCHEMA", "SWEEP", "Variable"]
 
 _TABLES = {
     "trajectory": TRAJECTORY,
@@ -30,3 +30,11 @@ _TABLES = {
 }
 
 SCHEMA: dict[str, dict[str, Variable]] = {kind: {v.name: v for v in table} for kind, table in _TABLES.items()}
+
+RESERVED = (
+    frozenset(
+        name for table in SCHEMA.values() for variable in table.values() for name in (variable.name, *variable.dims)
+    )
+    - PLACEHOLDERS
+)
+"""Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
