@@ -10,7 +10,7 @@ from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_erro
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run, event_rates, rate_names
+from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import examine
 
 if TYPE_CHECKING:
@@ -139,11 +139,13 @@ def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.
 def _averages(
     system: "HybridSystem", run: Run, plan: Span, ends: np.ndarray, drilled: np.ndarray, complete: bool
 ) -> dict[str, Any]:
-    """What the run counted besides the exponents, without rates if it came to an early end.
+    """What the run counted besides the exponents, without rates if it came to an early end; the closest grazing stays.
 
     ``drilled`` are the quadratures at the end of each block.
     """
-    rates = event_rates(run) if complete else dict.fromkeys(rate_names(system), np.nan)
+    rates = event_rates(run)
+    if not complete:
+        rates |= {name: np.nan for name in rates if name != "closest_grazing"}
     variables: dict[str, Any] = {
         "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
         "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),

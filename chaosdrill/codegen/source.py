@@ -59,6 +59,8 @@ class Event:
     outcomes: tuple[int, ...]
     affine: bool
     """Whether it is linear in the states and free of time."""
+    entire: bool
+    """Whether it is made of sums, products, sines and cosines only: its series reaches as far as that of the states."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,25 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
             groups.setdefault((transition.guard, transition.direction), []).append(index)
     moving = {*system.states, system.time}
     events = [
-        Event(guard, direction, tuple(found), not any(g.free_symbols & moving for g in guard_gradient(system, guard)))
+        Event(
+            guard,
+            direction,
+            tuple(found),
+            affine=not any(g.free_symbols & moving for g in guard_gradient(system, guard)),
+            entire=_is_entire(guard, moving),
+        )
         for (guard, direction), found in groups.items()
     ]
     return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
+
+
+def _is_entire(expression: Any, moving: set[Any]) -> bool:
+    if not expression.free_symbols & moving or expression.is_Symbol:
+        return True
+    power = expression.is_Pow and expression.exp.is_Integer and expression.exp > 0
+    if not (power or expression.is_Add or expression.is_Mul or expression.func in (sympy.sin, sympy.cos)):
+        return False
+    return all(_is_entire(part, moving) for part in expression.args)
 
 
 def write_source(system: "HybridSystem") -> SystemSource:

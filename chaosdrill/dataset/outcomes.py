@@ -66,11 +66,13 @@ _ADVICE = {
         "reset that leads back across its own guard."
     ),
     Outcome.NONFINITE: (
-        "A state or a tangent became infinite or not a number; look for a singular term or a guard that is met at no "
-        "speed, or choose tighter bounds. The right-hand side may not be analytic there, as d**1.5 at d = 0; then "
-        'choose method "dop853".'
+        "A state, a tangent or a guard became infinite or not a number; look for a singular term, for a guard that is "
+        "met at no speed or has no value where its mode holds, or choose tighter bounds. The right-hand side may not "
+        'be analytic there, as d**1.5 at d = 0; then choose method "dop853".'
     ),
-    Outcome.STEP_UNDERFLOW: "The step became too small to move time; loosen the tolerance or look for a singularity.",
+    Outcome.STEP_UNDERFLOW: (
+        "The step became too small to move time; loosen the tolerance, or look for a singularity, of a guard too."
+    ),
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
     Outcome.FAILED: "The point could not be computed; run it alone as a trajectory to see where it stops.",
     Outcome.NO_ORBIT: (

@@ -39,6 +39,7 @@ from chaosdrill.engine.layout import (
     DONE,
     FRESH,
     GOAL,
+    GRADIENT,
     IMAGE,
     INVALID_START,
     LIVE,
@@ -49,6 +50,7 @@ from chaosdrill.engine.layout import (
     ORDER,
     OUT,
     PERIOD,
+    PROVE_GUARDS,
     PROVEN,
     REACH,
     STEP_UNDERFLOW,
@@ -139,6 +141,23 @@ def _step(
             block,
             scratch,
         )
+        if settings_i[PROVE_GUARDS] == 1:
+            lane_step.copy_lane(block[BLOCK_WS], 0, first + guard_count, lane, order, scratch[WORKSPACE])
+            steps[lane] = taylor.proven_guards(
+                functions[5],
+                steps[lane],
+                first,
+                guard_count,
+                marks[mode],
+                runs[RUN_SETTINGS][p],
+                carried_f[TIME],
+                runs[RUN_C][p],
+                x[p],
+                runs[RUN_CARRIED][p],
+                scratch[WORKSPACE],
+                scratch[BEFORE],
+                scratch[GRADIENT],
+            )
     reach = block[BLOCK_REACH]
     for lane in range(count, LANES):
         reach[lane] = 0.0

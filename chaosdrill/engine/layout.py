@@ -1,8 +1,20 @@
 """Where the engine keeps what: indices into the arrays of integers and doubles that a run carries."""
 
 # settings, integers
-METHOD, ORDER, QUADRATURES, SAMPLES, RECORD, ORTHOGONALISE, ABSOLUTE_TIME, MAX_EVENTS, TARGET, JACOBIAN = range(10)
-SETTINGS_I = 10
+(
+    METHOD,
+    ORDER,
+    QUADRATURES,
+    SAMPLES,
+    RECORD,
+    ORTHOGONALISE,
+    ABSOLUTE_TIME,
+    MAX_EVENTS,
+    TARGET,
+    JACOBIAN,
+    PROVE_GUARDS,
+) = range(11)
+SETTINGS_I = 11
 
 # settings, doubles
 TOLERANCE, PERIOD, STEP, REACH, ON_GUARD = range(5)
@@ -40,8 +52,9 @@ EVENT_COLUMNS = 5
 # columns of the table of transitions
 TO_MODE, MARKS_ONLY, RANK_DEFICIENT = range(3)
 
-# bits that describe a guard: its events change nothing, may lose rank; it is linear and free of time
-MARKS, LOSES_RANK, AFFINE = 1, 2, 4
+# bits that describe a guard: its events change nothing, may lose rank; it is linear and free of time; its series may
+# end before that of the states
+MARKS, LOSES_RANK, AFFINE, UNPROVEN = 1, 2, 4, 8
 
 (TAYLOR, RK4, DOP853) = range(3)
 METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}

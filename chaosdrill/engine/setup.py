@@ -33,6 +33,7 @@ def integer_settings(
     settings[at.ORTHOGONALISE] = int(orthonormalise)
     settings[at.ABSOLUTE_TIME] = int(system.period is None)
     settings[at.JACOBIAN] = int(system.kernels.own_jacobian)
+    settings[at.PROVE_GUARDS] = int(not all(event.entire for events in system.kernels.events for event in events))
     settings[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
     return settings
 
@@ -61,6 +62,7 @@ def event_tables(system: "HybridSystem", deficient: Collection[int]) -> tuple[np
             only = all(kernels.transition_table[k, 1] for k in event.outcomes)
             losing = any(k in deficient for k in event.outcomes)
             row[j] = at.MARKS * only + at.LOSES_RANK * losing + at.AFFINE * event.affine
+            row[j] += at.UNPROVEN * (not event.entire)
     return marks, transitions
 
 

@@ -23,6 +23,7 @@ from chaosdrill.engine.layout import (
     OUT,
     PERIOD,
     POLYNOMIAL,
+    PROVE_GUARDS,
     PROVEN,
     QUADRATURES,
     RECORD,
@@ -73,6 +74,22 @@ def prepare(
             spare = (scratch[OUT], scratch[BEFORE], scratch[AFTER])
             h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spare)
             carried_f[PROVEN] = h
+        if settings_i[PROVE_GUARDS] == 1:
+            h = taylor.proven_guards(
+                functions[5],
+                h,
+                first,
+                count,
+                marks[mode],
+                settings_f,
+                t,
+                c,
+                x,
+                carried,
+                ws,
+                scratch[BEFORE],
+                scratch[GRADIENT],
+            )
     else:
         h = stepper[0](
             functions[3],

@@ -102,7 +102,7 @@ def examine(system: "HybridSystem") -> Structure:
     shifts = system.shared["shifts"]
     return Structure(
         deficient=_deficient(system, jumps),
-        frame=_frame(effects, shifts),
+        frame=_frame(effects, shifts, n),
         shifts=len(shifts),
         neutral=int(system.time is None) + len(shifts),
     )
@@ -120,10 +120,9 @@ def _has_full_rank(matrix: np.ndarray) -> bool:
     return bool(np.linalg.matrix_rank(matrix, tol=_RANK_TOLERANCE * np.abs(matrix).max()) == len(matrix))
 
 
-def _frame(effects: list[np.ndarray], shifts: list[list[float]]) -> np.ndarray:
-    n = effects[0].shape[0]
+def _frame(effects: list[np.ndarray], shifts: list[list[float]], n: int) -> np.ndarray:
     rows = [np.array(v) for v in shifts]
-    rows += [np.eye(n)[i] for i in _downstream_first(np.any([m != 0 for m in effects], axis=0))]
+    rows += [np.eye(n)[i] for i in _downstream_first(np.any(np.reshape(effects, (-1, n, n)) != 0, axis=0))]
     frame: list[np.ndarray] = []
     for row in rows:
         for _ in range(2):

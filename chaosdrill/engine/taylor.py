@@ -6,7 +6,7 @@ import numpy as np
 from numba import uint64
 
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, series
-from chaosdrill.engine.layout import JACOBIAN, LIVE, MODE, ORDER, PERIOD, REACH, TOLERANCE
+from chaosdrill.engine.layout import JACOBIAN, LIVE, MODE, ORDER, PERIOD, REACH, TOLERANCE, UNPROVEN
 from chaosdrill.engine.polynomial import size, value
 
 SMALLEST = 1e-300
@@ -119,6 +119,34 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spar
         if not defect * h > DEFECT * settings_f[TOLERANCE] * scale + 1e-12 * size * h:
             return h
         h *= 0.6
+    return h
+
+
+@inlined
+def proven_guards(guard, h, first, count, marks, settings_f, t, c, x, carried, ws, place, gradient):
+    """The step h, shortened until guards whose series may end before it are what their series say at its end.
+
+    A pole, a root or a logarithm near by ends a guard's series; tanh far from its slope shows none of it. NaN if a
+    guard is no number where the step begins.
+    """
+    scale = 1.0
+    for i in range(x.size):
+        scale = max(scale, abs(x[i]))
+    for j in range(count):
+        if marks[j] & UNPROVEN and not abs(ws[first + j, 0]) < math.inf:
+            return math.nan
+    for _ in range(100):
+        for i in range(x.size):
+            place[i] = value(ws, uint64(i), h)
+        holds = True
+        for j in range(count):
+            if marks[j] & UNPROVEN:
+                row = uint64(first + j)
+                error = guard(carried[MODE], j, t + h, c, place, gradient) - value(ws, row, h)
+                holds = holds and abs(error) <= DEFECT * settings_f[TOLERANCE] * scale + 1e-12 * size(ws, row, h, 0)
+        if holds:
+            return h
+        h *= 0.5
     return h
 
 

@@ -114,7 +114,9 @@ def shift_directions(system: "HybridSystem") -> list[list[float]]:
     names = sorted({s for row in plain for entry in row for s in sympy.sympify(entry).free_symbols}, key=str)
     evaluate = sympy.lambdify(names, plain, modules="numpy")
     rng = np.random.default_rng(20260103)
-    samples = [np.array(evaluate(*rng.uniform(0.1, 1.5, len(names))), dtype=float).reshape(-1, n) for _ in range(4)]
+    # where an expression is no number its row tells nothing, and is left out
+    with np.errstate(all="ignore"):
+        samples = [np.array(evaluate(*rng.uniform(0.1, 1.5, len(names))), dtype=float).reshape(-1, n) for _ in range(4)]
     stacked = np.vstack([s[np.isfinite(s).all(axis=1)] for s in samples] + [np.zeros((1, n))])
     _, weights, directions = np.linalg.svd(stacked)
     weights = np.concatenate([weights, np.zeros(n - len(weights))])
