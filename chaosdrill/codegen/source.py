@@ -60,7 +60,7 @@ class Event:
     affine: bool
     """Whether it is linear in the states and free of time."""
     entire: bool
-    """Whether it is made of sums, products, sines and cosines only: its series reaches as far as that of the states."""
+    """Whether its series reaches as far as that of the states: sums, products, sines, cosines, and what drives them."""
 
 
 @dataclass(frozen=True)
@@ -82,26 +82,27 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
         if mode in transition.source:
             groups.setdefault((transition.guard, transition.direction), []).append(index)
     moving = {*system.states, system.time}
+    in_rates = {part for rate in system.modes[mode].values() for part in sympy.preorder_traversal(rate)}
     events = [
         Event(
             guard,
             direction,
             tuple(found),
             affine=not any(g.free_symbols & moving for g in guard_gradient(system, guard)),
-            entire=_is_entire(guard, moving),
+            entire=_is_entire(guard, moving, in_rates),
         )
         for (guard, direction), found in groups.items()
     ]
     return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
 
 
-def _is_entire(expression: Any, moving: set[Any]) -> bool:
-    if not expression.free_symbols & moving or expression.is_Symbol:
+def _is_entire(expression: Any, moving: set[Any], in_rates: set[Any]) -> bool:
+    if not expression.free_symbols & moving or expression.is_Symbol or expression in in_rates:
         return True
     power = expression.is_Pow and expression.exp.is_Integer and expression.exp > 0
     if not (power or expression.is_Add or expression.is_Mul or expression.func in (sympy.sin, sympy.cos)):
         return False
-    return all(_is_entire(part, moving) for part in expression.args)
+    return all(_is_entire(part, moving, in_rates) for part in expression.args)
 
 
 def write_source(system: "HybridSystem") -> SystemSource:

@@ -50,7 +50,6 @@ from chaosdrill.engine.layout import (
     ORDER,
     OUT,
     PERIOD,
-    PROVE_GUARDS,
     PROVEN,
     REACH,
     STEP_UNDERFLOW,
@@ -123,6 +122,7 @@ def _step(
     )
     lane_step.look_for_gaps(n, runs[RUN_SETTINGS][places[0], REACH], block)
     steps = block[BLOCK_H]
+    unproven = taylor.has_unproven(marks[mode], guard_count)
     for lane in range(count):
         p = places[lane]
         carried_f = runs[RUN_CARRIED_F][p]
@@ -141,7 +141,7 @@ def _step(
             block,
             scratch,
         )
-        if settings_i[PROVE_GUARDS] == 1:
+        if unproven:
             lane_step.copy_lane(block[BLOCK_WS], 0, first + guard_count, lane, order, scratch[WORKSPACE])
             steps[lane] = taylor.proven_guards(
                 functions[5],

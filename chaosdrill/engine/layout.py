@@ -1,20 +1,8 @@
 """Where the engine keeps what: indices into the arrays of integers and doubles that a run carries."""
 
 # settings, integers
-(
-    METHOD,
-    ORDER,
-    QUADRATURES,
-    SAMPLES,
-    RECORD,
-    ORTHOGONALISE,
-    ABSOLUTE_TIME,
-    MAX_EVENTS,
-    TARGET,
-    JACOBIAN,
-    PROVE_GUARDS,
-) = range(11)
-SETTINGS_I = 11
+METHOD, ORDER, QUADRATURES, SAMPLES, RECORD, ORTHOGONALISE, ABSOLUTE_TIME, MAX_EVENTS, TARGET, JACOBIAN = range(10)
+SETTINGS_I = 10
 
 # settings, doubles
 TOLERANCE, PERIOD, STEP, REACH, ON_GUARD = range(5)

@@ -33,7 +33,6 @@ def integer_settings(
     settings[at.ORTHOGONALISE] = int(orthonormalise)
     settings[at.ABSOLUTE_TIME] = int(system.period is None)
     settings[at.JACOBIAN] = int(system.kernels.own_jacobian)
-    settings[at.PROVE_GUARDS] = int(not all(event.entire for events in system.kernels.events for event in events))
     settings[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
     return settings
 

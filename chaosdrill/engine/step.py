@@ -23,7 +23,6 @@ from chaosdrill.engine.layout import (
     OUT,
     PERIOD,
     POLYNOMIAL,
-    PROVE_GUARDS,
     PROVEN,
     QUADRATURES,
     RECORD,
@@ -74,7 +73,7 @@ def prepare(
             spare = (scratch[OUT], scratch[BEFORE], scratch[AFTER])
             h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spare)
             carried_f[PROVEN] = h
-        if settings_i[PROVE_GUARDS] == 1:
+        if taylor.has_unproven(marks[mode], count):
             h = taylor.proven_guards(
                 functions[5],
                 h,

@@ -123,6 +123,15 @@ def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spar
 
 
 @inlined
+def has_unproven(marks, count):
+    """Whether the series of any guard may end before that of the states."""
+    found = False
+    for j in range(count):
+        found = found or marks[j] & UNPROVEN != 0
+    return found
+
+
+@inlined
 def proven_guards(guard, h, first, count, marks, settings_f, t, c, x, carried, ws, place, gradient):
     """The step h, shortened until guards whose series may end before it are what their series say at its end.
 
