@@ -1,5 +1,6 @@
 """Files that are written whole or not at all."""
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -26,7 +27,17 @@ def replacing(target: Path) -> Iterator[Path]:
 
 
 def draft_of(target: Path) -> Path:
-    """A name in the same folder, so that the move into place is one step of the file system."""
+    """A name in the same folder, so that the move into place is one step of the file system.
+
+    Raises
+    ------
+    OSError
+        If the target can be no file: it has no name, as a folder, or its name holds a zero byte.
+    """
+    if not target.name:
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+    if "\0" in str(target):
+        raise OSError(errno.EINVAL, "the name holds a zero byte", str(target))
     return target.with_name(f".{target.name[:80]}.{uuid4().hex[:12]}.part")
 
 

@@ -184,5 +184,22 @@ def no_forcing(system: "HybridSystem") -> str:
 
 
 def settings(values: dict[str, Any]) -> dict[str, Any]:
-    """Arguments as provenance keeps them, without what does not change the numbers."""
+    """Arguments as provenance keeps them, without what does not change the numbers.
+
+    Every analysis begins with this, so that it is here that what is no system is refused.
+
+    Raises
+    ------
+    SettingsError
+        If ``values["system"]`` is no system.
+    """
+    from chaosdrill.model import HybridSystem
+
+    system = values["system"]
+    if not isinstance(system, HybridSystem):
+        named = f"chaosdrill.build({system!r:.60})" if isinstance(system, str) else "chaosdrill.drill()"
+        raise SettingsError(
+            f"system is {system!r:.60}; it must be a HybridSystem: your own, the system of a scene, as in "
+            f"load_scene(path).system, or one that has a name, as in {named}"
+        )
     return {key: value for key, value in values.items() if key not in _UNRELATED}

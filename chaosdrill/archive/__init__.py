@@ -7,7 +7,7 @@ from chaosdrill.archive.events import cut, join
 from chaosdrill.archive.read import open_archive as open
 from chaosdrill.archive.run import run
 from chaosdrill.archive.verify import Verification, verify
-from chaosdrill.archive.write import check_writable, save
+from chaosdrill.archive.write import check_writable, save, writing
 
 __all__ = [
     "Check",
@@ -23,4 +23,5 @@ __all__ = [
     "run",
     "save",
     "verify",
+    "writing",
 ]

@@ -44,7 +44,9 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
         dimensions, dtype, units, long name), ``repeatable`` (from what `verify` runs it again, or why it cannot),
         ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
-        variables that are not as they were written (":" for attributes of the group), if there are any.
+        variables that are not as they were written (":" for attributes of the group), if there are any. So for the
+        root, with ":scene" for a scene that has another SHA-256 than the one beside it. An archive that was saved from
+        Python has the ``versions`` of its groups.
 
     Raises
     ------
@@ -54,7 +56,9 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     tree = open_archive(path)
     described: dict[str, Any] = {"path": str(path), "bytes": Path(path).stat().st_size}
     described |= {name: _plain(tree.attrs[name]) for name in _ORIGIN if name in tree.attrs}
-    described["versions"] = stored_versions(tree.attrs)
+    described["versions"] = stored_versions(tree.attrs) or _versions_of_groups(tree)
+    if "kind" not in tree.attrs and (changed := altered(tree.to_dataset(inherit=False))):
+        described["altered"] = changed
     described["quantities"] = {
         str(name): {
             "value": _plain(variable.values),
@@ -78,6 +82,16 @@ def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
         return {str(name): str(version) for name, version in json.loads(attributes["versions"]).items()}
     except (KeyError, TypeError, ValueError, AttributeError):
         return {}
+
+
+def _versions_of_groups(tree: "xr.DataTree") -> dict[str, str]:
+    """Versions that the groups name; several of one library, where they are of several origins."""
+    found: dict[str, list[str]] = {}
+    for node in tree.subtree:
+        for name, version in stored_versions(node.attrs).items():
+            if version not in found.setdefault(name, []):
+                found[name].append(version)
+    return {name: " and ".join(versions) for name, versions in found.items()}
 
 
 def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:

@@ -28,22 +28,29 @@ def digests(ds: "xr.Dataset") -> dict[str, str]:
 
 
 def altered(ds: "xr.Dataset") -> list[str] | None:
-    """Names of the variables that are not as they were written, and ":" for attributes of the group.
+    """Names of the variables that are not as they were written, ":" for attributes of the group, ":scene" for a scene.
 
     Returns
     -------
     list of str or None
         None if the dataset holds no digests, as archives of format 1 and those that other programs wrote.
     """
+    scene = [":scene"] if _other_scene(ds.attrs) else []
     try:
         stored = json.loads(ds.attrs[DIGESTS])
     except (KeyError, TypeError, ValueError, RecursionError):
-        return None
+        return scene or None
     if not isinstance(stored, dict):
-        return None
+        return scene or None
     now = digests(ds)
     names = sorted({*stored, *now})
-    return [name or ":" for name in names if stored.get(name) != now.get(name)]
+    return [name or ":" for name in names if stored.get(name) != now.get(name)] + scene
+
+
+def _other_scene(attributes: dict[Any, Any]) -> bool:
+    """Whether there is a scene that has another SHA-256 than the one beside it, which archives of format 1 have too."""
+    text, stored = attributes.get("scene"), attributes.get("scene_sha256")
+    return isinstance(text, str) and stored is not None and sha256(text.encode(errors="replace")).hexdigest() != stored
 
 
 def _of_variable(variable: "xr.Variable") -> str:

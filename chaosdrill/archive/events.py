@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.analysis.arguments import real
 from chaosdrill.dataset.provenance import DERIVED, now, signature
 from chaosdrill.errors import ArchiveError
 
@@ -28,16 +29,26 @@ def cut(ds: "xr.Dataset", start: float, stop: float) -> "xr.Dataset":
     Raises
     ------
     ArchiveError
-        If the dataset is no trajectory, or if no sample lies between the two times.
+        If the dataset is no trajectory, a time is no number, or no sample lies between the two times.
     """
-    _check_trajectory(ds)
+    import numpy as np
+
+    _check_trajectory("ds", ds)
+    for name, value in (("start", start), ("stop", stop)):
+        if np.isnan(real(value)):
+            raise ArchiveError(f"{name} is {value!r:.60}; it must be a number, in units of model time")
     times, events = ds["time"].values, ds["event_time"].values
     inside = (times >= start) & (times <= stop)
     if not inside.any():
         raise ArchiveError(
             f"no sample between {start!r} and {stop!r}; the trajectory has times from {times[0]} to {times[-1]}"
         )
-    part = ds.isel(time=inside, event=(events >= start) & (events <= stop))
+    kept = (events >= start) & (events <= stop)
+    part = ds.isel(time=inside, event=kept)
+    if "event_count" in ds.variables:
+        ends = np.cumsum(ds["event_count"].values)[:-1]
+        counts = np.array([run.sum() for run in np.split(kept, ends)], dtype=ds["event_count"].dtype)
+        part["event_count"] = ds["event_count"].copy(data=counts)
     return _told(part, f"cut to times {start!r} to {stop!r}")
 
 
@@ -58,16 +69,21 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     Raises
     ------
     ArchiveError
-        If one is no trajectory, or if states or sample times differ.
+        If ``runs`` does not name trajectories, one of them is none or joined already, or states or sample times differ.
     """
     import numpy as np
     import xarray as xr
 
-    if not runs:
-        raise ArchiveError("no trajectories to join")
+    if not isinstance(runs, Mapping) or not runs:
+        raise ArchiveError(
+            f"runs is {type(runs).__name__ if runs else repr(runs)}; it must be a mapping of names to trajectories, as "
+            'in join({"soft": one, "hard": another})'
+        )
     first_name, first = next(iter(runs.items()))
     for name, ds in runs.items():
-        _check_trajectory(ds)
+        _check_trajectory(f"runs[{name!r}]", ds)
+        if "run" in ds.dims:
+            raise ArchiveError(f"runs[{name!r}] is joined already; join all runs at once")
         for axis in ("time", "state_name"):
             if not np.array_equal(ds[axis].values, first[axis].values):
                 raise ArchiveError(
@@ -89,11 +105,18 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     return _told(joined, f"join of {len(runs)} runs: {', '.join(runs)}")
 
 
-def _check_trajectory(ds: "xr.Dataset") -> None:
+def _check_trajectory(argument: str, ds: "xr.Dataset") -> None:
+    import xarray as xr
+
+    if not isinstance(ds, xr.Dataset):
+        advice = "; give its dataset, as in node.to_dataset()" if isinstance(ds, xr.DataTree) else ""
+        raise ArchiveError(f"{argument} is {type(ds).__name__}; it must be the xarray.Dataset of a trajectory{advice}")
     missing = [name for name in ("time", "state_name", "event_time") if name not in ds.variables]
     if missing:
         kind = ds.attrs.get("kind", "dataset")
-        raise ArchiveError(f"a {kind} without {', '.join(missing)}, which is no trajectory; use plain xarray")
+        raise ArchiveError(
+            f"{argument}: a {kind} without {', '.join(missing)}, which is no trajectory; use plain xarray"
+        )
 
 
 def _told(ds: "xr.Dataset", action: str) -> "xr.Dataset":

@@ -217,7 +217,7 @@ def _with_digests(
             continue
         clocked |= {(node.path, str(name)) for name in group.variables}
         for name in changed:
-            if (node.path, name.strip(":")) not in named:
+            if (node.path, name.split(":")[0]) not in named:
                 found.append(Difference(node.path, name, "is not as it was written, by its digest"))
     checks = [
         replace(check, how="by the digest of its values alone: a clock measured it", agrees=True)

@@ -1,6 +1,8 @@
 """Write an archive whole, or leave what was there."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,28 +40,69 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     Raises
     ------
     ArchiveError
-        If the file cannot be written.
+        If the file cannot be written, or if ``tree`` holds no result of an analysis, which `open` would refuse.
     """
     import xarray as xr
 
-    target = Path(path)
-    check_writable(target)
     if isinstance(tree, xr.Dataset):
         tree = xr.DataTree(tree)
+    if not isinstance(tree, xr.DataTree):
+        received = f"{type(tree).__name__} {tree!r:.60}"
+        raise ArchiveError(f"tree: expected an xarray.DataTree or an xarray.Dataset, received {received}")
+    if not any("kind" in node.attrs for node in tree.subtree):
+        held = ", ".join(str(name) for node in tree.subtree for name in node.data_vars) or "nothing"
+        raise ArchiveError(
+            f"tree: holds {held:.200}, and no result of an analysis, which has the attribute 'kind'; put what analyses "
+            "return into it, or write other data with its own method to_netcdf"
+        )
+    target = Path(path)
+    check_writable(target)
     nodes = {node.path: with_digests(node.to_dataset(inherit=False)) for node in tree.subtree}
     tree = xr.DataTree.from_dict({path: labels_to_file(ds) for path, ds in nodes.items()})
-    try:
-        with replacing(target) as draft, small_netcdf_cache():
+    with writing(target, "archive") as draft, small_netcdf_cache():
+        try:
             tree.to_netcdf(draft, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
-            seal(draft)
-    except (OSError, RuntimeError) as fault:
-        reason = f"cannot write the archive: {_reason(fault)}; an earlier file is as it was"
-        raise ArchiveError(f"{target}: {reason}") from fault
+        except RuntimeError as fault:
+            # of a full disk the NetCDF library knows no more than that it failed
+            raise OSError(f"{fault} (is the disk full?)") from fault
+        seal(draft)
     return target
 
 
-def check_writable(path: str | os.PathLike[str]) -> None:
+@contextmanager
+def writing(target: Path, what: str) -> Iterator[Path]:
+    """Name of a file to write, which takes the place of ``target`` when the block ends without a fault.
+
+    Parameters
+    ----------
+    target : pathlib.Path
+        As for `replacing`.
+    what : str
+        What is written: "archive", "report", "picture".
+
+    Raises
+    ------
+    ArchiveError
+        If the file cannot be written, with the reason.
+    """
+    try:
+        with replacing(target) as draft:
+            yield draft
+    except OSError as fault:
+        raise ArchiveError(
+            f"{target}: cannot write the {what}: {_reason(fault)}; an earlier one is as it was"
+        ) from fault
+
+
+def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
     """Refuse a target that cannot be written, before any work is done for it.
+
+    Parameters
+    ----------
+    path : path-like
+        The target.
+    ending : str
+        Of the name that a message proposes.
 
     Raises
     ------
@@ -67,16 +110,25 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         With the reason.
     """
     target = Path(path)
-    if target.is_dir():
-        raise ArchiveError(f"{target}: is a folder; name a file, as in {target / 'result.nc'}")
-    if not target.parent.is_dir():
+    # os.path says no where a name is too long or holds a zero byte, which Path.is_dir raises
+    if os.path.isdir(target):
+        raise ArchiveError(f"{target}: is a folder; name a file, as in {target / f'result{ending}'}")
+    try:
+        trial = draft_of(target)
+        # the name of the trial is short, so that it does not tell of one that is too long
+        with suppress(FileNotFoundError):
+            target.lstat()
+    except OSError as fault:
+        raise ArchiveError(f"{target}: cannot be written: {_reason(fault)}; name another file") from fault
+    if not os.path.isdir(target.parent):
         raise ArchiveError(f"{target}: the folder {target.parent} does not exist; make it first")
-    trial = draft_of(target)
     try:
         trial.touch(exist_ok=False)
         trial.unlink()
     except OSError as fault:
-        raise ArchiveError(f"{target}: cannot write into {target.parent}: {_reason(fault)}") from fault
+        raise ArchiveError(
+            f"{target}: cannot write into {target.parent}: {_reason(fault)}; name a file in another folder"
+        ) from fault
 
 
 def _encoding(tree: "xr.DataTree") -> dict[str, dict[str, dict[str, Any]]]:
@@ -96,7 +148,5 @@ def _encoding(tree: "xr.DataTree") -> dict[str, dict[str, dict[str, Any]]]:
     return encoding
 
 
-def _reason(fault: Exception) -> str:
-    if isinstance(fault, OSError) and fault.strerror:
-        return fault.strerror
-    return f"{fault} (is the disk full?)"
+def _reason(fault: OSError) -> str:
+    return fault.strerror or str(fault)

@@ -67,7 +67,9 @@ def check_text(described: dict[str, Any]) -> str:
     lines += _block("SI scales", ((name, f"{value:.12g}") for name, value in described["si_scales"].items()))
     lines += _block("numerics", ((name, str(v)) for name, v in described["numerics"].items() if v is not None))
     for name, analysis in described["analyses"].items():
-        lines += _block(f"analysis {name}", ((key, json.dumps(value)) for key, value in analysis.items()))
+        lines += _block(
+            f"analysis {name}", ((key, json.dumps(value, ensure_ascii=False)) for key, value in analysis.items())
+        )
     return "\n".join(lines)
 
 

@@ -26,11 +26,14 @@ def info_text(described: dict[str, Any]) -> str:
     """The description of an archive for people."""
     lines = [f"{described['path']}  {described['bytes']} bytes"]
     for name, value in described.items():
-        if name in ("path", "bytes", "quantities", "groups"):
+        if name in ("path", "bytes", "altered", "quantities", "groups"):
             continue
         if isinstance(value, dict):
+            if not value:
+                continue
             value = ", ".join(f"{key} {text}" for key, text in value.items())
         lines.append(f"  {name:<13} {value}")
+    lines += altered_line(described)
     for name, entry in described["quantities"].items():
         lines.append(f"  {name:<21} {entry['value']} [{entry['units']}]  {entry['long_name']}")
     for group, content in described["groups"].items():
@@ -41,9 +44,14 @@ def info_text(described: dict[str, Any]) -> str:
             if counts := ", ".join(f"{name} {count}" for name, count in content.get(key, {}).items()):
                 lines.append(f"  {heading:<13} {counts}")
         lines.append(f"  repeatable    {content['repeatable']}")
-        if changed := content.get("altered"):
-            lines.append("  altered       " + ", ".join(changed) + "  (since the archive was written)")
+        lines += altered_line(content)
         for name, variable in content["variables"].items():
             shape = f"({', '.join(variable['dimensions'])})"
             lines.append(f"  {name + shape:<44} {variable['dtype']:<8} [{variable['units']}]  {variable['long_name']}")
     return "\n".join(lines)
+
+
+def altered_line(described: dict[str, Any]) -> list[str]:
+    """What of the archive or of a group was altered, if anything was."""
+    changed = described.get("altered")
+    return [f"  altered       {', '.join(changed)}  (since the archive was written)"] if changed else []

@@ -84,6 +84,9 @@ def _told(fault: BaseException) -> tuple[int, str, str] | None:
         return fault.exit_code, "UsageError", fault.format_message()
     if isinstance(fault, click.Abort | KeyboardInterrupt):
         return INTERRUPTED, "KeyboardInterrupt", "\ninterrupted"
+    if isinstance(fault, OSError):
+        # whatever file it is, its fault is none of the program's
+        return FAILED, "OSError", f"{fault.filename}: {fault.strerror}" if fault.filename else str(fault)
     if isinstance(fault, MemoryError):
         text = f"not enough memory for the result; ask for fewer periods, samples or points ({fault})"
         return FAILED, "MemoryError", text

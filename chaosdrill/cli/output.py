@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -9,14 +10,22 @@ import click
 
 
 def emit(document: Mapping[str, Any]) -> None:
-    """Print a result as JSON."""
-    click.echo(json.dumps(strict(document), indent=2, allow_nan=False))
+    """Print a result as JSON, with letters of all alphabets as they are where the output's encoding has them."""
+    plain = strict(document)
+    text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    # names of files need not be text
+    except UnicodeEncodeError:
+        text = json.dumps(plain, indent=2, allow_nan=False)
+    click.echo(text)
 
 
 def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[str, Any]] | None = None) -> None:
     """Print a fault as JSON, and of a wrong scene all its problems.
 
-    ``kind`` is ``UsageError``, the name of a class of `chaosdrill.errors`, ``MemoryError`` or ``KeyboardInterrupt``.
+    ``kind`` is ``UsageError``, the name of a class of `chaosdrill.errors`, ``OSError``, ``MemoryError`` or
+    ``KeyboardInterrupt``.
     """
     document: dict[str, Any] = {"error": {"exit_code": code, "kind": kind, "message": message.strip()}}
     if problems is not None:

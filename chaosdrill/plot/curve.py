@@ -9,6 +9,8 @@ import numpy as np
 from chaosdrill.plot.style import flag_names
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
     from numpy.typing import NDArray
 
@@ -72,16 +74,31 @@ def _event_mode(dataset: "xr.Dataset", name: str, otherwise: "NDArray[np.int64]"
 
 def last_part(dataset: "xr.Dataset", events: int) -> "xr.Dataset":
     """Return the end of a trajectory with at most ``events`` events, cut at a forcing period where there is one."""
+    return last_parts([dataset], events)[0]
+
+
+def last_parts(datasets: "Sequence[xr.Dataset]", events: int) -> "list[xr.Dataset]":
+    """Return the ends of trajectories over the same times, each with at most ``events`` events."""
+    start = max(_start_of_last(dataset, events) for dataset in datasets)
+    return list(datasets) if start == -np.inf else [_from(dataset, start) for dataset in datasets]
+
+
+def _start_of_last(dataset: "xr.Dataset", events: int) -> float:
+    """Time at which the end of a trajectory with so many events begins; minus infinity if it has no more."""
     times = dataset["event_time"].values
-    end = float(dataset["time"].values[-1])
     if times.size <= events:
-        return dataset
+        return -np.inf
     start = float(times[-events])
     if "forcing_period" in dataset.variables:
-        period = float(dataset["forcing_period"])
+        end, period = float(dataset["time"].values[-1]), float(dataset["forcing_period"])
         start = end - max(1, np.floor((end - start) / period)) * period
-    tiny = 1e-9 * max(abs(end), 1.0)
-    return dataset.isel(time=dataset["time"].values >= start - tiny, event=times >= start - tiny)
+    return start
+
+
+def _from(dataset: "xr.Dataset", start: float) -> "xr.Dataset":
+    times = dataset["time"].values
+    tiny = 1e-9 * max(abs(float(times[-1])), 1.0)
+    return dataset.isel(time=times >= start - tiny, event=dataset["event_time"].values >= start - tiny)
 
 
 def strobe(dataset: "xr.Dataset") -> "NDArray[np.float64]":

@@ -78,7 +78,7 @@ class Picture:
 
 PICTURES = (
     Picture(
-        "trajectory", "time-history", "time_history:time_history", "penetration and states over time, events and modes"
+        "trajectory", "time-history", "time_history:time_history", "integrals and states over time, events and modes"
     ),
     Picture(
         "trajectory", "phase-portrait", "phase_portrait:phase_portrait", "the first state against the second", states=2
@@ -192,20 +192,25 @@ def plot_archive(
     Raises
     ------
     ArchiveError
-        The archive cannot be read, has no such group, or holds nothing that a picture suits.
+        The archive cannot be read, has no such group, or holds nothing that a picture suits; or a picture cannot be
+        written.
     SettingsError
         The suffix of ``output`` names no known format.
     """
+    from chaosdrill.archive import check_writable, writing
     from chaosdrill.archive import open as open_archive
     from chaosdrill.archive.blame import blaming
     from chaosdrill.plot.style import style
 
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")
-    target = Path(output) if output is not None else Path(path).with_suffix(".png")
-    if target.suffix.lstrip(".").lower() not in FORMATS:
-        raise SettingsError(f"output: no picture format {target.suffix!r}; use one of {', '.join(FORMATS)}")
+    if output is not None and Path(output).suffix.lstrip(".").lower() not in FORMATS:
+        raise SettingsError(
+            f"output: {fspath(output)!r} has no picture format as its ending; use one of {', '.join(FORMATS)}"
+        )
     groups = {node.path.strip("/"): node.to_dataset() for node in open_archive(path).subtree if "kind" in node.attrs}
+    # what can be opened has a name, from which that of a picture is made
+    target = Path(output) if output is not None else Path(path).with_suffix(".png")
     if group is not None and group.strip("/") not in groups:
         raise ArchiveError(f"{path}: no group {group!r}; groups are {', '.join(groups) or 'none'}")
     wanted = groups if group is None else {group.strip("/"): groups[group.strip("/")]}
@@ -215,16 +220,17 @@ def plot_archive(
         kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
         raise ArchiveError(f"{path}: there is no picture for {kinds or 'an archive without analyses'}")
 
-    files = []
     stems = stems_of(target.stem, planned) if output is None or len(planned) > 1 else [target.stem]
-    for (names, picture), stem in zip(planned, stems, strict=True):
-        file = target.with_name(stem + target.suffix)
+    files = [target.with_name(stem + target.suffix) for stem in stems]
+    for file in files:
+        check_writable(file, target.suffix)
+    for (names, picture), file in zip(planned, files, strict=True):
         with blaming(path, groups.values(), "drawn"), style():
             figure = picture.draw(*(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups))
-            figure.savefig(file)
+            with writing(file, "picture") as draft:
+                figure.savefig(draft, format=target.suffix.lstrip(".").lower())
             # it holds itself in circles, and a million cells would wait for the collector
             figure.clear()
-        files.append(file)
     return files
 
 

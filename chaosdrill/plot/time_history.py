@@ -1,16 +1,18 @@
-"""Time history: every quadrature and state over time, with the events and the modes marked."""
+"""Time history: every quadrature and state over time, with the events marked, and the modes of a single run."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plot.curve import Curve, join, last_part
+from chaosdrill.plot.curve import Curve, join, last_parts
+from chaosdrill.plot.joined import is_joined, runs_left_out, runs_of
 from chaosdrill.plot.style import (
     EVENT_MARKERS,
     MODE_SHADES,
     PALETTE,
     flag_names,
     label,
+    legend_outside,
     new_figure,
     readable,
     state_label,
@@ -19,11 +21,13 @@ from chaosdrill.plot.style import (
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# more events than this on one page cannot be told apart
-_EVENTS = 40
+# more events than this on one page cannot be told apart; of several runs each has its part, but not less than these
+_EVENTS, _LEAST_EVENTS = 40, 8
+_GREY = "0.4"
 
 
 def time_history(dataset: "xr.Dataset") -> "Figure":
@@ -32,57 +36,94 @@ def time_history(dataset: "xr.Dataset") -> "Figure":
     Parameters
     ----------
     dataset : xarray.Dataset
-        Of kind ``trajectory``.
+        Of kind ``trajectory``, or several joined.
 
     Returns
     -------
     matplotlib.figure.Figure
         One panel for each quadrature and state. Shades are modes, markers are events at the state before the reset; a
-        trajectory with many events is shown from a whole forcing period on, and the title says so.
+        trajectory with many events is shown from a whole forcing period on, and the title says so. Of joined runs each
+        is a line in its colour, with its events; modes, which are not the same in all of them, are not shaded.
     """
-    shown = last_part(dataset, _EVENTS)
-    curve = join(shown)
-    quadratures = [str(name) for name in shown.data_vars if shown[name].dims == ("time",) and name != "mode"]
-    names = [str(name) for name in shown["state_name"].values]
-    figure = new_figure(1.0 + 1.35 * (len(quadratures) + len(names)))
-    panels = np.atleast_1d(figure.subplots(len(quadratures) + len(names), 1, sharex=True))
-
-    for panel, name in zip(panels, quadratures, strict=False):
-        panel.plot(shown["time"], shown[name], color=PALETTE[0])
-        panel.set_ylabel(wrapped(label(shown[name])))
-    for i, panel in enumerate(panels[len(quadratures) :]):
-        panel.plot(curve.time, curve.state[:, i], color=PALETTE[0])
-        _mark_events(panel, shown, i)
-        panel.set_ylabel(wrapped(state_label(shown, i)))
-    modes = flag_names(shown["mode"])
-    for panel in panels:
-        _shade(panel, curve, modes)
+    names, whole = zip(*runs_of(dataset), strict=True)
+    joined = is_joined(dataset)
+    runs = last_parts(whole, max(_EVENTS // len(whole), _LEAST_EVENTS))
+    first = runs[0]
+    quadratures = [str(name) for name in first.data_vars if first[name].dims == ("time",) and name != "mode"]
+    states = range(first.sizes["state"])
+    figure = new_figure(1.0 + 1.35 * (len(quadratures) + len(states)))
+    panels = np.atleast_1d(figure.subplots(len(quadratures) + len(states), 1, sharex=True))
+    axis_labels = [*(label(first[name]) for name in quadratures), *(state_label(first, i) for i in states)]
+    for panel, text in zip(panels, axis_labels, strict=True):
+        panel.set_ylabel(wrapped(text))
         panel.margins(x=0)
-    panels[-1].set_xlabel(label(shown["time"]))
+    for run, name, colour in zip(runs, names, PALETTE, strict=False):
+        curve = join(run)
+        for panel, quadrature in zip(panels, quadratures, strict=False):
+            panel.plot(run["time"], run[quadrature], color=colour)
+        for i, panel in enumerate(panels[len(quadratures) :]):
+            panel.plot(curve.time, curve.state[:, i], color=colour, label=name if joined else None)
+            _mark_events(panel, run, i, colour if joined else None)
+    panels[-1].set_xlabel(label(first["time"]))
     figure.align_ylabels(list(panels))
-    _legend(figure, panels[-1], curve, modes)
-    if shown is not dataset:
-        panels[0].set_title(_title(shown, dataset))
+    modes = {} if joined else flag_names(first["mode"])
+    for panel in panels if modes else ():
+        _shade(panel, curve, modes)
+    handles = [*panels[-1].get_legend_handles_labels()[0], *(_mode_looks(curve, modes) if len(modes) > 1 else ())]
+    handles += _event_looks(runs) if joined else []
+    legend_outside(figure, handles, handlelength=1.4)
+    title = [runs_left_out(dataset), _title(first, whole[0]) if first is not whole[0] else ""]
+    panels[0].set_title(", ".join(filter(None, title)))
+    figure.set_label(_summary(quadratures, runs, modes, joined))
     return figure
 
 
-def _mark_events(panel: "Axes", shown: "xr.Dataset", i: int) -> None:
+def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, str], joined: bool) -> str:
+    """What the picture shows, in words."""
+    lines = [*(str(runs[0][name].attrs.get("long_name", name)) for name in quadratures), "states"]
+    marked = ["events"] * any(run.sizes["event"] for run in runs) + ["modes"] * (len(modes) > 1)
+    parts = [" and ".join(filter(None, [", ".join(lines[:-1]), lines[-1]])) + " over time"]
+    parts += ["a colour for each run"] * joined
+    return ", ".join(parts) + (f", with {' and '.join(marked)}" if marked else "")
+
+
+def _mark_events(panel: "Axes", shown: "xr.Dataset", i: int, colour: str | None) -> None:
+    """Mark the events of a run, in the run's colour, or else in one for each kind, which the legend then names."""
     kinds = shown["event_kind"].values
     for number, (code, name) in enumerate(flag_names(shown["event_kind"]).items() if kinds.size else ()):
         hit = kinds == code
         if hit.any():
+            look = _event_look(number, readable(name), colour)
+            if colour is not None:
+                look["label"] = None
             panel.plot(
                 shown["event_time"].values[hit],
                 shown["event_state_before"].values[hit, i],
-                EVENT_MARKERS[number % len(EVENT_MARKERS)],
-                color=PALETTE[1 + number % (len(PALETTE) - 1)],
-                markersize=4,
-                markeredgecolor="white",
-                markeredgewidth=0.4,
-                label=readable(name),
                 clip_on=False,
                 zorder=3,
+                **look,
             )
+
+
+def _event_look(number: int, name: str, colour: str | None) -> dict[str, Any]:
+    return {
+        "marker": EVENT_MARKERS[number % len(EVENT_MARKERS)],
+        "color": colour or PALETTE[1 + number % (len(PALETTE) - 1)],
+        "linestyle": "none",
+        "markersize": 4,
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.4,
+        "label": name,
+    }
+
+
+def _event_looks(runs: "list[xr.Dataset]") -> "list[Artist]":
+    """Entries of the legend for the kinds of events that any of the runs has."""
+    from matplotlib.lines import Line2D
+
+    present = set().union(*(run["event_kind"].values.tolist() for run in runs))
+    named = enumerate(flag_names(runs[0]["event_kind"]).items() if present else ())
+    return [Line2D([], [], **_event_look(number, readable(name), _GREY)) for number, (c, name) in named if c in present]
 
 
 def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
@@ -93,18 +134,21 @@ def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
             panel.axvspan(start, end, color=MODE_SHADES[shade], linewidth=0, zorder=0)
 
 
-def _legend(figure: "Figure", panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
+def _mode_looks(curve: Curve, modes: dict[int, str]) -> "list[Artist]":
+    """Entries of the legend for the modes that a run was in."""
     from matplotlib.patches import Patch
 
-    handles, _ = panel.get_legend_handles_labels()
-    if len(modes) > 1:
-        present = set(curve.mode.tolist())
-        for number, (code, name) in enumerate(modes.items()):
-            if code in present:
-                shade = MODE_SHADES[number % len(MODE_SHADES)]
-                handles.append(Patch(facecolor=shade, edgecolor="0.6", linewidth=0.5, label=f"{readable(name)} (mode)"))
-    if handles:
-        figure.legend(handles=handles, loc="outside upper right", ncols=min(len(handles), 6), handlelength=1.4)
+    present = set(curve.mode.tolist())
+    return [
+        Patch(
+            facecolor=MODE_SHADES[number % len(MODE_SHADES)],
+            edgecolor="0.6",
+            linewidth=0.5,
+            label=f"{readable(name)} (mode)",
+        )
+        for number, (code, name) in enumerate(modes.items())
+        if code in present
+    ]
 
 
 def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:

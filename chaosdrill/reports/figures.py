@@ -45,6 +45,8 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
             stored, kind = BytesIO(), "png"
             drawn.savefig(stored, format="png")
         width, height = drawn.get_size_inches()
+        # a function that draws more or less, depending on what there is, says so itself
+        summary = str(drawn.get_label()) or picture.summary
         drawn.clear()
     title = readable(picture.name).capitalize()
     of = ", ".join(names)
@@ -53,9 +55,9 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
         element(
             "img",
             src=Html(f"data:image/{kind};base64,{b64encode(stored.getvalue()).decode()}"),
-            alt=f"{title} of {of}: {picture.summary}. The numbers are in the tables of this page.",
+            alt=f"{title} of {of}: {summary}. The numbers are in the tables of this page.",
             width=str(round(96 * width)),
             height=str(round(96 * height)),
         ),
-        element("figcaption", f"{title} of {of}: {picture.summary}."),
+        element("figcaption", f"{title} of {of}: {summary}."),
     )

@@ -40,15 +40,22 @@ def citations_section(tree: "xr.DataTree") -> Html:
     )
 
 
-def _integrity(tree: "xr.DataTree") -> str:
-    """Whether all groups are as they were written, by the digests that they hold."""
+def altered_parts(tree: "xr.DataTree") -> list[str]:
+    """Attributes of the archive, and variables and attributes of its groups, that are not as they were written."""
+    return [f"{group} {name}".strip() for group, names in _altered(tree).items() for name in names or ()]
+
+
+def _altered(tree: "xr.DataTree") -> "dict[str, list[str] | None]":
     from chaosdrill.archive.digest import altered
 
-    found = {n.path.strip("/"): altered(n.to_dataset(inherit=False)) for n in tree.subtree if "kind" in n.attrs}
-    changed = [f"{group} {name}".strip() for group, names in found.items() for name in names or ()]
-    if changed:
+    return {node.path.strip("/"): altered(node.to_dataset(inherit=False)) for node in tree.subtree}
+
+
+def _integrity(tree: "xr.DataTree") -> str:
+    """Whether all groups are as they were written, by the digests that they hold."""
+    if changed := altered_parts(tree):
         return f"altered since they were written: {', '.join(changed)}"
-    unknown = [group for group, names in found.items() if names is None]
+    unknown = [g for g, names in _altered(tree).items() if names is None and "kind" in tree[g or "/"].attrs]
     if unknown:
         return f"without digests, so that nobody can tell whether they were altered: {', '.join(unknown)}"
     return "as they were written, by the digests of all variables"

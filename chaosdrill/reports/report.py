@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.files import remove_drafts, replacing
+from chaosdrill.errors import ChaosdrillError, SettingsError
+from chaosdrill.files import remove_drafts
 from chaosdrill.reports import accuracy, explorer, orbits, points, runs
 from chaosdrill.reports.figures import figure
 from chaosdrill.reports.html import Html, element, joined, table
-from chaosdrill.reports.origin import citations_section, origin_section
+from chaosdrill.reports.origin import altered_parts, citations_section, origin_section
 from chaosdrill.reports.page import Section, page
 from chaosdrill.reports.scenes import scene_section
 
@@ -96,26 +96,23 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     SettingsError
         If ``output`` does not end with ``.html``, or is ``-``.
     """
-    from chaosdrill.archive import check_writable
+    from chaosdrill.archive import check_writable, writing
     from chaosdrill.archive import open as open_archive
 
     source = Path(path)
-    target = Path(output) if output is not None else source.with_suffix(".html")
-    if str(output) == "-":
+    if output is not None and os.fspath(output) == "-":
         raise SettingsError("output is '-', but a report is a file; name one, such as report.html")
-    if target.suffix.lower() not in SUFFIXES:
-        raise SettingsError(f"output: a report is a page, and {str(target)!r} does not end with .html")
-    check_writable(target)
-    written = _Writer(open_archive(source), source)
+    if output is not None and Path(output).suffix.lower() not in SUFFIXES:
+        raise SettingsError(f"output: a report is a page, and {os.fspath(output)!r} does not end with .html")
+    # what can be opened has a name, from which that of the page is made
+    tree = open_archive(source)
+    target = Path(output) if output is not None else source.with_suffix(".html")
+    check_writable(target, ".html")
+    written = _Writer(tree, source)
     content = written.page().encode("utf-8", errors="replace")
     remove_drafts(target)
-    try:
-        with replacing(target) as draft:
-            draft.write_bytes(content)
-    except OSError as fault:
-        raise ArchiveError(
-            f"{target}: cannot write the report: {fault.strerror}; an earlier one is as it was"
-        ) from fault
+    with writing(target, "report") as draft:
+        draft.write_bytes(content)
     return Report(
         target, source, len(content), tuple(written.groups), written.pictures, written.charts, tuple(written.faults)
     )
@@ -141,12 +138,19 @@ class _Writer:
         ]
         made = str(self.tree.attrs.get("history", "")).split("\n")[-1]
         intro = element("p", f"{self.path.name}. {made}")
+        intro = joined([intro, self._try("digests", self._altered)])
         if self.faults:
             listed = element("ul", *(element("li", fault) for fault in self.faults))
             intro = joined(
                 [intro, element("div", element("p", "Not everything could be shown:"), listed, class_="fault")]
             )
         return page(title, intro, sections)
+
+    def _altered(self) -> Html:
+        if not (changed := ", ".join(altered_parts(self.tree))):
+            return Html("")
+        told = f"Altered since the archive was written, so that this page may tell of what was not run: {changed}."
+        return element("p", told, class_="fault")
 
     def _summary(self) -> Html:
         from chaosdrill.dataset.outcomes import count_outcomes
@@ -202,5 +206,6 @@ class _Writer:
             raise
         # an archive that somebody altered may break any expectation, each in its own way
         except Exception as fault:
-            self.faults.append(f"{what}: {type(fault).__name__}: {fault}")
+            told = str(fault) if isinstance(fault, ChaosdrillError) else f"{type(fault).__name__}: {fault}"
+            self.faults.append(f"{what}: {told}")
             return element("p", f"This part could not be shown ({self.faults[-1]}).", class_="fault")

@@ -95,7 +95,7 @@ def _defined(tree: "xr.DataTree") -> Html:
     if len(found) > MOST_SYSTEMS:
         parts.append(element("p", f"{len(found) - MOST_SYSTEMS} more systems are in the archive.", class_="left-out"))
     arguments = [
-        (node.path.strip("/") or "result", name, json.dumps(value)[:LONGEST_ARGUMENT])
+        (node.path.strip("/") or "result", name, json.dumps(value, ensure_ascii=False)[:LONGEST_ARGUMENT])
         for node in tree.subtree
         for name, value in read_json(node.attrs.get("settings")).items()
         if value is not None

@@ -1,10 +1,15 @@
 """An archive in which any single value was altered does not verify, and the variable is named."""
 
+from hashlib import sha256
+
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 
-from chaosdrill.archive import verify
+from chaosdrill.archive import info, save, verify
+from chaosdrill.archive.digest import altered
+from chaosdrill.reports import report
 from chaosdrill.scene import Scene
 
 
@@ -49,7 +54,7 @@ def other(value, rng):
 
 def test_any_value_of_any_variable(every_kind, verified):
     rng = np.random.default_rng(6)
-    altered = []
+    changed = []
     with netCDF4.Dataset(every_kind) as file:
         places = [
             (group, name, tuple(int(rng.integers(n)) for n in variable.shape))
@@ -63,14 +68,14 @@ def test_any_value_of_any_variable(every_kind, verified):
             variable = file[group][name]
             variable.set_auto_mask(False)
             variable[index] = other(variable[index], rng)
-            altered.append((f"/{group}", name))
+            changed.append((f"/{group}", name))
 
     result = verified(alter_all)
-    assert len(altered) > 150
+    assert len(changed) > 150
     named = {(item.group, item.variable) for item in result.differences}
     # texts along a dimension have another name in the file
     along = {"/precision": {"method_name": "method", "quantity_name": "quantity"}}
-    assert {(group, along.get(group, {}).get(name, name)) for group, name in altered} - named == set()
+    assert {(group, along.get(group, {}).get(name, name)) for group, name in changed} - named == set()
 
 
 @pytest.mark.parametrize(
@@ -98,3 +103,46 @@ def test_a_line_of_history_is_no_alteration(verified):
         file.history = "ncatted ...\n" + file.history
 
     assert verified(alter).equal
+
+
+SCENE = 'title = "A ball"\n[system]\nmodel = "impact-oscillator"\n[system.parameters]\ne = 0.9\n'
+ROOT = {"scene": SCENE.replace("0.9", "0.8"), "scene_sha256": "0" * 64, "title": "Another", "wall_time_s": 2.5}
+
+
+@pytest.fixture
+def small(tree, tmp_path):
+    """An archive with a scene that was never run."""
+    tree.attrs |= {"scene": SCENE, "scene_sha256": sha256(SCENE.encode()).hexdigest()}
+    return save(tree, tmp_path / "small.nc")
+
+
+@pytest.mark.parametrize("name", ROOT)
+def test_an_attribute_of_the_root_is_told_without_a_run(small, name):
+    with netCDF4.Dataset(small, "a") as file:
+        file.setncattr(name, ROOT[name])
+    assert info(small)["altered"] == ([":", ":scene"] if name.startswith("scene") else [":"])
+    page = report(small).path.read_text(encoding="utf-8")
+    assert "Altered since the archive was written" in page
+    assert "altered since they were written: :" in page
+    assert "as they were written, by the digests" not in page
+
+
+def test_a_number_of_the_root_is_told_without_a_run(tree, tmp_path):
+    path = save(tree.assign(si_m1=xr.Variable((), 250.0)), tmp_path / "si.nc")
+    with netCDF4.Dataset(path, "a") as file:
+        file["si_m1"][...] = 25.0
+    assert info(path)["altered"] == ["si_m1"]
+    assert "altered since they were written: si_m1" in report(path).path.read_text(encoding="utf-8")
+
+
+def test_an_archive_without_digests_has_the_digest_of_its_scene():
+    root = xr.Dataset(attrs={"scene": "e = 0.8", "scene_sha256": sha256(b"e = 0.9").hexdigest()})
+    assert altered(root) == [":scene"]
+    assert altered(root.assign_attrs(scene="e = 0.9")) is None
+
+
+def test_nothing_is_told_of_one_that_was_not(small):
+    assert "altered" not in info(small)
+    page = report(small).path.read_text(encoding="utf-8")
+    assert "Altered" not in page
+    assert "as they were written, by the digests" in page

@@ -72,7 +72,7 @@ def test_a_join_is_an_archive(runs, tmp_path):
     [
         (lambda run: cd.cut(run, 1e6, 2e6), "no sample between"),
         (lambda run: cd.cut(run.drop_vars("event_time"), 0, 1), "without event_time"),
-        (lambda run: cd.join({}), "no trajectories"),
+        (lambda run: cd.join({}), "must be a mapping of names to trajectories"),
         (lambda run: cd.join({"a": run, "b": cd.cut(run, 0, 5)}), "b: time differs"),
     ],
 )

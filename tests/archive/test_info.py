@@ -44,6 +44,8 @@ def test_it_is_plain(described):
 
 def test_versions_that_cannot_be_read_are_left_out(tree, tmp_path):
     tree.attrs["versions"] = "not JSON"
+    for node in tree.subtree:
+        node.attrs["versions"] = tree.attrs["versions"]
     assert info(save(tree, tmp_path / "result.nc"))["versions"] == {}
 
 

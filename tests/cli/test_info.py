@@ -48,3 +48,27 @@ def test_numbers_of_the_root(call, tmp_path):
 def test_json(call, path):
     described = json.loads(call("info", path, "--json").out)
     assert described["groups"]["/spectrum"]["dimensions"] == {"exponent": 2}
+
+
+@pytest.mark.parametrize(
+    "versions", [{}, {"versions": '{"chaosdrill": "0.1.0", "numpy": "2.4"}'}], ids=["none", "some"]
+)
+def test_a_tree_from_python_has_the_versions_of_its_groups(call, tmp_path, versions):
+    group = xr.Dataset({"x": ("t", [1.0])}, attrs={"kind": "trajectory", **versions})
+    path = save(xr.DataTree.from_dict({"a": group, "b": group}), tmp_path / "a.nc")
+    lines = [line.split() for line in call("info", path).out.splitlines() if line.startswith("  versions")]
+    assert lines == ([["versions", "chaosdrill", "0.1.0,", "numpy", "2.4"]] if versions else [])
+
+
+def test_versions_in_which_groups_differ(call, tmp_path):
+    groups = {n: xr.Dataset(attrs={"kind": "trajectory", "versions": f'{{"numpy": "2.{n}"}}'}) for n in "45"}
+    path = save(xr.DataTree.from_dict(groups), tmp_path / "a.nc")
+    assert json.loads(call("info", path, "--json").out)["versions"] == {"numpy": "2.4 and 2.5"}
+
+
+def test_what_was_altered_of_the_root_has_a_line(call, path):
+    import netCDF4
+
+    with netCDF4.Dataset(path, "a") as file:
+        file.title = "Another"
+    assert "  altered       :  (since the archive was written)" in call("info", path).out.splitlines()

@@ -1,0 +1,28 @@
+"""Every analysis refuses what is no system, with the name of the argument, the value and the remedy."""
+
+import pytest
+
+import chaosdrill as cd
+from chaosdrill.analysis.registry import ANALYSES
+
+REQUIRED = {
+    "bifurcation-diagram": ({"e": [0.5, 0.6]},),
+    "parameter-chart": ({"e": [0.5, 0.6], "omega": [2.0, 3.0]},),
+    "basins": ({"x": [0.0, 0.1], "v": [0.0, 0.1]},),
+    "continuation": ({"e": (0.5, 0.6)},),
+}
+LENGTHS = {"bifurcation-diagram", "parameter-chart", "basins"}
+
+
+@pytest.mark.parametrize("given", ["impact-oscillator", None, {"name": "mine"}, cd.build], ids=repr)
+@pytest.mark.parametrize("kind", ANALYSES)
+def test_refused(kind, given):
+    lengths = {"periods": 5, "transient": 5} if kind in LENGTHS else {}
+    with pytest.raises(cd.SettingsError, match=r"^system is .*; it must be a HybridSystem") as told:
+        getattr(cd, ANALYSES[kind].function)(given, *REQUIRED.get(kind, ()), **lengths)
+    assert repr(given)[:60] in str(told.value)
+
+
+def test_a_name_is_answered_with_the_way_to_its_system():
+    with pytest.raises(cd.SettingsError, match=r"chaosdrill\.build\('chua'\)"):
+        cd.lyapunov_spectrum("chua", duration=10)
