@@ -71,6 +71,8 @@ def bifurcation(dataset: "xr.Dataset") -> "Figure":
     x = dataset[sweep].values
     panels[-1].set_xlim(*(edges if len(x) == 1 else (x[0], x[-1])))
     figure.align_ylabels(panels[:-1])
+    shown = ["section", *["exponents"] * has_spectrum, *["progression"] * has_rate]
+    figure.set_label(f"{', '.join(shown)} and periods")
     return figure
 
 

@@ -64,6 +64,8 @@ def branches(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figu
     axes.set_ylabel(state_label(datasets[0], index))
     legend_outside(figure, named_once(axes), handlelength=2.0)
     warn(figure, datasets)
+    behind = "" if over is None else ", over the bifurcation diagram"
+    figure.set_label(f"branches of orbits and their special points{behind}")
     return figure
 
 

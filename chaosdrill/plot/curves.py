@@ -58,6 +58,8 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
     else:
         legend_outside(figure, handles, handlelength=2.4)
     warn(figure, datasets)
+    behind = "" if over is None else ", over the chart of periods"
+    figure.set_label(f"curves of special points over two parameters{behind}")
     return figure
 
 

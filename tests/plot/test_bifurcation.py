@@ -123,3 +123,8 @@ def test_lines_join_what_was_followed_and_nothing_else(diagram):
 def test_a_diagram_of_one_point_has_a_width(diagram):
     low, high = bifurcation(diagram.isel(q=[50])).axes[0].get_xlim()
     assert low < 0.5 < high
+
+
+def test_the_caption_names_the_panels_that_are_drawn(diagram):
+    assert bifurcation(diagram).get_label() == "section, exponents, progression and periods"
+    assert bifurcation(diagram.drop_vars("progression_rate")).get_label() == "section, exponents and periods"
