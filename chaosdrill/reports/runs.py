@@ -62,12 +62,24 @@ def event_counts(dataset: "xr.Dataset") -> Html:
     if dataset.attrs.get("kind") != "trajectory":
         return Html("")
     kinds, speeds = dataset["event_kind"], abs(dataset["event_speed"].values)
-    rows = [
-        (name, int((kinds.values == code).sum()), float(speeds[kinds.values == code].min()))
-        for code, name in flags(kinds.attrs).items()
-        if (kinds.values == code).any()
-    ]
-    return table("Events on the way", ("transition", "times", "smallest normal speed"), rows)
+    several = "run" in dataset.dims
+    rows = []
+    for run, part in _runs(dataset).items():
+        for code, name in flags(kinds.attrs).items():
+            hit = kinds.values[part] == code
+            if hit.any():
+                rows.append((*[run] * several, name, int(hit.sum()), float(speeds[part][hit].min())))
+    head = (*["run"] * several, "transition", "times", "smallest normal speed")
+    return table("Events on the way", head, rows)
+
+
+def _runs(dataset: "xr.Dataset") -> dict[str, slice]:
+    """Events of each of joined runs; all events if it is one."""
+    if "run" not in dataset.dims:
+        return {"": slice(None)}
+    ends = dataset["event_count"].values.cumsum()
+    starts = ends - dataset["event_count"].values
+    return {str(n): slice(a, b) for n, a, b in zip(dataset["run"].values, starts, ends, strict=True)}
 
 
 def outcomes(dataset: "xr.Dataset") -> Html:

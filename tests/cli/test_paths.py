@@ -132,3 +132,9 @@ def test_letters_that_the_output_does_not_have_are_written_as_json_knows_them(mo
     emit({"group": "сверло", "path": "\udcff.nc"})
     stream.flush()
     assert json.loads(stream.buffer.getvalue()) == {"group": "сверло", "path": "\udcff.nc"}
+
+
+def test_what_has_changed_is_told_in_its_own_letters():
+    from chaosdrill.sweep.fingerprint import changes
+
+    assert changes({"name": "сверло"}, {"name": "бур"}) == ['name: "сверло" before, "бур" now']

@@ -1,5 +1,7 @@
 """Joined runs are drawn each by itself, with its own events."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,6 +12,7 @@ from chaosdrill.plot import plot_archive
 from chaosdrill.plot.joined import MOST_RUNS, runs_of
 from chaosdrill.plot.phase_portrait import phase_portrait
 from chaosdrill.plot.time_history import time_history
+from chaosdrill.reports.runs import event_counts
 
 
 @pytest.fixture
@@ -71,6 +74,11 @@ def test_pictures_and_report_of_an_archive(joined, tmp_path):
     assert [file.name for file in plot_archive(path)] == ["join-time-history.png", "join-phase-portrait.png"]
     made = cd.report(path)
     assert (made.pictures, made.faults) == (2, ())
+
+
+def test_the_report_counts_the_events_of_each_run(joined):
+    found = re.findall(r"<t[hd][^>]*>([^<]*)</t[hd]>", event_counts(joined))
+    assert found[4:] == ["low", "bounce_off", "10", "1", "high", "bounce_off", "6", "1"]
 
 
 @pytest.mark.parametrize(
