@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from sys import float_info
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ChaosdrillError
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.problems import Problem
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
 
 AT: Path = ("system", "definition")
 
@@ -49,10 +52,27 @@ def check_definition(
         # a value that is no double is told where all parameters are
         if all(_is_double(value) for value in parameters.values()):
             try:
-                make_system(reading, parameters, {})
+                problems += _too_large(make_system(reading, parameters, {}))
             except ChaosdrillError as fault:
                 problems.append(Problem((*AT, *_in_lists(getattr(fault, "place", ()), definition)), str(fault)))
     return tuple(s.name for s in reading.fields["states"]) if reading.fields else None, problems
+
+
+def _too_large(system: "HybridSystem") -> list[Problem]:
+    """Modes that would be compiled for minutes, or not at all."""
+    from chaosdrill.model.size import MOST_OPERATIONS, operations
+
+    counts = {mode: operations(system, mode) for mode in system.modes}
+    return [
+        Problem(
+            (*AT, "modes", mode),
+            f"has {count} products, powers and functions (these count twice) in rates, quadratures and guards; at most "
+            f"{MOST_OPERATIONS} are compiled in good time: write it with fewer, such as powers of one sine in place of "
+            "sines of multiples, or leave terms out that hardly matter",
+        )
+        for mode, count in counts.items()
+        if count > MOST_OPERATIONS
+    ]
 
 
 def _named(definition: Mapping[str, Any]) -> list[tuple[Path, list[Any]]]:

@@ -124,3 +124,13 @@ def test_a_guard_is_set_by_the_name_of_its_transition():
     assert scene.command() == "run scene.toml --set 'system.definition.transitions.0.guard=\"x - 0.5\"'"
     with pytest.raises(SceneError, match=r"^--set: system.definition.transitions\[0\].guard: unknown name 'z'"):
         parse_scene(TEXT, changes={"system.definition.transitions.impact.guard": "z"})
+
+
+def of_size(terms):
+    return TEXT.replace("cos(omega*t)", "+".join(["cos(omega*t)", *(f"sin({i}*x)" for i in range(1, terms + 1))]))
+
+
+def test_a_mode_that_would_be_compiled_for_minutes_is_refused_at_once(faults):
+    assert parse_scene(of_size(49)).system.state_names == ("x", "v")
+    (message,) = faults(of_size(50))
+    assert message.startswith("scene.toml:9: system.definition.modes.free: has 102 products, powers and functions")
