@@ -342,7 +342,8 @@ def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
             known = HybridSystem(
                 name=known.name, states=known.states, time=known.time, parameters=known.parameters, modes=modes,
                 transitions=known.transitions, initial=known.initial, quadratures={}, bounds=known.bounds,
-                description=known.description, labels=known.labels,
+                description=known.description,
+                labels={name: label for name, label in known.labels.items() if name not in known.quadratures},
             )  # fmt: skip
         system.shared[key] = known
     values = {name: value for name, value in system.parameters.items() if name not in free}
