@@ -14,7 +14,7 @@ from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.stepper import integers
+from chaosdrill.engine.records import integers
 
 _cubes = float64[:, :, ::1]
 

@@ -69,7 +69,7 @@ def record(
     slices : int
         Parts between which an interruption is heard.
     """
-    n, per_period = len(run.system.states), int(run.settings_i[at.SAMPLES])
+    n, per_period = len(run.system.states), run.samples
     shape = ((periods + 1) * per_period + 2, n + len(run.system.quadratures) + 1)
     check_record(*shape, "periods or samples")
     rows = np.zeros(shape)

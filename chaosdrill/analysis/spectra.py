@@ -8,7 +8,6 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Progress, Span, settings, span, tangent_count, whole
 from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
 from chaosdrill.dataset import Outcome, label
-from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import examine
@@ -149,7 +148,7 @@ def _averages(
     variables: dict[str, Any] = {
         "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
         "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),
-        "tie_count": ((), np.int64(run.carried[at.TIES])),
+        "tie_count": ((), np.int64(run.ties)),
         "rank": ((), np.int32(run.live)),
         **{name: ((), value) for name, value in rates.items()},
     }

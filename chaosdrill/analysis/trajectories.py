@@ -71,7 +71,7 @@ def trajectory(
     outcome = plan.settle(run)
     n, names = len(system.states), list(system.quadratures)
     start = run.elapsed
-    here = np.concatenate([run.x, np.zeros(len(names)), [run.carried[at.MODE]]])
+    here = np.concatenate([run.x, np.zeros(len(names)), [run.standing["mode"]]])
     report = None if progress is None else lambda done: progress(done, plan.count, None)
     found = record(run, plan.count if outcome == Outcome.OK else 0, events=True, report=report)
     outcome = found.outcome if outcome == Outcome.OK else outcome

@@ -16,7 +16,7 @@ import numpy as np
 
 from chaosdrill.codegen.ahead import compile_one_run_ahead
 from chaosdrill.codegen.cache import cache_folder, code_key
-from chaosdrill.codegen.source import Event, SystemSource, write_source
+from chaosdrill.codegen.source import Event, SystemSource, guard_keys, write_source
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -31,7 +31,7 @@ class Kernels:
     Attributes
     ----------
     functions : tuple
-        The seven functions of ``codegen.signatures``, in order.
+        The functions of ``codegen.signatures.SIGNATURES``, in order.
     path, lanes_path : pathlib.Path
         The generated source files.
     events : tuple of tuple of Event
@@ -42,6 +42,10 @@ class Kernels:
         Whether the Jacobian needs series that the jet does not hold.
     mode_table : ndarray of int64, shape (modes, 1 + guards)
         Number of guards, then their directions.
+    key_table, surface_table : ndarray of int64, shape (modes, guards)
+        Number of each guard with its direction, and of the surface on which it is zero; -1 behind the last guard.
+    moves_table : ndarray of int64, shape (transitions, keys)
+        1 where the transition resets a state that the guard depends on.
     transition_table : ndarray of int64, shape (transitions, 2)
         Target mode; 1 if the transition only marks a section.
     """
@@ -55,6 +59,9 @@ class Kernels:
     rows: int
     own_jacobian: bool
     mode_table: np.ndarray
+    key_table: np.ndarray
+    surface_table: np.ndarray
+    moves_table: np.ndarray
     transition_table: np.ndarray
 
     @cached_property
@@ -85,6 +92,11 @@ def compile_system(system: "HybridSystem") -> Kernels:
     for row, events in zip(mode_table, source.events, strict=True):
         row[0] = len(events)
         row[1 : 1 + len(events)] = [e.direction for e in events]
+    key_table = np.full((len(source.events), guards), -1, dtype=np.int64)
+    surface_table = key_table.copy()
+    for keys, surfaces, events in zip(key_table, surface_table, source.events, strict=True):
+        keys[: len(events)] = [e.key for e in events]
+        surfaces[: len(events)] = [e.surface for e in events]
     return Kernels(
         functions=tuple(getattr(module, name) for name in SIGNATURES),
         fill_constants=module.constants,
@@ -95,6 +107,9 @@ def compile_system(system: "HybridSystem") -> Kernels:
         rows=source.rows,
         own_jacobian=source.own_jacobian,
         mode_table=mode_table,
+        key_table=key_table,
+        surface_table=surface_table,
+        moves_table=_moves_table(system),
         transition_table=_transition_table(system, source),
     )
 
@@ -104,6 +119,15 @@ def _transition_table(system: "HybridSystem", source: SystemSource) -> np.ndarra
     table = np.zeros((max(len(system.transitions), 1), 2), dtype=np.int64)
     for row, transition in zip(table, system.transitions, strict=False):
         row[:] = modes.index(transition.target), int(transition.marks_only())
+    return table
+
+
+def _moves_table(system: "HybridSystem") -> np.ndarray:
+    keys = guard_keys(system)
+    table = np.zeros((max(len(system.transitions), 1), len(keys)), dtype=np.int64)
+    for row, transition in zip(table, system.transitions, strict=False):
+        reset = {state for state, image in transition.reset.items() if image != state}
+        row[:] = [bool(guard.free_symbols & reset) for guard, _ in keys]
     return table
 
 

@@ -7,11 +7,12 @@ import sympy
 
 from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.expression import ExpressionPrinter, special_imports, statements
+from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.taylor import ModeSource
 from chaosdrill.codegen.transit import transit
 from chaosdrill.codegen.variational import tangent
 from chaosdrill.errors import ModelError
-from chaosdrill.model.derive import guard_gradient, jacobian, reset_jacobian, reset_map
+from chaosdrill.model.derive import guard_gradient, jacobian, rate, reset_jacobian, reset_map
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -61,6 +62,12 @@ class Event:
     """Whether it is linear in the states and free of time."""
     entire: bool
     """Whether its series reaches as far as that of the states: sums, products, sines, cosines, and what drives them."""
+    timed: bool
+    """Whether it depends on time alone."""
+    key: int
+    """Number of the guard with its direction, the same in all modes that watch it."""
+    surface: int
+    """Number of the surface on which it is zero, the same for both directions and for the guard with the other sign."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +90,8 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
             groups.setdefault((transition.guard, transition.direction), []).append(index)
     moving = {*system.states, system.time}
     in_rates = {part for rate in system.modes[mode].values() for part in sympy.preorder_traversal(rate)}
+    keys = guard_keys(system)
+    surfaces = list(dict.fromkeys(_unsigned(g) for g, _ in keys))
     events = [
         Event(
             guard,
@@ -90,10 +99,22 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
             tuple(found),
             affine=not any(g.free_symbols & moving for g in guard_gradient(system, guard)),
             entire=_is_entire(guard, moving, in_rates),
+            timed=not guard.free_symbols & set(system.states),
+            key=keys.index((guard, direction)),
+            surface=surfaces.index(_unsigned(guard)),
         )
         for (guard, direction), found in groups.items()
     ]
     return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
+
+
+def guard_keys(system: "HybridSystem") -> list[tuple[Any, int]]:
+    """The guards of a system with their directions, each once."""
+    return list(dict.fromkeys((t.guard, t.direction) for t in system.transitions))
+
+
+def _unsigned(guard: Any) -> Any:
+    return -guard if guard.could_extract_minus_sign() else guard
 
 
 def _is_entire(expression: Any, moving: set[Any], in_rates: set[Any]) -> bool:
@@ -153,18 +174,20 @@ def _pointwise(system: "HybridSystem", printer: ExpressionPrinter, events: tuple
     unpack = [f"x{i} = x[{i}]" for i in range(n)]
     outputs = [f"out[{i}]" for i in range(n)]
     direction = [sympy.Symbol(f"d_{i}", real=True) for i in range(n)]
-    fields, variations, guards, transits = [], [], [], []
+    fields, variations, guards, errors, transits = [], [], [], [], []
     for mode, watched in zip(system.modes, events, strict=True):
         rates = [system.modes[mode][s] for s in system.states] + list(system.quadratures.values())
         fields.append(unpack + statements(printer, [f"out[{i}]" for i in range(len(rates))], rates))
         image = list(jacobian(system, mode) * sympy.Matrix(direction))
         variations.append([*unpack, *(f"d_{i} = d[{i}]" for i in range(n)), *statements(printer, outputs, image)])
         guards.append([_guard_body(system, printer, e) for e in watched])
+        errors.append([_error_body(system, printer, mode, e) for e in watched])
         transits.append([transit(system, printer, mode, e) for e in watched])
     return [
         _branches("field", "mode, t, c, x, out", "mode", fields),
         _branches("variation", "mode, t, c, x, d, out", "mode", variations),
         _nested("guard", "mode, j, t, c, x, gradient", unpack, guards, "return 0.0"),
+        _nested("guard_error", "mode, j, t, c, x, out", unpack, errors, "return"),
         _nested("transit", "mode, j, tangents, t, c, x, tolerance, event", unpack, transits, "return -1"),
     ]
 
@@ -173,6 +196,14 @@ def _guard_body(system: "HybridSystem", printer: ExpressionPrinter, event: Event
     gradient = guard_gradient(system, event.guard)
     names = ["value", *(f"gradient[{i}]" for i in range(len(gradient)))]
     return [*statements(printer, names, [event.guard, *gradient]), "return value"]
+
+
+def _error_body(system: "HybridSystem", printer: ExpressionPrinter, mode: str, event: Event) -> list[str]:
+    return [*statements(printer, ["out[0]", "out[1]"], _rounding_bounds(system, mode, event.guard)), "return"]
+
+
+def _rounding_bounds(system: "HybridSystem", mode: str, guard: Any) -> list[Any]:
+    return [rounding_bound(e) for e in (guard, rate(system, mode, guard))]
 
 
 def _function(name: str, arguments: str, body: list[str], decorator: str | None = None) -> str:
@@ -199,6 +230,7 @@ def _all_expressions(system: "HybridSystem") -> list[Any]:
     found = [*(f for field in system.modes.values() for f in field.values()), *system.quadratures.values()]
     for transition in system.transitions:
         found += [transition.guard, *reset_map(system, transition)]
+        found += [bound for mode in transition.source for bound in _rounding_bounds(system, mode, transition.guard)]
         found += [v for row in reset_jacobian(system, transition) for v in row]
         found += [] if transition.condition is None else [sympy.sympify(transition.condition)]
     return found

@@ -10,16 +10,8 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
-from chaosdrill.engine.setup import (
-    begin,
-    bounds_of,
-    event_tables,
-    integer_settings,
-    pins,
-    real_settings,
-    values_of_pins,
-    workspace,
-)
+from chaosdrill.engine.run import STANDING
+from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of, values_of_pins
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -105,7 +97,7 @@ class Batch:
         if points:
             system = system.with_parameters(**{name: float(values[0]) for name, values in parameters.items()})
         kernels = system.kernels
-        q, guards, kinds = len(system.quadratures), kernels.mode_table.shape[1], len(kernels.transition_table)
+        q, kinds = len(system.quadratures), len(kernels.transition_table)
         frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         m = len(frame)
         self.system, self.method = system, numerics.method
@@ -113,26 +105,11 @@ class Batch:
         self.period = forcing_periods(system, parameters, points)
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
-        self._settings_i = integer_settings(system, numerics, numerics.batch_order, orthonormalise=m > 0)
-        self._settings_f = real_settings(numerics, numerics.batch_order, self.period)
-        self._marks, self._transitions = event_tables(system, deficient)
-        self._pins, self._bounds = pins(system), bounds_of(system)
-        self._c = _constants(system, parameters, points)
-        self.x = np.array(starts, dtype=float)
-        self._integrals = np.zeros((points, 2, q))
-        self._frame, self._shifts = frame, frame[:shifts].copy()
-        self._vectors = np.repeat(frame[np.newaxis], points, axis=0)
-        self._slots = np.repeat(np.arange(max(m, 1))[np.newaxis], points, axis=0)
-        self._dead = np.zeros((points, max(m, 1)), dtype=np.int64)
-        self._logs = np.zeros((points, max(m, 1)))
-        self._carried = np.zeros((points, at.CARRIED_I), dtype=np.int64)
-        begin(self._carried, m)
-        self._carried[:, at.MODE] = modes
-        self._carried_f = np.zeros((points, at.CARRIED_F))
-        self._sides = np.zeros((points, guards), dtype=np.int64)
-        self._armed = np.zeros((points, guards), dtype=np.int64)
-        self.counts = np.zeros((points, kinds), dtype=np.int64)
-        self.grazing = np.full((points, kinds), np.inf)
+        self._settings = settings_of(system, numerics, numerics.batch_order, orthonormalise=m > 0)
+        self._tables = tables_of(system, deficient, frame[:shifts])
+        c = _constants(system, parameters, points)
+        self._states = states_of(system, c, starts, modes, self.period, frame, numerics)
+        self._frame = frame
         self.sums = np.zeros((points, 1, m))
         self.window = np.full((points, window, n + 1), np.nan)
         self.length = np.zeros(points)
@@ -141,18 +118,39 @@ class Batch:
         self._events = np.zeros((0 if section is None else _EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
         self._spare = np.zeros((window, n + 1))
         self._progress = np.zeros((points, at.PROGRESS), dtype=np.int64)
-        self._scratch = workspace(system, m)
+        self._scratch = scratch_of(system, m)
+        self._quadratures = q
         self._pin(np.arange(points))
+
+    @property
+    def x(self) -> np.ndarray:
+        """Present states, shape (P, n)."""
+        states: np.ndarray = self._states.x
+        return states
 
     @property
     def mode(self) -> np.ndarray:
         """Present modes, shape (P,)."""
-        return self._carried[:, at.MODE]
+        modes: np.ndarray = self._states.run["mode"]
+        return modes
+
+    @property
+    def counts(self) -> np.ndarray:
+        """How often each transition was taken since the averages began, shape (P, transitions)."""
+        numbers: np.ndarray = self._states.counts
+        return numbers
+
+    @property
+    def grazing(self) -> np.ndarray:
+        """Smallest normal speed at each transition since the averages began, shape (P, transitions)."""
+        speeds: np.ndarray = self._states.grazing
+        return speeds
 
     @property
     def drilled(self) -> np.ndarray:
         """Quadratures since the averages began, shape (P, q)."""
-        return self._integrals[:, 0] + self._integrals[:, 1]
+        total: np.ndarray = self._states.sums.sum(axis=1)
+        return total
 
     def run(self, transient: int, ends: np.ndarray) -> None:
         """Run all points over a transient, forget it, and average over blocks.
@@ -191,18 +189,14 @@ class Batch:
         from chaosdrill.engine.lane_flow import lane_flow
         from chaosdrill.engine.lane_setup import block, bookkeeping
 
-        varying = np.flatnonzero((self._c != self._c[:1]).any(axis=0))
+        c = self._states.c
+        varying = np.flatnonzero((c != c[:1]).any(axis=0))
         lane_flow(
             *kernels.functions,
             *in_lanes,
-            *(which, stretches, self._settings_i, kernels.mode_table, self._marks, self._transitions, self._pins),
-            *(self._bounds, self._section, varying, self._shifts, self._frame),
-            (
-                *(self._settings_f, self._c, self.x, self._integrals, self._vectors, self._slots, self._dead),
-                *(self._logs, self._carried, self._carried_f, self._sides, self._armed, self.counts, self.grazing),
-                *(self._progress, self.sums, self.window, self.outcome),
-            ),
-            *(*bookkeeping(self.system, m), self._events[:1], self._spare, block(self.system, m, self._c[0])),
+            *(which, stretches, self._settings, self._tables, self._states, self._results(), self._frame),
+            *(self._section, varying),
+            *(*bookkeeping(self.system, m), self._events[:1], self._spare, block(self.system, m, c[0])),
             self._scratch,
         )
 
@@ -214,43 +208,44 @@ class Batch:
 
         at_strobe = not self._section.size and self.window.shape[1]
         longest = int(stretches[1:].max(initial=0)) + 3 if at_strobe else 0
-        samples = np.zeros((longest, self.x.shape[1] + self._integrals.shape[2] + 1))
+        samples = np.zeros((longest, self.x.shape[1] + self._quadratures + 1))
         drive(
             flow,
             *self.system.kernels.functions,
             *stepper(self.method),
-            *(which, stretches, self._settings_i, self._settings_f),
-            *(self.system.kernels.mode_table, self._marks, self._transitions, self._pins, self._c, self._bounds),
-            *(self.x, self._integrals, self._shifts, self._vectors, self._frame, self._slots, self._dead, self._logs),
-            *(self._carried, self._carried_f, self._sides, self._armed, self.counts, self.grazing),
-            *(self.outcome, self.sums, self.window, samples, self._events, self._section, self._spare),
-            self._scratch,
+            *(which, stretches, self._settings, self._tables, self._states, self._results(), self._frame),
+            *(samples, self._events, self._section, self._spare, self._scratch),
         )
+
+    def _results(self) -> at.Results:
+        return at.Results(self._progress, self.sums, self.window, self.outcome)
 
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.
 
         A point whose run there has ended keeps its own initial state. What a mode holds in a place that depends on the
-        parameters, as a contact does, is put where it is held at these.
+        parameters, as a contact does, is put where it is held at these; other guards may stand otherwise at these, and
+        are read anew.
         """
         alive = np.flatnonzero(other.outcome == Outcome.OK)
-        self.x[alive] = other.x[alive]
-        self._sides[alive] = other._sides[alive]
-        self._armed[alive] = other._armed[alive]
-        for entry in (at.MODE, at.FRESH):
-            self._carried[alive, entry] = other._carried[alive, entry]
+        for name in ("x", "scale", "sides"):
+            getattr(self._states, name)[alive] = getattr(other._states, name)[alive]
+        for entry in STANDING:
+            self._states.run[entry][alive] = other._states.run[entry][alive]
+        self._states.run["fresh"][alive] = at.PUT
         for mode in np.unique(self.mode[alive]).tolist():
             there = alive[self.mode[alive] == mode]
             here = {name: values[there] for name, values in self._parameters.items()}
             for state, value in values_of_pins(self.system, here, mode).items():
                 self.x[there, state] = value
-        self._vectors[alive] = self._frame
+        self._states.vectors[alive] = self._frame
         self._pin(alive)
 
     def _pin(self, which: np.ndarray) -> None:
         """Drop the tangents that the modes leave no freedom."""
-        self._vectors[which] = np.where(self._pins[self.mode[which]][:, np.newaxis] == 1, 0.0, self._vectors[which])
-        self._carried[which, at.RANK_CHECK] = 1
+        held = self._tables.pins[self.mode[which]][:, np.newaxis] == 1
+        self._states.vectors[which] = np.where(held, 0.0, self._states.vectors[which])
+        self._states.run["rank_check"][which] = 1
 
     def _check_periods(self, parameters: Mapping[str, np.ndarray]) -> None:
         """Where the period is not proved, points at which the system does not repeat have failed."""

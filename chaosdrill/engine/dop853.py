@@ -8,7 +8,7 @@ of exactly the length asked for, so that they are as exact as the end of a step.
 
 import math
 
-from chaosdrill.engine.dop853_step import attempt, dense_output, error_of, first_length, size
+from chaosdrill.engine.dop853_step import attempt, dense_output, error_of, first_length, size, weigh
 from chaosdrill.engine.dop853_tables import (
     END,
     GUARD_DEGREE,
@@ -16,26 +16,11 @@ from chaosdrill.engine.dop853_tables import (
     ROWS_A_VECTOR,
     STAGES,
     VECTORS,
+    WEIGHTS,
 )
 from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guards import earliest
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import (
-    EVALUATIONS,
-    FRESH,
-    LIVE,
-    LONGEST,
-    MODE,
-    NEXT_STEP,
-    ONGOING,
-    PERIOD,
-    SAME_MODE,
-    STRENGTH,
-    STROBES,
-    TARGET,
-    TOLERANCE,
-    TRIED,
-)
+from chaosdrill.engine.layout import ONGOING, TIMED
 from chaosdrill.engine.stepper import offered
 
 SAFETY = 0.9
@@ -68,53 +53,36 @@ def _shrink(error, h, larger, longer):
 
 @offered
 def expand(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    marks,
-    settings_i,
-    settings_f,
-    local,
-    t,
-    c,
-    x,
-    vectors,
-    carried,
-    carried_f,
-    ws,
-    stages,
-    gradient,
+    field, variation, guard, first, count, marks, keys, settings, run, t, c, x, scale, vectors, ws, stages, gradient
 ):
     """Take a step within tolerance and turn the guards into polynomials; returns its length, NaN if there is no rate.
 
     The guards' polynomials have their own part in the length: what they leave out must be below the tolerance.
     """
-    mode = carried[MODE]
-    live = carried[LIVE]
-    tolerance = settings_f[TOLERANCE]
-    longest = settings_f[PERIOD]
+    mode, live = run.mode, run.live
+    tolerance = settings.tolerance
+    longest = run.period
     field(mode, t, c, x, stages[0])
-    carried[EVALUATIONS] += 1
+    run.evaluations += 1
     for v in range(live):
         variation(mode, t, c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    if not math.isfinite(size(stages[0])):
+    weigh(x, scale, longest, tolerance, stages)
+    if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
-    h = carried_f[NEXT_STEP]
-    if h <= 0.0 or carried[FRESH] not in (ONGOING, SAME_MODE):
-        h = first_length(field, variation, t, c, x, vectors, live, carried, tolerance, longest, stages)
+    h = run.next_step
+    if h <= 0.0:
+        h = first_length(field, variation, t, c, x, vectors, live, run, tolerance, longest, stages)
     wanted = h
-    rest = longest - local
-    if carried[STROBES] + 1 >= settings_i[TARGET] and rest > NEAR * longest:
+    rest = longest - run.time
+    if run.strobes + 1 >= settings.target and rest > NEAR * longest:
         h = min(h, rest)
     cut = h < wanted
     rejected = False
     halvings = 0
     longer = 0.0
     larger = 0.0
-    while h > UNDERFLOW * carried_f[LONGEST]:
-        attempt(field, variation, t, c, x, h, vectors, live, carried, stages, stages[END])
+    while h > UNDERFLOW * run.longest:
+        attempt(field, variation, t, c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, vectors, live, stages) / tolerance
         if not error <= 1.0:
             factor = _shrink(error, h, larger, longer)
@@ -124,7 +92,7 @@ def expand(
             rejected = True
             continue
         if count > 0:
-            dense_output(field, variation, t, c, x, h, carried, stages, ws)
+            dense_output(field, variation, t, c, x, h, run, stages, ws)
             left = guard_polynomials(
                 guard, mode, count, marks, t, c, x, h, stages[0], stages[PLACE], gradient, ws, first
             )
@@ -134,7 +102,7 @@ def expand(
                 h *= 0.5
                 continue
         strength = max(error, 1e-9) ** 0.125 / h
-        before = carried_f[STRENGTH] if carried[FRESH] == ONGOING else 0.0
+        before = run.strength if run.fresh == ONGOING else 0.0
         following = min(SAFETY / strength, LARGEST_GROWTH * h)
         if 0.0 < before < strength:
             following *= before / strength
@@ -142,23 +110,25 @@ def expand(
             following = min(following, h)
         elif cut:
             following = max(following, wanted)
-        carried_f[STRENGTH] = strength
-        carried_f[NEXT_STEP] = min(following, longest)
-        carried_f[TRIED] = h
+        run.strength = strength
+        run.next_step = min(following, longest)
+        run.tried = h
         break
+    for i in range(stages.shape[1]):
+        scale[i] = max(scale[i], abs(stages[0, i]) * h)
     return h
 
 
 @inner
-def _newton(field, variation, guard, j, s, h, t, c, x, carried, g, stages, gradient, out):
+def _newton(field, variation, guard, j, s, h, t, c, x, run, g, stages, gradient, out):
     """Root near s of a guard along steps of that length; s itself where the two of a near double root merge."""
     n = x.size
-    mode = carried[MODE]
+    mode = run.mode
     rate = stages[STAGES]
     for _ in range(8):
-        attempt(field, variation, t, c, x, s, stages, 0, carried, stages, out)
+        attempt(field, variation, t, c, x, s, stages, 0, run, stages, out)
         field(mode, t + s, c, out, rate)
-        carried[EVALUATIONS] += 1
+        run.evaluations += 1
         value = guard(mode, j, t + s, c, out[:n], gradient)
         slope = gradient[n]
         for i in range(n):
@@ -180,52 +150,33 @@ def _newton(field, variation, guard, j, s, h, t, c, x, carried, g, stages, gradi
 
 @offered
 def locate(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    directions,
-    marks,
-    settings_f,
-    te,
-    h,
-    t,
-    c,
-    x,
-    carried,
-    sides,
-    armed,
-    ws,
-    stages,
-    gradient,
-    times,
-    out,
-):
-    """Make the times of the events exact by Newton steps on the guards themselves: (time, guard, ties)."""
-    for j in range(count):
+    field, variation, guard, guard_error, first, te, h, t, tables, settings, run, c, x, sides, ws, stages,
+    gradient, errors, times, backs, out,
+):  # fmt: skip
+    """Make the times of the events exact by Newton steps on the guards themselves."""
+    for j in range(tables.watch[run.mode, 0]):
         if times[j] > te + NEAR * h:
             times[j] = -1.0
-        elif times[j] > 0.0:
+        elif times[j] > 0.0 and tables.marks[run.mode, j] & TIMED == 0:
             times[j] = _newton(
-                field, variation, guard, j, times[j], h, t, c, x, carried, ws[first + j], stages, gradient, out
+                field, variation, guard, j, times[j], h, t, c, x, run, ws[first + j], stages, gradient, out
             )
-    return earliest(times, count, h)
+    return te, -1, 0
 
 
 @offered
-def evaluate(field, variation, t, c, x, s, carried, stages, out):
+def evaluate(field, variation, t, c, x, s, run, stages, out):
     """States and quadratures after a step of length s, as exact as the end of a step; the step taken is kept."""
-    attempt(field, variation, t, c, x, s, stages, 0, carried, stages, out)
+    attempt(field, variation, t, c, x, s, stages, 0, run, stages, out)
 
 
 @offered
-def advance(field, variation, t, c, x, s, vectors, carried, carried_f, stages, out):
+def advance(field, variation, t, c, x, s, vectors, run, stages, out):
     """States and quadratures and, in place, tangents after a step of length s."""
     n = x.size
-    live = carried[LIVE]
-    if s != carried_f[TRIED]:
-        attempt(field, variation, t, c, x, s, vectors, live, carried, stages, stages[END])
+    live = run.live
+    if s != run.tried:
+        attempt(field, variation, t, c, x, s, vectors, live, run, stages, stages[END])
     for i in range(out.size):
         out[i] = stages[END, i]
     for v in range(live):

@@ -1,6 +1,6 @@
 """One step of the Runge-Kutta method of order 8: stages, error, a first length, dense output.
 
-Rows of ``stages``: rates of the states, a place, the end, and for every tangent its rates, a place and its end.
+Rows of ``stages``: see ``dop853_tables``.
 """
 
 import math
@@ -16,11 +16,12 @@ from chaosdrill.engine.dop853_tables import (
     ROWS_A_VECTOR,
     STAGES,
     VECTORS,
+    WEIGHTS,
     A,
     C,
 )
 from chaosdrill.engine.jit import inner, series
-from chaosdrill.engine.layout import EVALUATIONS, MODE
+from chaosdrill.engine.taylor import EPSILON, FADE, SMALLEST
 
 
 @series
@@ -47,12 +48,12 @@ def stage(field, variation, mode, t, c, x, h, k, vectors, live, stages):
 
 
 @series
-def attempt(field, variation, t, c, x, h, vectors, live, carried, stages, out):
+def attempt(field, variation, t, c, x, h, vectors, live, run, stages, out):
     """A step of length h from the rates at its start: states and quadratures to ``out``, tangents to their last row."""
     n = x.size
     for k in range(1, STAGES):
-        stage(field, variation, carried[MODE], t, c, x, h, k, vectors, live, stages)
-    carried[EVALUATIONS] += STAGES - 1
+        stage(field, variation, run.mode, t, c, x, h, k, vectors, live, stages)
+    run.evaluations += STAGES - 1
     _combine(stages, 0, STAGES, A[STAGES], h, x, n, out)
     for i in range(n, out.size):
         s = 0.0
@@ -66,7 +67,7 @@ def attempt(field, variation, t, c, x, h, vectors, live, carried, stages, out):
 
 @series
 def _estimate(stages, first, n, h):
-    """Local error from embedded formulas of orders 5 and 3, as Hairer, Norsett and Wanner combine them."""
+    """Local error in scales, from embedded formulas of orders 5 and 3, as Hairer, Norsett and Wanner combine them."""
     fifth = 0.0
     third = 0.0
     for i in range(n):
@@ -75,33 +76,44 @@ def _estimate(stages, first, n, h):
         for j in range(STAGES):
             a += E5[j] * stages[first + j, i]
             b += E3[j] * stages[first + j, i]
+        a *= stages[WEIGHTS, i]
+        b *= stages[WEIGHTS, i]
         fifth += a * a
         third += b * b
     return h * fifth / math.sqrt(fifth + 0.01 * third) if fifth > 0.0 else fifth * h
 
 
 @inner
-def size(x):
+def size(x, weights):
+    """Length of a vector in the scales of the states."""
     s = 0.0
     for i in range(x.size):
-        s += x[i] * x[i]
+        s += x[i] * weights[i] * x[i] * weights[i]
     return math.sqrt(s)
 
 
 @inner
-def _scale(x):
-    s = 1.0
-    for i in range(x.size):
-        s = max(s, abs(x[i]))
-    return s
+def weigh(x, scale, longest, tolerance, stages):
+    """Let the scales fade, begin those of which nothing is known, and note one over them; the rates are there."""
+    n = x.size
+    pace = longest
+    for i in range(n):
+        if x[i] != 0.0 and stages[0, i] != 0.0:
+            pace = min(pace, abs(x[i] / stages[0, i]))
+    for i in range(stages.shape[1]):
+        here = abs(x[i]) if i < n else 0.0
+        scale[i] = max(FADE * scale[i], EPSILON / tolerance * here)
+        if scale[i] <= SMALLEST:
+            scale[i] = abs(stages[0, i]) * pace
+        stages[WEIGHTS, i] = 1.0 / scale[i] if scale[i] > SMALLEST else 0.0
 
 
 @inner
 def error_of(x, h, vectors, live, stages):
-    """Largest error of a step: of states and quadratures relative to max(1, |x|), of a tangent to its length."""
-    error = _estimate(stages, 0, stages.shape[1], h) / _scale(x)
+    """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length."""
+    error = _estimate(stages, 0, stages.shape[1], h)
     for v in range(live):
-        length = size(vectors[v])
+        length = size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
             e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h) / length
             error = e if not e <= error else error
@@ -109,27 +121,27 @@ def error_of(x, h, vectors, live, stages):
 
 
 @inner
-def first_length(field, variation, t, c, x, vectors, live, carried, tolerance, longest, stages):
+def first_length(field, variation, t, c, x, vectors, live, run, tolerance, longest, stages):
     """Length of a step to begin with, from the first two derivatives (section II.4); 0 if there are none."""
     n = x.size
-    mode = carried[MODE]
-    scale = _scale(x)
-    speed = size(stages[0]) / scale
+    mode = run.mode
+    weights = stages[WEIGHTS]
+    speed = size(stages[0][:n], weights)
     for v in range(live):
-        length = size(vectors[v])
+        length = size(vectors[v], weights)
         if length > 0.0:
-            speed = max(speed, size(stages[VECTORS + ROWS_A_VECTOR * v][:n]) / length)
+            speed = max(speed, size(stages[VECTORS + ROWS_A_VECTOR * v][:n], weights) / length)
     trial = min(0.01 / speed, longest) if speed > 0.0 else longest
     place = stages[PLACE]
     for i in range(n):
         place[i] = x[i] + trial * stages[0, i]
     field(mode, t + trial, c, place, stages[1])
-    carried[EVALUATIONS] += 1
+    run.evaluations += 1
     change = 0.0
     for i in range(n):
-        change = max(change, abs(stages[1, i] - stages[0, i]) / scale)
+        change = max(change, abs(stages[1, i] - stages[0, i]) * weights[i])
     for v in range(live):
-        length = size(vectors[v])
+        length = size(vectors[v], weights)
         row = VECTORS + ROWS_A_VECTOR * v
         direction = stages[row + STAGES]
         for i in range(n):
@@ -137,20 +149,20 @@ def first_length(field, variation, t, c, x, vectors, live, carried, tolerance, l
         variation(mode, t + trial, c, place, direction, stages[row + 1])
         for i in range(n):
             if length > 0.0:
-                change = max(change, abs(stages[row + 1, i] - stages[row, i]) / length)
+                change = max(change, abs(stages[row + 1, i] - stages[row, i]) * weights[i] / length)
     bend = max(speed, change / trial)
     length = (0.01 * tolerance / bend) ** 0.125 if bend > 0.0 else longest
     return min(length, longest)
 
 
 @series
-def dense_output(field, variation, t, c, x, h, carried, stages, ws):
+def dense_output(field, variation, t, c, x, h, run, stages, ws):
     """Coefficients of the states' polynomials; the step has been taken."""
     n = x.size
-    field(carried[MODE], t + h, c, stages[END], stages[STAGES])
+    field(run.mode, t + h, c, stages[END], stages[STAGES])
     for k in range(STAGES + 1, DENSE_STAGES):
-        stage(field, variation, carried[MODE], t, c, x, h, k, stages, 0, stages)
-    carried[EVALUATIONS] += DENSE_STAGES - STAGES
+        stage(field, variation, run.mode, t, c, x, h, k, stages, 0, stages)
+    run.evaluations += DENSE_STAGES - STAGES
     for i in range(n):
         ws[i, 0] = x[i]
         ws[i, 1] = stages[0, i]

@@ -14,9 +14,11 @@ DENSE_STAGES = 16
 
 PLACE = DENSE_STAGES
 END = DENSE_STAGES + 1
-VECTORS = DENSE_STAGES + 2
+WEIGHTS = DENSE_STAGES + 2
+VECTORS = DENSE_STAGES + 3
 ROWS_A_VECTOR = STAGES + 2
-"""Rows of scratch: rates of the stages, a place, the end; for every tangent the same without dense output."""
+"""Rows of scratch: rates of the stages, a place, the end, one over the scales; for every tangent its rates, a place and
+its end."""
 
 _A = (
     (),

@@ -2,45 +2,36 @@
 
 import warnings
 
-from numba import float64, int64, types, void
+from numba import types, void
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from chaosdrill.codegen.signatures import KERNEL_TYPES, matrix
 from chaosdrill.engine import flow as engine
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.layout import (
-    DONE,
-    EVENT_COLUMNS,
-    EVENT_KIND,
-    EVENT_MODE,
-    EVENT_ROWS,
-    FULL,
-    RECORD,
-    SAMPLE_ROWS,
-    STAGES,
-    STROBES,
-    TARGET,
-    WORKSPACE,
+from chaosdrill.engine.layout import DONE, EVENT_COLUMNS, EVENT_KIND, EVENT_MODE, FULL
+from chaosdrill.engine.records import (
+    integers,
+    results_type,
+    scratch_type,
+    settings_type,
+    state_of,
+    states_type,
+    tables_type,
 )
 from chaosdrill.engine.revival import forget
-from chaosdrill.engine.stepper import STEPPER_TYPES, integers
+from chaosdrill.engine.stepper import STEPPER_TYPES
 from chaosdrill.engine.window import bring_in_order, keep
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
     _flow = types.FunctionType(engine.SIGNATURE)
 
-_cube = float64[:, :, ::1]
-_table = int64[:, ::1]
-
 _signature = void(
     _flow,
     *KERNEL_TYPES,
     *STEPPER_TYPES,
-    *(integers, integers, integers, matrix, _table, _table, _table, _table, matrix),
-    *(matrix, matrix, _cube, matrix, _cube, matrix, _table, _table, matrix),
-    *(_table, matrix, _table, _table, _table, matrix),
-    *(integers, _cube, _cube, matrix, matrix, integers, matrix, engine.scratch_type),
+    *(integers, integers, settings_type, tables_type, states_type, results_type),
+    *(matrix, matrix, matrix, integers, matrix, scratch_type),
 )
 
 
@@ -53,6 +44,7 @@ def drive(
     field,
     variation,
     guard,
+    guard_error,
     transit,
     expand,
     locate,
@@ -60,31 +52,11 @@ def drive(
     advance_by,
     which,
     stretches,
-    settings_i,
-    settings_f,
-    watch,
-    marks,
-    transitions,
-    pins,
-    constants,
-    bounds,
-    x,
-    sums,
-    shifts,
-    vectors,
+    settings,
+    tables,
+    states,
+    results,
     frame,
-    slots,
-    dead,
-    logs,
-    carried,
-    carried_f,
-    sides,
-    armed,
-    counts,
-    grazing,
-    outcome,
-    growth,
-    windows,
     samples,
     events,
     section,
@@ -93,35 +65,38 @@ def drive(
 ):
     """Run the points ``which`` over a transient, ``stretches[0]`` periods, then over the other stretches.
 
-    ``growth[p, b]`` gets the sums of logarithms up to the end of stretch b, -inf for tangents that are lost;
-    ``windows[p]`` the last section points: at the strobe, or before the transitions that ``section`` marks.
+    ``results.growth[p, b]`` gets the sums of logarithms up to the end of stretch b, -inf for tangents that are lost;
+    ``results.window[p]`` the last section points: at the strobe, or before the transitions that ``section`` marks.
     """
-    n = x.shape[1]
-    m = vectors.shape[1]
-    size = windows.shape[1]
+    n = states.x.shape[1]
+    m = states.vectors.shape[1]
     at_events = section.size > 0
     total = stretches[1:].sum()
     for k in range(which.size):
         p = which[k]
-        growth[p, 0, :] = 0.0
-        windows[p, :, :] = float("nan")
-        scratch[WORKSPACE][:, :] = 0.0
-        scratch[STAGES][:, :] = 0.0
+        state = state_of(states, p)
+        run = state.run[0]
+        window = results.window[p]
+        size = window.shape[0]
+        results.growth[p, 0, :] = 0.0
+        window[:, :] = float("nan")
+        scratch.workspace[:, :] = 0.0
+        scratch.stages[:, :] = 0.0
         taken = 0
         done = 0
         for s in range(stretches.size):
-            if outcome[p] != DONE:
+            if results.outcome[p] != DONE:
                 break
             done += stretches[s] if s > 0 else 0
             kept = s > 0 and size > 0 and (at_events or done > total - size)
-            settings_i[TARGET] = carried[p, STROBES] + stretches[s]
-            settings_i[RECORD] = int64(kept and not at_events)
+            settings[0].target = run.strobes + stretches[s]
+            settings[0].recording = 1 if kept and not at_events else 0
             rows = samples if kept and not at_events else samples[:0]
             table = events if kept and at_events else events[:0]
             code = FULL
             while code == FULL:
-                carried[p, SAMPLE_ROWS] = 0
-                carried[p, EVENT_ROWS] = 0
+                run.sample_rows = 0
+                run.event_rows = 0
                 code = flow(
                     jet,
                     jacobian_jet,
@@ -129,46 +104,31 @@ def drive(
                     field,
                     variation,
                     guard,
+                    guard_error,
                     transit,
                     expand,
                     locate,
                     evaluate,
                     advance_by,
-                    settings_i,
-                    settings_f[p],
-                    watch,
-                    marks,
-                    transitions,
-                    constants[p],
-                    bounds,
-                    x[p],
-                    sums[p],
-                    vectors[p],
-                    shifts,
-                    slots[p],
-                    dead[p],
-                    logs[p],
-                    carried[p],
-                    carried_f[p],
-                    sides[p],
-                    armed[p],
-                    counts[p],
-                    grazing[p],
+                    settings,
+                    tables,
+                    states,
+                    p,
                     rows,
                     table,
                     scratch,
                 )
-                for i in range(carried[p, SAMPLE_ROWS]):
-                    keep(samples[i], 0, n, samples[i, samples.shape[1] - 1], windows[p], taken)
+                for i in range(run.sample_rows):
+                    keep(samples[i], 0, n, samples[i, samples.shape[1] - 1], window, taken)
                     taken += 1
-                for i in range(carried[p, EVENT_ROWS]):
-                    if section[int64(events[i, EVENT_KIND])] == 1:
-                        keep(events[i], EVENT_COLUMNS, n, events[i, EVENT_MODE], windows[p], taken)
+                for i in range(run.event_rows):
+                    if section[int(events[i, EVENT_KIND])] == 1:
+                        keep(events[i], EVENT_COLUMNS, n, events[i, EVENT_MODE], window, taken)
                         taken += 1
-            outcome[p] = code
+            results.outcome[p] = code
             if s > 0:
                 for i in range(m):
-                    growth[p, s, i] = -float("inf") if dead[p, i] == 1 else logs[p, i]
+                    results.growth[p, s, i] = -float("inf") if state.dead[i] == 1 else state.logs[i]
                 continue
-            forget(frame, pins, vectors[p], slots[p], dead[p], logs[p], sums[p], counts[p], grazing[p], carried[p])
-        bring_in_order(windows[p], taken, spare)
+            forget(state, frame, tables.pins)
+        bring_in_order(window, taken, spare)

@@ -3,31 +3,19 @@
 import math
 
 from chaosdrill.codegen.signatures import event_places
+from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
-    EVENT,
+    AFTER,
     EVENT_COLUMNS,
     EVENT_KIND,
     EVENT_MODE,
-    EVENT_ROWS,
     EVENT_SPEED,
     EVENT_STROBES,
     EVENT_TIME,
-    EVENTS_IN_PERIOD,
-    FIRED,
-    FRESH,
-    IMAGE,
-    JUMP,
-    LIVE,
     MARKS_ONLY,
-    MODE,
-    NEW_MODE,
-    RANK_CHECK,
     RANK_DEFICIENT,
-    SAME_MODE,
-    STROBES,
     TO_MODE,
-    TOLERANCE,
 )
 
 
@@ -81,49 +69,58 @@ def saltate(vectors, live, event, speed, jump, image):
 
 
 @inlined
-def take(functions, settings_f, transitions, j, local, t, c, x, vectors, carried, counts, grazing, buffer, scratch):
+def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 
     If no outcome's condition holds, nothing happens but that the guard has been passed. Of an event that replaces
     rebounds the limit time and state are recorded; the run goes on from here, on the same path within the tolerance.
     """
+    run, x = state.run[0], state.x
     n = x.size
     place = event_places(n)
-    mode = carried[MODE]
-    event = scratch[EVENT]
+    mode = run.mode
+    event = scratch.event
     recorded = buffer.shape[0] > 0
-    transition = functions[6](mode, j, carried[LIVE] + recorded, t, c, x, settings_f[TOLERANCE], event)
+    transition = functions.transit(mode, j, run.live + recorded, t, state.c, x, settings.tolerance, event)
     rest = event[place.rest]
-    carried[FIRED] = j
-    carried[FRESH] = SAME_MODE
+    key = tables.keys[mode, j]
+    guards.cross(tables, state, j)
+    run.fired = key
+    run.surface = tables.surfaces[mode, j]
+    run.fresh = AFTER
+    run.moved_by = -1
+    run.residual = 0.0
     if transition < 0:
         return 0.0
     speed = normal_speed(event, n)
     if recorded:
-        row = buffer[carried[EVENT_ROWS]]
-        row[EVENT_STROBES] = carried[STROBES]
-        row[EVENT_TIME] = local
+        row = buffer[run.event_rows]
+        row[EVENT_STROBES] = run.strobes
+        row[EVENT_TIME] = run.time
         row[EVENT_KIND] = transition
         row[EVENT_MODE] = mode
         row[EVENT_SPEED] = speed
         for i in range(n):
             row[EVENT_COLUMNS + i] = x[i]
     largest = 0.0
-    if transitions[transition, MARKS_ONLY] == 0:
-        target = transitions[transition, TO_MODE]
+    if tables.transitions[transition, MARKS_ONLY] == 0:
+        target = tables.transitions[transition, TO_MODE]
+        run.moved_by = transition
+        if tables.moves[transition, key] == 1:
+            run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
         for i in range(n):
             x[i] = event[place.image + i]
-        if carried[LIVE] > 0:
+        if run.live > 0:
             if rest >= 0.0 and speed == 0.0:
                 # a state that stands on the guard already is mapped by the reset alone
                 speed = math.inf
-            saltation_jump(event, scratch[JUMP])
-            largest = saltate(vectors, carried[LIVE], event, speed, scratch[JUMP], scratch[IMAGE])
-            if transitions[transition, RANK_DEFICIENT] == 1:
-                carried[RANK_CHECK] = 1
+            saltation_jump(event, scratch.jump)
+            largest = saltate(state.vectors, run.live, event, speed, scratch.jump, scratch.image)
+            if tables.transitions[transition, RANK_DEFICIENT] == 1:
+                run.rank_check = 1
         if target != mode:
-            carried[MODE] = target
-            carried[FRESH] = NEW_MODE
+            guards.enter(tables, state, target)
+            run.next_step = 0.0
     if recorded:
         for i in range(n):
             row[EVENT_COLUMNS + n + i] = x[i]
@@ -131,9 +128,9 @@ def take(functions, settings_f, transitions, j, local, t, c, x, vectors, carried
             row[EVENT_TIME] += rest
             for i in range(n):
                 row[EVENT_COLUMNS + n + i] += rest * event[place.after + i]
-        carried[EVENT_ROWS] += 1
-    counts[transition] += 1
+        run.event_rows += 1
+    state.counts[transition] += 1
     if rest < 0.0:
-        grazing[transition] = min(grazing[transition], abs(speed))
-    carried[EVENTS_IN_PERIOD] += 1
+        state.grazing[transition] = min(state.grazing[transition], abs(speed))
+    run.events_in_period += 1
     return largest

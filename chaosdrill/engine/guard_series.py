@@ -43,9 +43,9 @@ def guard_polynomials(guard, mode, count, marks, t, c, x, h, rate, place, gradie
 
 @series
 def _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g):
-    """Coefficients from order 2 on, through Chebyshev nodes; returns the size of the last two to max(1, |g|)."""
+    """Coefficients from order 2 on, through Chebyshev nodes; returns the size of the last two to that of the guard."""
     count = GUARD_DEGREE - 1
-    largest = 1.0
+    largest = abs(g[0])
     for a in range(count):
         u = NODES[a]
         s = u * h
@@ -69,4 +69,4 @@ def _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g):
     for k in range(2, GUARD_DEGREE + 1):
         power /= h
         g[k] *= power / h
-    return left / largest
+    return left / largest if left > 0.0 else 0.0

@@ -1,127 +1,364 @@
-"""Which event comes first in a step.
+"""What an event is: the side of a guard, how it changes, and which guard fires first in a step.
 
-A guard is armed while the state is on the side from which it can be crossed. At the start of a phase (after an event,
-or at the beginning) a guard may stand at zero; then the first derivative that does not vanish says on which side the
-state goes on, and roots are searched for in the polynomial without its zero. No dead time is involved.
+The side of a guard is a fact that a run carries. It is read off the guard's value where nothing is known of it: at the
+start of a run, in a mode that has just begun to watch the guard, and after a reset that moved it. From then on only a
+located root changes it, once, whatever sign round-off gives to a value near zero. So no event is lost or seen twice
+where a step, a strobe or a call ends on a root ("discontinuity sticking", Park and Barton 1996,
+doi:10.1145/232807.232809). A value counts as zero within a bound of its own rounding error.
 """
+
+import math
 
 from numba import uint64
 
-from chaosdrill.engine.jit import inlined
-from chaosdrill.engine.layout import ARMED, BEGIN, FIRE, INVALID, MARKS, ONGOING, PASSED, SAME_MODE
-from chaosdrill.engine.polynomial import keeps_side, size
+from chaosdrill.engine.jit import inlined, inner, series
+from chaosdrill.engine.layout import (
+    AFTER,
+    ARMED,
+    BEGIN,
+    FIRE,
+    INVALID,
+    MARKS,
+    NOWHERE,
+    ONGOING,
+    OPEN,
+    PASSED,
+    PASSES,
+    PUT,
+    TIMED,
+    UNSURE,
+)
+from chaosdrill.engine.polynomial import keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
 
-ZERO = 1e-13
-"""A coefficient counts as zero below this part of the guard's variation over the step."""
+ROUNDING = 4 * 2.220446049250313e-16
+"""Rounding unit of the bounds of guards: twice that of doubles for the state itself, twice that for fused operations
+that the bounds know nothing of."""
 
-TIE = 1e-12
-"""Events closer than this part of the step happen together."""
+VANISHING = 1e-13
+"""Part of a guard's variation over a step below which its second and later derivatives count as zero."""
+
+NEAR = 1e-6
+"""Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
 
 
 @inlined
-def vanishing_order(ws, i, n, h, floor):
-    """Number of leading coefficients that are zero to round-off; n + 1 if all are, or if they are no numbers."""
-    g = ws[i]
-    limit = ZERO * size(ws, uint64(i), h, 0) + floor
-    if limit != limit:
-        return n + 1
+def stand(zero, side, order, old, direction, fresh, fired, crossed, marks):
+    """How a guard stands at the start of a step, and its side: the definition of an event.
+
+    Parameters
+    ----------
+    zero : bool
+        Whether the guard is zero, to its error or because its surface has just been crossed.
+    side : int
+        The side on which it is, or to which the motion leads from zero.
+    order : int
+        First derivative that does not vanish, where it is zero.
+    old : int
+        Its side before, 0 if nothing is known.
+    direction : int
+        That of its events, 0 for either.
+    fresh : int
+        What came before the step.
+    fired : bool
+        Whether its own event is what came before, and has left it at zero.
+    crossed : bool
+        Whether an event on its surface is what came before, and has not moved it.
+    marks : int
+        What it is.
+    """
+    ahead = side == direction
+    if fired:
+        # a motion that does not leave a wall again with any speed is held by it
+        if ahead and order > 1 and marks & (MARKS | PASSES) == 0:
+            return FIRE, -2 * side
+    elif old == 0:
+        if zero and not crossed and (ahead or (direction == 0 and fresh == BEGIN)):
+            return FIRE, -side
+        if not zero and ahead and marks & OPEN == 0:
+            return (INVALID, side) if fresh == BEGIN else (FIRE, -2 * side)
+    else:
+        before = 1 if old > 0 else -1
+        if side != before and (ahead or direction == 0):
+            return FIRE, before if zero else 2 * before
+    return PASSED if ahead and direction != 0 else ARMED, side
+
+
+@inlined
+def is_moved(key, tables, state):
+    """Whether the event that came before the step may have changed the guard by its reset."""
+    run = state.run[0]
+    return run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
+
+
+@inlined
+def look(functions, tables, state, j, here, slope, t, scratch):
+    """How guard j stands by its value and slope: (how, side, vanishing order); UNSURE where both vanish."""
+    run = state.run[0]
+    key = tables.keys[run.mode, j]
+    direction = tables.watch[run.mode, 1 + j]
+    old = state.sides[key]
+    moved = is_moved(key, tables, state)
+    on_surface = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface
+    crossed = on_surface and not moved
+    if not moved and not crossed and abs(old) == 2:
+        return FIRE, old, 0
+    if here != here:
+        return NOWHERE, 0, 0
+    read = moved or old == 0
+    zero = crossed or here * old <= 0.0
+    if read or zero:
+        functions.guard_error(run.mode, j, t, state.c, state.x, scratch.errors)
+    if read and not crossed:
+        bound = ROUNDING * scratch.errors[0] + (2.0 * run.residual if on_surface else 0.0)
+        zero = abs(here) <= (bound if math.isfinite(bound) else 0.0)
     order = 0
-    power = 1.0
-    while order <= n and abs(g[order]) * power <= limit:
+    side = 1 if here > 0.0 else -1
+    if zero:
+        bound = ROUNDING * scratch.errors[1]
+        if not abs(slope) > (bound if math.isfinite(bound) else 0.0):
+            return UNSURE, old, 0
+        order = 1
+        side = 1 if slope > 0.0 else -1
+    fired = zero and run.fresh == AFTER and run.fired == key
+    how, side = stand(zero, side, order, old, direction, run.fresh, fired, crossed, tables.marks[run.mode, j])
+    return how, side, order
+
+
+@inlined
+def settle(functions, tables, state, ws, i, j, n, h, t, scratch):
+    """The same for guard j whose polynomial is row i, by the first derivative that does not vanish."""
+    how, side, order = look(functions, tables, state, j, ws[i, 0], ws[i, 1], t, scratch)
+    if how != UNSURE:
+        return how, side, order
+    run = state.run[0]
+    key = tables.keys[run.mode, j]
+    limit = VANISHING * size(ws, uint64(i), h, 0)
+    order = 2
+    power = h * h
+    while order <= n and not abs(ws[i, order]) * power > limit:
         order += 1
         power *= h
-    return order
+    if order > n:
+        return NOWHERE, state.sides[key], 0
+    crossed = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface and not is_moved(key, tables, state)
+    fired = run.fresh == AFTER and run.fired == key
+    how, side = stand(
+        True,
+        1 if ws[i, order] > 0.0 else -1,
+        order,
+        state.sides[key],
+        tables.watch[run.mode, 1 + j],
+        run.fresh,
+        fired,
+        crossed,
+        tables.marks[run.mode, j],
+    )
+    return how, side, order
+
+
+@series
+def _slope_and_bend(g, n, s):
+    """First and second derivative of a polynomial at s."""
+    f = 0.0
+    d = 0.0
+    b = 0.0
+    for m in range(n + 1):
+        b = b * s + d
+        d = d * s + f
+        f = f * s + g[uint64(n - m)]
+    return d, 2.0 * b
+
+
+@inner
+def _state_at(ws, n, s, place):
+    for i in range(n):
+        place[i] = value(ws, uint64(i), s)
+
+
+@inner
+def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
+    """How far a root at s may be from the exact one: by the guard's rounding, and by the tolerance of the states."""
+    run = state.run[0]
+    n = state.x.size
+    place = scratch.before[:n]
+    _state_at(ws, n, s, place)
+    functions.guard_error(run.mode, j, t + s, state.c, place, scratch.errors)
+    off = ROUNDING * scratch.errors[0]
+    if tables.marks[run.mode, j] & TIMED == 0:
+        functions.guard(run.mode, j, t + s, state.c, place, scratch.gradient)
+        for a in range(n):
+            off += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
+    slope, _ = _slope_and_bend(ws[i], settings.order, s)
+    return off / abs(slope) if slope != 0.0 else math.inf
+
+
+@inner
+def on_the_clock(functions, run, c, j, s, h, place, gradient):
+    """A root near s of a guard of time alone, by Newton steps on the guard itself, as exact as time is known."""
+    found = s
+    for _ in range(4):
+        t = (run.origin + run.whole) + (run.rest + run.time + found)
+        # what the sum has lost
+        late = ((run.origin + run.whole) - t) + (run.rest + run.time + found)
+        off = functions.guard(run.mode, j, t, c, place, gradient)
+        slope = gradient[place.size]
+        if slope == 0.0:
+            return s
+        step = (off + slope * late) / slope
+        if not abs(found - step - s) <= 1e-3 * h:
+            return s
+        found -= step
+        if abs(step) <= 1e-16 * h:
+            break
+    return min(max(found, 0.0), h)
+
+
+@inner
+def _touches(functions, state, ws, i, j, n, s, h, t, scratch):
+    """Time at which a guard is back where it was, if beyond a root at s it does not get farther than its error; or -1."""
+    slope, bend = _slope_and_bend(ws[i], n, s)
+    if not slope * bend < 0.0:
+        return -1.0
+    summit = -slope / bend
+    if not 0.5 * abs(slope) * summit <= 1e-9 * size(ws, uint64(i), h, 0):
+        return -1.0
+    place = scratch.before[: state.x.size]
+    _state_at(ws, place.size, s, place)
+    functions.guard_error(state.run[0].mode, j, t + s, state.c, place, scratch.errors)
+    if 0.5 * abs(slope) * summit <= ROUNDING * scratch.errors[0]:
+        return s + 2.0 * summit
+    return -1.0
 
 
 @inlined
-def stand(side, direction, order, fresh, marks, just_fired, was_armed):
-    """How a guard stands at the start of a phase.
+def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
+    """Of the times of the guards (-1: none) the first: (time, guard, ties).
 
-    ``side`` is the side on which the state is or to which it moves; ``order`` > 0 says that the guard is zero. A guard
-    that is zero or beyond and still to cross fires at once, with these exceptions: a mark does so only if it was armed
-    before the event, and the guard that has just fired does so only if the state leaves it with no speed (a contact
-    that would have to be held), not if it goes through.
+    Of guards whose roots coincide to within their errors the one that comes first in order acts first.
     """
-    if direction == 0 or side != direction:
-        return ARMED
-    if fresh == BEGIN:
-        if order == 0 and not marks:
-            return INVALID
-        return PASSED if marks else FIRE
-    if fresh == SAME_MODE:
-        if just_fired:
-            return FIRE if order > 1 and not marks else PASSED
-        return FIRE if was_armed else PASSED
-    return PASSED if marks else FIRE
-
-
-@inlined
-def earliest(times, count, h):
-    """Of the times of the guards (-1: none) the first; of guards that cross together the one that comes first."""
-    best = -1.0
-    found = -1
+    times = scratch.times
+    first = -1
+    for j in range(count):
+        if times[j] >= 0.0 and (first < 0 or times[j] < times[first]):
+            first = j
+    found = first
     ties = 0
-    for j in range(count):
-        if times[j] >= 0.0 and (found < 0 or times[j] < best):
-            best = times[j]
-            found = j
-    if found >= 0:
+    if first >= 0:
+        error = -1.0
         for j in range(count - 1, -1, -1):
-            if times[j] >= 0.0 and times[j] <= best + TIE * h and j != found:
-                ties += 1
-                if j < found:
-                    best = times[j]
-                    found = j
-    return best, found, ties
-
-
-@inlined
-def first_event(ws, row, directions, count, marks, n, h, floor, fresh, fired, sides, armed, polynomials):
-    """First event of the step: (time in it or -1, guard, number of other guards that cross together with it).
-
-    ``ws[row + j]`` holds the polynomial of guard j; ``sides`` and ``armed`` are carried from step to step.
-    """
-    a, shifted, stack, ends, times = polynomials
-    for j in range(count):
-        g = ws[row + j]
-        direction = directions[j]
-        order = 0
-        fire = False
-        if fresh != ONGOING:
-            order = vanishing_order(ws, row + j, n, h, floor)
-            if order > n:
-                armed[j] = 0
-                times[j] = -1.0
+            if j == first or times[j] < 0.0 or times[j] - times[first] > NEAR * h:
                 continue
-            sides[j] = 1 if g[order] > 0.0 else -1
-            how = stand(sides[j], direction, order, fresh, marks[j] & MARKS != 0, j == fired, armed[j] == 1)
-            if how == INVALID:
-                return -2.0, j, 0
-            armed[j] = 0 if how == PASSED else 1
-            fire = how == FIRE
-        elif armed[j] == 1:
-            fire = g[0] * sides[j] <= 0.0
-        if fire:
-            times[j] = 0.0
-        elif armed[j] == 1 and order == 0 and keeps_side(ws, uint64(row + j), h, -float(sides[j])):
-            times[j] = -1.0
-        elif armed[j] == 1:
-            times[j] = first_crossing(g, order, n - order, h, sides[j] < 0, a, stack, ends)
-        else:
-            times[j] = recrossing(g, order, n - order, h, direction > 0, a, shifted, stack, ends)
-    return earliest(times, count, h)
+            apart = times[j] - times[first]
+            if apart > 0.0 and error < 0.0:
+                error = root_error(functions, tables, settings, state, ws, row + first, first, times[first], t, scratch)
+            if apart == 0.0 or apart <= error + root_error(
+                functions, tables, settings, state, ws, row + j, j, times[j], t, scratch
+            ):
+                ties += 1
+                found = min(found, j)
+    return (times[found] if found >= 0 else -1.0), found, ties
 
 
 @inlined
-def update_sides(ws, row, directions, count, n, s, sides, armed):
-    """Re-arm the passed guards whose polynomial is back on the side before at s."""
+def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
+    """First event of the step: (time in it or -1, -2 for a start that is refused; guard; ties; length of the step).
+
+    ``ws[row + j]`` holds the polynomial of guard j. The step may end earlier, behind a guard that was only touched.
+    """
+    run = state.run[0]
+    n = settings.order
+    count = tables.watch[run.mode, 0]
     for j in range(count):
-        if armed[j] == 0:
-            value = ws[row + j, n]
-            for k in range(n):
-                value = value * s + ws[row + j, uint64(n - 1 - k)]
-            side = 1 if value > 0.0 else -1
-            if value != 0.0 and side != directions[j]:
-                armed[j] = 1
-                sides[j] = side
+        i = row + j
+        g = ws[i]
+        direction = tables.watch[run.mode, 1 + j]
+        key = tables.keys[run.mode, j]
+        side = state.sides[key]
+        order = 0
+        how = PASSED if direction != 0 and side == direction else ARMED
+        scratch.backs[j] = -1.0
+        if run.fresh != ONGOING or not g[0] * side > 0.0 or abs(side) == 2:
+            how, side, order = settle(functions, tables, state, ws, i, j, n, h, t, scratch)
+            if how == INVALID:
+                return -2.0, j, 0, h
+            state.sides[key] = side
+        if how == NOWHERE:
+            scratch.times[j] = -1.0
+            continue
+        if how == FIRE:
+            scratch.times[j] = 0.0
+            continue
+        if how == ARMED:
+            if order == 0 and keeps_side(ws, uint64(i), h, -float(side)):
+                scratch.times[j] = -1.0
+                continue
+            root = first_crossing(
+                g, order, n - order, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends
+            )
+            turn = root
+        else:
+            turn, root = recrossing(
+                g,
+                order,
+                n - order,
+                h,
+                direction > 0,
+                scratch.polynomial,
+                scratch.shifted,
+                scratch.stack,
+                scratch.ends,
+            )
+        if turn > 0.0:
+            back = _touches(functions, state, ws, i, j, n, turn, h, t, scratch)
+            if back >= 0.0:
+                h = min(h, back)
+                root = turn = -1.0
+        if root > 0.0 and tables.marks[run.mode, j] & TIMED:
+            root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient)
+        scratch.backs[j] = turn if how == PASSED else -1.0
+        scratch.times[j] = root
+    te, found, ties = earliest(functions, tables, settings, state, ws, row, count, h, t, scratch)
+    if te > h:
+        te = -1.0
+    return te, found, ties, h
+
+
+@inlined
+def coincides(functions, tables, settings, state, ws, row, j, te, instant, h, t, scratch):
+    """Whether the root of guard j at te is, to within its error, at an instant such as a strobe."""
+    apart = abs(te - instant)
+    return apart <= NEAR * h and (
+        apart == 0.0
+        or apart <= root_error(functions, tables, settings, state, ws, row + j, j, te, t, scratch)
+    )
+
+
+@inlined
+def pass_sides(tables, state, backs, s):
+    """Note the guards that were passed and are back on their near sides by the end of the step at s."""
+    mode = state.run[0].mode
+    for j in range(tables.watch[mode, 0]):
+        if 0.0 <= backs[j] <= s:
+            state.sides[tables.keys[mode, j]] = -tables.watch[mode, 1 + j]
+
+
+@inlined
+def cross(tables, state, j):
+    """Let guard j be on the side to which its event leads, and forget those that the next mode does not watch."""
+    mode = state.run[0].mode
+    key = tables.keys[mode, j]
+    direction = tables.watch[mode, 1 + j]
+    if direction != 0:
+        state.sides[key] = direction
+    else:
+        state.sides[key] = -1 if state.sides[key] > 0 else 1
+
+
+@inlined
+def enter(tables, state, target):
+    """Change the mode; what it does not watch has no side."""
+    for key in range(state.sides.size):
+        if tables.watched[target, key] == 0:
+            state.sides[key] = 0
+    state.run[0].mode = target

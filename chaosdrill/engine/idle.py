@@ -5,60 +5,24 @@ from chaosdrill.engine.stepper import offered
 
 @offered
 def expand(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    marks,
-    settings_i,
-    settings_f,
-    local,
-    t,
-    c,
-    x,
-    vectors,
-    carried,
-    carried_f,
-    ws,
-    stages,
-    gradient,
+    field, variation, guard, first, count, marks, keys, settings, run, t, c, x, scale, vectors, ws, stages, gradient
 ):
     return 0.0
 
 
 @offered
 def locate(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    directions,
-    marks,
-    settings_f,
-    te,
-    h,
-    t,
-    c,
-    x,
-    carried,
-    sides,
-    armed,
-    ws,
-    stages,
-    gradient,
-    times,
-    out,
-):
+    field, variation, guard, guard_error, first, te, h, t, tables, settings, run, c, x, sides, ws, stages,
+    gradient, errors, times, backs, out,
+):  # fmt: skip
     return -1.0, -1, 0
 
 
 @offered
-def evaluate(field, variation, t, c, x, s, carried, stages, out):
+def evaluate(field, variation, t, c, x, s, run, stages, out):
     pass
 
 
 @offered
-def advance(field, variation, t, c, x, s, vectors, carried, carried_f, stages, out):
+def advance(field, variation, t, c, x, s, vectors, run, stages, out):
     pass

@@ -8,35 +8,11 @@ from numba import uint64
 
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, series
-from chaosdrill.engine.lane_series import lane_size_whole
 from chaosdrill.engine.lane_step import copy_lane
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.layout import (
-    ARMED,
-    BLOCK_BERNSTEIN,
-    BLOCK_H,
-    BLOCK_POLYNOMIAL,
-    BLOCK_REACH,
-    BLOCK_ROOT,
-    BLOCK_SIGN,
-    BLOCK_SIZE,
-    BLOCK_TIMES,
-    BLOCK_WS,
-    ENDS,
-    FIRE,
-    FIRED,
-    FRESH,
-    INVALID,
-    MARKS,
-    ONGOING,
-    PASSED,
-    POLYNOMIAL,
-    SHIFTED,
-    STACK,
-    TIMES,
-    WORKSPACE,
-)
-from chaosdrill.engine.roots import bernstein_weights, first_crossing
+from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED
+from chaosdrill.engine.records import state_of
+from chaosdrill.engine.roots import bernstein_weights
 
 DEGREE = 11
 """Degree of the Bernstein form: in lanes a higher one costs little, and it isolates nearly all roots."""
@@ -46,89 +22,74 @@ _WEIGHTS = bernstein_weights(DEGREE)
 ITERATIONS = 12
 """Newton steps before a root is left to the search for one trajectory."""
 
-SURE = 1e-12
-"""Part of the largest coefficient by which a value must be above zero to be called so."""
+SURE = 1e-8
+"""Part of the largest coefficient by which a value must be above zero to be called so: what only touches zero is looked
+at for one trajectory."""
 
 AT_ONCE, SEARCH, ALONE = range(3)
 BELOW, ABOVE, BACK = range(3)
 
+# columns of how the steps of a block end: outcome, guard, ties, how the guards are looked at
+OUTCOME, GUARD, TIES, LOOK = range(4)
+
 
 @inlined
-def _plan(first, count, directions, marks, h, x, carried, sides, armed, lane, plan, block):
-    """How the guards of one lane stand; returns ALONE if that is not plain, INVALID for a start beyond one."""
-    ws = block[BLOCK_WS]
-    fresh = carried[FRESH]
-    floor = 0.0
-    if fresh != ONGOING:
-        for i in range(x.size):
-            floor = max(floor, abs(x[i]))
-        floor *= 2e-15
+def _plan(functions, tables, state, first, lane, plan, block, scratch):
+    """How the guards of one lane stand; returns ALONE if that is not plain."""
+    run = state.run[0]
+    mode = run.mode
+    count = tables.watch[mode, 0]
     for j in range(count):
-        g = ws[first + j, 0, lane]
-        shift = 0
-        side = sides[j]
-        how = ARMED
-        if fresh == ONGOING:
-            if armed[j] == 0:
-                return ALONE
-            if g * side <= 0.0:
-                how = FIRE
-        else:
-            limit = guards.ZERO * block[BLOCK_SIZE][j, lane] + floor
-            if not abs(g) > limit:
-                shift = 1
-                g = ws[first + j, 1, lane]
-                if not abs(g) * h > limit:
-                    shift = 2
-                    g = ws[first + j, 2, lane]
-                    if not abs(g) * h * h > limit:
-                        return ALONE
-            side = 1 if g > 0.0 else -1
-            just_fired = j == carried[FIRED]
-            how = guards.stand(side, directions[j], shift, fresh, marks[j] & MARKS != 0, just_fired, armed[j] == 1)
-            if how in (PASSED, INVALID):
-                return ALONE
+        g = block.ws[first + j, 0, lane]
+        direction = tables.watch[mode, 1 + j]
+        side = state.sides[tables.keys[mode, j]]
+        order = 0
+        how = PASSED if direction != 0 and side == direction else ARMED
+        if run.fresh != ONGOING:
+            slope = block.ws[first + j, 1, lane]
+            how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
+        elif not g * side > 0.0 or abs(side) == 2:
+            return ALONE
+        if how != ARMED and how != FIRE:
+            return ALONE
         plan[j, lane] = AT_ONCE if how == FIRE else SEARCH
         plan[count + j, lane] = side
-        block[BLOCK_SIGN][j, lane] = -float(side)
-        block[BLOCK_SIGN][count + j, lane] = float(shift)
+        block.sign[j, lane] = 1.0 if side < 0 else -1.0
+        block.shift[j, lane] = float(order) if how == ARMED else 0.0
     for j in range(count):
-        sides[j] = plan[count + j, lane]
-        armed[j] = 1
+        state.sides[tables.keys[mode, j]] = plan[count + j, lane]
     return SEARCH
 
 
 @inlined
 def _scaled(series, row, sign, shift, any_shift, h, order, block):
-    """Fill the polynomial of one guard, without its zeros at 0, on [0, 1] and negative at 0; returns a bound of it."""
-    a = row_of(block[BLOCK_POLYNOMIAL])
+    """Fill the polynomial of one guard, without its zero at 0, on [0, 1] and negative at 0; returns a bound of it."""
+    a = row_of(block.polynomial)
     g = series[row]
     power = sign
-    bound = power * g[0]
     if any_shift:
-        twice = larger(shift - 1.0, 0.0)
         for k in range(order + 1):
-            later = chosen(twice, g[k + 2], g[k + 1])
-            a[k] = power * chosen(shift, later, g[k])
+            a[k] = power * chosen(shift, g[k + 1], g[k])
             power = power * h
         bound = a[0]
         for k in range(1, order + 1):
             bound = bound + larger(a[k], 0.0)
-    else:
-        a[0] = bound
-        for k in range(1, order + 1):
-            power = power * h
-            value = power * g[k]
-            a[k] = value
-            bound = bound + larger(value, 0.0)
+        return bound
+    a[0] = power * g[0]
+    bound = a[0]
+    for k in range(1, order + 1):
+        power = power * h
+        value = power * g[k]
+        a[k] = value
+        bound = bound + larger(value, 0.0)
     return bound
 
 
 @series
 def _bernstein(order, block):
     """Coefficients of the Bernstein form of the terms of low degree, and the size of the rest."""
-    a = row_of(block[BLOCK_POLYNOMIAL])
-    b = row_of(block[BLOCK_BERNSTEIN])
+    a = row_of(block.polynomial)
+    b = row_of(block.bernstein)
     for j in range(DEGREE + 1):
         value = a[0]
         for k in range(1, j + 1):
@@ -199,9 +160,9 @@ def _isolated(a, b, order, lane):
 @series
 def _polish(order, block):
     """Newton steps from row 0 of the roots where row 1 is not 0.0, which it becomes where they settle."""
-    a = row_of(block[BLOCK_POLYNOMIAL])
-    roots = row_of(block[BLOCK_ROOT])
-    waiting = block[BLOCK_ROOT][1]
+    a = row_of(block.polynomial)
+    roots = row_of(block.root)
+    waiting = block.root[1]
     u = roots[0]
     active = roots[1]
     before = 0.0 * u
@@ -237,37 +198,29 @@ def _polish(order, block):
             return
 
 
-@inner
-def _alone(first, j, shift, order, h, up, lane, block, scratch):
-    """The first crossing of one guard of one lane, by the search for one trajectory."""
-    copy_lane(block[BLOCK_WS], first + j, 1, lane, order, scratch[WORKSPACE])
-    return first_crossing(
-        scratch[WORKSPACE][0], shift, order - shift, h, up, scratch[POLYNOMIAL], scratch[STACK], scratch[ENDS]
-    )
-
-
 @inlined
-def search(first, count, order, lanes, plan, results, block, scratch):
-    """Times of the first crossings of all guards in all lanes that are planned, -1 for none."""
-    series = table_of(block[BLOCK_WS])
-    signs = row_of(block[BLOCK_SIGN])
-    h = row_of(block[BLOCK_H])[0]
-    times = block[BLOCK_TIMES]
-    b = block[BLOCK_BERNSTEIN]
-    roots = block[BLOCK_ROOT]
-    shifts = block[BLOCK_SIGN]
+def search(first, count, order, lanes, plan, ends, block):
+    """Times of the first crossings of all guards in all lanes that are planned, -1 for none.
+
+    A lane in which one of them is not plain is left to the search for one trajectory.
+    """
+    series = table_of(block.ws)
+    signs = row_of(block.sign)
+    shifts = row_of(block.shift)
+    h = row_of(block.h)[0]
+    times = block.times
+    roots = block.root
     for j in range(count):
         any_shift = False
         for lane in range(LANES):
-            any_shift |= shifts[count + j, lane] != 0.0
-        bound = _scaled(series, first + j, signs[j], signs[count + j], any_shift, h, order, block)
-        row_of(roots)[2] = bound
+            any_shift |= block.shift[j, lane] != 0.0
+        row_of(roots)[2] = _scaled(series, first + j, signs[j], shifts[j], any_shift, h, order, block)
         candidates = 0
         for lane in range(LANES):
             times[j, lane] = -1.0
             roots[1, lane] = 0.0
             roots[0, lane] = 0.5
-            if lane < lanes and results[lane, 3] == SEARCH:
+            if lane < lanes and ends[lane, LOOK] == SEARCH:
                 if plan[j, lane] == AT_ONCE:
                     times[j, lane] = 0.0
                 elif not roots[2, lane] < 0.0:
@@ -279,18 +232,17 @@ def search(first, count, order, lanes, plan, results, block, scratch):
         isolated = 0
         for lane in range(lanes):
             # from here on row 2 says which lanes are searched, and row 1 which of them are polished
-            searched = roots[1, lane]
-            roots[2, lane] = searched
-            if searched != 0.0:
-                where, roots[3, lane] = _isolated(block[BLOCK_POLYNOMIAL], b, order, lane)
-                if where == -1.0:
-                    roots[2, lane] = 0.0
+            roots[2, lane] = roots[1, lane]
+            if roots[1, lane] != 0.0:
+                where, roots[3, lane] = _isolated(block.polynomial, block.bernstein, order, lane)
                 if where >= 0.0:
                     roots[0, lane] = where
                     isolated += 1
                 else:
                     roots[1, lane] = 0.0
-                    roots[0, lane] = -1.0
+                    roots[2, lane] = 0.0
+                    if where == -2.0:
+                        ends[lane, LOOK] = ALONE
         if isolated > 0:
             _polish(order, block)
         for lane in range(lanes):
@@ -298,85 +250,94 @@ def search(first, count, order, lanes, plan, results, block, scratch):
                 continue
             u = roots[0, lane]
             if roots[1, lane] == 0.0 and 0.0 <= u <= roots[3, lane]:
-                times[j, lane] = u * block[BLOCK_H][lane]
+                times[j, lane] = u * block.h[lane]
             else:
-                shift = int(shifts[count + j, lane])
-                up = plan[count + j, lane] < 0
-                times[j, lane] = _alone(first, j, shift, order, block[BLOCK_H][lane], up, lane, block, scratch)
+                ends[lane, LOOK] = ALONE
 
 
 @inner
-def _by_itself(first, count, directions, marks, order, h, x, carried, sides, armed, lane, block, scratch):
-    """First event of one lane's step, as ``guards.first_event`` finds it for one trajectory."""
-    floor = 0.0
-    for i in range(x.size):
-        floor = max(floor, abs(x[i]))
-    rows = scratch[WORKSPACE]
-    copy_lane(block[BLOCK_WS], first, count, lane, order, rows)
-    polynomials = (scratch[POLYNOMIAL], scratch[SHIFTED], scratch[STACK], scratch[ENDS], scratch[TIMES])
-    return guards.first_event(
-        rows,
-        0,
-        directions,
-        count,
-        marks,
-        order,
-        h,
-        2e-15 * floor,
-        carried[FRESH],
-        carried[FIRED],
-        sides,
-        armed,
-        polynomials,
+def _by_itself(functions, tables, settings, state, first, lane, block, scratch):
+    """First event of one lane's step, as ``guards.first_event`` finds it for one trajectory: (time, guard, ties)."""
+    count = tables.watch[state.run[0].mode, 0]
+    copy_lane(block.ws, 0, first + count, lane, settings.order, scratch.workspace)
+    te, j, ties, h = guards.first_event(
+        functions,
+        tables,
+        settings,
+        state,
+        scratch.workspace,
+        first,
+        block.h[lane],
+        block.t[lane],
+        scratch,
     )
+    block.h[lane] = h
+    for k in range(count):
+        block.backs[k, lane] = scratch.backs[k]
+    return te, j, ties
 
 
 @inlined
-def first_events(first, count, directions, marks, order, lanes, places, runs, results, plan, block, scratch):
-    """First event of every lane's step: its time (or -1, or -2) goes into ``block``, guard and ties into ``results``.
+def _first_of(count, h, lane, times):
+    """The guard that fires first in one lane, -1 for none, -2 where two are too near each other for that."""
+    found = -1
+    for j in range(count):
+        if times[j, lane] >= 0.0 and (found < 0 or times[j, lane] < times[found, lane]):
+            found = j
+    for j in range(count):
+        if j != found and times[j, lane] >= 0.0 and times[j, lane] - times[found, lane] <= guards.NEAR * h:
+            return -2
+    return found
 
-    ``runs`` are the states, the carried integers, and how the guards stand, of all runs.
-    """
-    x, carried, sides, armed = runs
-    steps = block[BLOCK_H]
-    began = False
+
+@inlined
+def first_events(functions, tables, settings, mode, lanes, places, states, first, ends, plan, block, scratch):
+    """First event of every lane's step: its time (or -1, or -2) goes into ``block``, guard and ties into ``ends``."""
+    count = tables.watch[mode, 0]
     for lane in range(lanes):
-        began |= carried[places[lane], FRESH] != ONGOING
-    if began:
-        series = table_of(block[BLOCK_WS])
-        h = row_of(steps)[0]
-        sizes = row_of(block[BLOCK_SIZE])
-        for j in range(count):
-            sizes[j] = lane_size_whole(series[first + j], h)
+        state = state_of(states, places[lane])
+        ends[lane, LOOK] = _plan(functions, tables, state, first, lane, plan, block, scratch)
+    search(first, count, settings.order, lanes, plan, ends, block)
     for lane in range(lanes):
-        p = places[lane]
-        results[lane, 3] = _plan(
-            first, count, directions, marks, steps[lane], x[p], carried[p], sides[p], armed[p], lane, plan, block
-        )
-    search(first, count, order, lanes, plan, results, block, scratch)
-    for lane in range(lanes):
-        p = places[lane]
-        if results[lane, 3] == SEARCH:
-            times = scratch[TIMES]
-            for j in range(count):
-                times[j] = block[BLOCK_TIMES][j, lane]
-            te, j, ties = guards.earliest(times, count, steps[lane])
+        state = state_of(states, places[lane])
+        h = block.h[lane]
+        j = -2
+        if ends[lane, LOOK] == SEARCH:
+            for k in range(count):
+                block.backs[k, lane] = -1.0
+                if block.times[k, lane] > 0.0 and tables.marks[mode, k] & TIMED:
+                    block.times[k, lane] = guards.on_the_clock(
+                        functions, state.run[0], state.c, k, block.times[k, lane], h, state.x, scratch.gradient
+                    )
+            j = _first_of(count, h, lane, block.times)
+        ends[lane, TIES] = 0
+        if j == -2:
+            te, j, ties = _by_itself(functions, tables, settings, state, first, lane, block, scratch)
+            ends[lane, TIES] = ties
+            block.reach[lane] = te
         else:
-            te, j, ties = _by_itself(
-                first,
-                count,
-                directions,
-                marks,
-                order,
-                steps[lane],
-                x[p],
-                carried[p],
-                sides[p],
-                armed[p],
-                lane,
-                block,
-                scratch,
-            )
-        block[BLOCK_REACH][lane] = te
-        results[lane, 1] = j
-        results[lane, 2] = ties
+            block.reach[lane] = block.times[j, lane] if j >= 0 else -1.0
+        ends[lane, GUARD] = j
+
+
+@inner
+def coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
+    """As ``guards.coincides`` for one lane."""
+    if abs(te - instant) > guards.NEAR * block.h[lane]:
+        return False
+    count = tables.watch[state.run[0].mode, 0]
+    copy_lane(block.ws, 0, first + count, lane, settings.order, scratch.workspace)
+    return guards.coincides(
+        functions,
+        tables,
+        settings,
+        state,
+        scratch.workspace,
+        first,
+        j,
+        te,
+        instant,
+        block.h[lane],
+        block.t[lane],
+        scratch,
+    )

@@ -10,218 +10,180 @@ from numba import void
 from chaosdrill.codegen.signatures import KERNEL_TYPES, LANE_TYPES, matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine.jit import compiled, inlined
-from chaosdrill.engine.lane_ends import finish_step
-from chaosdrill.engine.lane_runs import (
-    RUN_ARMED,
-    RUN_C,
-    RUN_CARRIED,
-    RUN_CARRIED_F,
-    RUN_OUTCOME,
-    RUN_PROGRESS,
-    RUN_SETTINGS,
-    RUN_SIDES,
-    RUN_VECTORS,
-    RUN_X,
-    begin,
-    blocks_type,
-    is_over,
-    runs_type,
-)
+from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
+from chaosdrill.engine.lane_runs import begin, is_over
+from chaosdrill.engine.lane_series import value_in_lane
 from chaosdrill.engine.lanes import LANES
 from chaosdrill.engine.layout import (
-    AFTER,
-    BEFORE,
-    BLOCK_GAP,
-    BLOCK_H,
-    BLOCK_OUT,
-    BLOCK_REACH,
-    BLOCK_WS,
     DONE,
-    FRESH,
+    EVENT_COLUMNS,
+    EVENT_KIND,
     GOAL,
-    GRADIENT,
-    IMAGE,
     INVALID_START,
-    LIVE,
-    LONGEST,
-    MODE,
+    LAST,
     NONFINITE,
-    ONGOING,
-    ORDER,
-    OUT,
-    PERIOD,
-    PROVEN,
-    REACH,
+    STAGE,
     STEP_UNDERFLOW,
-    STROBES,
-    TIME,
-    WORKSPACE,
+    TAKEN,
+    Functions,
 )
-from chaosdrill.engine.limits import SMALLEST_STEP, integer_matrix, scratch_type
-from chaosdrill.engine.stepper import integers
+from chaosdrill.engine.records import (
+    SMALLEST_STEP,
+    block_type,
+    integer_matrix,
+    integers,
+    results_type,
+    scratch_type,
+    settings_type,
+    state_of,
+    states_type,
+    tables_type,
+)
+from chaosdrill.engine.step import add_to, end_step, pass_strobe
+from chaosdrill.engine.window import keep
 
 ACTIVE = 64
 """Runs under way at a time: enough to fill the lanes of every queue, few enough to stay in the cache."""
 
 
 @inlined
-def _proven(functions, h, gap, settings_i, settings_f, t, c, x, carried, carried_f, lane, block, scratch):
-    """The step, shortened where the series does not obey the equation at its end."""
-    if carried[FRESH] == ONGOING and h <= 1.3 * carried_f[PROVEN]:
-        return h
-    if not gap <= taylor.GAP:
-        lane_step.copy_lane(block[BLOCK_WS], 0, block[BLOCK_OUT].shape[0], lane, settings_i[ORDER], scratch[WORKSPACE])
-        spare = (scratch[OUT], scratch[BEFORE], scratch[AFTER])
-        h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, scratch[WORKSPACE], spare)
-    carried_f[PROVEN] = h
+def _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch):
+    """The step of one lane, shortened where series do not obey the equation or the guards at its end."""
+    h = block.h[lane]
+    suspicious = not block.gap[lane] <= taylor.GAP
+    if suspicious or unproven:
+        rows = block.out.shape[0] + tables.watch[mode, 0]
+        lane_step.copy_lane(block.ws, 0, rows, lane, settings.order, scratch.workspace)
+    if suspicious:
+        h = taylor.proven_step(functions, settings, h, block.t[lane], state, scratch.workspace, scratch)
+    if unproven:
+        h = taylor.proven_guards(functions, tables, settings, h, block.t[lane], state, scratch.workspace, scratch)
     return h
+
+
+@inlined
+def _pass_strobes(p, lane, run, results, strobed, te, block, out):
+    """Count the strobes that fall into the step, with their states; returns the time of the last one in it, or -1."""
+    s = run.period - run.time
+    strobe = -1.0
+    while s <= te:
+        pass_strobe(run)
+        progress = results.progress[p]
+        if strobed and progress[STAGE] > 0 and progress[LAST] - run.strobes < results.window.shape[1]:
+            n = block.x.shape[0]
+            for i in range(n):
+                out[i] = value_in_lane(block.ws, i, lane, s)
+            keep(out, 0, n, run.mode, results.window[p], progress[TAKEN])
+            progress[TAKEN] += 1
+        strobe = s
+        s += run.period
+    return strobe
+
+
+@inlined
+def _move(lane, live, state, block):
+    """Take over the state, the tangents and the integrals of one lane."""
+    n = state.x.size
+    for i in range(n):
+        state.x[i] = block.out[i, lane]
+    for v in range(live):
+        for i in range(n):
+            state.vectors[v, i] = block.v[v, i, lane]
+    for i in range(n, block.out.shape[0]):
+        add_to(state.sums, i - n, block.out[i, lane])
+
+
+@inlined
+def _note_section(p, run, section, row, results, n, mode):
+    """Keep the state before an event of the section, which ``row`` holds if there was one."""
+    if run.event_rows > 0:
+        run.event_rows = 0
+        progress = results.progress[p]
+        if section[int(row[0, EVENT_KIND])] == 1 and progress[STAGE] > 0:
+            keep(row[0], EVENT_COLUMNS, n, mode, results.window[p], progress[TAKEN])
+            progress[TAKEN] += 1
 
 
 @inlined
 def _step(
     functions,
     lane_functions,
-    settings_i,
-    watch,
-    marks,
-    transitions,
-    bounds,
-    varying,
+    settings,
+    tables,
+    states,
+    results,
     section,
-    shifts,
+    varying,
     places,
     count,
-    runs,
-    results,
+    ends,
     plan,
     row,
     block,
     scratch,
 ):
-    """One step of up to eight runs of one mode and number of live tangents; ``results`` says how each stands then."""
-    x, vectors = runs[RUN_X], runs[RUN_VECTORS]
-    m, n = vectors.shape[1], x.shape[1]
-    mode = runs[RUN_CARRIED][places[0], MODE]
-    live = runs[RUN_CARRIED][places[0], LIVE]
-    guard_count = watch[mode, 0]
-    first = block[BLOCK_OUT].shape[0]
-    order = settings_i[ORDER]
-    lane_step.gather(
-        places,
-        runs[RUN_SETTINGS],
-        x,
-        vectors,
-        runs[RUN_C],
-        varying,
-        runs[RUN_CARRIED_F],
-        live,
-        block,
-    )
-    lane_step.expand(
-        lane_functions, mode, live, m, first + guard_count, settings_i, runs[RUN_SETTINGS][places[0], REACH], block
-    )
-    lane_step.look_for_gaps(n, runs[RUN_SETTINGS][places[0], REACH], block)
-    steps = block[BLOCK_H]
-    unproven = taylor.has_unproven(marks[mode], guard_count)
+    """One step of up to eight runs of one mode and number of live tangents; ``ends`` says how each stands then."""
+    m, n = states.vectors.shape[1], states.x.shape[1]
+    mode = states.run[places[0]].mode
+    live = states.run[places[0]].live
+    guard_count = tables.watch[mode, 0]
+    first = block.out.shape[0]
+    lane_step.gather(places, mode, live, tables, states, varying, block)
+    lane_step.expand(lane_functions, mode, live, m, first + guard_count, settings, block, scratch.polynomial)
+    lane_step.scatter_scales(places, count, mode, tables, states, block)
+    lane_step.look_for_gaps(first, settings.reach, block)
+    unproven = taylor.has_unproven(tables.marks[mode], guard_count)
     for lane in range(count):
-        p = places[lane]
-        carried_f = runs[RUN_CARRIED_F][p]
-        steps[lane] = _proven(
-            functions,
-            steps[lane],
-            block[BLOCK_GAP][lane],
-            settings_i,
-            runs[RUN_SETTINGS][p],
-            carried_f[TIME],
-            runs[RUN_C][p],
-            x[p],
-            runs[RUN_CARRIED][p],
-            carried_f,
-            lane,
-            block,
-            scratch,
-        )
-        if unproven:
-            lane_step.copy_lane(block[BLOCK_WS], 0, first + guard_count, lane, order, scratch[WORKSPACE])
-            steps[lane] = taylor.proven_guards(
-                functions[5],
-                steps[lane],
-                first,
-                guard_count,
-                marks[mode],
-                runs[RUN_SETTINGS][p],
-                carried_f[TIME],
-                runs[RUN_C][p],
-                x[p],
-                runs[RUN_CARRIED][p],
-                scratch[WORKSPACE],
-                scratch[BEFORE],
-                scratch[GRADIENT],
-            )
-    reach = block[BLOCK_REACH]
+        state = state_of(states, places[lane])
+        state.run[0].evaluations += settings.order
+        block.h[lane] = _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch)
     for lane in range(count, LANES):
-        reach[lane] = 0.0
-    standing = (x, runs[RUN_CARRIED], runs[RUN_SIDES], runs[RUN_ARMED])
+        block.reach[lane] = 0.0
     lane_events.first_events(
-        first,
-        guard_count,
-        watch[mode, 1:],
-        marks[mode],
-        order,
-        count,
-        places,
-        standing,
-        results,
-        plan,
-        block,
-        scratch,
+        functions, tables, settings, mode, count, places, states, first, ends, plan, block, scratch
     )
     for lane in range(count):
         p = places[lane]
-        h = steps[lane]
-        te = reach[lane]
-        results[lane, 0] = DONE
+        run = states.run[p]
+        h = block.h[lane]
+        te = block.reach[lane]
+        j = ends[lane, GUARD]
+        ends[lane, OUTCOME] = DONE
         if te == -2.0:
-            results[lane, 0] = INVALID_START
-        elif not h > SMALLEST_STEP * runs[RUN_CARRIED_F][p, LONGEST]:
-            results[lane, 0] = STEP_UNDERFLOW if h == h else NONFINITE
+            ends[lane, OUTCOME] = INVALID_START
+        elif not h > SMALLEST_STEP * run.longest:
+            ends[lane, OUTCOME] = STEP_UNDERFLOW if h == h else NONFINITE
         happens = te >= 0.0
         if not happens:
             te = h
-        left = runs[RUN_SETTINGS][p, PERIOD] - runs[RUN_CARRIED_F][p, TIME]
-        if runs[RUN_CARRIED][p, STROBES] + 1 >= runs[RUN_PROGRESS][p, GOAL] and te >= left:
-            te = left
+        rest = run.period - run.time
+        if happens and te < rest:
+            state = state_of(states, p)
+            if lane_events.coincides(functions, tables, settings, state, first, j, te, rest, lane, block, scratch):
+                te = rest
+        if run.strobes + 1 >= results.progress[p, GOAL] and te >= rest:
+            te = rest
             happens = False
-        reach[lane] = te
+        block.reach[lane] = te
         if not happens:
-            results[lane, 1] = -1
+            ends[lane, GUARD] = -1
     lane_step.evaluate(first, live, m, block)
+    strobed = section.size == 0 and results.window.shape[1] > 0
     for lane in range(count):
-        if results[lane, 0] == DONE:
-            p = places[lane]
-            results[lane, 0] = finish_step(
-                functions,
-                settings_i,
-                watch,
-                marks,
-                transitions,
-                bounds,
-                section,
-                shifts,
-                p,
-                lane,
-                mode,
-                live,
-                reach[lane],
-                results[lane, 1] >= 0,
-                results[lane, 1],
-                results[lane, 2],
-                first,
-                runs,
-                row,
-                block,
-                scratch,
-            )
+        if ends[lane, OUTCOME] != DONE:
+            continue
+        p = places[lane]
+        state = state_of(states, p)
+        te = block.reach[lane]
+        j = ends[lane, GUARD]
+        strobe = _pass_strobes(p, lane, state.run[0], results, strobed, te, block, scratch.out)
+        _move(lane, live, state, block)
+        for k in range(guard_count):
+            scratch.backs[k] = block.backs[k, lane]
+        ends[lane, OUTCOME] = end_step(
+            functions, tables, settings, te, strobe, j >= 0, j, ends[lane, TIES], scratch.backs, state, row, scratch
+        )
+        _note_section(p, state.run[0], section, row, results, n, mode)
 
 
 @inlined
@@ -234,9 +196,8 @@ def _enqueue(queues, key, p):
 _signature = void(
     *KERNEL_TYPES,
     *LANE_TYPES,
-    *(integers, integers, integers, integer_matrix, integer_matrix, integer_matrix, integer_matrix, matrix),
-    *(integers, integers, matrix, matrix, runs_type),
-    *(integer_matrix, integer_matrix, integer_matrix, matrix, matrix, blocks_type, scratch_type),
+    *(integers, integers, settings_type, tables_type, states_type, results_type, matrix),
+    *(integers, integers, integer_matrix, integer_matrix, integer_matrix, matrix, matrix, block_type, scratch_type),
 )
 
 
@@ -248,25 +209,22 @@ def lane_flow(
     field,
     variation,
     guard,
+    guard_error,
     transit,
     lane_jet,
     lane_jacobian_jet,
     lane_tangent,
     which,
     stretches,
-    settings_i,
-    watch,
-    marks,
-    transitions,
-    pins,
-    bounds,
+    all_settings,
+    tables,
+    states,
+    results,
+    frame,
     section,
     varying,
-    shifts,
-    frame,
-    runs,
     queues,
-    results,
+    ends,
     plan,
     row,
     spare,
@@ -276,26 +234,26 @@ def lane_flow(
     """As ``drive``, for the Taylor method.
 
     ``queues`` (keys, 2 + ACTIVE) hold the first place and the length of each, then a ring of runs; ``varying`` says
-    which constants are not the same at all points; ``results`` (LANES + 1, LANES), ``plan`` (2 guards, LANES) and
+    which constants are not the same at all points; ``ends`` (LANES + 1, LANES), ``plan`` (2 guards, LANES) and
     ``row``, one row of the event buffer, are scratch.
     """
-    functions = (jet, jacobian_jet, tangent, field, variation, guard, transit)
+    functions = Functions(jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit)
     lane_functions = (lane_jet, lane_jacobian_jet, lane_tangent)
+    settings = all_settings[0]
     tangents = frame.shape[0] + 1
-    places = results[LANES]
-    progress = runs[RUN_PROGRESS]
-    carried = runs[RUN_CARRIED]
-    outcome = runs[RUN_OUTCOME]
-    image = scratch[IMAGE]
+    places = ends[LANES]
+    outcome = results.outcome
     under_way = 0
     begun = 0
     while True:
         while under_way < ACTIVE and begun < which.size:
             p = which[begun]
             begun += 1
-            begin(p, runs, stretches)
-            if outcome[p] == DONE and not is_over(p, runs, frame, shifts, pins, stretches, image, spare):
-                _enqueue(queues, carried[p, MODE] * tangents + carried[p, LIVE], p)
+            begin(p, states, results, stretches)
+            if outcome[p] == DONE and not is_over(
+                p, tables, states, results, frame, stretches, scratch.image, spare
+            ):
+                _enqueue(queues, states.run[p].mode * tangents + states.run[p].live, p)
                 under_way += 1
         if under_way == 0:
             return
@@ -316,18 +274,15 @@ def lane_flow(
         _step(
             functions,
             lane_functions,
-            settings_i,
-            watch,
-            marks,
-            transitions,
-            bounds,
-            varying,
+            settings,
+            tables,
+            states,
+            results,
             section,
-            shifts,
+            varying,
             places,
             count,
-            runs,
-            results,
+            ends,
             plan,
             row,
             block,
@@ -335,9 +290,12 @@ def lane_flow(
         )
         for lane in range(count):
             p = places[lane]
-            outcome[p] = results[lane, 0]
-            at_goal = outcome[p] == DONE and carried[p, STROBES] >= progress[p, GOAL]
-            if outcome[p] != DONE or (at_goal and is_over(p, runs, frame, shifts, pins, stretches, image, spare)):
+            run = states.run[p]
+            outcome[p] = ends[lane, OUTCOME]
+            at_goal = outcome[p] == DONE and run.strobes >= results.progress[p, GOAL]
+            if outcome[p] != DONE or (
+                at_goal and is_over(p, tables, states, results, frame, stretches, scratch.image, spare)
+            ):
                 under_way -= 1
             else:
-                _enqueue(queues, carried[p, MODE] * tangents + carried[p, LIVE], p)
+                _enqueue(queues, run.mode * tangents + run.live, p)

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
-def block(system: "HybridSystem", m: int, constants: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Arrays of a block of lanes for a system with m tangents, in the order of ``engine.layout``.
+def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
+    """Arrays of a block of lanes for a system with m tangents.
 
     Parameters
     ----------
@@ -24,21 +24,36 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> tuple[np.nda
     constants : ndarray, shape (constants,)
         Those of one point; what varies from point to point is filled in later.
     """
-    n, q, guards = len(system.states), len(system.quadratures), system.kernels.mode_table.shape[1]
+    n, q, guards = len(system.states), len(system.quadratures), system.kernels.key_table.shape[1]
     in_lanes = aligned(len(constants), LANES)
     in_lanes[:] = constants[:, np.newaxis]
     rows = system.kernels.rows + (m + m % 2) * n
-    return (
-        aligned(LANES), in_lanes, aligned(n, LANES), aligned(m, n, LANES), aligned(rows, at.COLUMNS, LANES),
-        aligned(LANES), aligned(LANES), aligned(3, LANES), aligned(LANES), aligned(n + q, LANES), aligned(LANES),
-        aligned(2 * guards, LANES), aligned(guards, LANES), aligned(guards, LANES), aligned(at.COLUMNS, LANES),
-        aligned(DEGREE + 2, LANES), aligned(4, LANES),
-    )  # fmt: skip
+    return at.Block(
+        t=aligned(LANES),
+        c=in_lanes,
+        x=aligned(n, LANES),
+        v=aligned(m, n, LANES),
+        ws=aligned(rows, at.COLUMNS, LANES),
+        scale=aligned(n + q + guards, LANES),
+        h=aligned(LANES),
+        reach=aligned(LANES),
+        last=aligned(2, LANES),
+        gap=aligned(LANES),
+        out=aligned(n + q, LANES),
+        period=aligned(LANES),
+        sign=aligned(guards, LANES),
+        shift=aligned(guards, LANES),
+        times=aligned(guards, LANES),
+        backs=aligned(guards, LANES),
+        polynomial=aligned(at.COLUMNS, LANES),
+        bernstein=aligned(DEGREE + 2, LANES),
+        root=aligned(4, LANES),
+    )
 
 
 def bookkeeping(system: "HybridSystem", m: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Queues, results and plan of ``lane_flow`` for a system with m tangents."""
-    guards = system.kernels.mode_table.shape[1]
+    """Queues, ends and plan of ``lane_flow`` for a system with m tangents."""
+    guards = system.kernels.key_table.shape[1]
     return (
         np.zeros((len(system.modes) * (m + 1), 2 + ACTIVE), dtype=np.int64),
         np.zeros((LANES + 1, LANES), dtype=np.int64),

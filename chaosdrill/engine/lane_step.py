@@ -4,44 +4,44 @@ What happens at single trajectories, their events above all, is left to the func
 arrays of lanes, in the order of ``engine.layout``.
 """
 
-from chaosdrill.engine.jit import inlined
+from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_size, lane_value
-from chaosdrill.engine.lanes import LANES, larger, magnitude, row_of, table_of
-from chaosdrill.engine.layout import (
-    BLOCK_C,
-    BLOCK_GAP,
-    BLOCK_H,
-    BLOCK_LAST,
-    BLOCK_OUT,
-    BLOCK_PERIOD,
-    BLOCK_REACH,
-    BLOCK_T,
-    BLOCK_V,
-    BLOCK_WS,
-    BLOCK_X,
-    JACOBIAN,
-    ORDER,
-    PERIOD,
-    TIME,
-)
-from chaosdrill.engine.taylor import LONGEST, radius
+from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
+from chaosdrill.engine.taylor import EPSILON, FADE, LONGEST, SMALLEST, own_scale, radius, scale_index
+
+ABSURD = 1e100
+"""Last term over its scale from which on a scale is not known yet."""
 
 
 @inlined
-def gather(places, settings, x, vectors, c, varying, carried_f, live, block):
+def gather(places, mode, live, tables, states, varying, block):
     """Put the trajectories at ``places`` into lanes."""
-    times = block[BLOCK_T]
+    first_guard = block.out.shape[0]
+    rows = first_guard + tables.watch[mode, 0]
     for lane in range(places.size):
         p = places[lane]
-        times[lane] = carried_f[p, TIME]
-        block[BLOCK_PERIOD][lane] = settings[p, PERIOD]
-        for i in range(x.shape[1]):
-            block[BLOCK_X][i, lane] = x[p, i]
+        run = states.run[p]
+        block.t[lane] = run.time
+        block.period[lane] = run.period
+        for i in range(states.x.shape[1]):
+            block.x[i, lane] = states.x[p, i]
         for v in range(live):
-            for i in range(x.shape[1]):
-                block[BLOCK_V][v, i, lane] = vectors[p, v, i]
+            for i in range(states.x.shape[1]):
+                block.v[v, i, lane] = states.vectors[p, v, i]
+        for i in range(rows):
+            block.scale[i, lane] = states.scale[p, scale_index(tables, mode, first_guard, i)]
         for i in range(varying.size):
-            block[BLOCK_C][varying[i], lane] = c[p, varying[i]]
+            block.c[varying[i], lane] = states.c[p, varying[i]]
+
+
+@inlined
+def scatter_scales(places, count, mode, tables, states, block):
+    """Give the scales back to the runs."""
+    first_guard = block.out.shape[0]
+    rows = first_guard + tables.watch[mode, 0]
+    for lane in range(count):
+        for i in range(rows):
+            states.scale[places[lane], scale_index(tables, mode, first_guard, i)] = block.scale[i, lane]
 
 
 @inlined
@@ -49,77 +49,107 @@ def _first_row(ws, m, n, v):
     return ws.shape[0] - (m + m % 2) * n + v * n
 
 
+@inner
+def _begin_scales(rows, order, reach, lane, block, row):
+    """Scales of one lane of which nothing is known yet; returns its last two terms in its scales."""
+    last = 0.0
+    last_but_one = 0.0
+    for i in range(rows):
+        if block.scale[i, lane] <= SMALLEST:
+            for k in range(order + 1):
+                row[k] = block.ws[i, k, lane]
+            block.scale[i, lane] = max(block.scale[i, lane], own_scale(row, order, reach))
+        if block.scale[i, lane] > SMALLEST:
+            last = max(last, abs(block.ws[i, order, lane]) / block.scale[i, lane])
+            last_but_one = max(last_but_one, abs(block.ws[i, order - 1, lane]) / block.scale[i, lane])
+    return last, last_but_one
+
+
 @inlined
-def expand(lane_functions, mode, live, m, rows, settings_i, reach, block):
-    """Series at the present states, and the steps that keep states and tangents within tolerance, as for one."""
-    order = settings_i[ORDER]
-    ws = block[BLOCK_WS]
-    n = block[BLOCK_X].shape[0]
+def expand(lane_functions, mode, live, m, rows, settings, block, row):
+    """Series at the present states, and the steps that keep states and tangents within tolerance, as for one.
+
+    ``row`` is scratch for one polynomial.
+    """
+    order, reach = settings.order, settings.reach
+    ws = block.ws
+    n = block.x.shape[0]
     series = table_of(ws)
-    lane_functions[0](mode, order, block[BLOCK_T], block[BLOCK_C], block[BLOCK_X], ws)
-    states = row_of(block[BLOCK_X])
-    scale = larger(magnitude(states[0]), 1.0)
-    last = magnitude(series[0][order])
-    last_but_one = magnitude(series[0][order - 1])
-    for i in range(1, n):
-        scale = larger(scale, magnitude(states[i]))
-        last = larger(last, magnitude(series[i][order]))
-        last_but_one = larger(last_but_one, magnitude(series[i][order - 1]))
-    for i in range(n, rows):
-        last = larger(last, magnitude(series[i][order]))
-        last_but_one = larger(last_but_one, magnitude(series[i][order - 1]))
-    last = last / scale
-    last_but_one = last_but_one / scale
+    scales = row_of(block.scale)
+    ends = row_of(block.last)
+    lane_functions[0](mode, order, block.t, block.c, block.x, ws)
+    finest = EPSILON / settings.tolerance
+    widest = scales[0] * 0.0
+    last = widest
+    last_but_one = widest
+    for i in range(rows):
+        scale = larger(FADE * scales[i], finest * magnitude(series[i][0]))
+        scales[i] = scale
+        if i < n:
+            widest = larger(widest, scale)
+        divisor = larger(scale, SMALLEST)
+        last = larger(last, magnitude(series[i][order]) / divisor)
+        last_but_one = larger(last_but_one, magnitude(series[i][order - 1]) / divisor)
+    ends[0] = last
+    ends[1] = last_but_one
+    for lane in range(LANES):
+        if not max(block.last[0, lane], block.last[1, lane]) < ABSURD:
+            block.last[0, lane], block.last[1, lane] = _begin_scales(rows, order, reach, lane, block, row)
     if live > 0:
-        if settings_i[JACOBIAN] == 1:
-            lane_functions[1](mode, order, block[BLOCK_C], ws)
-        vectors = block[BLOCK_V]
+        if settings.own_jacobian == 1:
+            lane_functions[1](mode, order, block.c, ws)
+        vectors = block.v
         for v in range(0, live, 2):
             second = vectors[min(v + 1, live - 1)]
-            lane_functions[2](mode, order, block[BLOCK_C], vectors[v], second, ws, _first_row(ws, m, n, v))
+            lane_functions[2](mode, order, block.c, vectors[v], second, ws, _first_row(ws, m, n, v))
+        last = ends[0]
+        last_but_one = ends[1]
+        widest = larger(widest, SMALLEST)
         for v in range(live):
-            row = _first_row(ws, m, n, v)
-            size = magnitude(series[row][0])
-            a = magnitude(series[row][order])
-            b = magnitude(series[row][order - 1])
-            for i in range(row + 1, row + n):
-                size = larger(size, magnitude(series[i][0]))
-                a = larger(a, magnitude(series[i][order]))
-                b = larger(b, magnitude(series[i][order - 1]))
-            last = larger(last, a / size)
-            last_but_one = larger(last_but_one, b / size)
-    ends = block[BLOCK_LAST]
-    lines = row_of(ends)
-    lines[0] = last
-    lines[1] = last_but_one
-    lines[2] = scale
+            first = _first_row(ws, m, n, v)
+            length = widest * 0.0
+            a = length
+            b = length
+            for i in range(n):
+                divisor = chosen(larger(scales[i] - SMALLEST, 0.0), scales[i], widest)
+                length = larger(length, magnitude(series[first + i][0]) / divisor)
+                a = larger(a, magnitude(series[first + i][order]) / divisor)
+                b = larger(b, magnitude(series[first + i][order - 1]) / divisor)
+            last = larger(last, a / length)
+            last_but_one = larger(last_but_one, b / length)
+        ends[0] = last
+        ends[1] = last_but_one
     for lane in range(LANES):
-        h = radius(ends[0, lane], ends[1, lane], order) * reach
-        block[BLOCK_H][lane] = min(h, block[BLOCK_PERIOD][lane], LONGEST)
+        h = radius(block.last[0, lane], block.last[1, lane], order) * reach
+        block.h[lane] = min(h, block.period[lane], LONGEST)
+    h = row_of(block.h)[0]
+    for i in range(rows):
+        scales[i] = larger(scales[i], magnitude(series[i][1]) * h)
 
 
 @inlined
-def look_for_gaps(n, reach, block):
-    """Sums of the late terms of the states at the radius of convergence that the step shows, over the states' size."""
-    series = table_of(block[BLOCK_WS])
-    s = row_of(block[BLOCK_H])[0] / reach
-    total = lane_size(series[0], s)
-    for i in range(1, n):
-        total = total + lane_size(series[i], s)
-    row_of(block[BLOCK_GAP])[0] = total / row_of(block[BLOCK_LAST])[2]
+def look_for_gaps(count, reach, block):
+    """Sums of the late terms at the radius of convergence that the step shows, in scales."""
+    series = table_of(block.ws)
+    scales = row_of(block.scale)
+    s = row_of(block.h)[0] / reach
+    total = lane_size(series[0], s) / larger(scales[0], SMALLEST)
+    for i in range(1, count):
+        total = total + lane_size(series[i], s) / larger(scales[i], SMALLEST)
+    row_of(block.gap)[0] = total
 
 
 @inlined
 def evaluate(count, live, m, block):
     """States, quadratures and live tangents at the ends of the steps."""
-    ws = block[BLOCK_WS]
-    n = block[BLOCK_X].shape[0]
+    ws = block.ws
+    n = block.x.shape[0]
     series = table_of(ws)
-    s = row_of(block[BLOCK_REACH])[0]
-    out = row_of(block[BLOCK_OUT])
+    s = row_of(block.reach)[0]
+    out = row_of(block.out)
     for i in range(count):
         out[i] = lane_value(series[i], s)
-    vectors = table_of(block[BLOCK_V])
+    vectors = table_of(block.v)
     for v in range(live):
         row = _first_row(ws, m, n, v)
         for i in range(n):

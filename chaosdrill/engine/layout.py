@@ -1,37 +1,197 @@
-"""Where the engine keeps what: indices into the arrays of integers and doubles that a run carries."""
+"""What a run is made of: settings, its state as one record, and the arrays that go with it, by their names.
 
-# settings, integers
-METHOD, ORDER, QUADRATURES, SAMPLES, RECORD, ORTHOGONALISE, ABSOLUTE_TIME, MAX_EVENTS, TARGET, JACOBIAN = range(10)
-SETTINGS_I = 10
+Nothing here is compiled. `chaosdrill.engine.records` has the types of all this for compiled code.
+"""
 
-# settings, doubles
-TOLERANCE, PERIOD, STEP, REACH, ON_GUARD = range(5)
-SETTINGS_F = 5
+from typing import Any, NamedTuple
 
-# carried, integers
-(
-    MODE,
-    STROBES,
-    LIVE,
-    FRESH,
-    FIRED,
-    SAMPLE,
-    SAMPLE_ROWS,
-    EVENT_ROWS,
-    STEPS,
-    TIES,
-    EVENTS_IN_PERIOD,
-    STALL,
-    QR_WAIT,
-    QR_SINCE,
-    RANK_CHECK,
-    EVALUATIONS,
-) = range(16)
-CARRIED_I = 16
+import numpy as np
 
-# carried, doubles
-TIME, BASE, LONGEST, PROVEN, NEXT_STEP, TRIED, STRENGTH = range(7)
-CARRIED_F = 7
+SETTINGS = np.dtype(
+    [
+        *((name, np.int64) for name in ("method", "order", "quadratures", "samples", "recording", "orthonormalise")),
+        *((name, np.int64) for name in ("absolute_time", "max_events", "max_stalls", "target", "own_jacobian")),
+        *((name, np.float64) for name in ("tolerance", "reach")),
+    ],
+    align=True,
+)
+"""What holds for all runs of a batch; ``target`` is the number of strobes at which a call ends."""
+
+RUN = np.dtype(
+    [
+        *((name, np.int64) for name in ("mode", "strobes", "live", "fresh", "fired", "surface", "moved_by")),
+        *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
+        *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
+        *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
+        *((name, np.float64) for name in ("next_step", "tried", "strength", "residual")),
+    ],
+    align=True,
+)
+"""Where a run stands.
+
+The time is ``origin + whole + rest + time``: whole periods as an exact sum of two doubles, then the time since the last
+strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``moved_by`` the transition that
+was then taken, ``residual`` what the guard's value was at the event.
+"""
+
+
+class Tables(NamedTuple):
+    """What is known of a system's events and states, whatever the run."""
+
+    watch: Any
+    """(modes, 1 + guards): number of guards, then their directions"""
+    keys: Any
+    """(modes, guards): number of a guard with its direction, the same in all modes"""
+    surfaces: Any
+    """(modes, guards): number of the surface on which a guard is zero"""
+    watched: Any
+    """(modes, keys): whether a mode watches a guard"""
+    marks: Any
+    """(modes, guards): bits that describe a guard, see MARKS, ..."""
+    transitions: Any
+    """(transitions, 3): TO_MODE, MARKS_ONLY, RANK_DEFICIENT"""
+    moves: Any
+    """(transitions, keys): whether the reset may change the guard's value"""
+    bounds: Any
+    """(2, n): lower and upper bounds of the states"""
+    shifts: Any
+    """(k, n): directions in which nothing ever changes"""
+    pins: Any
+    """(modes, n): states that a mode leaves no freedom"""
+
+
+class States(NamedTuple):
+    """All that P runs carry from step to step; the first axis of every array is the run."""
+
+    run: Any
+    """(P,) of RUN"""
+    c: Any
+    """(P, constants)"""
+    x: Any
+    """(P, n)"""
+    scale: Any
+    """(P, n + q + keys): the size that states, integrals over a step, and guards have had of late"""
+    sums: Any
+    """(P, 2, q): quadratures as compensated sums"""
+    vectors: Any
+    """(P, m, n): tangents, one a row"""
+    slots: Any
+    """(P, m): the exponent to which a live tangent belongs"""
+    dead: Any
+    """(P, m): whether an exponent's tangent is lost"""
+    logs: Any
+    """(P, m): logarithms of the tangents' growth"""
+    sides: Any
+    """(P, keys): side of every guard: -1, 1, 0 where it is not known, -2, 2 where it is about to be left"""
+    counts: Any
+    """(P, transitions)"""
+    grazing: Any
+    """(P, transitions): smallest normal speed met"""
+
+
+class State(NamedTuple):
+    """One of the runs: `States` without the first axis."""
+
+    run: Any
+    c: Any
+    x: Any
+    scale: Any
+    sums: Any
+    vectors: Any
+    slots: Any
+    dead: Any
+    logs: Any
+    sides: Any
+    counts: Any
+    grazing: Any
+
+
+class Scratch(NamedTuple):
+    """Arrays that hold nothing from one step to the next."""
+
+    workspace: Any
+    """(rows, COLUMNS): series of states, quadratures, guards; then of what drives them, and of tangents"""
+    polynomial: Any
+    shifted: Any
+    stack: Any
+    ends: Any
+    times: Any
+    """(guards,): first event of every guard in the step, or -1"""
+    backs: Any
+    """(guards,): when a guard that was passed is back on its near side, or -1"""
+    gradient: Any
+    errors: Any
+    """(2,): bounds of a guard's and its rate's rounding errors"""
+    weights: Any
+    """(n,): one over the scales of the states"""
+    before: Any
+    after: Any
+    out: Any
+    image: Any
+    event: Any
+    jump: Any
+    stages: Any
+
+
+class Functions(NamedTuple):
+    """A system's functions, see ``codegen.signatures``."""
+
+    jet: Any
+    jacobian_jet: Any
+    tangent: Any
+    field: Any
+    variation: Any
+    guard: Any
+    guard_error: Any
+    transit: Any
+
+
+class Stepper(NamedTuple):
+    """A method's functions, see ``engine.stepper``."""
+
+    expand: Any
+    locate: Any
+    evaluate: Any
+    advance: Any
+
+
+class Block(NamedTuple):
+    """Arrays of eight runs that are stepped together, the last axis being the lane."""
+
+    t: Any
+    c: Any
+    x: Any
+    v: Any
+    ws: Any
+    scale: Any
+    """(n + q + guards of the mode, lanes)"""
+    h: Any
+    reach: Any
+    last: Any
+    gap: Any
+    out: Any
+    period: Any
+    sign: Any
+    shift: Any
+    times: Any
+    backs: Any
+    polynomial: Any
+    bernstein: Any
+    root: Any
+
+
+class Results(NamedTuple):
+    """What a batch of P runs is for, and how far each is."""
+
+    progress: Any
+    """(P, 4): STAGE, GOAL, LAST, TAKEN"""
+    growth: Any
+    """(P, stretches, m): sums of logarithms at the ends of the stretches"""
+    window: Any
+    """(P, size, n + 1): the last section points and their modes, a ring"""
+    outcome: Any
+    """(P,)"""
+
 
 # columns of the event buffer before the states
 EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED = range(5)
@@ -40,51 +200,13 @@ EVENT_COLUMNS = 5
 # columns of the table of transitions
 TO_MODE, MARKS_ONLY, RANK_DEFICIENT = range(3)
 
-# bits that describe a guard: its events change nothing, may lose rank; it is linear and free of time; its series may
-# end before that of the states
-MARKS, LOSES_RANK, AFFINE, UNPROVEN = 1, 2, 4, 8
+# bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; its series
+# may end before that of the states; it depends on time alone; a run may begin beyond it; its own event may let the
+# motion go on beyond it
+MARKS, LOSES_RANK, AFFINE, UNPROVEN, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
 
 (TAYLOR, RK4, DOP853) = range(3)
 METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
-
-# arrays of scratch
-(
-    WORKSPACE,
-    POLYNOMIAL,
-    SHIFTED,
-    STACK,
-    ENDS,
-    TIMES,
-    GRADIENT,
-    BEFORE,
-    AFTER,
-    OUT,
-    IMAGE,
-    EVENT,
-    JUMP,
-    STAGES,
-) = range(14)
-
-# arrays of a block of lanes
-(
-    BLOCK_T,
-    BLOCK_C,
-    BLOCK_X,
-    BLOCK_V,
-    BLOCK_WS,
-    BLOCK_H,
-    BLOCK_REACH,
-    BLOCK_LAST,
-    BLOCK_GAP,
-    BLOCK_OUT,
-    BLOCK_PERIOD,
-    BLOCK_SIGN,
-    BLOCK_SIZE,
-    BLOCK_TIMES,
-    BLOCK_POLYNOMIAL,
-    BLOCK_BERNSTEIN,
-    BLOCK_ROOT,
-) = range(17)
 
 # columns of how far a run of a batch is
 STAGE, GOAL, LAST, TAKEN = range(4)
@@ -100,8 +222,9 @@ COLUMNS = WIDTH + 4
 DONE, FULL = range(2)
 ESCAPED, EVENT_LIMIT, STALLED, NONFINITE, STEP_UNDERFLOW, INVALID_START, FAILED = range(4, 11)
 
-# how a guard stands at the start of a step
-ARMED, PASSED, FIRE, INVALID = range(4)
+# what a guard does in a step: it is on the side from which it can be crossed; it must come back first; it fires at the
+# start of the step; it cannot be started from; it is zero all along; its slope is zero, too
+ARMED, PASSED, FIRE, INVALID, NOWHERE, UNSURE = range(6)
 
-# what came before the step: more of the same phase, nothing, an event within this mode, an event that led into it
-ONGOING, BEGIN, SAME_MODE, NEW_MODE = range(4)
+# what came before the step: more of the same phase, nothing, an event, a state put in from elsewhere
+ONGOING, BEGIN, AFTER, PUT = range(4)

@@ -24,15 +24,23 @@ class Numerics:
         ``"taylor"``; ``"dop853"``, adaptive Runge-Kutta of order 8 for right-hand sides that are not analytic; or
         ``"rk4"`` for fixed steps with bisection.
     tolerance : float
-        Adaptive methods: local error a step, of states relative to max(1, abs(x)), of tangents to their length.
+        Adaptive methods: local error a step, of every state relative to what it has moved in a step of late, of tangents
+        to their length in these scales.
         rk4: bisection of event times.
     steps : int, optional
         Steps a period, for ``"rk4"`` only; default 200.
+    max_events : int, optional
+        Events followed in a period (or a unit of time), beyond which a run ends with the outcome ``event_limit``; by
+        default 10,000, or ten million for systems without a period.
+    max_stalls : int, default 50
+        Events in succession without time passing, beyond which a run ends with the outcome ``stalled``.
     """
 
     method: str = "taylor"
     tolerance: float = 1e-12
     steps: int | None = None
+    max_events: int | None = None
+    max_stalls: int = 50
 
     def __post_init__(self) -> None:
         if not isinstance(self.method, str) or self.method not in at.METHOD_CODES:

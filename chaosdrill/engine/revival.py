@@ -6,34 +6,38 @@ from numba import int64, void
 
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine.jit import compiled, inner
-from chaosdrill.engine.layout import EVALUATIONS, LIVE, MODE, RANK_CHECK, STEPS, TIES
-from chaosdrill.engine.stepper import integers
+from chaosdrill.engine.records import integer_matrix, state_of, states_type
 
 INDEPENDENT = 1e-6
 """A direction counts as new if more than this part of it is orthogonal to the live tangents."""
 
-_integer_matrix = int64[:, ::1]
 
-
-@compiled(void(matrix, _integer_matrix, integers))
-def pin(vectors, pins, carried):
+@inner
+def pin(state, pins):
     """Drop the tangents that the present mode leaves no freedom; ``pins`` holds 1 for a state that a mode pins."""
-    row = pins[carried[MODE]]
-    for i in range(vectors.shape[0]):
-        for a in range(vectors.shape[1]):
+    row = pins[state.run[0].mode]
+    for i in range(state.vectors.shape[0]):
+        for a in range(state.vectors.shape[1]):
             if row[a] == 1:
-                vectors[i, a] = 0.0
-    carried[RANK_CHECK] = 1
+                state.vectors[i, a] = 0.0
+    state.run[0].rank_check = 1
 
 
-@compiled(void(matrix, matrix, integers, integers, integers))
-def revive(vectors, frame, slots, dead, carried):
+@compiled(void(states_type, int64, integer_matrix))
+def pin_run(states, p, pins):
+    """The same for run p of many."""
+    pin(state_of(states, p), pins)
+
+
+@inner
+def _revive(state, frame):
     """Start the tangents anew that were lost before, behind the others, which go on.
 
     A rank that was lost once in a transient says nothing about the attractor.
     """
+    vectors, slots, dead = state.vectors, state.slots, state.dead
     m, n = vectors.shape
-    live = carried[LIVE]
+    live = state.run[0].live
     for slot in range(m):
         if dead[slot] == 0:
             continue
@@ -63,19 +67,26 @@ def revive(vectors, frame, slots, dead, carried):
             row[a] /= length
         dead[slot] = 0
         live += 1
-    carried[LIVE] = m
+    state.run[0].live = m
 
 
 @inner
-def forget(frame, pins, vectors, slots, dead, logs, sums, counts, grazing, carried):
+def forget(state, frame, pins):
     """Start all averages of a run anew, and the tangents that were lost before."""
-    logs[:] = 0.0
-    counts[:] = 0
-    sums[:, :] = 0.0
-    grazing[:] = math.inf
-    carried[TIES] = 0
-    carried[STEPS] = 0
-    carried[EVALUATIONS] = 0
-    if carried[LIVE] < frame.shape[0]:
-        revive(vectors, frame, slots, dead, carried)
-        pin(vectors, pins, carried)
+    run = state.run[0]
+    state.logs[:] = 0.0
+    state.counts[:] = 0
+    state.sums[:, :] = 0.0
+    state.grazing[:] = math.inf
+    run.ties = 0
+    run.steps = 0
+    run.evaluations = 0
+    if run.live < frame.shape[0]:
+        _revive(state, frame)
+        pin(state, pins)
+
+
+@compiled(void(states_type, int64, matrix, integer_matrix))
+def forget_run(states, p, frame, pins):
+    """The same for run p of many."""
+    forget(state_of(states, p), frame, pins)

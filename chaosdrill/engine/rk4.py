@@ -4,26 +4,16 @@ A guard is looked at only at the two ends of a step, and an event is as exact as
 step pass unseen. It is here to be compared with.
 """
 
-from chaosdrill.engine.guards import TIE, stand
+from chaosdrill.engine.guards import ROUNDING, stand
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import (
-    EVALUATIONS,
-    FIRE,
-    FIRED,
-    FRESH,
-    INVALID,
-    LIVE,
-    MARKS,
-    MODE,
-    ONGOING,
-    PASSED,
-    STEP,
-    TOLERANCE,
-)
+from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING, PUT
 from chaosdrill.engine.stepper import offered
 
 _PROBE = 1e-3
-_ZERO = 1e-11
+"""Part of a step after which a guard tells to which side the motion leads from zero."""
+
+_TIE = 1e-12
+"""Part of a step within which two roots coincide."""
 
 
 @inner
@@ -32,11 +22,11 @@ def _mean(stages, first, i):
 
 
 @inner
-def move(field, variation, carried, t, c, x, s, vectors, live, out, stages):
+def move(field, variation, run, t, c, x, s, vectors, live, out, stages):
     """States and quadratures (``out``) and tangents (row 10 + 6 v of ``stages``) after a step of length s."""
     n = x.size
-    mode = carried[MODE]
-    carried[EVALUATIONS] += 4
+    mode = run.mode
+    run.evaluations += 4
     place = stages[0]
     for k in range(4):
         part = 0.0 if k == 0 else (s if k == 3 else 0.5 * s)
@@ -60,128 +50,107 @@ def move(field, variation, carried, t, c, x, s, vectors, live, out, stages):
 
 
 @inner
-def _crossed(guard, mode, j, t, c, x, gradient, side):
-    value = guard(mode, j, t, c, x, gradient)
-    return value * side <= 0.0
+def _settle(guard, guard_error, j, ahead, t, c, x, tables, run, sides, gradient, errors):
+    """How guard j stands where nothing or an event came before; ``ahead`` is its value a little later."""
+    mode = run.mode
+    key = tables.keys[mode, j]
+    old = sides[key]
+    moved = run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
+    on_surface = run.fresh == AFTER and tables.surfaces[mode, j] == run.surface
+    if not moved and not on_surface and abs(old) == 2:
+        return FIRE, old
+    here = guard(mode, j, t, c, x, gradient)
+    zero = on_surface and not moved
+    if not zero:
+        if moved or old == 0:
+            guard_error(mode, j, t, c, x, errors)
+            zero = abs(here) <= ROUNDING * errors[0] + (2.0 * run.residual if on_surface else 0.0)
+        else:
+            zero = here * old <= 0.0
+    value = ahead if zero else here
+    fired = zero and run.fresh == AFTER and run.fired == key
+    return stand(
+        zero, 1 if value > 0.0 else -1, 1, old, tables.watch[mode, 1 + j], run.fresh, fired, on_surface and not moved,
+        tables.marks[mode, j],
+    )  # fmt: skip
 
 
 @offered
 def expand(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    marks,
-    settings_i,
-    settings_f,
-    local,
-    t,
-    c,
-    x,
-    vectors,
-    carried,
-    carried_f,
-    ws,
-    stages,
-    gradient,
+    field, variation, guard, first, count, marks, keys, settings, run, t, c, x, scale, vectors, ws, stages, gradient
 ):
     """Length of the step to the next point of the fixed grid."""
-    step = settings_f[STEP]
-    h = step - local % step
+    step = run.fixed_step
+    h = step - run.time % step
     return h if h > 1e-9 * step else h + step
 
 
 @offered
 def locate(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    directions,
-    marks,
-    settings_f,
-    te,
-    h,
-    t,
-    c,
-    x,
-    carried,
-    sides,
-    armed,
-    ws,
-    stages,
-    gradient,
-    times,
-    out,
-):
+    field, variation, guard, guard_error, first, te, h, t, tables, settings, run, c, x, sides, ws, stages,
+    gradient, errors, times, backs, out,
+):  # fmt: skip
     """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties)."""
-    fresh = carried[FRESH]
-    fired = carried[FIRED]
-    mode = carried[MODE]
-    if fresh != ONGOING:
-        move(field, variation, carried, t, c, x, _PROBE * h, stages, 0, out, stages)
+    mode = run.mode
+    count = tables.watch[mode, 0]
+    if run.fresh != ONGOING:
+        move(field, variation, run, t, c, x, _PROBE * h, stages, 0, out, stages)
+        fires = -1
         for j in range(count):
-            here = guard(mode, j, t, c, x, gradient)
             ahead = guard(mode, j, t + _PROBE * h, c, out[: x.size], gradient)
-            order = 1 if abs(here) <= _ZERO * max(1.0, abs(ahead)) or here * ahead < 0.0 else 0
-            value = ahead if order == 1 else here
-            if value == 0.0:
-                armed[j] = 0
-                continue
-            sides[j] = 1 if value > 0.0 else -1
-            how = stand(sides[j], directions[j], order, fresh, marks[j] & MARKS != 0, j == fired, armed[j] == 1)
+            how, side = _settle(guard, guard_error, j, ahead, t, c, x, tables, run, sides, gradient, errors)
             if how == INVALID:
                 return -2.0, j, 0
-            armed[j] = 0 if how == PASSED else 1
-            if how == FIRE:
-                return 0.0, j, 0
-    move(field, variation, carried, t, c, x, h, stages, 0, out, stages)
+            sides[tables.keys[mode, j]] = side
+            if how == FIRE and fires < 0:
+                fires = j
+        if fires >= 0:
+            return 0.0, fires, 0
+    move(field, variation, run, t, c, x, h, stages, 0, out, stages)
+    for j in range(count):
+        times[j] = guard(mode, j, t + h, c, out[: x.size], gradient)
     best = -1.0
     found = -1
     ties = 0
     for j in range(count):
-        if armed[j] == 0:
-            value = guard(mode, j, t + h, c, out[: x.size], gradient)
-            if value * directions[j] < 0.0:
-                armed[j] = 1
-                sides[j] = -directions[j]
+        backs[j] = -1.0
+        side = sides[tables.keys[mode, j]]
+        if not times[j] * side <= 0.0:
             continue
-        move(field, variation, carried, t, c, x, h, stages, 0, out, stages)
-        if not _crossed(guard, mode, j, t + h, c, out[: x.size], gradient, sides[j]):
+        direction = tables.watch[mode, 1 + j]
+        if direction == side and direction != 0:
+            backs[j] = h
             continue
         low = 0.0
         high = h
-        while high - low > settings_f[TOLERANCE]:
+        while high - low > settings.tolerance:
             middle = 0.5 * (low + high)
             if middle <= low or middle >= high:
                 break
-            move(field, variation, carried, t, c, x, middle, stages, 0, out, stages)
-            if _crossed(guard, mode, j, t + middle, c, out[: x.size], gradient, sides[j]):
+            move(field, variation, run, t, c, x, middle, stages, 0, out, stages)
+            if guard(mode, j, t + middle, c, out[: x.size], gradient) * side <= 0.0:
                 high = middle
             else:
                 low = middle
-        if found < 0 or high < best - TIE * h:
+        if found < 0 or high < best - _TIE * h:
             best = high
             found = j
             ties = 0
-        elif high <= best + TIE * h:
+        elif high <= best + _TIE * h:
             ties += 1
     return best, found, ties
 
 
 @offered
-def evaluate(field, variation, t, c, x, s, carried, stages, out):
+def evaluate(field, variation, t, c, x, s, run, stages, out):
     """States and quadratures after a step of length s."""
-    move(field, variation, carried, t, c, x, s, stages, 0, out, stages)
+    move(field, variation, run, t, c, x, s, stages, 0, out, stages)
 
 
 @offered
-def advance(field, variation, t, c, x, s, vectors, carried, carried_f, stages, out):
+def advance(field, variation, t, c, x, s, vectors, run, stages, out):
     """States and quadratures and, in place, tangents after a step of length s."""
-    live = carried[LIVE]
-    move(field, variation, carried, t, c, x, s, vectors, live, out, stages)
-    for v in range(live):
+    move(field, variation, run, t, c, x, s, vectors, run.live, out, stages)
+    for v in range(run.live):
         for i in range(x.size):
             vectors[v, i] = stages[10 + 6 * v, i]

@@ -281,10 +281,10 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
 
 @series
 def recrossing(g, start, n, h, up, a, shifted, stack, ends):
-    """Like ``first_crossing`` for a polynomial that is already beyond zero: it must first come back."""
+    """For a polynomial that is beyond zero: when it comes back, and when it then crosses again, each -1 for never."""
     back = first_crossing(g, start, n, h, not up, a, stack, ends)
     if back < 0.0 or back >= h:
-        return -1.0
+        return back, -1.0
     for k in range(n + 1):
         shifted[k] = g[start + k]
     for i in range(n):
@@ -295,6 +295,6 @@ def recrossing(g, start, n, h, up, a, shifted, stack, ends):
     while first < n and shifted[first] * sign >= 0.0:
         first += 1
     if first == n:
-        return -1.0
+        return back, -1.0
     again = first_crossing(shifted, first, n - first, h - back, up, a, stack, ends)
-    return back + again if again >= 0.0 else -1.0
+    return back, (back + again if again >= 0.0 else -1.0)

@@ -10,18 +10,14 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
-from chaosdrill.engine.setup import (
-    begin,
-    bounds_of,
-    event_tables,
-    integer_settings,
-    pins,
-    real_settings,
-    workspace,
-)
+from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
+
+
+STANDING = ("mode", "fresh", "fired", "surface", "moved_by", "residual")
+"""What a run says of its guards, beside their sides."""
 
 
 class Run:
@@ -63,65 +59,109 @@ class Run:
             check_period(system, period)
         kernels = system.kernels
         n, q = len(system.states), len(system.quadratures)
-        guards = kernels.mode_table.shape[1]
-        m = 0 if tangents is None else len(tangents)
+        frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
+        m = len(frame)
         self.system = system
         self.period = period
         self.method = numerics.method
-        self.settings_i = integer_settings(
+        self.settings = settings_of(
             system, numerics, numerics.order, samples=samples, orthonormalise=orthonormalise and m > 0
         )
-        self.settings_f = real_settings(numerics, numerics.order, np.array([period]))[0]
-        self.marks, self.transitions = event_tables(system, deficient)
-        self.bounds = bounds_of(system)
-        self.c = kernels.constants(system.parameters)
-        self.x = np.array([system.initial[s] for s in system.state_names])
-        self.sums = np.zeros((2, q))
-        self.vectors = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
-        self.shifts = self.vectors[:shifts].copy()
-        self._frame = self.vectors.copy()
-        self.slots = np.arange(max(m, 1), dtype=np.int64)
-        self.dead = np.zeros(max(m, 1), dtype=np.int64)
-        self.logs = np.zeros(max(m, 1))
-        self.carried = np.zeros(at.CARRIED_I, dtype=np.int64)
-        begin(self.carried, m)
-        self.carried[at.MODE] = system.mode_names.index(system.initial["mode"])
-        self.carried_f = np.zeros(at.CARRIED_F)
-        self.sides = np.zeros(guards, dtype=np.int64)
-        self.armed = np.zeros(guards, dtype=np.int64)
-        self.counts = np.zeros(len(kernels.transition_table), dtype=np.int64)
-        self.grazing = np.full(len(kernels.transition_table), np.inf)
+        self.tables = tables_of(system, deficient, frame[:shifts])
+        self.states = states_of(
+            system,
+            kernels.constants(system.parameters)[np.newaxis],
+            np.array([[system.initial[s] for s in system.state_names]]),
+            np.array([system.mode_names.index(system.initial["mode"])]),
+            np.array([period]),
+            frame,
+            numerics,
+        )
+        self._frame = frame
         self._before = 0.0
         self.forgotten = 0.0
         self._pin()
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
-        self._scratch = workspace(system, m)
+        self._scratch = scratch_of(system, m)
+
+    @property
+    def standing(self) -> np.void:
+        """Where the run stands, a record of `chaosdrill.engine.layout.RUN`."""
+        record: np.void = self.states.run[0]
+        return record
+
+    @property
+    def c(self) -> np.ndarray:
+        """Constants of the kernels."""
+        constants: np.ndarray = self.states.c[0]
+        return constants
+
+    @property
+    def x(self) -> np.ndarray:
+        """Present state, shape (n,)."""
+        state: np.ndarray = self.states.x[0]
+        return state
+
+    @property
+    def vectors(self) -> np.ndarray:
+        """Present tangents, shape (m, n), the live ones first."""
+        rows: np.ndarray = self.states.vectors[0]
+        return rows
+
+    @property
+    def logs(self) -> np.ndarray:
+        """Logarithms of the tangents' growth since the last ``forget``, shape (m,)."""
+        sums: np.ndarray = self.states.logs[0]
+        return sums
+
+    @property
+    def dead(self) -> np.ndarray:
+        """Whether an exponent's tangent is lost, shape (m,)."""
+        lost: np.ndarray = self.states.dead[0]
+        return lost
+
+    @property
+    def counts(self) -> np.ndarray:
+        """How often each transition was taken since the last ``forget``, shape (transitions,)."""
+        numbers: np.ndarray = self.states.counts[0]
+        return numbers
+
+    @property
+    def grazing(self) -> np.ndarray:
+        """Smallest normal speed at each transition since the last ``forget``, shape (transitions,)."""
+        speeds: np.ndarray = self.states.grazing[0]
+        return speeds
+
+    @property
+    def samples(self) -> int:
+        """Samples a period."""
+        return int(self.settings["samples"][0])
 
     @property
     def mode(self) -> str:
         """Present mode."""
-        return self.system.mode_names[self.carried[at.MODE]]
+        return self.system.mode_names[self.standing["mode"]]
 
     @property
     def strobes(self) -> int:
         """Periods completed."""
-        return int(self.carried[at.STROBES])
+        return int(self.standing["strobes"])
 
     @property
     def elapsed(self) -> float:
         """Time since the start of the run."""
-        return self._before + self.strobes * self.period + float(self.carried_f[at.TIME])
+        return self._before + self.strobes * self.period + float(self.standing["time"])
 
     @property
     def live(self) -> int:
         """Tangents that no event has removed."""
-        return int(self.carried[at.LIVE])
+        return int(self.standing["live"])
 
     @property
     def steps(self) -> int:
         """Steps since the last ``forget``."""
-        return int(self.carried[at.STEPS])
+        return int(self.standing["steps"])
 
     @property
     def evaluations(self) -> int:
@@ -129,45 +169,69 @@ class Run:
 
         A Taylor step counts as many as its order.
         """
-        return int(self.carried[at.EVALUATIONS])
+        return int(self.standing["evaluations"])
 
     def integrals(self) -> np.ndarray:
         """Quadratures since the start of the run, shape (q,)."""
-        return self.sums[0] + self.sums[1]
+        total: np.ndarray = self.states.sums[0].sum(axis=0)
+        return total
+
+    @property
+    def ties(self) -> int:
+        """Events that coincided with another one, since the last ``forget``."""
+        return int(self.standing["ties"])
 
     def forget(self) -> None:
-        """Start all averages anew: logarithms, counts, quadratures, smallest speeds."""
-        for array in (self.logs, self.counts, self.sums):
-            array[:] = 0
-        self.grazing[:] = np.inf
-        self.carried[[at.TIES, at.STEPS, at.EVALUATIONS]] = 0
-        self.forgotten = self.elapsed
-        if self.dead.any():
-            from chaosdrill.engine.revival import revive
+        """Start all averages anew: logarithms, counts, quadratures, smallest speeds; and tangents that were lost."""
+        from chaosdrill.engine.revival import forget_run
 
-            revive(self.vectors, self._frame, self.slots, self.dead, self.carried)
-            self._pin()
+        forget_run(self.states, 0, self._frame, self.tables.pins)
+        self.forgotten = self.elapsed
 
     def continue_from(self, other: "Run") -> None:
         """Take over the state and the standing of the guards of another run of the same system, at a strobe of it."""
-        self.x[:] = other.x
-        self.sides[:] = other.sides
-        self.armed[:] = other.armed
-        self.carried[[at.MODE, at.FRESH]] = other.carried[[at.MODE, at.FRESH]]
+        for mine, others in ((self.x, other.x), (self.states.sides, other.states.sides)):
+            mine[:] = others
+        self.states.scale[:] = other.states.scale
+        for name in STANDING:
+            self.states.run[name] = other.states.run[name]
         self.vectors[:] = self._frame
         self._pin()
 
+    def just_took(self, transition: int) -> None:
+        """Begin directly after an event: its guard is known to have been crossed, wherever the state now lies."""
+        mode = self.system.mode_names.index(self.system.transitions[transition].source[0])
+        events = self.system.kernels.events[mode]
+        j = next(k for k, event in enumerate(events) if transition in event.outcomes)
+        key, direction = events[j].key, events[j].direction
+        run = self.states.run
+        run["fresh"], run["fired"], run["surface"] = at.AFTER, key, events[j].surface
+        run["moved_by"] = -1 if self.system.transitions[transition].marks_only() else transition
+        if self.tables.watched[run["mode"][0], key]:
+            self.states.sides[0, key] = direction
+
+    def put(self, state: np.ndarray, tangents: np.ndarray) -> None:
+        """Go on from another state with other tangents; the guards are read anew where they stand otherwise."""
+        self.x[:], self.vectors[:] = state, tangents
+        self.states.run["fresh"] = at.PUT
+
+    def begin_at(self, *, phase: float = 0.0, origin: float = 0.0) -> None:
+        """Begin at a phase, the time since the last strobe, and with the clock of the field at ``origin`` there."""
+        self.states.run["time"], self.states.run["origin"] = phase, origin
+
     def _pin(self) -> None:
         """Drop the tangents that the present mode leaves no freedom."""
-        self.vectors[:, pins(self.system)[self.carried[at.MODE]] == 1] = 0.0
-        self.carried[at.RANK_CHECK] = 1
+        self.vectors[:, self.tables.pins[self.standing["mode"]] == 1] = 0.0
+        self.states.run["rank_check"] = 1
 
     def change_period(self, period: float) -> None:
         """Go on with strobes at another interval; at a strobe only."""
-        self.settings_f[at.STEP] *= period / self.period
-        self.settings_f[at.PERIOD] = period
+        run = self.states.run
         self._before += self.strobes * self.period
-        self.carried[at.STROBES] = 0
+        run["fixed_step"] *= period / self.period
+        run["origin"] += run["whole"] + run["rest"]
+        run["whole"] = run["rest"] = 0.0
+        run["period"], run["strobes"] = period, 0
         self.period = period
 
     def advance(
@@ -194,15 +258,13 @@ class Run:
         from chaosdrill.engine.stepper import stepper
 
         if periods:
-            self.settings_i[at.TARGET] = self.strobes + periods
-        self.settings_i[at.RECORD] = int(samples is not None)
-        self.carried[[at.SAMPLE_ROWS, at.EVENT_ROWS]] = 0
+            self.settings["target"] = self.strobes + periods
+        self.settings["recording"] = int(samples is not None)
+        self.states.run["sample_rows"] = self.states.run["event_rows"] = 0
         code = flow(
             *self.system.kernels.functions,
             *stepper(self.method),
-            *(self.settings_i, self.settings_f, self.system.kernels.mode_table, self.marks, self.transitions),
-            *(self.c, self.bounds, self.x, self.sums, self.vectors, self.shifts, self.slots, self.dead, self.logs),
-            *(self.carried, self.carried_f, self.sides, self.armed, self.counts, self.grazing),
+            *(self.settings, self.tables, self.states, 0),
             self._no_samples if samples is None else samples,
             self._no_events if events is None else events,
             self._scratch,
@@ -211,7 +273,7 @@ class Run:
 
     def filled(self) -> tuple[int, int]:
         """Rows of samples and of events that the last call has written."""
-        return int(self.carried[at.SAMPLE_ROWS]), int(self.carried[at.EVENT_ROWS])
+        return int(self.standing["sample_rows"]), int(self.standing["event_rows"])
 
 
 def rate_names(system: "HybridSystem") -> tuple[str, ...]:

@@ -17,52 +17,71 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
-ON_GUARD = 2e-15
-"""Part of the size of the states below which a guard's value at the start of a phase is round-off."""
-
-
-def integer_settings(
+def settings_of(
     system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool = True
 ) -> np.ndarray:
-    """Settings that are integers, in the order of ``engine.layout``; ``order`` is that of a guard's polynomial."""
-    settings = np.zeros(at.SETTINGS_I, dtype=np.int64)
-    settings[at.METHOD] = at.METHOD_CODES[numerics.method]
-    settings[at.ORDER] = order
-    settings[at.QUADRATURES] = len(system.quadratures)
-    settings[at.SAMPLES] = samples
-    settings[at.ORTHOGONALISE] = int(orthonormalise)
-    settings[at.ABSOLUTE_TIME] = int(system.period is None)
-    settings[at.JACOBIAN] = int(system.kernels.own_jacobian)
-    settings[at.MAX_EVENTS] = 10_000 if system.period is not None else 10_000_000
+    """Settings of runs, one record; ``order`` is that of a guard's polynomial."""
+    settings = np.zeros(1, dtype=at.SETTINGS)
+    settings["method"] = at.METHOD_CODES[numerics.method]
+    settings["order"] = order
+    settings["quadratures"] = len(system.quadratures)
+    settings["samples"] = samples
+    settings["orthonormalise"] = int(orthonormalise)
+    settings["absolute_time"] = int(system.period is None)
+    settings["own_jacobian"] = int(system.kernels.own_jacobian)
+    settings["max_events"] = numerics.max_events or (10_000 if system.period is not None else 10_000_000)
+    settings["max_stalls"] = numerics.max_stalls
+    settings["tolerance"] = numerics.tolerance
+    # at this part of the radius of convergence the last term is the tolerance, and what follows a quarter of it
+    settings["reach"] = numerics.tolerance ** (1 / order)
     return settings
 
 
-def real_settings(numerics: Numerics, order: int, periods: np.ndarray) -> np.ndarray:
-    """Settings that are doubles, shape (P, settings), for the periods of P runs."""
-    settings = np.zeros((len(periods), at.SETTINGS_F))
-    settings[:, at.TOLERANCE] = numerics.tolerance
-    # at this part of the radius of convergence the last term is a quarter of the tolerance
-    settings[:, at.REACH] = (numerics.tolerance / 4) ** (1 / order)
-    settings[:, at.PERIOD] = periods
-    settings[:, at.ON_GUARD] = ON_GUARD
-    settings[:, at.STEP] = periods / (numerics.steps or 200)
-    return settings
-
-
-def event_tables(system: "HybridSystem", deficient: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Marks of the guards of every mode, and the table of transitions; rank may be lost at those in ``deficient``."""
+def tables_of(system: "HybridSystem", deficient: Collection[int], shifts: np.ndarray) -> at.Tables:
+    """Tables of a system; rank may be lost at the transitions in ``deficient``, ``shifts`` are rows (k, n)."""
     kernels = system.kernels
     transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
     transitions[:, :2] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
-    marks = np.zeros((len(kernels.events), kernels.mode_table.shape[1]), dtype=np.int64)
-    for row, events in zip(marks, kernels.events, strict=True):
+    watched = np.zeros((len(kernels.events), kernels.moves_table.shape[1]), dtype=np.int64)
+    for row, events in zip(watched, kernels.events, strict=True):
+        row[[e.key for e in events]] = 1
+    return at.Tables(
+        watch=kernels.mode_table,
+        keys=kernels.key_table,
+        surfaces=kernels.surface_table,
+        watched=watched,
+        marks=_marks(system, deficient),
+        transitions=transitions,
+        moves=kernels.moves_table,
+        bounds=bounds_of(system),
+        shifts=np.array(shifts, dtype=float),
+        pins=pins(system),
+    )
+
+
+def _marks(system: "HybridSystem", deficient: Collection[int]) -> np.ndarray:
+    """What the guards of every mode are, in bits."""
+    from chaosdrill.engine.structure import passes
+
+    kernels = system.kernels
+    through = passes(system)
+    marks = np.zeros(kernels.key_table.shape, dtype=np.int64)
+    for mode, events in enumerate(kernels.events):
         for j, event in enumerate(events):
             only = all(kernels.transition_table[k, 1] for k in event.outcomes)
-            losing = any(k in deficient for k in event.outcomes)
-            row[j] = at.MARKS * only + at.LOSES_RANK * losing + at.AFFINE * event.affine
-            row[j] += at.UNPROVEN * (not event.entire)
-    return marks, transitions
+            kicks = all(kernels.transition_table[k, 0] == mode for k in event.outcomes)
+            on = event.timed or (mode, j) in through
+            marks[mode, j] = (
+                at.MARKS * only
+                + at.LOSES_RANK * any(k in deficient for k in event.outcomes)
+                + at.AFFINE * event.affine
+                + at.UNPROVEN * (not event.entire)
+                + at.TIMED * event.timed
+                + at.OPEN * (only or event.timed or (kicks and on))
+                + at.PASSES * on
+            )
+    return marks
 
 
 def bounds_of(system: "HybridSystem") -> np.ndarray:
@@ -97,22 +116,75 @@ def values_of_pins(system: "HybridSystem", parameters: Mapping[str, Any], mode: 
     return {i: value(*numbers) for i, value in known[mode].items()}
 
 
-def begin(carried: np.ndarray, tangents: int) -> None:
-    """Fill carried integers, shape (..., carried), for runs that are to begin with so many tangents."""
-    carried[...] = 0
-    carried[..., at.LIVE] = tangents
-    carried[..., at.FRESH] = at.BEGIN
-    carried[..., at.FIRED] = -1
-    carried[..., at.QR_WAIT] = 1
-    carried[..., at.RANK_CHECK] = 1
+def states_of(
+    system: "HybridSystem",
+    constants: np.ndarray,
+    starts: np.ndarray,
+    modes: np.ndarray,
+    periods: np.ndarray,
+    tangents: np.ndarray,
+    numerics: Numerics,
+) -> at.States:
+    """The states of P runs that are to begin.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    constants : ndarray, shape (P, constants)
+    starts : ndarray, shape (P, n)
+    modes : ndarray of int, shape (P,)
+    periods : ndarray, shape (P,)
+        Times between strobes.
+    tangents : ndarray, shape (m, n)
+        Initial tangents of each run, one a row.
+    numerics : Numerics
+    """
+    kernels = system.kernels
+    points, n = starts.shape
+    m, q, keys, kinds = len(tangents), len(system.quadratures), kernels.moves_table.shape[1], len(kernels.moves_table)
+    run = np.zeros(points, dtype=at.RUN)
+    run["mode"] = modes
+    run["live"] = m
+    run["fresh"] = at.BEGIN
+    run["fired"] = run["surface"] = run["moved_by"] = -1
+    run["qr_wait"] = run["rank_check"] = 1
+    run["period"] = periods
+    run["fixed_step"] = periods / (numerics.steps or 200)
+    return at.States(
+        run=run,
+        c=constants,
+        x=np.array(starts, dtype=float),
+        scale=np.zeros((points, n + q + keys)),
+        sums=np.zeros((points, 2, q)),
+        vectors=np.repeat(tangents[np.newaxis], points, axis=0),
+        slots=np.repeat(np.arange(max(m, 1))[np.newaxis], points, axis=0),
+        dead=np.zeros((points, max(m, 1)), dtype=np.int64),
+        logs=np.zeros((points, max(m, 1))),
+        sides=np.zeros((points, keys), dtype=np.int64),
+        counts=np.zeros((points, kinds), dtype=np.int64),
+        grazing=np.full((points, kinds), np.inf),
+    )
 
 
-def workspace(system: "HybridSystem", m: int) -> tuple[np.ndarray, ...]:
+def scratch_of(system: "HybridSystem", m: int) -> at.Scratch:
     """Scratch arrays of the engine for a system with m tangents."""
-    n, q, guards = len(system.states), len(system.quadratures), system.kernels.mode_table.shape[1]
-    return (
-        np.zeros((system.kernels.rows + (m + m % 2) * n, at.COLUMNS)), np.zeros(at.COLUMNS), np.zeros(at.COLUMNS),
-        np.zeros((DEPTH, at.COLUMNS)), np.zeros((DEPTH, 2)), np.zeros(guards), np.zeros(n + 1), np.zeros(n + q),
-        np.zeros(n + q), np.zeros(n + q), np.zeros(n), np.zeros(event_places(n).size), np.zeros(n),
-        np.zeros((stage_rows(m), n + q)),
-    )  # fmt: skip
+    n, q, guards = len(system.states), len(system.quadratures), system.kernels.key_table.shape[1]
+    return at.Scratch(
+        workspace=np.zeros((system.kernels.rows + (m + m % 2) * n, at.COLUMNS)),
+        polynomial=np.zeros(at.COLUMNS),
+        shifted=np.zeros(at.COLUMNS),
+        stack=np.zeros((DEPTH, at.COLUMNS)),
+        ends=np.zeros((DEPTH, 2)),
+        times=np.zeros(guards),
+        backs=np.full(guards, -1.0),
+        gradient=np.zeros(n + 1),
+        errors=np.zeros(2),
+        weights=np.zeros(n),
+        before=np.zeros(n + q),
+        after=np.zeros(n + q),
+        out=np.zeros(n + q),
+        image=np.zeros(n),
+        event=np.zeros(event_places(n).size),
+        jump=np.zeros(n),
+        stages=np.zeros((stage_rows(m), n + q)),
+    )

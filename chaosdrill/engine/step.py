@@ -1,205 +1,144 @@
-"""One step seen from outside of the method: how far, which event first, and the state anywhere in it.
+"""One step seen from outside of the method: how far, which event first, the state anywhere in it, and its end."""
 
-``stepper`` holds the functions of ``engine.stepper``, in that order.
-"""
+import math
 
 from chaosdrill.engine import guards, taylor
+from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
-    AFTER,
-    BEFORE,
-    ENDS,
-    EVALUATIONS,
-    EVENTS_IN_PERIOD,
-    FIRED,
-    FRESH,
-    GRADIENT,
-    LIVE,
-    METHOD,
-    MODE,
-    ON_GUARD,
+    DONE,
+    EVENT_LIMIT,
+    LOSES_RANK,
+    NONFINITE,
     ONGOING,
-    ORDER,
-    OUT,
-    PERIOD,
-    POLYNOMIAL,
-    PROVEN,
-    QUADRATURES,
-    RECORD,
     RK4,
-    SAMPLE,
-    SAMPLE_ROWS,
-    SAMPLES,
-    SHIFTED,
-    STACK,
-    STAGES,
-    STROBES,
+    STALLED,
     TAYLOR,
-    TIMES,
-    WORKSPACE,
 )
+from chaosdrill.engine.records import LARGE_GROWTH, SMALLEST_STEP, state_outcome, time_of
+from chaosdrill.engine.tangents import orthonormalise
 
 
 @inlined
-def prepare(
-    functions,
-    stepper,
-    settings_i,
-    settings_f,
-    watch,
-    marks,
-    local,
-    t,
-    c,
-    x,
-    vectors,
-    carried,
-    carried_f,
-    sides,
-    armed,
-    scratch,
-):
-    """Expand at the present state: (length of the step, time of the first event in it or -1, guard, ties)."""
-    mode = carried[MODE]
-    count = watch[mode, 0]
-    directions = watch[mode, 1:]
-    method = settings_i[METHOD]
-    ws = scratch[WORKSPACE]
-    first = x.size + settings_i[QUADRATURES]
+def prepare(functions, stepper, tables, settings, t, state, scratch):
+    """Expand at the present state: (length of the step, time of the first event in it or -1, guard, ties).
+
+    The time is -2 for a start that is refused.
+    """
+    run, x = state.run[0], state.x
+    mode = run.mode
+    method = settings.method
+    ws = scratch.workspace
+    count = tables.watch[mode, 0]
+    row = x.size + settings.quadratures
     if method == TAYLOR:
-        h = taylor.expand(functions, first + count, settings_i, settings_f, t, c, x, vectors, carried, ws)
-        carried[EVALUATIONS] += settings_i[ORDER]
-        if carried[FRESH] != ONGOING or h > 1.3 * carried_f[PROVEN]:
-            spare = (scratch[OUT], scratch[BEFORE], scratch[AFTER])
-            h = taylor.proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spare)
-            carried_f[PROVEN] = h
-        if taylor.has_unproven(marks[mode], count):
-            h = taylor.proven_guards(
-                functions[5],
-                h,
-                first,
-                count,
-                marks[mode],
-                settings_f,
-                t,
-                c,
-                x,
-                carried,
-                ws,
-                scratch[BEFORE],
-                scratch[GRADIENT],
-            )
+        h = taylor.expand(functions, tables, settings, t, state, ws, scratch)
     else:
-        h = stepper[0](
-            functions[3],
-            functions[4],
-            functions[5],
-            first,
+        h = stepper.expand(
+            functions.field,
+            functions.variation,
+            functions.guard,
+            row,
             count,
-            marks[mode],
-            settings_i,
-            settings_f,
-            local,
+            tables.marks[mode],
+            tables.keys[mode],
+            settings,
+            run,
             t,
-            c,
+            state.c,
             x,
-            vectors,
-            carried,
-            carried_f,
+            state.scale,
+            state.vectors,
             ws,
-            scratch[STAGES],
-            scratch[GRADIENT],
+            scratch.stages,
+            scratch.gradient,
         )
     te = -1.0
     j = -1
     ties = 0
     if method != RK4:
-        floor = 0.0
-        for i in range(x.size):
-            floor = max(floor, abs(x[i]))
-        polynomials = (scratch[POLYNOMIAL], scratch[SHIFTED], scratch[STACK], scratch[ENDS], scratch[TIMES])
-        te, j, ties = guards.first_event(
-            ws,
-            first,
-            directions,
-            count,
-            marks[mode],
-            settings_i[ORDER],
-            h,
-            settings_f[ON_GUARD] * floor,
-            carried[FRESH],
-            carried[FIRED],
-            sides,
-            armed,
-            polynomials,
-        )
+        te, j, ties, h = guards.first_event(functions, tables, settings, state, ws, row, h, t, scratch)
     if method == RK4 or (method != TAYLOR and te > 0.0):
-        te, j, ties = stepper[1](
-            functions[3],
-            functions[4],
-            functions[5],
-            first,
-            count,
-            directions,
-            marks[mode],
-            settings_f,
+        te, j, ties = stepper.locate(
+            functions.field,
+            functions.variation,
+            functions.guard,
+            functions.guard_error,
+            row,
             te,
             h,
             t,
-            c,
+            tables,
+            settings,
+            run,
+            state.c,
             x,
-            carried,
-            sides,
-            armed,
+            state.sides,
             ws,
-            scratch[STAGES],
-            scratch[GRADIENT],
-            scratch[TIMES],
-            scratch[OUT],
+            scratch.stages,
+            scratch.gradient,
+            scratch.errors,
+            scratch.times,
+            scratch.backs,
+            scratch.out,
         )
+    if method != TAYLOR and method != RK4 and te > 0.0:
+        te, j, ties = guards.earliest(functions, tables, settings, state, ws, row, count, h, t, scratch)
     return h, te, j, ties
 
 
 @inner
-def evaluate(functions, stepper, settings_i, t, c, x, s, carried, scratch):
+def evaluate(functions, stepper, settings, t, state, s, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
-    out = scratch[OUT]
-    if settings_i[METHOD] == TAYLOR:
-        taylor.evaluate(scratch[WORKSPACE], out.size, s, out)
+    if settings.method == TAYLOR:
+        taylor.evaluate(scratch.workspace, scratch.out.size, s, scratch.out)
     else:
-        stepper[2](functions[3], functions[4], t, c, x, s, carried, scratch[STAGES], out)
+        stepper.evaluate(
+            functions.field, functions.variation, t, state.c, state.x, s, state.run[0], scratch.stages, scratch.out
+        )
 
 
 @inlined
-def record(functions, stepper, settings_i, settings_f, local, t, c, x, sums, te, carried, samples, scratch):
+def next_instant(run, count):
+    """Time from the start of the step to the next sample, ``count`` a period, the last of which is the strobe."""
+    index = run.sample + 1
+    return (run.period if index == count else index * (run.period / count)) - run.time
+
+
+@inlined
+def record(functions, stepper, settings, t, state, te, samples, scratch):
     """Write the samples that fall into the step and count strobes; returns the time of the last strobe in it, or -1."""
-    n = x.size
-    out = scratch[OUT]
-    count = settings_i[SAMPLES]
-    period = settings_f[PERIOD]
+    run = state.run[0]
+    n = state.x.size
+    out = scratch.out
+    count = settings.samples
     offset = 0.0
     strobe = -1.0
     while True:
-        index = carried[SAMPLE] + 1
-        s = (period if index == count else index * (period / count)) - local + offset
+        s = next_instant(run, count) + offset
         if not s <= te:
             return strobe
-        if settings_i[RECORD] == 1:
-            evaluate(functions, stepper, settings_i, t, c, x, s, carried, scratch)
-            row = samples[carried[SAMPLE_ROWS]]
+        if settings.recording == 1:
+            evaluate(functions, stepper, settings, t, state, s, scratch)
+            row = samples[run.sample_rows]
             for i in range(n):
                 row[i] = out[i]
             for i in range(n, out.size):
-                row[i] = (sums[0, i - n] + sums[1, i - n]) + out[i]
-            row[out.size] = carried[MODE]
-            carried[SAMPLE_ROWS] += 1
-        carried[SAMPLE] = index
-        if index == count:
-            carried[SAMPLE] = 0
-            carried[STROBES] += 1
-            carried[EVENTS_IN_PERIOD] = 0
-            offset += period
+                row[i] = (state.sums[0, i - n] + state.sums[1, i - n]) + out[i]
+            row[out.size] = run.mode
+            run.sample_rows += 1
+        run.sample += 1
+        if run.sample == count:
+            run.sample = 0
+            pass_strobe(run)
+            offset += run.period
             strobe = s
+
+
+@inlined
+def pass_strobe(run):
+    run.strobes += 1
+    run.events_in_period = 0
 
 
 @inlined
@@ -212,17 +151,81 @@ def add_to(sums, i, term):
 
 
 @inlined
-def advance(functions, stepper, settings_i, t, c, x, s, sums, vectors, carried, carried_f, scratch):
+def advance(functions, stepper, settings, t, state, s, scratch):
     """Move state, tangents and quadratures to s."""
+    run, x, out = state.run[0], state.x, scratch.out
     n = x.size
-    out = scratch[OUT]
-    live = carried[LIVE]
-    if settings_i[METHOD] == TAYLOR:
-        taylor.evaluate(scratch[WORKSPACE], out.size, s, out)
-        taylor.evaluate_vectors(scratch[WORKSPACE], s, live, vectors)
+    if settings.method == TAYLOR:
+        taylor.evaluate(scratch.workspace, out.size, s, out)
+        taylor.evaluate_vectors(scratch.workspace, s, run.live, state.vectors)
     else:
-        stepper[3](functions[3], functions[4], t, c, x, s, vectors, carried, carried_f, scratch[STAGES], out)
+        stepper.advance(
+            functions.field, functions.variation, t, state.c, x, s, state.vectors, run, scratch.stages, out
+        )
     for i in range(n):
         x[i] = out[i]
     for i in range(n, out.size):
-        add_to(sums, i - n, out[i])
+        add_to(state.sums, i - n, out[i])
+
+
+@inlined
+def _split(a):
+    """A number as a sum of two with half of the digits each (Dekker 1971, doi:10.1007/BF01397083)."""
+    c = 134217729.0 * a
+    high = c - (c - a)
+    return high, a - high
+
+
+@inlined
+def keep_time(settings, run, te, strobe):
+    """Let the time be that of the end of a step, whose last strobe, or -1, is told."""
+    if strobe >= 0.0:
+        run.time = te - strobe
+        if settings.absolute_time == 1:
+            # whole periods as an exact product: no time is lost however many they are
+            number = float(run.strobes)
+            run.whole = number * run.period
+            a, b = _split(number)
+            c, d = _split(run.period)
+            run.rest = ((a * c - run.whole) + a * d + b * c) + b * d
+    else:
+        run.time += te
+
+
+@inlined
+def end_step(functions, tables, settings, te, strobe, happens, j, ties, backs, state, buffer, scratch):
+    """What follows when state and tangents are at the end of a step, for one run as for each of eight: the event.
+
+    Returns DONE, or the outcome that ends the run.
+    """
+    run = state.run[0]
+    keep_time(settings, run, te, strobe)
+    run.fresh = ONGOING
+    run.longest = max(run.longest, te)
+    if te > SMALLEST_STEP * run.longest:
+        run.stalls = 0
+    elif happens:
+        run.stalls += 1
+    run.steps += 1
+    run.qr_since += 1
+    outcome = state_outcome(state.x, tables.bounds)
+    if outcome != DONE:
+        return outcome
+    guards.pass_sides(tables, state, backs, te)
+    orthonormal = settings.orthonormalise == 1
+    if happens:
+        if run.stalls > settings.max_stalls:
+            return STALLED
+        run.ties += ties
+        if orthonormal and tables.marks[run.mode, j] & LOSES_RANK:
+            orthonormalise(state, tables.shifts, scratch.image)
+        largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
+        if run.events_in_period > settings.max_events:
+            return EVENT_LIMIT
+        if largest == math.inf:
+            return NONFINITE
+        if largest > LARGE_GROWTH:
+            run.qr_since = run.qr_wait
+    if orthonormal and (run.rank_check == 1 or run.qr_since >= run.qr_wait):
+        orthonormalise(state, tables.shifts, scratch.image)
+    return DONE

@@ -4,7 +4,8 @@ The engine takes them as arguments, so that it is compiled once, and a method wh
 is part of the engine itself: three calls a step, a tenth of a microsecond each, would cost it a third of its speed.
 
 * ``expand`` length of the next step; guards that have a polynomial on it fill rows ``first``, ... of the workspace
-* ``locate`` first event of the step: (time or -1, guard, ties); ``te`` is what the polynomials say
+* ``locate`` first event of the step: (time or -1, guard, ties); where guards have polynomials, ``times`` holds what
+  they say, which is made exact
 * ``evaluate`` states and quadratures at s, into ``out``
 * ``advance`` the same, and tangents in place
 
@@ -22,28 +23,25 @@ from numba.core.errors import NumbaExperimentalFeatureWarning
 from chaosdrill.codegen.signatures import SIGNATURES as KERNELS
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled
-
-integers = int64[::1]
+from chaosdrill.engine.records import integers, run_record, settings_record, tables_type
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-    field, variation, guard = (types.FunctionType(KERNELS[name]) for name in ("field", "variation", "guard"))
+    field, variation, guard, guard_error = (
+        types.FunctionType(KERNELS[name]) for name in ("field", "variation", "guard", "guard_error")
+    )
 
 SIGNATURES = {
     "expand": float64(
-        *(field, variation, guard),
-        *(int64, int64, integers, integers, vector),
-        *(float64, float64, vector, vector, matrix, integers, vector),
-        *(matrix, matrix, vector),
+        *(field, variation, guard, int64, int64, integers, integers, settings_record, run_record),
+        *(float64, vector, vector, vector, matrix, matrix, matrix, vector),
     ),
     "locate": types.Tuple((float64, int64, int64))(
-        *(field, variation, guard),
-        *(int64, int64, integers, integers, vector),
-        *(float64, float64, float64, vector, vector, integers, integers, integers),
-        *(matrix, matrix, vector, vector, vector),
+        *(field, variation, guard, guard_error, int64, float64, float64, float64, tables_type),
+        *(settings_record, run_record, vector, vector, integers, matrix, matrix, *[vector] * 5),
     ),
-    "evaluate": void(*(field, variation), float64, vector, vector, float64, integers, matrix, vector),
-    "advance": void(*(field, variation), float64, vector, vector, float64, matrix, integers, vector, matrix, vector),
+    "evaluate": void(field, variation, float64, vector, vector, float64, run_record, matrix, vector),
+    "advance": void(field, variation, float64, vector, vector, float64, matrix, run_record, matrix, vector),
 }
 
 STEPPER_TYPES = tuple(types.FunctionType(s) for s in SIGNATURES.values())

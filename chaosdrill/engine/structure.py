@@ -25,7 +25,7 @@ _RANK_TOLERANCE = 1e-13
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
     kernels = system.kernels
-    guard, transit = kernels.functions[5:7]
+    guard, transit = kernels.functions[5], kernels.functions[7]
     n = len(system.states)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
@@ -60,6 +60,51 @@ def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-u
             return True
         x -= value * gradient[:n] / square
     return False
+
+
+def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
+    """Guards (mode, number in the mode) beyond which the motion may go on after their own events.
+
+    A wall throws the state back; a kick on the way may not. It is read off random states on the guards, at the present
+    parameters.
+    """
+    key = tuple(system.parameters.values())
+    known = system.shared.get("passes")
+    if known is None or known[0] != key:
+        known = system.shared["passes"] = (key, frozenset(_passes(system)))
+    found: frozenset[tuple[int, int]] = known[1]
+    return found
+
+
+def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
+    kernels = system.kernels
+    field, guard, transit = kernels.functions[3], kernels.functions[5], kernels.functions[7]
+    n = len(system.states)
+    place = event_places(n)
+    c = kernels.constants(system.parameters)
+    rng = np.random.default_rng(20260103)
+    event, gradient, rates = np.empty(place.size), np.empty(n + 1), np.empty(n + len(system.quadratures))
+    for mode, events in enumerate(kernels.events):
+        for j in range(len(events)):
+            direction = events[j].direction
+            for _ in range(_SAMPLES):
+                x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
+                if not _onto_guard(guard, mode, j, t, c, x, gradient):
+                    continue
+                transition = transit(mode, j, 1, t, c, x, 0.0, event)
+                if not normal_speed.py_func(event, n) * direction > 0:
+                    continue
+                target, after = mode, x.copy()
+                if transition >= 0 and not kernels.transition_table[transition, 1]:
+                    target = int(kernels.transition_table[transition, 0])
+                    after = event[place.image : place.jacobian].copy()
+                value = guard(mode, j, t, c, after, gradient)
+                field(target, t, c, after, rates)
+                near = 1e-13 * (np.abs(gradient[:n]) @ np.abs(after) + np.abs(value))
+                ahead = gradient[:n] @ rates[:n] + gradient[n] if abs(value) <= near else value
+                if ahead * direction > 0:
+                    yield mode, j
+                    break
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ rank has removed is dropped, so that its exponent is -inf and no invented number
 import math
 
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import LIVE, QR_SINCE, QR_WAIT, RANK_CHECK
 
 RANK_TOLERANCE = 1e-13
 """At an event of deficient rank a tangent is lost if less than this part of its image is new."""
@@ -36,15 +35,16 @@ def _project(v, basis, scratch):
 
 
 @inner
-def orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch):
-    """Orthonormalise the live rows of ``vectors``; add the logarithms of their lengths to ``logs``.
+def orthonormalise(state, shifts, scratch):
+    """Orthonormalise the live tangents of a run; add the logarithms of their lengths to ``logs``.
 
     ``slots[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose independent
     part vanishes is dropped and its slot marked in ``dead``. The first rows stay in the span of ``shifts``, directions
     along which nothing ever changes: exactly they would, but chaos amplifies the round-off by which they leave it.
     """
+    run, vectors, slots, dead, logs = state.run[0], state.vectors, state.slots, state.dead, state.logs
     n = vectors.shape[1]
-    live = carried[LIVE]
+    live = run.live
     for i in range(shifts.shape[0]):
         _project(vectors[i], shifts, scratch)
     kept = 0
@@ -68,7 +68,7 @@ def orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch):
                 break
         before = math.sqrt(before)
         length = math.sqrt(length)
-        if length == 0.0 or (carried[RANK_CHECK] == 1 and length <= RANK_TOLERANCE * before):
+        if length == 0.0 or (run.rank_check == 1 and length <= RANK_TOLERANCE * before):
             dead[slots[i]] = 1
             continue
         growth = max(growth, length, 1.0 / length)
@@ -77,10 +77,10 @@ def orthonormalise(vectors, shifts, slots, dead, logs, carried, scratch):
         for a in range(n):
             vectors[kept, a] = vectors[i, a] / length
         kept += 1
-    carried[LIVE] = kept
-    carried[RANK_CHECK] = 0
-    carried[QR_SINCE] = 0
+    run.live = kept
+    run.rank_check = 0
+    run.qr_since = 0
     if growth > 100.0:
-        carried[QR_WAIT] = max(carried[QR_WAIT] // 2, 1)
+        run.qr_wait = max(run.qr_wait // 2, 1)
     elif growth < 5.0:
-        carried[QR_WAIT] = min(carried[QR_WAIT] * 2, LONGEST_WAIT)
+        run.qr_wait = min(run.qr_wait * 2, LONGEST_WAIT)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import uint64
 
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, series
-from chaosdrill.engine.layout import JACOBIAN, LIVE, MODE, ORDER, PERIOD, REACH, TOLERANCE, UNPROVEN
+from chaosdrill.engine.layout import UNPROVEN
 from chaosdrill.engine.polynomial import size, value
 
 SMALLEST = 1e-300
@@ -14,11 +14,16 @@ SMALLEST = 1e-300
 LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
 
-GAP = 1000.0
-"""Sum of the late terms at the radius of convergence, relative to the states, that raises suspicion."""
+GAP = 40.0
+"""Sum of the late terms at the radius of convergence, in scales of the states, that raises suspicion."""
 
-DEFECT = 100.0
+DEFECT = 20.0
 """Defect at the end of a step, times its length, in units of the tolerance, above which the step is shortened."""
+
+FADE = 0.98
+"""What is left of a state's scale after a step: it follows the motion within some hundred steps."""
+
+EPSILON = 2.220446049250313e-16
 
 
 @inner
@@ -85,38 +90,54 @@ def _values_and_rates(ws, count, order, s, values, rates):
 
 
 @inner
+def own_scale(g, order, reach):
+    """Scale of a motion of which nothing is known but its series: what it moves in a step of its own."""
+    first = 1
+    while first < order and g[first] == 0.0:
+        first += 1
+    if not (first < order - 1 and abs(g[first]) > SMALLEST):
+        return 0.0
+    a = abs(g[order] / g[first]) ** (1.0 / (order - first))
+    b = abs(g[order - 1] / g[first]) ** (1.0 / (order - 1 - first))
+    if not max(a, b) > 0.0:
+        return 0.0
+    h = reach / max(a, b)
+    return max(abs(g[1]) * h, abs(g[2]) * h * h, abs(g[3]) * h * h * h)
+
+
+@inlined
+def scale_index(tables, mode, n, i):
+    """Where the scale of row i of the workspace stands: guards have theirs by key."""
+    return i if i < n else n + tables.keys[mode, i - n]
+
+
+@inner
 def _has_gap(ws, n, radius, scale):
     """Whether a coefficient is larger than the radius of convergence lets expect, which then may be wrong."""
     total = 0.0
     for i in range(n):
-        total += size(ws, uint64(i), radius, 8)
-    return not total <= GAP * scale
+        if scale[i] > SMALLEST:
+            total += size(ws, uint64(i), radius, 8) / scale[i]
+    return not total <= GAP
 
 
-@inlined
-def proven_step(functions, h, settings_i, settings_f, t, c, x, carried, ws, spare):
+@inner
+def proven_step(functions, settings, h, t, state, ws, scratch):
     """The step h, shortened until the series obeys the equation at its end.
 
     The last coefficients may lie in a gap of the series (the solution of x'' = -x**3 from x = 0 has every fourth one
     only) and promise a step far beyond its radius; earlier ones show that, and the defect tells how far it goes.
     """
-    place, rate, slope = spare
+    place, rate, slope = scratch.out, scratch.before, scratch.after
     n = place.size
-    order = settings_i[ORDER]
-    scale = 1.0
-    for i in range(x.size):
-        scale = max(scale, abs(x[i]))
-    if not _has_gap(ws, n, h / settings_f[REACH], scale):
-        return h
     for _ in range(100):
-        _values_and_rates(ws, n, order, h, place, slope)
-        functions[3](carried[MODE], t + h, c, place, rate)
-        defect = 0.0
-        size = 0.0
+        _values_and_rates(ws, n, settings.order, h, place, slope)
+        functions.field(state.run[0].mode, t + h, state.c, place, rate)
+        holds = True
         for i in range(n):
-            defect = max(defect, abs(slope[i] - rate[i]))
-            size = max(size, abs(rate[i]))
-        if not defect * h > DEFECT * settings_f[TOLERANCE] * scale + 1e-12 * size * h:
+            allowed = max(DEFECT * settings.tolerance, 1e-12) * state.scale[i] + 1e-12 * abs(rate[i]) * h
+            holds = holds and abs(slope[i] - rate[i]) * h <= allowed
+        if holds:
             return h
         h *= 0.6
     return h
@@ -131,28 +152,33 @@ def has_unproven(marks, count):
     return found
 
 
-@inlined
-def proven_guards(guard, h, first, count, marks, settings_f, t, c, x, carried, ws, place, gradient):
+@inner
+def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
     """The step h, shortened until guards whose series may end before it are what their series say at its end.
 
     A pole, a root or a logarithm near by ends a guard's series; tanh far from its slope shows none of it. NaN if a
     guard is no number where the step begins.
     """
-    scale = 1.0
-    for i in range(x.size):
-        scale = max(scale, abs(x[i]))
+    n = state.x.size
+    first = n + settings.quadratures
+    mode = state.run[0].mode
+    marks = tables.marks[mode]
+    count = tables.watch[mode, 0]
+    place = scratch.before[:n]
     for j in range(count):
         if marks[j] & UNPROVEN and not abs(ws[first + j, 0]) < math.inf:
             return math.nan
     for _ in range(100):
-        for i in range(x.size):
+        for i in range(n):
             place[i] = value(ws, uint64(i), h)
         holds = True
         for j in range(count):
             if marks[j] & UNPROVEN:
                 row = uint64(first + j)
-                error = guard(carried[MODE], j, t + h, c, place, gradient) - value(ws, row, h)
-                holds = holds and abs(error) <= DEFECT * settings_f[TOLERANCE] * scale + 1e-12 * size(ws, row, h, 0)
+                error = functions.guard(mode, j, t + h, state.c, place, scratch.gradient) - value(ws, row, h)
+                scale = state.scale[first + tables.keys[mode, j]]
+                allowed = DEFECT * settings.tolerance * scale + 1e-12 * size(ws, row, h, 0)
+                holds = holds and abs(error) <= allowed
         if holds:
             return h
         h *= 0.5
@@ -160,47 +186,68 @@ def proven_guards(guard, h, first, count, marks, settings_f, t, c, x, carried, w
 
 
 @inlined
-def expand(functions, rows, settings_i, settings_f, t, c, x, vectors, carried, ws):
+def expand(functions, tables, settings, t, state, ws, scratch):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last term is to be a part of the tolerance, relative to max(1, |x|) over all states for states, integrals and
-    guards, and to its length for every tangent.
+    The last term is to be a part of the tolerance: for states, integrals and guards relative to their scales, which
+    are what they have moved in a step of late, for a tangent relative to its length in these scales.
     """
-    n = x.size
-    order = settings_i[ORDER]
-    mode = carried[MODE]
-    functions[0](mode, order, t, c, x, ws)
+    run, vectors = state.run[0], state.vectors
+    n = state.x.size
+    order, mode = settings.order, run.mode
+    first_guard = n + settings.quadratures
+    rows = first_guard + tables.watch[mode, 0]
+    weights = scratch.weights
+    functions.jet(mode, order, t, state.c, state.x, ws)
+    run.evaluations += order
     last = 0.0
     last_but_one = 0.0
-    scale = 1.0
-    for i in range(n):
-        scale = max(scale, abs(x[i]))
-        last = max(last, abs(ws[i, order]))
-        last_but_one = max(last_but_one, abs(ws[i, order - 1]))
-    for j in range(n, rows):
-        last = max(last, abs(ws[j, order]))
-        last_but_one = max(last_but_one, abs(ws[j, order - 1]))
-    last /= scale
-    last_but_one /= scale
-    live = carried[LIVE]
-    if live > 0:
-        if settings_i[JACOBIAN] == 1:
-            functions[1](mode, order, c, ws)
-        for v in range(0, live, 2):
+    finest = EPSILON / settings.tolerance
+    for i in range(rows):
+        k = scale_index(tables, mode, first_guard, i)
+        scale = max(FADE * state.scale[k], finest * abs(ws[i, 0]))
+        if scale <= SMALLEST:
+            scale = max(scale, own_scale(ws[i], order, settings.reach))
+        state.scale[k] = scale
+        weight = 1.0 / scale if scale > SMALLEST else 0.0
+        last = max(last, abs(ws[i, order]) * weight)
+        last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weight)
+        if i < n:
+            weights[i] = weight
+    if run.live > 0:
+        if settings.own_jacobian == 1:
+            functions.jacobian_jet(mode, order, state.c, ws)
+        for v in range(0, run.live, 2):
             row = _first_row(ws, vectors, v)
-            functions[2](mode, order, c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
-        for v in range(live):
+            second = vectors[min(v + 1, run.live - 1)]
+            functions.tangent(mode, order, state.c, vectors[v], second, ws, row)
+        common = math.inf
+        for i in range(n):
+            if 0.0 < weights[i] < common:
+                common = weights[i]
+        for i in range(n):
+            if weights[i] == 0.0:
+                weights[i] = common if common < math.inf else 1.0
+        for v in range(run.live):
             row = _first_row(ws, vectors, v)
-            size = 0.0
+            length = 0.0
             a = 0.0
             b = 0.0
-            for i in range(row, row + n):
-                size = max(size, abs(ws[i, 0]))
-                a = max(a, abs(ws[i, order]))
-                b = max(b, abs(ws[i, order - 1]))
-            last = max(last, a / size)
-            last_but_one = max(last_but_one, b / size)
-    return min(radius(last, last_but_one, order) * settings_f[REACH], settings_f[PERIOD], LONGEST)
+            for i in range(n):
+                length = max(length, abs(ws[row + i, 0]) * weights[i])
+                a = max(a, abs(ws[row + i, order]) * weights[i])
+                b = max(b, abs(ws[row + i, order - 1]) * weights[i])
+            last = max(last, a / length)
+            last_but_one = max(last_but_one, b / length)
+    h = min(radius(last, last_but_one, order) * settings.reach, run.period, LONGEST)
+    for i in range(rows):
+        k = scale_index(tables, mode, first_guard, i)
+        state.scale[k] = max(state.scale[k], abs(ws[i, 1]) * h)
+    if _has_gap(ws, first_guard, h / settings.reach, state.scale):
+        h = proven_step(functions, settings, h, t, state, ws, scratch)
+    if has_unproven(tables.marks[mode], tables.watch[mode, 0]):
+        h = proven_guards(functions, tables, settings, h, t, state, ws, scratch)
+    return h
 
 
 @inner

@@ -1,0 +1,71 @@
+"""How far the computed value of an expression may be from the exact one, from the operations that it is made of.
+
+A bound in units of the rounding unit, itself an expression: every operation adds its own rounding to what those of its
+operands become in it (running error analysis: Wilkinson 1963; Higham, Accuracy and Stability of Numerical Algorithms,
+2nd ed. 2002, section 3.3, doi:10.1137/1.9780898718027). Terms of higher order are left out.
+"""
+
+from typing import Any
+
+import sympy
+from sympy.core.function import ArgumentIndexError
+
+
+def rounding_bound(expression: Any) -> Any:
+    """Bound of the rounding error of an expression whose symbols are known to one rounding each.
+
+    Parameters
+    ----------
+    expression : sympy expression
+
+    Returns
+    -------
+    sympy expression
+        The bound at the values of the same symbols, in units of the rounding unit.
+    """
+    known: dict[Any, Any] = {}
+
+    def bound(e: Any) -> Any:
+        if e not in known:
+            known[e] = _bound(e, bound)
+        return known[e]
+
+    return bound(sympy.sympify(expression))
+
+
+def _bound(e: Any, bound: Any) -> Any:
+    if e.is_Symbol or e.is_NumberSymbol:
+        return sympy.Abs(e)
+    if e.is_Number:
+        exact = e.is_Float or e.is_Integer or (e.is_Rational and e.q & (e.q - 1) == 0)
+        return sympy.Integer(0) if exact else abs(e)
+    if e.is_Add:
+        return sympy.Add(*(bound(a) + sympy.Abs(a) for a in e.args))
+    if e.is_Mul:
+        sizes = [sympy.Abs(a) for a in e.args]
+        spread = [bound(a) * sympy.Mul(*sizes[:i], *sizes[i + 1 :]) for i, a in enumerate(e.args)]
+        return sympy.Add(*spread, (len(sizes) - 1) * sympy.Mul(*sizes))
+    if e.is_Pow and not e.exp.free_symbols:
+        slope = sympy.Abs(e.exp) * sympy.Abs(e.base) ** (e.exp - 1)
+        return slope * bound(e.base) + sympy.Abs(e.exp) * sympy.Abs(e.base) ** e.exp
+    if isinstance(e, sympy.Piecewise):
+        return sympy.Max(*(bound(value) for value, _ in e.args))
+    if isinstance(e, (sympy.Max, sympy.Min)):
+        return sympy.Max(*map(bound, e.args))
+    if isinstance(e, (sympy.Mod, sympy.floor, sympy.sign)):
+        return sympy.Add(*map(bound, e.args)) + sympy.Abs(e)
+    if isinstance(e, sympy.Abs):
+        return bound(e.args[0])
+    # any other function: what its arguments may be off by, through its derivatives
+    carried = sympy.Add(*(sympy.Abs(_slope(e, i)) * bound(a) for i, a in enumerate(e.args)))
+    return carried + sympy.Abs(e)
+
+
+def _slope(e: Any, i: int) -> Any:
+    if e.is_Pow:
+        base, exponent = e.args
+        return exponent * base ** (exponent - 1) if i == 0 else e * sympy.log(base)
+    try:
+        return e.fdiff(i + 1)
+    except (ArgumentIndexError, AttributeError):
+        return sympy.Integer(1)
