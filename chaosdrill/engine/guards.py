@@ -126,34 +126,39 @@ def look(functions, tables, state, j, here, slope, t, scratch):
 
 
 @inlined
-def settle(functions, tables, state, ws, i, j, n, h, t, scratch):
-    """The same for guard j whose polynomial is row i, by the first derivative that does not vanish."""
-    how, side, order = look(functions, tables, state, j, ws[i, 0], ws[i, 1], t, scratch)
-    if how != UNSURE:
-        return how, side, order
+def stand_at_rest(tables, state, j, order, side):
+    """How guard j stands, (how, side), where its value and slope vanish and a later derivative leads to a side."""
     run = state.run[0]
     key = tables.keys[run.mode, j]
-    limit = VANISHING * size(ws, uint64(i), h, 0)
-    order = 2
-    power = h * h
-    while order <= n and not abs(ws[i, order]) * power > limit:
-        order += 1
-        power *= h
-    if order > n:
-        return NOWHERE, state.sides[key], 0
-    crossed = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface and not is_moved(key, tables, state)
-    fired = run.fresh == AFTER and run.fired == key
-    how, side = stand(
+    after = run.fresh == AFTER
+    crossed = after and tables.surfaces[run.mode, j] == run.surface and not is_moved(key, tables, state)
+    return stand(
         True,
-        1 if ws[i, order] > 0.0 else -1,
+        side,
         order,
         state.sides[key],
         tables.watch[run.mode, 1 + j],
         run.fresh,
-        fired,
+        after and run.fired == key,
         crossed,
         tables.marks[run.mode, j],
     )
+
+
+@inlined
+def settle(functions, tables, state, ws, i, j, n, h, t, scratch):
+    """As ``look`` for guard j whose polynomial is row i, by the first derivative that does not vanish."""
+    how, side, order = look(functions, tables, state, j, ws[i, 0], ws[i, 1], t, scratch)
+    if how == UNSURE:
+        limit = VANISHING * size(ws, uint64(i), h, 0)
+        order = 2
+        power = h * h
+        while order <= n and not abs(ws[i, order]) * power > limit:
+            order += 1
+            power *= h
+        if order > n:
+            return NOWHERE, side, 0
+        how, side = stand_at_rest(tables, state, j, order, 1 if ws[i, order] > 0.0 else -1)
     return how, side, order
 
 

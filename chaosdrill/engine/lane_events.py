@@ -10,7 +10,7 @@ from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED
+from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED, UNSURE, WIDTH
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 
@@ -33,6 +33,16 @@ BELOW, ABOVE, BACK = range(3)
 OUTCOME, GUARD, TIES, LOOK = range(4)
 
 
+@inner
+def _bends(i, lane, block):
+    """Whether the second derivative of a guard does not vanish, as ``guards.settle`` sees it."""
+    h = block.h[lane]
+    total = 0.0
+    for k in range(WIDTH):
+        total = total * h + abs(block.ws[i, WIDTH - 1 - k, lane])
+    return abs(block.ws[i, 2, lane]) * h * h > guards.VANISHING * total
+
+
 @inlined
 def _plan(functions, tables, state, first, lane, plan, block, scratch):
     """How the guards of one lane stand; returns ALONE if that is not plain."""
@@ -48,6 +58,11 @@ def _plan(functions, tables, state, first, lane, plan, block, scratch):
         if run.fresh != ONGOING:
             slope = block.ws[first + j, 1, lane]
             how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
+            if how == UNSURE and _bends(first + j, lane, block):
+                order = 2
+                how, side = guards.stand_at_rest(
+                    tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1
+                )
         elif not g * side > 0.0 or abs(side) == 2:
             return ALONE
         if how != ARMED and how != FIRE:
@@ -63,13 +78,15 @@ def _plan(functions, tables, state, first, lane, plan, block, scratch):
 
 @inlined
 def _scaled(series, row, sign, shift, any_shift, h, order, block):
-    """Fill the polynomial of one guard, without its zero at 0, on [0, 1] and negative at 0; returns a bound of it."""
+    """Fill the polynomial of one guard, without its zeros at 0, on [0, 1] and negative at 0; returns a bound of it."""
     a = row_of(block.polynomial)
     g = series[row]
     power = sign
     if any_shift:
+        twice = larger(shift - 1.0, 0.0)
         for k in range(order + 1):
-            a[k] = power * chosen(shift, g[k + 1], g[k])
+            later = chosen(twice, g[k + 2], g[k + 1])
+            a[k] = power * chosen(shift, later, g[k])
             power = power * h
         bound = a[0]
         for k in range(1, order + 1):

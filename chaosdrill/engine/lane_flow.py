@@ -131,7 +131,7 @@ def _step(
     lane_step.gather(places, mode, live, tables, states, varying, block)
     lane_step.expand(lane_functions, mode, live, m, first + guard_count, settings, block, scratch.polynomial)
     lane_step.scatter_scales(places, count, mode, tables, states, block)
-    lane_step.look_for_gaps(first, settings.reach, block)
+    lane_step.look_for_gaps(n, settings.order, settings.reach, block)
     unproven = taylor.has_unproven(tables.marks[mode], guard_count)
     for lane in range(count):
         state = state_of(states, places[lane])

@@ -40,34 +40,11 @@ def value_in_lane(ws, i, lane, s):
 
 
 @series
-def lane_size(g, s):
-    """Sums of the sizes of the terms at s > 0, from order 8 on."""
+def lane_late_size(g, s, first):
+    """Sums of the sizes of the eight terms from order ``first`` on, at s > 0, over s**first."""
     fourth = (s * s) * (s * s)
-    a = magnitude(g[WIDTH - 4])
-    b = magnitude(g[WIDTH - 3])
-    c = magnitude(g[WIDTH - 2])
-    d = magnitude(g[WIDTH - 1])
-    for m in range(1, WIDTH // 4 - 2):
-        k = WIDTH - 4 - 4 * m
-        a = a * fourth + magnitude(g[k])
-        b = b * fourth + magnitude(g[k + 1])
-        c = c * fourth + magnitude(g[k + 2])
-        d = d * fourth + magnitude(g[k + 3])
-    return ((a + b * s) + (c + d * s) * (s * s)) * (fourth * fourth)
-
-
-@series
-def lane_size_whole(g, s):
-    """Sums of the sizes of all terms at s > 0."""
-    fourth = (s * s) * (s * s)
-    a = magnitude(g[WIDTH - 4])
-    b = magnitude(g[WIDTH - 3])
-    c = magnitude(g[WIDTH - 2])
-    d = magnitude(g[WIDTH - 1])
-    for m in range(1, WIDTH // 4):
-        k = WIDTH - 4 - 4 * m
-        a = a * fourth + magnitude(g[k])
-        b = b * fourth + magnitude(g[k + 1])
-        c = c * fourth + magnitude(g[k + 2])
-        d = d * fourth + magnitude(g[k + 3])
+    a = magnitude(g[first]) + fourth * magnitude(g[first + 4])
+    b = magnitude(g[first + 1]) + fourth * magnitude(g[first + 5])
+    c = magnitude(g[first + 2]) + fourth * magnitude(g[first + 6])
+    d = magnitude(g[first + 3]) + fourth * magnitude(g[first + 7])
     return (a + b * s) + (c + d * s) * (s * s)

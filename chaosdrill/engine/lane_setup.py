@@ -35,6 +35,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         v=aligned(m, n, LANES),
         ws=aligned(rows, at.COLUMNS, LANES),
         scale=aligned(n + q + guards, LANES),
+        weights=aligned(n, LANES),
         h=aligned(LANES),
         reach=aligned(LANES),
         last=aligned(2, LANES),

@@ -5,7 +5,7 @@ arrays of lanes, in the order of ``engine.layout``.
 """
 
 from chaosdrill.engine.jit import inlined, inner
-from chaosdrill.engine.lane_series import lane_size, lane_value
+from chaosdrill.engine.lane_series import lane_late_size, lane_value
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
 from chaosdrill.engine.taylor import EPSILON, FADE, LONGEST, SMALLEST, own_scale, radius, scale_index
 
@@ -79,17 +79,19 @@ def expand(lane_functions, mode, live, m, rows, settings, block, row):
     ends = row_of(block.last)
     lane_functions[0](mode, order, block.t, block.c, block.x, ws)
     finest = EPSILON / settings.tolerance
+    weights = row_of(block.weights)
     widest = scales[0] * 0.0
     last = widest
     last_but_one = widest
     for i in range(rows):
         scale = larger(FADE * scales[i], finest * magnitude(series[i][0]))
         scales[i] = scale
+        weight = 1.0 / larger(scale, SMALLEST)
         if i < n:
             widest = larger(widest, scale)
-        divisor = larger(scale, SMALLEST)
-        last = larger(last, magnitude(series[i][order]) / divisor)
-        last_but_one = larger(last_but_one, magnitude(series[i][order - 1]) / divisor)
+            weights[i] = weight
+        last = larger(last, magnitude(series[i][order]) * weight)
+        last_but_one = larger(last_but_one, magnitude(series[i][order - 1]) * weight)
     ends[0] = last
     ends[1] = last_but_one
     for lane in range(LANES):
@@ -104,19 +106,21 @@ def expand(lane_functions, mode, live, m, rows, settings, block, row):
             lane_functions[2](mode, order, block.c, vectors[v], second, ws, _first_row(ws, m, n, v))
         last = ends[0]
         last_but_one = ends[1]
-        widest = larger(widest, SMALLEST)
+        common = 1.0 / larger(widest, SMALLEST)
+        for i in range(n):
+            weights[i] = chosen(larger(scales[i] - SMALLEST, 0.0), 1.0 / larger(scales[i], SMALLEST), common)
         for v in range(live):
             first = _first_row(ws, m, n, v)
-            length = widest * 0.0
+            length = common * 0.0
             a = length
             b = length
             for i in range(n):
-                divisor = chosen(larger(scales[i] - SMALLEST, 0.0), scales[i], widest)
-                length = larger(length, magnitude(series[first + i][0]) / divisor)
-                a = larger(a, magnitude(series[first + i][order]) / divisor)
-                b = larger(b, magnitude(series[first + i][order - 1]) / divisor)
-            last = larger(last, a / length)
-            last_but_one = larger(last_but_one, b / length)
+                length = larger(length, magnitude(series[first + i][0]) * weights[i])
+                a = larger(a, magnitude(series[first + i][order]) * weights[i])
+                b = larger(b, magnitude(series[first + i][order - 1]) * weights[i])
+            length = 1.0 / length
+            last = larger(last, a * length)
+            last_but_one = larger(last_but_one, b * length)
         ends[0] = last
         ends[1] = last_but_one
     for lane in range(LANES):
@@ -128,15 +132,19 @@ def expand(lane_functions, mode, live, m, rows, settings, block, row):
 
 
 @inlined
-def look_for_gaps(count, reach, block):
-    """Sums of the late terms at the radius of convergence that the step shows, in scales."""
+def look_for_gaps(n, order, reach, block):
+    """Sums of the last eight terms at the radius of convergence that the step shows, in scales, as for one."""
     series = table_of(block.ws)
-    scales = row_of(block.scale)
+    weights = row_of(block.weights)
     s = row_of(block.h)[0] / reach
-    total = lane_size(series[0], s) / larger(scales[0], SMALLEST)
-    for i in range(1, count):
-        total = total + lane_size(series[i], s) / larger(scales[i], SMALLEST)
-    row_of(block.gap)[0] = total
+    first = order - 7
+    total = lane_late_size(series[0], s, first) * weights[0]
+    for i in range(1, n):
+        total = total + lane_late_size(series[i], s, first) * weights[i]
+    power = 1.0 + 0.0 * s
+    for _ in range(first):
+        power = power * s
+    row_of(block.gap)[0] = total * power
 
 
 @inlined

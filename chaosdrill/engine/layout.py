@@ -123,7 +123,7 @@ class Scratch(NamedTuple):
     errors: Any
     """(2,): bounds of a guard's and its rate's rounding errors"""
     weights: Any
-    """(n,): one over the scales of the states"""
+    """(n + q,): one over the scales of states and integrals"""
     before: Any
     after: Any
     out: Any
@@ -165,6 +165,8 @@ class Block(NamedTuple):
     ws: Any
     scale: Any
     """(n + q + guards of the mode, lanes)"""
+    weights: Any
+    """(n, lanes): one over the scales of the states"""
     h: Any
     reach: Any
     last: Any

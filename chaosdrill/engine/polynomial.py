@@ -56,3 +56,14 @@ def keeps_side(rows, i, s, sign):
         c = c * fourth + max(sign * rows[i, k + 2], 0.0)
         d = d * fourth + max(sign * rows[i, k + 3], 0.0)
     return sign * rows[i, 0] + _join(a, b, c, d, s) < 0.0
+
+
+@series
+def late_size(rows, i, s, first):
+    """Sum of the sizes of the eight terms of row i from order ``first`` on, at s > 0, over s**first."""
+    fourth = (s * s) * (s * s)
+    a = abs(rows[i, first]) + fourth * abs(rows[i, first + 4])
+    b = abs(rows[i, first + 1]) + fourth * abs(rows[i, first + 5])
+    c = abs(rows[i, first + 2]) + fourth * abs(rows[i, first + 6])
+    d = abs(rows[i, first + 3]) + fourth * abs(rows[i, first + 7])
+    return _join(a, b, c, d, s)

@@ -179,7 +179,7 @@ def scratch_of(system: "HybridSystem", m: int) -> at.Scratch:
         backs=np.full(guards, -1.0),
         gradient=np.zeros(n + 1),
         errors=np.zeros(2),
-        weights=np.zeros(n),
+        weights=np.zeros(n + q),
         before=np.zeros(n + q),
         after=np.zeros(n + q),
         out=np.zeros(n + q),

@@ -7,7 +7,7 @@ from numba import uint64
 
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, series
 from chaosdrill.engine.layout import UNPROVEN
-from chaosdrill.engine.polynomial import size, value
+from chaosdrill.engine.polynomial import late_size, size, value
 
 SMALLEST = 1e-300
 
@@ -15,7 +15,7 @@ LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
 
 GAP = 40.0
-"""Sum of the late terms at the radius of convergence, in scales of the states, that raises suspicion."""
+"""Sum of the last terms at the radius of convergence, in scales of the states, that raises suspicion."""
 
 DEFECT = 20.0
 """Defect at the end of a step, times its length, in units of the tolerance, above which the step is shortened."""
@@ -111,14 +111,17 @@ def scale_index(tables, mode, n, i):
     return i if i < n else n + tables.keys[mode, i - n]
 
 
-@inner
-def _has_gap(ws, n, radius, scale):
-    """Whether a coefficient is larger than the radius of convergence lets expect, which then may be wrong."""
+@inlined
+def _late_terms(ws, n, order, radius, weights):
+    """Sum of the last eight terms of the states in their scales, at the radius of convergence.
+
+    They are larger than that radius lets expect where it is wrong.
+    """
+    first = order - 7
     total = 0.0
     for i in range(n):
-        if scale[i] > SMALLEST:
-            total += size(ws, uint64(i), radius, 8) / scale[i]
-    return not total <= GAP
+        total += weights[i] * late_size(ws, uint64(i), radius, uint64(first))
+    return total * radius**first
 
 
 @inner
@@ -212,7 +215,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
         weight = 1.0 / scale if scale > SMALLEST else 0.0
         last = max(last, abs(ws[i, order]) * weight)
         last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weight)
-        if i < n:
+        if i < first_guard:
             weights[i] = weight
     if run.live > 0:
         if settings.own_jacobian == 1:
@@ -243,7 +246,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     for i in range(rows):
         k = scale_index(tables, mode, first_guard, i)
         state.scale[k] = max(state.scale[k], abs(ws[i, 1]) * h)
-    if _has_gap(ws, first_guard, h / settings.reach, state.scale):
+    if not _late_terms(ws, n, order, h / settings.reach, weights) <= GAP:
         h = proven_step(functions, settings, h, t, state, ws, scratch)
     if has_unproven(tables.marks[mode], tables.watch[mode, 0]):
         h = proven_guards(functions, tables, settings, h, t, state, ws, scratch)
