@@ -188,7 +188,7 @@ def _pointwise(system: "HybridSystem", printer: ExpressionPrinter, events: tuple
         _branches("variation", "mode, t, c, x, d, out", "mode", variations),
         _nested("guard", "mode, j, t, c, x, gradient", unpack, guards, "return 0.0"),
         _nested("guard_error", "mode, j, t, c, x, out", unpack, errors, "return"),
-        _nested("transit", "mode, j, tangents, t, c, x, tolerance, event", unpack, transits, "return -1"),
+        _nested("transit", "mode, j, tangents, t, c, x, scale, tolerance, event", unpack, transits, "return -1"),
     ]
 
 

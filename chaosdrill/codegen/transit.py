@@ -122,12 +122,13 @@ def transit(system: "HybridSystem", printer: ExpressionPrinter, mode: str, event
 
 
 def _onto_guard(system: "HybridSystem", printer: ExpressionPrinter, event: "Event") -> list[str]:
-    """Lines that put the state on the guard, along its gradient."""
+    """Lines that put the state on the guard, along its gradient in the scales of the states."""
     gradient = guard_gradient(system, event.guard)
     moving = [i for i in range(len(system.states)) if gradient[i] != 0]
     lines = [f"value = {printer.doprint(event.guard)}"]
-    lines += [f"d{i} = {printer.doprint(gradient[i])}" for i in moving]
-    lines += [f"square = {' + '.join(f'd{i} * d{i}' for i in moving) or '0.0'}", "if square > 0.0:"]
+    for i in moving:
+        lines += [f"g{i} = {printer.doprint(gradient[i])}", f"d{i} = g{i} * scale[{i}] * scale[{i}]"]
+    lines += [f"square = {' + '.join(f'd{i} * g{i}' for i in moving) or '0.0'}", "if square > 0.0:"]
     for i in moving:
         lines += [f"    x{i} -= value * d{i} / square", f"    x[{i}] = x{i}"]
     return lines if moving else []

@@ -81,7 +81,9 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     mode = run.mode
     event = scratch.event
     recorded = buffer.shape[0] > 0
-    transition = functions.transit(mode, j, run.live + recorded, t, state.c, x, settings.tolerance, event)
+    transition = functions.transit(
+        mode, j, run.live + recorded, t, state.c, x, state.scale, settings.tolerance, event
+    )
     rest = event[place.rest]
     key = tables.keys[mode, j]
     guards.cross(tables, state, j)

@@ -38,6 +38,8 @@ that the bounds know nothing of."""
 VANISHING = 1e-13
 """Part of a guard's variation over a step below which its second and later derivatives count as zero."""
 
+EPSILON = 2.220446049250313e-16
+
 NEAR = 1e-6
 """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
 
@@ -221,17 +223,21 @@ def on_the_clock(functions, run, c, j, s, h, place, gradient):
 
 @inner
 def _touches(functions, state, ws, i, j, n, s, h, t, scratch):
-    """Time at which a guard is back where it was, if beyond a root at s it does not get farther than its error; or -1."""
+    """Time at which a guard is back where it was, if beyond a root at s it does not get farther than its error; or -1.
+
+    The error is that of its value, and that of the polynomial, whose terms are rounded where the step begins.
+    """
     slope, bend = _slope_and_bend(ws[i], n, s)
     if not slope * bend < 0.0:
         return -1.0
     summit = -slope / bend
-    if not 0.5 * abs(slope) * summit <= 1e-9 * size(ws, uint64(i), h, 0):
+    height = 0.5 * abs(slope) * summit
+    if not height <= 1e-9 * size(ws, uint64(i), h, 0):
         return -1.0
     place = scratch.before[: state.x.size]
     _state_at(ws, place.size, s, place)
     functions.guard_error(state.run[0].mode, j, t + s, state.c, place, scratch.errors)
-    if 0.5 * abs(slope) * summit <= ROUNDING * scratch.errors[0]:
+    if height <= ROUNDING * scratch.errors[0] + 2.0 * EPSILON * size(ws, uint64(i), s, 0):
         return s + 2.0 * summit
     return -1.0
 
@@ -240,29 +246,35 @@ def _touches(functions, state, ws, i, j, n, s, h, t, scratch):
 def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     """Of the times of the guards (-1: none) the first: (time, guard, ties).
 
-    Of guards whose roots coincide to within their errors the one that comes first in order acts first.
+    Of guards whose roots coincide to within their errors the one that comes first in order acts first, at the time of
+    the root that is known best.
     """
     times = scratch.times
     first = -1
     for j in range(count):
         if times[j] >= 0.0 and (first < 0 or times[j] < times[first]):
             first = j
+    if first < 0:
+        return -1.0, -1, 0
     found = first
     ties = 0
-    if first >= 0:
-        error = -1.0
-        for j in range(count - 1, -1, -1):
-            if j == first or times[j] < 0.0 or times[j] - times[first] > NEAR * h:
-                continue
-            apart = times[j] - times[first]
-            if apart > 0.0 and error < 0.0:
-                error = root_error(functions, tables, settings, state, ws, row + first, first, times[first], t, scratch)
-            if apart == 0.0 or apart <= error + root_error(
-                functions, tables, settings, state, ws, row + j, j, times[j], t, scratch
-            ):
-                ties += 1
-                found = min(found, j)
-    return (times[found] if found >= 0 else -1.0), found, ties
+    te = times[first]
+    error = -1.0
+    least = math.inf
+    for j in range(count):
+        apart = times[j] - times[first]
+        if j == first or times[j] < 0.0 or apart > NEAR * h:
+            continue
+        if error < 0.0:
+            error = least = root_error(functions, tables, settings, state, ws, row + first, first, te, t, scratch)
+        own = root_error(functions, tables, settings, state, ws, row + j, j, times[j], t, scratch)
+        if apart == 0.0 or apart <= error + own:
+            ties += 1
+            found = min(found, j)
+            if own < least:
+                least = own
+                te = times[j]
+    return te, found, ties
 
 
 @inlined
@@ -272,18 +284,19 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
     ``ws[row + j]`` holds the polynomial of guard j. The step may end earlier, behind a guard that was only touched.
     """
     run = state.run[0]
-    n = settings.order
-    count = tables.watch[run.mode, 0]
+    n, mode, fresh = settings.order, run.mode, run.fresh
+    count = tables.watch[mode, 0]
+    run.turning = 0
     for j in range(count):
         i = row + j
         g = ws[i]
-        direction = tables.watch[run.mode, 1 + j]
-        key = tables.keys[run.mode, j]
+        direction = tables.watch[mode, 1 + j]
+        key = tables.keys[mode, j]
         side = state.sides[key]
         order = 0
         how = PASSED if direction != 0 and side == direction else ARMED
         scratch.backs[j] = -1.0
-        if run.fresh != ONGOING or not g[0] * side > 0.0 or abs(side) == 2:
+        if fresh != ONGOING or not g[0] * side > 0.0 or abs(side) == 2:
             how, side, order = settle(functions, tables, state, ws, i, j, n, h, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0, h
@@ -319,9 +332,11 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
             if back >= 0.0:
                 h = min(h, back)
                 root = turn = -1.0
-        if root > 0.0 and tables.marks[run.mode, j] & TIMED:
+        if root > 0.0 and tables.marks[mode, j] & TIMED:
             root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient)
-        scratch.backs[j] = turn if how == PASSED else -1.0
+        if how == PASSED and turn >= 0.0:
+            scratch.backs[j] = turn
+            run.turning = 1
         scratch.times[j] = root
     te, found, ties = earliest(functions, tables, settings, state, ws, row, count, h, t, scratch)
     if te > h:
@@ -342,6 +357,8 @@ def coincides(functions, tables, settings, state, ws, row, j, te, instant, h, t,
 @inlined
 def pass_sides(tables, state, backs, s):
     """Note the guards that were passed and are back on their near sides by the end of the step at s."""
+    if state.run[0].turning == 0:
+        return
     mode = state.run[0].mode
     for j in range(tables.watch[mode, 0]):
         if 0.0 <= backs[j] <= s:

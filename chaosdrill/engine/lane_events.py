@@ -320,8 +320,8 @@ def first_events(functions, tables, settings, mode, lanes, places, states, first
         h = block.h[lane]
         j = -2
         if ends[lane, LOOK] == SEARCH:
+            state.run[0].turning = 0
             for k in range(count):
-                block.backs[k, lane] = -1.0
                 if block.times[k, lane] > 0.0 and tables.marks[mode, k] & TIMED:
                     block.times[k, lane] = guards.on_the_clock(
                         functions, state.run[0], state.c, k, block.times[k, lane], h, state.x, scratch.gradient

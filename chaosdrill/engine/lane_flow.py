@@ -50,12 +50,15 @@ ACTIVE = 64
 def _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch):
     """The step of one lane, shortened where series do not obey the equation or the guards at its end."""
     h = block.h[lane]
-    suspicious = not block.gap[lane] <= taylor.GAP
-    if suspicious or unproven:
-        rows = block.out.shape[0] + tables.watch[mode, 0]
+    suspicious = not block.gap[0, lane] <= taylor.GAP
+    overruns = not block.gap[1, lane] <= 0.0
+    rows = block.out.shape[0] + tables.watch[mode, 0]
+    if suspicious or overruns or unproven:
         lane_step.copy_lane(block.ws, 0, rows, lane, settings.order, scratch.workspace)
     if suspicious:
         h = taylor.proven_step(functions, settings, h, block.t[lane], state, scratch.workspace, scratch)
+    if suspicious or overruns:
+        h = taylor.restrain(scratch.workspace, state.x.size, rows, settings, h)
     if unproven:
         h = taylor.proven_guards(functions, tables, settings, h, block.t[lane], state, scratch.workspace, scratch)
     return h
@@ -128,14 +131,15 @@ def _step(
     live = states.run[places[0]].live
     guard_count = tables.watch[mode, 0]
     first = block.out.shape[0]
-    lane_step.gather(places, mode, live, tables, states, varying, block)
-    lane_step.expand(lane_functions, mode, live, m, first + guard_count, settings, block, scratch.polynomial)
-    lane_step.scatter_scales(places, count, mode, tables, states, block)
-    lane_step.look_for_gaps(n, settings.order, settings.reach, block)
+    lane_step.gather(places, live, states, varying, block)
+    lane_step.expand(lane_functions, mode, live, m, settings, block, scratch.polynomial)
+    lane_step.look_for_gaps(n, first + guard_count, settings, block)
     unproven = taylor.has_unproven(tables.marks[mode], guard_count)
     for lane in range(count):
         state = state_of(states, places[lane])
         state.run[0].evaluations += settings.order
+        for i in range(n):
+            state.scale[i] = block.scale[i, lane]
         block.h[lane] = _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch)
     for lane in range(count, LANES):
         block.reach[lane] = 0.0
@@ -178,8 +182,9 @@ def _step(
         j = ends[lane, GUARD]
         strobe = _pass_strobes(p, lane, state.run[0], results, strobed, te, block, scratch.out)
         _move(lane, live, state, block)
-        for k in range(guard_count):
-            scratch.backs[k] = block.backs[k, lane]
+        if state.run[0].turning == 1:
+            for k in range(guard_count):
+                scratch.backs[k] = block.backs[k, lane]
         ends[lane, OUTCOME] = end_step(
             functions, tables, settings, te, strobe, j >= 0, j, ends[lane, TIES], scratch.backs, state, row, scratch
         )

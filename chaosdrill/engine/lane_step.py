@@ -7,17 +7,15 @@ arrays of lanes, in the order of ``engine.layout``.
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_value
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.taylor import EPSILON, FADE, LONGEST, SMALLEST, own_scale, radius, scale_index
+from chaosdrill.engine.taylor import EPSILON, FADE, LONGEST, SMALLEST, own_scale, radius
 
 ABSURD = 1e100
 """Last term over its scale from which on a scale is not known yet."""
 
 
 @inlined
-def gather(places, mode, live, tables, states, varying, block):
+def gather(places, live, states, varying, block):
     """Put the trajectories at ``places`` into lanes."""
-    first_guard = block.out.shape[0]
-    rows = first_guard + tables.watch[mode, 0]
     for lane in range(places.size):
         p = places[lane]
         run = states.run[p]
@@ -25,23 +23,12 @@ def gather(places, mode, live, tables, states, varying, block):
         block.period[lane] = run.period
         for i in range(states.x.shape[1]):
             block.x[i, lane] = states.x[p, i]
+            block.scale[i, lane] = states.scale[p, i]
         for v in range(live):
             for i in range(states.x.shape[1]):
                 block.v[v, i, lane] = states.vectors[p, v, i]
-        for i in range(rows):
-            block.scale[i, lane] = states.scale[p, scale_index(tables, mode, first_guard, i)]
         for i in range(varying.size):
             block.c[varying[i], lane] = states.c[p, varying[i]]
-
-
-@inlined
-def scatter_scales(places, count, mode, tables, states, block):
-    """Give the scales back to the runs."""
-    first_guard = block.out.shape[0]
-    rows = first_guard + tables.watch[mode, 0]
-    for lane in range(count):
-        for i in range(rows):
-            states.scale[places[lane], scale_index(tables, mode, first_guard, i)] = block.scale[i, lane]
 
 
 @inlined
@@ -50,11 +37,11 @@ def _first_row(ws, m, n, v):
 
 
 @inner
-def _begin_scales(rows, order, reach, lane, block, row):
+def _begin_scales(n, order, reach, lane, block, row):
     """Scales of one lane of which nothing is known yet; returns its last two terms in its scales."""
     last = 0.0
     last_but_one = 0.0
-    for i in range(rows):
+    for i in range(n):
         if block.scale[i, lane] <= SMALLEST:
             for k in range(order + 1):
                 row[k] = block.ws[i, k, lane]
@@ -66,7 +53,7 @@ def _begin_scales(rows, order, reach, lane, block, row):
 
 
 @inlined
-def expand(lane_functions, mode, live, m, rows, settings, block, row):
+def expand(lane_functions, mode, live, m, settings, block, row):
     """Series at the present states, and the steps that keep states and tangents within tolerance, as for one.
 
     ``row`` is scratch for one polynomial.
@@ -83,20 +70,19 @@ def expand(lane_functions, mode, live, m, rows, settings, block, row):
     widest = scales[0] * 0.0
     last = widest
     last_but_one = widest
-    for i in range(rows):
+    for i in range(n):
         scale = larger(FADE * scales[i], finest * magnitude(series[i][0]))
         scales[i] = scale
         weight = 1.0 / larger(scale, SMALLEST)
-        if i < n:
-            widest = larger(widest, scale)
-            weights[i] = weight
+        widest = larger(widest, scale)
+        weights[i] = weight
         last = larger(last, magnitude(series[i][order]) * weight)
         last_but_one = larger(last_but_one, magnitude(series[i][order - 1]) * weight)
     ends[0] = last
     ends[1] = last_but_one
     for lane in range(LANES):
         if not max(block.last[0, lane], block.last[1, lane]) < ABSURD:
-            block.last[0, lane], block.last[1, lane] = _begin_scales(rows, order, reach, lane, block, row)
+            block.last[0, lane], block.last[1, lane] = _begin_scales(n, order, reach, lane, block, row)
     if live > 0:
         if settings.own_jacobian == 1:
             lane_functions[1](mode, order, block.c, ws)
@@ -127,24 +113,40 @@ def expand(lane_functions, mode, live, m, rows, settings, block, row):
         h = radius(block.last[0, lane], block.last[1, lane], order) * reach
         block.h[lane] = min(h, block.period[lane], LONGEST)
     h = row_of(block.h)[0]
-    for i in range(rows):
+    for i in range(n):
         scales[i] = larger(scales[i], magnitude(series[i][1]) * h)
 
 
 @inlined
-def look_for_gaps(n, order, reach, block):
-    """Sums of the last eight terms at the radius of convergence that the step shows, in scales, as for one."""
+def look_for_gaps(n, rows, settings, block):
+    """What raises suspicion of the series: of states, their last eight terms; of the rest, more than is allowed."""
+    order, reach = settings.order, settings.reach
     series = table_of(block.ws)
     weights = row_of(block.weights)
-    s = row_of(block.h)[0] / reach
+    gaps = row_of(block.gap)
+    h = row_of(block.h)[0]
+    s = h / reach
     first = order - 7
     total = lane_late_size(series[0], s, first) * weights[0]
     for i in range(1, n):
         total = total + lane_late_size(series[i], s, first) * weights[i]
-    power = 1.0 + 0.0 * s
-    for _ in range(first):
-        power = power * s
-    row_of(block.gap)[0] = total * power
+    gaps[0] = total * _power_of_four(s, first // 4)
+    last = _power_of_four(h, order // 4) * h * h
+    excess = 0.0 * h
+    for i in range(n, rows):
+        a = magnitude(series[i][order]) * last * h
+        b = magnitude(series[i][order - 1]) * last * reach
+        excess = larger(excess, larger(a, b) - settings.tolerance * lane_late_size(series[i], h, 1) * h)
+    gaps[1] = excess
+
+
+@inlined
+def _power_of_four(x, k):
+    fourth = (x * x) * (x * x)
+    power = 1.0 + 0.0 * x
+    for _ in range(k):
+        power = power * fourth
+    return power
 
 
 @inlined

@@ -20,6 +20,7 @@ SETTINGS = np.dtype(
 RUN = np.dtype(
     [
         *((name, np.int64) for name in ("mode", "strobes", "live", "fresh", "fired", "surface", "moved_by")),
+        ("turning", np.int64),
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
@@ -70,7 +71,7 @@ class States(NamedTuple):
     x: Any
     """(P, n)"""
     scale: Any
-    """(P, n + q + keys): the size that states, integrals over a step, and guards have had of late"""
+    """(P, n + q): what states, and integrals, have moved in a step of late"""
     sums: Any
     """(P, 2, q): quadratures as compensated sums"""
     vectors: Any
@@ -123,7 +124,7 @@ class Scratch(NamedTuple):
     errors: Any
     """(2,): bounds of a guard's and its rate's rounding errors"""
     weights: Any
-    """(n + q,): one over the scales of states and integrals"""
+    """(n,): one over the scales of the states"""
     before: Any
     after: Any
     out: Any
@@ -164,13 +165,14 @@ class Block(NamedTuple):
     v: Any
     ws: Any
     scale: Any
-    """(n + q + guards of the mode, lanes)"""
+    """(n, lanes)"""
     weights: Any
-    """(n, lanes): one over the scales of the states"""
+    """(n, lanes): one over the scales"""
     h: Any
     reach: Any
     last: Any
     gap: Any
+    """(2, lanes): what raises suspicion of the series of states, and of what follows from them"""
     out: Any
     period: Any
     sign: Any

@@ -45,7 +45,7 @@ states_type = types.NamedTuple(
 scratch_type = types.NamedTuple((matrix, vector, vector, matrix, matrix, *[vector] * 11, matrix), Scratch)
 block_type = types.NamedTuple(
     (
-        *(vector, matrix, matrix, block, block, matrix, matrix, vector, vector, matrix, vector, matrix, vector),
+        *(vector, matrix, matrix, block, block, matrix, matrix, vector, vector, matrix, matrix, matrix, vector),
         *(matrix, matrix, matrix, matrix, matrix, matrix, matrix),
     ),
     Block,

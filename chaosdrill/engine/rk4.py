@@ -107,6 +107,7 @@ def locate(
         if fires >= 0:
             return 0.0, fires, 0
     move(field, variation, run, t, c, x, h, stages, 0, out, stages)
+    run.turning = 0
     for j in range(count):
         times[j] = guard(mode, j, t + h, c, out[: x.size], gradient)
     best = -1.0
@@ -120,6 +121,7 @@ def locate(
         direction = tables.watch[mode, 1 + j]
         if direction == side and direction != 0:
             backs[j] = h
+            run.turning = 1
             continue
         low = 0.0
         high = h

@@ -13,10 +13,11 @@ import sympy
 
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
-from chaosdrill.model.derive import shift_directions
+from chaosdrill.model.derive import rate, shift_directions
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
+    from chaosdrill.model.transition import Transition
 
 _SAMPLES = 24
 _RANK_TOLERANCE = 1e-13
@@ -36,7 +37,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
-                transition = transit(mode, j, 1, t, c, x, 0.0, event)
+                transition = transit(mode, j, 1, t, c, x, np.ones(n), 0.0, event)
                 speed = normal_speed.py_func(event, n)
                 if transition < 0 or speed * events[j].direction < 0 or speed == 0:
                     continue
@@ -56,7 +57,7 @@ def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-u
             square = gradient[:n] @ gradient[:n]
         if not np.isfinite(value + square) or square == 0:
             return False
-        if abs(value) <= 1e-14 * (1 + np.abs(x).max()):
+        if abs(value) <= 1e-13 * (np.abs(gradient[:n]) @ np.abs(x)):
             return True
         x -= value * gradient[:n] / square
     return False
@@ -87,11 +88,14 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             direction = events[j].direction
+            if any(_goes_on(system, system.mode_names[mode], system.transitions[k]) for k in events[j].outcomes):
+                yield mode, j
+                continue
             for _ in range(_SAMPLES):
                 x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
-                transition = transit(mode, j, 1, t, c, x, 0.0, event)
+                transition = transit(mode, j, 1, t, c, x, np.ones(n), 0.0, event)
                 if not normal_speed.py_func(event, n) * direction > 0:
                     continue
                 target, after = mode, x.copy()
@@ -105,6 +109,14 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
                 if ahead * direction > 0:
                     yield mode, j
                     break
+
+
+def _goes_on(system: "HybridSystem", mode: str, transition: "Transition") -> bool:
+    """Whether an event changes neither its guard nor the rate of it."""
+    if transition.target != mode:
+        return False
+    reset = {state for state, image in transition.reset.items() if image != state}
+    return not (transition.guard.free_symbols | rate(system, mode, transition.guard).free_symbols) & reset
 
 
 @dataclass(frozen=True)

@@ -106,9 +106,13 @@ def own_scale(g, order, reach):
 
 
 @inlined
-def scale_index(tables, mode, n, i):
-    """Where the scale of row i of the workspace stands: guards have theirs by key."""
-    return i if i < n else n + tables.keys[mode, i - n]
+def power_of_four(x, k):
+    """x**(4 k)"""
+    fourth = (x * x) * (x * x)
+    power = 1.0
+    for _ in range(k):
+        power *= fourth
+    return power
 
 
 @inlined
@@ -117,11 +121,31 @@ def _late_terms(ws, n, order, radius, weights):
 
     They are larger than that radius lets expect where it is wrong.
     """
-    first = order - 7
     total = 0.0
     for i in range(n):
-        total += weights[i] * late_size(ws, uint64(i), radius, uint64(first))
-    return total * radius**first
+        total += weights[i] * late_size(ws, uint64(i), radius, uint64(order - 7))
+    return total * power_of_four(radius, (order - 7) // 4)
+
+
+@inlined
+def _overruns(ws, first, rows, order, h, settings):
+    """Whether an integral or a guard, to which series of states lead, has larger last terms than what it moves."""
+    last = power_of_four(h, order // 4) * h * h * h
+    found = False
+    for i in range(first, rows):
+        allowed = settings.tolerance * late_size(ws, uint64(i), h, uint64(1)) * h
+        found |= max(abs(ws[i, order]) * last, abs(ws[i, order - 1]) * last * settings.reach / h) > allowed
+    return found
+
+
+@inner
+def restrain(ws, first, rows, settings, h):
+    """The step h, shortened until integrals and guards are as exact as the states."""
+    for _ in range(100):
+        if not _overruns(ws, first, rows, settings.order, h, settings):
+            break
+        h *= 0.9
+    return h
 
 
 @inner
@@ -138,7 +162,11 @@ def proven_step(functions, settings, h, t, state, ws, scratch):
         functions.field(state.run[0].mode, t + h, state.c, place, rate)
         holds = True
         for i in range(n):
-            allowed = max(DEFECT * settings.tolerance, 1e-12) * state.scale[i] + 1e-12 * abs(rate[i]) * h
+            allowed = 1e-12 * abs(rate[i]) * h
+            if i < state.x.size:
+                allowed += max(DEFECT * settings.tolerance, 1e-12) * state.scale[i]
+            else:
+                allowed += DEFECT * settings.tolerance * late_size(ws, uint64(i), h, uint64(1)) * h
             holds = holds and abs(slope[i] - rate[i]) * h <= allowed
         if holds:
             return h
@@ -179,8 +207,8 @@ def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
             if marks[j] & UNPROVEN:
                 row = uint64(first + j)
                 error = functions.guard(mode, j, t + h, state.c, place, scratch.gradient) - value(ws, row, h)
-                scale = state.scale[first + tables.keys[mode, j]]
-                allowed = DEFECT * settings.tolerance * scale + 1e-12 * size(ws, row, h, 0)
+                moved = late_size(ws, row, h, uint64(1)) * h
+                allowed = DEFECT * settings.tolerance * moved + 1e-12 * size(ws, row, h, 0)
                 holds = holds and abs(error) <= allowed
         if holds:
             return h
@@ -192,46 +220,41 @@ def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
 def expand(functions, tables, settings, t, state, ws, scratch):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last term is to be a part of the tolerance: for states, integrals and guards relative to their scales, which
-    are what they have moved in a step of late, for a tangent relative to its length in these scales.
+    The last term is to be a part of the tolerance: for states relative to their scales, which are what they have moved
+    in a step of late, for a tangent to its length in these scales, for integrals and guards to what they move in this
+    step.
     """
-    run, vectors = state.run[0], state.vectors
+    run, vectors, scale, weights = state.run[0], state.vectors, state.scale, scratch.weights
     n = state.x.size
-    order, mode = settings.order, run.mode
-    first_guard = n + settings.quadratures
-    rows = first_guard + tables.watch[mode, 0]
-    weights = scratch.weights
+    order, mode, live, reach = settings.order, run.mode, run.live, settings.reach
+    rows = n + settings.quadratures + tables.watch[mode, 0]
     functions.jet(mode, order, t, state.c, state.x, ws)
     run.evaluations += order
     last = 0.0
     last_but_one = 0.0
     finest = EPSILON / settings.tolerance
-    for i in range(rows):
-        k = scale_index(tables, mode, first_guard, i)
-        scale = max(FADE * state.scale[k], finest * abs(ws[i, 0]))
-        if scale <= SMALLEST:
-            scale = max(scale, own_scale(ws[i], order, settings.reach))
-        state.scale[k] = scale
-        weight = 1.0 / scale if scale > SMALLEST else 0.0
-        last = max(last, abs(ws[i, order]) * weight)
-        last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weight)
-        if i < first_guard:
-            weights[i] = weight
-    if run.live > 0:
+    common = math.inf
+    for i in range(n):
+        here = max(FADE * scale[i], finest * abs(ws[i, 0]))
+        if here <= SMALLEST:
+            here = max(here, own_scale(ws[i], order, reach))
+        scale[i] = here
+        weights[i] = 0.0
+        if here > SMALLEST:
+            weights[i] = 1.0 / here
+            common = min(common, weights[i])
+        last = max(last, abs(ws[i, order]) * weights[i])
+        last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weights[i])
+    if live > 0:
         if settings.own_jacobian == 1:
             functions.jacobian_jet(mode, order, state.c, ws)
-        for v in range(0, run.live, 2):
+        for v in range(0, live, 2):
             row = _first_row(ws, vectors, v)
-            second = vectors[min(v + 1, run.live - 1)]
-            functions.tangent(mode, order, state.c, vectors[v], second, ws, row)
-        common = math.inf
-        for i in range(n):
-            if 0.0 < weights[i] < common:
-                common = weights[i]
+            functions.tangent(mode, order, state.c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
         for i in range(n):
             if weights[i] == 0.0:
                 weights[i] = common if common < math.inf else 1.0
-        for v in range(run.live):
+        for v in range(live):
             row = _first_row(ws, vectors, v)
             length = 0.0
             a = 0.0
@@ -242,12 +265,13 @@ def expand(functions, tables, settings, t, state, ws, scratch):
                 b = max(b, abs(ws[row + i, order - 1]) * weights[i])
             last = max(last, a / length)
             last_but_one = max(last_but_one, b / length)
-    h = min(radius(last, last_but_one, order) * settings.reach, run.period, LONGEST)
-    for i in range(rows):
-        k = scale_index(tables, mode, first_guard, i)
-        state.scale[k] = max(state.scale[k], abs(ws[i, 1]) * h)
-    if not _late_terms(ws, n, order, h / settings.reach, weights) <= GAP:
+    h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)
+    for i in range(n):
+        scale[i] = max(scale[i], abs(ws[i, 1]) * h)
+    if not _late_terms(ws, n, order, h / reach, weights) <= GAP:
         h = proven_step(functions, settings, h, t, state, ws, scratch)
+    if _overruns(ws, n, rows, order, h, settings):
+        h = restrain(ws, n, rows, settings, h)
     if has_unproven(tables.marks[mode], tables.watch[mode, 0]):
         h = proven_guards(functions, tables, settings, h, t, state, ws, scratch)
     return h

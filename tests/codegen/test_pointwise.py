@@ -93,7 +93,7 @@ def crossed(kernels, place, tangents=1):
     functions, c = kernels[0].functions, kernels[1]
     x, places = np.array(place[:3]), event_places(3)
     event = np.full(places.size, np.nan)
-    transition = functions[6](1, 0, tangents, place[3], c, x, 0.0, event)
+    transition = functions[7](1, 0, tangents, place[3], c, x, np.ones(3), 0.0, event)
     first = places._asdict()
     order = sorted(first, key=first.get)
     ends = {name: first[later] for name, later in pairwise(order)}
@@ -126,7 +126,7 @@ def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
     functions, c = kernels[0].functions, kernels[1]
     x, places = np.array([1.0, 0.4, -0.3]), event_places(3)
     event = np.empty(places.size)
-    assert functions[6](0, 0, 1, 0.9, c, x, 0.0, event) == 0
+    assert functions[7](0, 0, 1, 0.9, c, x, np.ones(x.size), 0.0, event) == 0
     expected = [float(value(e, x, 0.9)) for e in FIELD.values()]
     np.testing.assert_allclose(event[places.after : places.image], expected, rtol=1e-14, atol=1e-15)
 
@@ -134,8 +134,8 @@ def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
 def test_a_mode_or_guard_that_is_not_there_chooses_nothing(kernels):
     functions, c = kernels[0].functions, kernels[1]
     event = np.empty(event_places(3).size)
-    assert functions[6](1, 1, 0, 0.0, c, np.zeros(3), 0.0, event) == -1
-    assert functions[6](7, 0, 0, 0.0, c, np.zeros(3), 0.0, event) == -1
+    assert functions[7](1, 1, 0, 0.0, c, np.zeros(3), np.ones(3), 0.0, event) == -1
+    assert functions[7](7, 0, 0, 0.0, c, np.zeros(3), np.ones(3), 0.0, event) == -1
 
 
 def test_constants_are_parameters_first(kernels):

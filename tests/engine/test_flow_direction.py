@@ -54,7 +54,7 @@ def put_on_guard(guard, mode, j, c, x, gradient):
 def test_the_flow_goes_over_into_the_flow(augmented, name, mode, j, seed, size):
     system = augmented(name)
     kernels = system.kernels
-    guard, transit = kernels.functions[5:]
+    guard, transit = kernels.functions[5], kernels.functions[7]
     mode = system.mode_names.index(mode)
     n = len(system.states)
     places = event_places(n)

@@ -87,7 +87,7 @@ def test_a_guard_that_is_missed_by_a_hair_is_no_event(system, method, gap):
 
 def ties(system, method, rate):
     run, _ = events(system, 10.25, method, "clocks", rate=rate)
-    return [*run.counts[1:3], run.carried[at.TIES]]
+    return [*run.counts[1:3], run.ties]
 
 
 @pytest.mark.parametrize("method", at.METHOD_CODES)

@@ -36,19 +36,19 @@ def clocks(system, length, rate, **initial):
 def test_clocks_in_step_tie_every_time(system):
     run = clocks(system, 10.5, 1.0)
     assert list(run.counts) == [10, 10]
-    assert run.carried[at.TIES] == 10
+    assert run.ties == 10
 
 
 def test_clocks_of_rates_one_and_two_tie_every_other_time(system):
     run = clocks(system, 10.25, 2.0)
     assert list(run.counts) == [10, 20]
-    assert run.carried[at.TIES] == 10
+    assert run.ties == 10
 
 
 def test_clocks_that_are_apart_do_not_tie(system):
     run = clocks(system, 10.5, 1.0, x=0.25)
     assert list(run.counts) == [10, 10]
-    assert run.carried[at.TIES] == 0
+    assert run.ties == 0
 
 
 @pytest.mark.parametrize("period", [0.5, 1.0, 0.25])
