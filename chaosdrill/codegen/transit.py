@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
+ONTO = 100.0
+"""Tolerances, in scales of the states, within which a state is put onto the guard that it has met."""
+
+
 class _Shared:
     """Expressions whose common parts are assigned when they are first needed."""
 
@@ -122,13 +126,17 @@ def transit(system: "HybridSystem", printer: ExpressionPrinter, mode: str, event
 
 
 def _onto_guard(system: "HybridSystem", printer: ExpressionPrinter, event: "Event") -> list[str]:
-    """Lines that put the state on the guard, along its gradient in the scales of the states."""
+    """Lines that put the state on the guard, along its gradient in the scales of the states.
+
+    A guard that is met at a multiple root tells nothing about how far away it is: there the state stays.
+    """
     gradient = guard_gradient(system, event.guard)
     moving = [i for i in range(len(system.states)) if gradient[i] != 0]
     lines = [f"value = {printer.doprint(event.guard)}"]
     for i in moving:
         lines += [f"g{i} = {printer.doprint(gradient[i])}", f"d{i} = g{i} * scale[{i}] * scale[{i}]"]
-    lines += [f"square = {' + '.join(f'd{i} * g{i}' for i in moving) or '0.0'}", "if square > 0.0:"]
+    lines += [f"square = {' + '.join(f'd{i} * g{i}' for i in moving) or '0.0'}"]
+    lines += [f"near = {ONTO} * tolerance", "if square > 0.0 and value * value <= near * near * square:"]
     for i in moving:
         lines += [f"    x{i} -= value * d{i} / square", f"    x[{i}] = x{i}"]
     return lines if moving else []

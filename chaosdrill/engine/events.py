@@ -72,6 +72,9 @@ def saltate(vectors, live, event, speed, jump, image):
 def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 
+    An event across which a reset has thrown the state comes with that reset: the state is not put onto the guard, and
+    tangents are mapped by the reset alone.
+
     If no outcome's condition holds, nothing happens but that the guard has been passed. Of an event that replaces
     rebounds the limit time and state are recorded; the run goes on from here, on the same path within the tolerance.
     """
@@ -81,14 +84,22 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     mode = run.mode
     event = scratch.event
     recorded = buffer.shape[0] > 0
+    jumped = guards.cross(tables, state, j)
     transition = functions.transit(
-        mode, j, run.live + recorded, t, state.c, x, state.scale, settings.tolerance, event
+        mode,
+        j,
+        run.live + recorded,
+        t,
+        state.c,
+        x,
+        scratch.none if jumped else state.scale,
+        settings.tolerance,
+        event,
     )
     rest = event[place.rest]
     key = tables.keys[mode, j]
-    guards.cross(tables, state, j)
     run.fired = key
-    run.surface = tables.surfaces[mode, j]
+    run.surface = -1 if jumped else tables.surfaces[mode, j]
     run.fresh = AFTER
     run.moved_by = -1
     run.residual = 0.0
@@ -113,8 +124,8 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         for i in range(n):
             x[i] = event[place.image + i]
         if run.live > 0:
-            if rest >= 0.0 and speed == 0.0:
-                # a state that stands on the guard already is mapped by the reset alone
+            if jumped or (rest >= 0.0 and speed == 0.0):
+                # the time of such an event does not depend on the state
                 speed = math.inf
             saltation_jump(event, scratch.jump)
             largest = saltate(state.vectors, run.live, event, speed, scratch.jump, scratch.image)
@@ -132,7 +143,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
                 row[EVENT_COLUMNS + n + i] += rest * event[place.after + i]
         run.event_rows += 1
     state.counts[transition] += 1
-    if rest < 0.0:
+    if rest < 0.0 and not jumped:
         state.grazing[transition] = min(state.grazing[transition], abs(speed))
     run.events_in_period += 1
     return largest

@@ -40,6 +40,10 @@ VANISHING = 1e-13
 
 EPSILON = 2.220446049250313e-16
 
+JUMPED, HELD = 2, 3
+"""A side times this says that the guard is about to fire: a reset threw the state across it, or the motion would not
+leave it any more."""
+
 NEAR = 1e-6
 """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
 
@@ -73,16 +77,16 @@ def stand(zero, side, order, old, direction, fresh, fired, crossed, marks):
     if fired:
         # a motion that does not leave a wall again with any speed is held by it
         if ahead and order > 1 and marks & (MARKS | PASSES) == 0:
-            return FIRE, -2 * side
+            return FIRE, -HELD * side
     elif old == 0:
         if zero and not crossed and (ahead or (direction == 0 and fresh == BEGIN)):
             return FIRE, -side
         if not zero and ahead and marks & OPEN == 0:
-            return (INVALID, side) if fresh == BEGIN else (FIRE, -2 * side)
+            return (INVALID, side) if fresh == BEGIN else (FIRE, -JUMPED * side)
     else:
         before = 1 if old > 0 else -1
         if side != before and (ahead or direction == 0):
-            return FIRE, before if zero else 2 * before
+            return FIRE, before if zero else JUMPED * before
     return PASSED if ahead and direction != 0 else ARMED, side
 
 
@@ -103,7 +107,7 @@ def look(functions, tables, state, j, here, slope, t, scratch):
     moved = is_moved(key, tables, state)
     on_surface = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface
     crossed = on_surface and not moved
-    if not moved and not crossed and abs(old) == 2:
+    if not moved and not crossed and abs(old) > 1:
         return FIRE, old, 0
     if here != here:
         return NOWHERE, 0, 0
@@ -234,11 +238,15 @@ def _touches(functions, state, ws, i, j, n, s, h, t, scratch):
     height = 0.5 * abs(slope) * summit
     if not height <= 1e-9 * size(ws, uint64(i), h, 0):
         return -1.0
+    mode = state.run[0].mode
     place = scratch.before[: state.x.size]
+    functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
+    off = scratch.errors[0] + s * scratch.errors[1]
     _state_at(ws, place.size, s, place)
-    functions.guard_error(state.run[0].mode, j, t + s, state.c, place, scratch.errors)
-    if height <= ROUNDING * scratch.errors[0] + 2.0 * EPSILON * size(ws, uint64(i), s, 0):
-        return s + 2.0 * summit
+    functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
+    off = ROUNDING * max(off, scratch.errors[0]) + 2.0 * EPSILON * size(ws, uint64(i), s, 0)
+    if height <= off:
+        return s + summit + 2.0 * math.sqrt(summit * summit + 2.0 * off / abs(bend))
     return -1.0
 
 
@@ -296,7 +304,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         order = 0
         how = PASSED if direction != 0 and side == direction else ARMED
         scratch.backs[j] = -1.0
-        if fresh != ONGOING or not g[0] * side > 0.0 or abs(side) == 2:
+        if fresh != ONGOING or not g[0] * side > 0.0 or abs(side) > 1:
             how, side, order = settle(functions, tables, state, ws, i, j, n, h, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0, h
@@ -367,19 +375,21 @@ def pass_sides(tables, state, backs, s):
 
 @inlined
 def cross(tables, state, j):
-    """Let guard j be on the side to which its event leads, and forget those that the next mode does not watch."""
+    """Let guard j be on the side to which its event leads; whether a reset threw the state across it."""
     mode = state.run[0].mode
     key = tables.keys[mode, j]
     direction = tables.watch[mode, 1 + j]
+    before = state.sides[key]
     if direction != 0:
         state.sides[key] = direction
     else:
-        state.sides[key] = -1 if state.sides[key] > 0 else 1
+        state.sides[key] = -1 if before > 0 else 1
+    return abs(before) == JUMPED
 
 
 @inlined
 def enter(tables, state, target):
-    """Change the mode; what it does not watch has no side."""
+    """Change the mode; guards that it does not watch have no side."""
     for key in range(state.sides.size):
         if tables.watched[target, key] == 0:
             state.sides[key] = 0

@@ -83,7 +83,8 @@ class States(NamedTuple):
     logs: Any
     """(P, m): logarithms of the tangents' growth"""
     sides: Any
-    """(P, keys): side of every guard: -1, 1, 0 where it is not known, -2, 2 where it is about to be left"""
+    """(P, keys): side of every guard: -1, 1, 0 where it is not known, times
+    ``guards.JUMPED`` or ``guards.HELD`` where it is about to be left"""
     counts: Any
     """(P, transitions)"""
     grazing: Any
@@ -125,6 +126,8 @@ class Scratch(NamedTuple):
     """(2,): bounds of a guard's and its rate's rounding errors"""
     weights: Any
     """(n,): one over the scales of the states"""
+    none: Any
+    """(n,): zeros"""
     before: Any
     after: Any
     out: Any

@@ -42,7 +42,7 @@ states_type = types.NamedTuple(
     ),
     States,
 )
-scratch_type = types.NamedTuple((matrix, vector, vector, matrix, matrix, *[vector] * 11, matrix), Scratch)
+scratch_type = types.NamedTuple((matrix, vector, vector, matrix, matrix, *[vector] * 12, matrix), Scratch)
 block_type = types.NamedTuple(
     (
         *(vector, matrix, matrix, block, block, matrix, matrix, vector, vector, matrix, matrix, matrix, vector),

@@ -57,7 +57,7 @@ def _settle(guard, guard_error, j, ahead, t, c, x, tables, run, sides, gradient,
     old = sides[key]
     moved = run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
     on_surface = run.fresh == AFTER and tables.surfaces[mode, j] == run.surface
-    if not moved and not on_surface and abs(old) == 2:
+    if not moved and not on_surface and abs(old) > 1:
         return FIRE, old
     here = guard(mode, j, t, c, x, gradient)
     zero = on_surface and not moved
@@ -80,6 +80,8 @@ def expand(
     field, variation, guard, first, count, marks, keys, settings, run, t, c, x, scale, vectors, ws, stages, gradient
 ):
     """Length of the step to the next point of the fixed grid."""
+    for i in range(x.size):
+        scale[i] = max(scale[i], abs(x[i]))
     step = run.fixed_step
     h = step - run.time % step
     return h if h > 1e-9 * step else h + step
