@@ -179,8 +179,9 @@ def scipy_clock(method: str, most: int = 200) -> str:
             if leg.status == 1:
                 count += 1
                 state[1] += 10 / (2 * math.pi) * math.sin(2 * math.pi * state[0])
-        found.append(str(count) if time >= PERIODS else f"{count} until t = {time:.3g}, and no end")
-    return f"{found[0]}; with a call a period {found[1]} (scipy's {method})"
+        found.append(str(count) if time >= PERIODS else f"{count} at t = {time:.3g}, and no end")
+    both = found[0] if found[0] == found[1] else f"{found[0]}; with a call a period {found[1]}"
+    return f"{both} (scipy's {method})"
 
 
 def scipy_oscillator(size: float, method: str) -> float:
@@ -223,6 +224,28 @@ def heyoka_ticks() -> tuple[str, str]:
     )
 
 
+def heyoka_beside_decay(scale: float) -> str:
+    """Rises of the guard of `beside_decay` by heyoka's terminal events, which is how a kick or a switch is done there."""
+    if importlib.util.find_spec("heyoka") is None:
+        return ""
+    import heyoka
+
+    x, v, y, u, z = heyoka.make_vars("x", "v", "y", "u", "z")
+    found = []
+
+    def rise(integrator: object, sign: int) -> bool:
+        found.append(sign)
+        return True
+
+    integrator = heyoka.taylor_adaptive(
+        [(x, v), (v, -100.0 * x), (y, u), (u, -400.0 * y), (z, -20000.0 * z)],
+        [-1.0, 0.0, 0.1, 0.0, 1.0],
+        t_events=[heyoka.t_event(scale * (x - y - 0.3), callback=rise, direction=heyoka.event_direction.positive)],
+    )
+    integrator.propagate_until(20.0)
+    return f"{len(found)} (heyoka {heyoka.__version__})"
+
+
 def _counts(system: "cd.HybridSystem", method: str, blocks: int) -> dict[str, int]:
     run = cd.lyapunov_spectrum(system, periods=PERIODS, blocks=blocks, exponents=1, method=method)
     return dict(zip(run["transition_name"].values, run["event_count"].values.tolist(), strict=True))
@@ -235,7 +258,7 @@ def findings() -> list[Finding]:
         found = {blocks: _counts(rotor(), method, blocks)["kick"] for blocks in (1, 64, 1000)}
         elsewhere = scipy_clock("DOP853") if method == "taylor" else ""
         for blocks, count in found.items():
-            name = f"kicks of the rotor in {PERIODS} periods, {method}, {blocks} blocks"
+            name = f"kicks of the rotor in {PERIODS} periods, {method}, {blocks} block{'s' * (blocks > 1)}"
             rows.append(Finding(name, float(PERIODS), float(count), 0.0, elsewhere if blocks == 1 else ""))
     ticked = heyoka_ticks()
     count = float(_counts(clock().with_parameters(p=0.0), "taylor", 1000)["tick"])
@@ -257,7 +280,8 @@ def findings() -> list[Finding]:
             names = run["event_kind"].attrs["flag_meanings"].split()
             found_times = run["event_time"].values[run["event_kind"].values == names.index("rise")]
             what = f"rises of a guard times {scale:g}{' as a switch' if switch else ''}, next to a decay of 2e4"
-            rows.append(Finding(what, float(len(right)), float(len(found_times))))
+            elsewhere = "" if switch else heyoka_beside_decay(scale)
+            rows.append(Finding(what, float(len(right)), float(len(found_times)), 0.0, elsewhere))
     run = cd.trajectory(free_clock(), duration=1e5, samples=1)
     rows.append(Finding("roots of sin(t − 1/3) until 1e5", 31831.0, float(run.sizes["event"])))
     worst = np.abs(run["event_time"].values - (1 / 3 + math.pi * np.arange(run.sizes["event"]))).max()
