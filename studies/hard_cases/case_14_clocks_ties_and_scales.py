@@ -225,7 +225,7 @@ def heyoka_ticks() -> tuple[str, str]:
 
 
 def heyoka_beside_decay(scale: float) -> str:
-    """Rises of the guard of `beside_decay` by heyoka's terminal events, which is how a kick or a switch is done there."""
+    """Rises of the guard of `beside_decay` by heyoka's terminal events, its way to do a kick or a switch."""
     if importlib.util.find_spec("heyoka") is None:
         return ""
     import heyoka
