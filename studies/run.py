@@ -2,7 +2,7 @@
 
     python3 studies/run.py paper          the paper's figures, table of regimes and bifurcation diagram
     python3 studies/run.py silent_error   what the exponents lose when events are left out of the tangents
-    python3 studies/run.py hard_cases     thirteen cases on which hybrid codes break, here and elsewhere
+    python3 studies/run.py hard_cases     fourteen cases on which hybrid codes break, here and elsewhere
     python3 studies/run.py accuracy       what accuracy costs, beside other programs and the paper's method
     python3 studies/run.py throughput     how fast charts are, beside other programs, with two workers, with more points
     python3 studies/run.py charts         charts of the drill, two ways to drill, basins; does chaos drill faster?

@@ -1,4 +1,4 @@
-"""Thirteen cases on which hybrid codes break: what goes wrong elsewhere, what is right, what the package gives.
+"""Fourteen cases on which hybrid codes break: what goes wrong elsewhere, what is right, what the package gives.
 
     python studies/hard_cases/make.py [--docs]          (or: python3 studies/run.py hard_cases)
 

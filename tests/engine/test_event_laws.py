@@ -1,0 +1,144 @@
+"""Laws of event lists: they are the closed form's, and nothing but the motion decides what is in them."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+import chaosdrill as cd
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "studies" / "hard_cases"))
+lists = importlib.import_module("event_lists")
+
+TOLERANCE = 1e-12
+NUMBERS = st.integers(0, 2**32 - 1)
+METHODS = ("taylor", "dop853")
+SAME_AT_ANY_CUT = ("clocks", "oscillators", "polynomials of a clock", "kicks", "switches")
+
+
+def examples(most):
+    """So many numbers, none of which is simpler than another one."""
+    return settings(max_examples=most, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+
+
+def drawn(name, number):
+    family = lists.FAMILIES[name]()
+    return family, *next(family.lists(np.random.default_rng(number), TOLERANCE))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", lists.FAMILIES)
+@examples(20)
+@given(number=NUMBERS)
+def test_a_list_is_the_closed_forms(name, method, number):
+    family, numbers, times = drawn(name, number)
+    assert lists.check_single(family, numbers, times, method, TOLERANCE) == []
+
+
+@pytest.mark.parametrize("name", SAME_AT_ANY_CUT)
+@examples(3)
+@given(number=NUMBERS)
+def test_a_list_in_lanes_is_the_closed_forms(name, number):
+    *_, wrong = lists.check_lanes(lists.FAMILIES[name](), np.random.default_rng(number), TOLERANCE, (4, 4, 2))
+    assert wrong == []
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", lists.FAMILIES)
+@examples(4)
+@given(number=NUMBERS, samples=st.sampled_from([2, 8, 17, 64]))
+def test_samples_do_not_change_a_list(name, method, number, samples):
+    family, numbers, times = drawn(name, number)
+    ended, found, _ = lists.single(family, numbers, method, TOLERANCE, samples=samples)
+    assert ended not in lists.FAILED
+    assert lists.faults(found, times) == []
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", lists.FAMILIES)
+@examples(4)
+@given(number=NUMBERS, blocks=st.sampled_from([1, 3, 64]))
+def test_blocks_do_not_change_the_number_of_events(name, method, number, blocks):
+    family, numbers, times = drawn(name, number)
+    length = {"periods": family.periods} if family.periods else {"duration": family.length(numbers)}
+    run = cd.lyapunov_spectrum(
+        family.at(numbers), **length, exponents=1, blocks=blocks, method=method, tolerance=TOLERANCE
+    )
+    assert lists.outcome(run) not in lists.FAILED
+    counts = dict(zip(run["transition_name"].values, run["event_count"].values, strict=True))
+    assert counts == {name: len(found) for name, (found, _) in times.items()}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", SAME_AT_ANY_CUT)
+@examples(4)
+@given(number=NUMBERS, part=st.floats(0, 1))
+def test_a_transient_takes_the_first_events_and_leaves_the_others(name, method, number, part):
+    family, numbers, times = drawn(name, number)
+    first = min(int(part * family.periods), family.periods - 1)
+    strobe = first * family.length(numbers) / family.periods
+    ended, found, _ = lists.single(family, numbers, method, TOLERANCE, transient=first, periods=family.periods - first)
+    assert ended not in lists.FAILED
+    # an event at the strobe itself comes after it
+    kept = {name: (t[here], off[here]) for name, (t, off) in times.items() for here in [t > strobe - 2 * off - 1e-12]}
+    assert lists.faults(found, kept) == []
+
+
+@pytest.mark.parametrize("method", METHODS)
+@examples(8)
+@given(number=NUMBERS, first=st.integers(1, 3))
+def test_a_run_is_cut_in_two_at_a_strobe(method, number, first):
+    """Guards of explicit time with the period of the strobe: the second part is a run of its own."""
+    family, numbers, times = drawn("clocks", number)
+    ended, found, run = lists.single(family, numbers, method, TOLERANCE, periods=first)
+    end = dict(zip(run["state_name"].values, run["state"].values[-1], strict=True))
+    then_ended, then, _ = lists.single(family, {**numbers, **end}, method, TOLERANCE, periods=family.periods - first)
+    assert not {ended, then_ended} & set(lists.FAILED)
+    joined = {name: np.concatenate([found[name], then[name] + first]) for name in found}
+    assert lists.faults(joined, times) == []
+
+
+@pytest.fixture(scope="module")
+def reversed_clocks():
+    """The same guards in the opposite order; they commute."""
+    family = lists.FAMILIES["clocks"]()
+    system = family.system
+    return cd.HybridSystem(
+        name="clocks, declared the other way round",
+        states=system.states,
+        time=system.time,
+        parameters=system.parameters,
+        modes=system.modes,
+        transitions=system.transitions[::-1],
+        period=system.period,
+        bounds=dict.fromkeys(system.states),
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@examples(8)
+@given(number=NUMBERS)
+def test_the_order_of_declaration_of_guards_that_commute_does_not_matter(method, number, reversed_clocks):
+    family, numbers, times = drawn("clocks", number)
+    run = cd.trajectory(reversed_clocks.with_parameters(**numbers), periods=family.periods, samples=1, method=method)
+    assert lists.outcome(run) not in lists.FAILED
+    assert lists.faults(lists.times_by_name(run), times) == []
+
+
+@pytest.mark.parametrize("name", SAME_AT_ANY_CUT)
+def test_neighbours_and_workers_do_not_change_a_list_in_lanes(name):
+    family, numbers, _ = drawn(name, 7)
+    axes = {axis: np.unique([numbers[axis] * k for k in (1.0, 1.5, 2.0, 3.0, 5.0)]) for axis in family.axes}
+    settings = {"transient": 0, "periods": family.periods, "exponents": 0, "patience": 0, "max_period": 1}
+    charts = [
+        cd.parameter_chart(family.at(numbers), swept, **settings, at="event", section_points=40, workers=workers)
+        for swept, workers in ((axes, 1), (axes, 2), ({k: v[::2] for k, v in axes.items()}, 1))
+    ]
+    one, two, some = (chart["section"].values for chart in charts)
+    assert np.isfinite(one).any()
+    np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(one[::2, ::2], some)
