@@ -4,9 +4,15 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 
-_FREQUENCIES = 8
-"""Lowest frequencies of a record from which the error of its mean is taken: more of them make the error itself no more
-than a few per cent more certain, and see less of slow motion. Blocks are merged as long as so many are left."""
+_FREQUENCIES = (4, 8)
+"""Fewest and most frequencies from which the error of a mean is taken. Fewer make the error itself uncertain; more make
+it hardly more certain, and see less of slow motion."""
+
+_FEWEST_BLOCKS = 16
+"""Blocks whose correlation is looked at, at least, and down to which they are merged: that of fewer is mostly chance."""
+
+_LONGEST = 0.5
+"""Longest correlation time that a record is believed to show, in parts of its length."""
 
 _NORMAL = 1.959964
 _STUDENT = (12.706205, 4.302653, 3.182446, 2.776445, 2.570582, 2.446912, 2.364624, 2.306004)
@@ -16,22 +22,21 @@ _STUDENT = (12.706205, 4.302653, 3.182446, 2.776445, 2.570582, 2.446912, 2.36462
 def standard_error(rates: np.ndarray) -> np.ndarray:
     """Standard error of the mean of correlated blocks: the mean plus and minus twice it covers the truth in 95 %.
 
-    A mean over a long record has the variance S(0)/n, where S is the spectral density of the blocks. It is averaged
-    over the eight lowest frequencies, as the squares of cosine coefficients (Mueller 2007,
-    doi:10.1016/j.jeconom.2007.01.019; Lazarus et al. 2018, doi:10.1080/07350015.2018.1506926). These are nearly
-    independent, so that the mean over its error follows Student's t. The error is larger by t over the normal quantile,
-    a factor of 1.18, so that it may be used as one of a normal distribution.
+    The variance of a mean over n blocks is S(0)/n, where S is their spectral density. That is averaged over the lowest
+    frequencies, 0.4 n^(2/3) but 4 to 8 of them, as the squares of cosine coefficients (Lazarus et al. 2018,
+    doi:10.1080/07350015.2018.1506926). These are nearly independent, so that the mean over its error follows Student's
+    t; the error is enlarged by t over the normal quantile, 1.18 for 8 of them and 1.42 for 4, so that it may be used as
+    that of a normal distribution.
 
-    Where correlation is so long that S falls within the eight frequencies, their average is divided by how much an
-    autoregression of first order would fall (after Andrews and Monahan 1992, doi:10.2307/2951574). Its coefficient is
-    that of neighbours, corrected for its bias in short records (Marriott and Pope 1954, doi:10.1093/biomet/41.3-4.390),
-    at each of the lengths of block that come from merging by two as long as eight are left, so that weak but slow
-    motion is seen, too; the largest fall counts. No correlation time beyond the record is believed. In a record that is
-    too short for its correlation the error thus grows by up to 7 times, and is to be taken at its word.
+    Where correlation lasts so long that S falls within these frequencies, their average is divided by the fall that an
+    autoregression of first order would have (after Andrews and Monahan 1992, doi:10.2307/2951574). Its coefficient is
+    the correlation of neighbours, corrected for its bias in short records (Marriott and Pope 1954,
+    doi:10.1093/biomet/41.3-4.390), at each length of block that comes from merging by two, so that weak but slow motion
+    is seen, too; the largest fall counts. In a record that is too short for its correlation the error thus grows, by up
+    to 4 times.
 
-    Measured coverage of 95 % intervals: 93 to 97 % for autoregressive noise if the record is six correlation times or
-    longer, 88 % at two; in 32 blocks as in 256. Blocks that cancel each other, such as those of an exponent that is
-    zero, have errors that are at most 2.6 times too wide. See docs/theory.md for chaotic systems.
+    Measured: 95 % intervals hold the truth in 92 to 97 % if the record is six correlation times or longer, in 32 blocks
+    as in 256; at three it is 90 %. See "Exponents" in docs/theory.md for chaotic and intermittent motion.
 
     Parameters
     ----------
@@ -41,16 +46,15 @@ def standard_error(rates: np.ndarray) -> np.ndarray:
     Returns
     -------
     ndarray, shape (...)
-        NaN with fewer than two blocks, or where a block is NaN. With fewer than eight blocks it is that of independent
-        blocks.
+        NaN with fewer than two blocks, or where a block is NaN. With fewer than six it is that of independent blocks.
     """
     rates = np.asarray(rates, dtype=float)
     n = len(rates)
     if n < 2:
         return np.full(rates.shape[1:], np.nan)
     apart = rates - _total(rates) / n
-    orders = np.arange(1, min(_FREQUENCIES, n - 1) + 1)
     column = (-1, *(1,) * (rates.ndim - 1))
+    orders = np.arange(1, min(n - 1, int(np.clip(0.4 * n ** (2 / 3), *_FREQUENCIES))) + 1)
     places = (np.arange(n) + 0.5).reshape(column)
     power = sum(_total(np.cos(np.pi * k / n * places) * apart) ** 2 for k in orders) * 2 / n / len(orders)
     student = _STUDENT[len(orders) - 1] / _NORMAL
@@ -70,14 +74,14 @@ def _least_fall(apart: np.ndarray, orders: np.ndarray) -> np.ndarray:
     sums = np.concatenate([np.zeros_like(apart[:1]), np.cumsum(apart, axis=0)])
     least = np.ones(apart.shape[1:])
     size = 1
-    while len(apart) // size >= _FREQUENCIES:
+    while len(apart) // size >= _FEWEST_BLOCKS:
         count = len(apart) / size
         # all runs of so many blocks, overlapping, so that no block is left out and the order may be reversed
         merged = sums[size:] - sums[:-size]
         products = _total(merged[size:] * merged[:-size]) / (len(merged) - size)
         with np.errstate(invalid="ignore", divide="ignore"):
             neighbours = products / (_total(merged**2) / len(merged))
-        neighbours = np.clip((count * neighbours + 1) / (count - 3), 0, np.exp(-1 / count))
+        neighbours = np.clip((count * neighbours + 1) / (count - 3), 0, np.exp(-1 / (_LONGEST * count)))
         flat = (1 - neighbours) ** 2
         fall = flat / (flat + 2 * neighbours * (1 - np.cos(np.pi * orders / count)))
         # blocks that are all the same have no correlation

@@ -172,7 +172,8 @@ def block_rates(system: "cd.HybridSystem", periods: int, repetitions: int) -> np
         system, periods=periods * repetitions, transient=TRANSIENT, blocks=BLOCKS * repetitions, tolerance=TOLERANCE
     )
     history, time = run["lyapunov_history"].values, run["block_time"].values
-    # in the history the largest come first at the end of the run, so that a column is one tangent throughout
+    history = history[:, np.isfinite(history[-1])]
+    # columns are in the order at the end of the run, so that each is one tangent throughout
     grown = np.concatenate([np.zeros((1, history.shape[1])), history * time[:, np.newaxis]])
     rates = np.diff(grown, axis=0) / np.diff(time, prepend=0)[:, np.newaxis]
     return rates.reshape(repetitions, BLOCKS, -1).transpose(1, 0, 2)
@@ -188,10 +189,10 @@ def judged(name: str, record: str, rates: np.ndarray, truth: float, must_hold: b
 
 def diagram_row(motion: Motion, periods: int, repetitions: int, truth: float) -> Row:
     """Return the row of a diagram with so many starts at one value of its parameter."""
-    name = next(iter(motion.system.parameters)) if motion.name[:5] != "drill" else "eta"
+    name, value = next(iter(motion.system.parameters.items()))
     found = cd.bifurcation_diagram(
         motion.system,
-        {name: np.array([motion.system.parameters[name]])},
+        {name: np.array([value])},
         transient=TRANSIENT,
         periods=periods,
         random={"count": repetitions, "seed": 1, **motion.box},
