@@ -9,7 +9,7 @@ _FREQUENCIES = (4, 8)
 it hardly more certain, and see less of slow motion."""
 
 _FEWEST_BLOCKS = 16
-"""Blocks whose correlation is looked at, at least, and down to which they are merged: that of fewer is mostly chance."""
+"""Blocks whose correlation is looked at, at least, and down to which they are merged; that of fewer is chance."""
 
 _LONGEST = 0.5
 """Longest correlation time that a record is believed to show, in parts of its length."""

@@ -121,7 +121,8 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
         return f"within {DEVIATIONS:g} standard errors", apart > allowed + np.where(loose, DEVIATIONS * bars, 0.0)
     if name in ERROR_BARS.values():
         least = np.minimum(np.abs(a), np.abs(b))
-        return f"within a factor of {BAR:g}", apart > allowed + np.where(loose & np.isfinite(least), (BAR - 1) * least, 0.0)
+        allowed = allowed + np.where(loose & np.isfinite(least), (BAR - 1) * least, 0.0)
+        return f"within a factor of {BAR:g}", apart > allowed
     if name in LOOSE:
         return "within a tenth", apart > allowed + np.where(loose, 0.1 * np.abs(np.nan_to_num(b)) + 0.1, 0.0)
     if name in SAMPLED:

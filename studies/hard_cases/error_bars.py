@@ -5,7 +5,8 @@
 A spectrum is one long run that is cut into so many records of 256 blocks each; a diagram has so many starts at one
 value of its parameter. The interval is the value plus and minus 1.96 of its standard error. The truth is a closed form,
 or else the mean over the whole long run. Writes a table to ``studies/hard_cases/out/error_bars.md``; the exit code is 0
-if every row that must hold it holds the truth in 90 to 98 % of its records, or has bars that are too wide and says so.
+if every row holds the truth in 90 to 98 % of its records, or in more with bars less than twice the actual error: blocks
+of motion that only goes up and down cancel, and few frequencies do not tell how well.
 """
 
 import argparse
@@ -26,6 +27,7 @@ TRANSIENT = 500
 TOLERANCE = 1e-10
 INTERVAL = 1.959964
 BOUNDS = (0.90, 0.98)
+WIDEST = 2.0
 HEAD = ["motion", "record", "held", "%", "if blocks were independent, %", "bar over actual error"]
 
 
@@ -63,7 +65,6 @@ class Row:
     held: np.ndarray
     naive: float
     bar: float
-    must_hold: bool = True
 
     def cells(self) -> list[str]:
         """Return the row of the table."""
@@ -74,7 +75,7 @@ class Row:
     @property
     def holds(self) -> bool:
         """Whether the coverage is as promised."""
-        return not self.must_hold or BOUNDS[0] <= self.held.mean() and (self.held.mean() <= BOUNDS[1] or self.bar > 1)
+        return BOUNDS[0] <= self.held.mean() and (self.held.mean() <= BOUNDS[1] or self.bar < WIDEST)
 
 
 def lorenz() -> "cd.HybridSystem":
@@ -160,7 +161,7 @@ def measure(motion: Motion, repetitions: int) -> list[Row]:
         truth = np.where(np.isnan(truth), rates.mean(axis=(0, 1)), truth)
         for number, value in enumerate(truth):
             name = motion.name + (f", λ{number + 1} = 0" if value == 0 else "")
-            rows.append(judged(name, f"spectrum, {periods} periods", rates[:, :, number], value, value != 0))
+            rows.append(judged(name, f"spectrum, {periods} periods", rates[:, :, number], value))
     for periods in sorted(motion.diagrams, reverse=True):
         rows.append(diagram_row(motion, periods, repetitions, truth[0]))
     return rows
@@ -179,12 +180,12 @@ def block_rates(system: "cd.HybridSystem", periods: int, repetitions: int) -> np
     return rates.reshape(repetitions, BLOCKS, -1).transpose(1, 0, 2)
 
 
-def judged(name: str, record: str, rates: np.ndarray, truth: float, must_hold: bool = True) -> Row:
+def judged(name: str, record: str, rates: np.ndarray, truth: float) -> Row:
     """Return the row of records whose blocks are known, shape (blocks, repetitions)."""
     off, bars = rates.mean(axis=0) - truth, standard_error(rates)
     naive = rates.std(axis=0, ddof=1) / np.sqrt(len(rates))
     missed = (np.abs(off) <= INTERVAL * naive).mean()
-    return Row(name, record, np.abs(off) <= INTERVAL * bars, missed, bar_ratio(bars, off), must_hold)
+    return Row(name, record, np.abs(off) <= INTERVAL * bars, missed, bar_ratio(bars, off))
 
 
 def diagram_row(motion: Motion, periods: int, repetitions: int, truth: float) -> Row:
