@@ -44,9 +44,9 @@ def basins(
 
     Two runs are on one attractor if their kind and period are the same and their section points have the same moments:
     cycles within 2e-5 of their size, whatever the phase at which they are found; attractors that are no cycles within a
-    fifth of their extent, with leading exponents that agree within six standard errors. Attractors are numbered by the
-    size of their basins. The fractions are those of the cells: their standard error sqrt(p (1 - p) / N) is that of N
-    states drawn at random from the box.
+    fifth of their extent, with leading exponents that agree within eight standard errors. Attractors are numbered by
+    the size of their basins. The fractions are those of the cells: their standard error sqrt(p (1 - p) / N) is that of
+    N states drawn at random from the box.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class Check:
     variable : str
         Its name.
     how : str
-        In words: "bit for bit", "within 1e-08", "within 5 standard errors", ...
+        In words: "bit for bit", "within 1e-08", "within 8 standard errors", ...
     agrees : bool
         Whether it is so.
     """

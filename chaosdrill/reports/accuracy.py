@@ -29,7 +29,7 @@ def accuracy_section(groups: "Mapping[str, xr.Dataset]") -> Html:
     head += ["smallest normal speed", f"trajectory known to {TRUSTED:g} until"]
     note = (
         "The tolerance bounds the error of a step. A chaotic trajectory is known only for the time ln("
-        f"{TRUSTED:g}/tolerance)/λ₁; averages have standard errors instead, from blocks of several lengths. "
+        f"{TRUSTED:g}/tolerance)/λ₁; averages have standard errors instead, twice which covers the truth in 95 %. "
         "Tangents, and with them errors, grow without bound as the smallest normal speed at an event goes to zero."
     )
     return joined([table("Accuracy and cost", head, rows), element("p", note, class_="note")])

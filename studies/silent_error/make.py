@@ -20,6 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
+from chaosdrill.analysis.statistics import standard_error
 from chaosdrill.plot.style import PALETTE, WIDTH, style, uncertain
 
 HERE = Path(__file__).resolve().parent
@@ -92,15 +93,6 @@ def sum_rule(impacts: np.ndarray) -> np.ndarray:
     return -2 * ZETA + 2 * np.log(RESTITUTION) * impacts
 
 
-def standard_error(blocks: np.ndarray) -> float:
-    """Return the largest standard error of the mean over several lengths of block, so that correlation is seen."""
-    errors = []
-    while blocks.size >= 15:
-        errors.append(np.std(blocks, ddof=1) / np.sqrt(blocks.size))
-        blocks = blocks[: blocks.size // 2 * 2].reshape(-1, 2).mean(axis=1)
-    return float(max(errors))
-
-
 def draw(
     spectrum: xr.Dataset, section: xr.Dataset, growth: np.ndarray, total: np.ndarray, left_out: np.ndarray
 ) -> Figure:
@@ -139,7 +131,7 @@ def draw(
 
 
 def _mean(blocks: np.ndarray) -> str:
-    return uncertain(float(blocks.mean()), standard_error(blocks))
+    return uncertain(float(blocks.mean()), float(standard_error(blocks)))
 
 
 def _say(axes: Axes, height: float, text: str, colour: str) -> None:

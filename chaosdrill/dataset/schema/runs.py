@@ -62,7 +62,7 @@ POINCARE_SECTION: Table = (
 LYAPUNOV_SPECTRUM: Table = (
     EXPONENT,
     need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent", "Per unit of model time; -inf is rank loss."),
-    need("lyapunov_error", "exponent", "f8", "standard error of the exponent", "From blocks of several lengths."),
+    need("lyapunov_error", "exponent", "f8", "standard error of the exponent", "Twice it covers the truth in 95 %."),
     need("lyapunov_history", "block exponent", "f8", "running mean of the exponents", "Up to the block's end."),
     axis("block_time", "block", "f8", "model time at the block's end", "Counted from the end of the transient."),
     need("kaplan_yorke_dimension", "", "f8", "Kaplan-Yorke dimension", "From the exponents; holds with -inf too."),

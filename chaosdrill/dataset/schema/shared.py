@@ -17,7 +17,7 @@ GRAZING = "Smallest over all events; tangents grow without bound as it goes to z
 
 _RATES = (
     ("progression_rate", "mean progression rate", "Penetration per unit of model time, averaged over the run."),
-    ("progression_error", "standard error of the progression rate", "From blocks of several lengths."),
+    ("progression_error", "standard error of the progression rate", "Twice it covers the truth in 95 %."),
     ("events_per_period", "events per forcing period", "All state-changing events, averaged over the run."),
     ("impacts_per_period", "impacts per forcing period", "Events of the class impact, averaged over the run."),
     ("slips_per_period", "slip onsets per forcing period", "Events of the class slip, averaged over the run."),
