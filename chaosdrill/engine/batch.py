@@ -154,6 +154,14 @@ class Batch:
         """Quadratures since the averages began, shape (P, q)."""
         return self._integrals[:, 0] + self._integrals[:, 1]
 
+    def flow(self, which: np.ndarray) -> np.ndarray:
+        """Rates of the states of some runs where they stand, shape (len(which), n)."""
+        rates = np.zeros((len(which), self.x.shape[1] + self._integrals.shape[2]))
+        for p, row in zip(which.tolist(), rates, strict=True):
+            time = float(self._carried_f[p, at.TIME])
+            self.system.kernels.functions[3](int(self.mode[p]), time, self._c[p], self.x[p], row)
+        return rates[:, : self.x.shape[1]]
+
     def run(self, transient: int, ends: np.ndarray) -> None:
         """Run all points over a transient, forget it, and average over blocks.
 
