@@ -185,10 +185,10 @@ def measure(
 
 def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arrays: Arrays, places: np.ndarray) -> None:
     """Run a batch until every point is decided or its patience has come to an end."""
-    ends = plan.ends
+    ends, before = plan.ends, batch.x.copy()
     batch.run(plan.transient, ends)
     which = np.arange(len(places))
-    verdict = judge(plan, batch, which, ends)
+    verdict = judge(plan, batch, which, ends, before)
     _write(plan, batch, which, verdict, which, arrays, places)
     _average_over_cycles(plan, parameters, batch, which, verdict.cycle, arrays, places)
     lead, open_ = verdict.lead.copy(), verdict.outcome == Outcome.OPEN
@@ -199,9 +199,9 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
             which = np.setdiff1d(which, cycles.which)
         if times > plan.patience or not len(which):
             break
-        ends = block_ends(plan.periods * times)
+        ends, before = block_ends(plan.periods * times), batch.x.copy()
         batch.proceed(which, 0, ends)
-        verdict = judge(plan, batch, which, ends)
+        verdict = judge(plan, batch, which, ends, before)
         grows = verdict.outcome == Outcome.OPEN
         # what only grew, and then grows on or cannot be followed any further, is known
         known = open_[which] & (grows | ~np.isin(verdict.outcome, MEASURED))
@@ -238,13 +238,14 @@ def _average_over_cycles(
     if not len(rows):
         return
     chosen, cycle = which[rows], cycle[rows]
-    begin, modes = batch.x[chosen], batch.mode[chosen]
-    runs = plan.strobed(at_points(parameters, chosen), begin, modes, 1)
+    runs = plan.strobed(parameters, batch.x, batch.mode, 1)
+    runs.continue_from(batch)
     for length in np.unique(cycle).tolist():
-        runs.proceed(np.flatnonzero(cycle == length), 0, np.array([0, length]))
+        runs.proceed(chosen[cycle == length], 0, np.array([0, length]))
     size = sizes(np.nan_to_num(batch.window[chosen][:, :, :-1]))
-    back = (runs.outcome == Outcome.OK) & (runs.mode == modes) & (np.abs(runs.x - begin) <= CLOSE * size).all(axis=1)
-    rates = event_rates(plan, runs, np.arange(len(rows)))
+    back = (runs.outcome[chosen] == Outcome.OK) & (runs.mode[chosen] == batch.mode[chosen])
+    back &= (np.abs(runs.x[chosen] - batch.x[chosen]) <= CLOSE * size).all(axis=1)
+    rates = event_rates(plan, runs, chosen)
     for name in rates.keys() - {"closest_grazing"}:
         arrays[name][places[rows[back]]] = rates[name][back]
 

@@ -19,6 +19,9 @@ LENGTH = 2048
 LEAST = 512
 """Section points without which nothing is told."""
 
+REPEATS = 4
+"""Times that a record holds a cycle by which it is known, at least."""
+
 SMOOTH = 1e-3
 """Difference of the two averages, in parts of the extent, below which the motion is regular."""
 
@@ -28,10 +31,11 @@ PARTS = 8
 ONWARD = 0.4
 """Part of its way, to and fro, by which it does so at least."""
 
-STEADY = 0.9
-"""Pace that it keeps at least: what comes to rest like a power of time, as at a bifurcation, is slowing down."""
+STEADY = 0.95
+"""Part of its fastest pace that it has at last: what comes to rest like a power of time, as at a bifurcation, and what
+turns back in the end is slowing down."""
 
-FAR = 0.1
+FAR = 0.03
 """Part of its size by which it has grown at least."""
 
 ASIDE = 0.1
@@ -45,28 +49,33 @@ FEWEST = 16
 """Points by which a state that only grows is told at all."""
 
 
-def only_grows(points: np.ndarray) -> np.ndarray:
+def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
     """Which states only grow or only fall, evenly.
 
     Parameters
     ----------
     points : ndarray, shape (P, W, n)
         States at equal intervals; NaN behind the last.
+    before : ndarray, shape (P, n), optional
+        States long before, from where on growth counts; default the first points.
 
     Returns
     -------
     ndarray of bool, shape (P, n)
     """
     found = np.zeros((len(points), points.shape[2]), dtype=bool)
-    for answer, window in zip(found, points, strict=True):
+    begin = points[:, 0] if before is None else before
+    for answer, window, first in zip(found, points, begin, strict=True):
         rows = window[np.isfinite(window).all(axis=1)]
         if len(rows) < FEWEST:
             continue
-        parts = np.array_split(np.diff(rows, axis=0) * np.sign(rows[-1] - rows[0]), PARTS)
+        direction = np.sign(rows[-1] - rows[0])
+        parts = np.array_split(np.diff(rows, axis=0) * direction, PARTS)
         onward = np.array([part.sum(axis=0) for part in parts])
         way = np.array([np.abs(part).sum(axis=0) for part in parts])
-        steady = onward[-2:].sum(axis=0) >= STEADY * onward[:2].sum(axis=0)
-        far = onward.sum(axis=0) > FAR * np.abs(rows).max(axis=0)
+        pace = onward[:-1] + onward[1:]
+        steady = pace[-1] >= STEADY * pace.max(axis=0)
+        far = direction * (rows[-1] - first) > FAR * np.maximum(np.abs(rows).max(axis=0), np.abs(first))
         answer[:] = (onward > ONWARD * way).all(axis=0) & steady & far
     return found
 
@@ -120,15 +129,14 @@ def tell(
     found = np.full(len(windows), int(Outcome.UNDECIDED))
     open_ = only_grows(states).any(axis=1)
     found[open_] = int(Outcome.OPEN)
+    paths = np.concatenate([states, windows[:, :, -1:]], axis=2)
+    cycle = ~open_ & (recurrence(paths, windows.shape[1] // REPEATS).period > 0)
+    found[cycle] = int(Outcome.PERIODIC)
     if windows.shape[1] < LEAST:
         return found
-    regular = np.flatnonzero(~open_ & is_regular(states))
-    modal = np.concatenate([states[regular], windows[regular, :, -1:]], axis=2)
-    cycle = recurrence(modal, windows.shape[1] // 2).period > 0
-    if flow is not None:
-        curves = [is_curve(window, path, flow, shifts) for window, path in zip(windows[regular], modal, strict=True)]
-        cycle |= np.array(curves, dtype=bool)
-    found[regular] = np.where(cycle, int(Outcome.PERIODIC), int(Outcome.QUASIPERIODIC))
+    for k in np.flatnonzero(~open_ & ~cycle & is_regular(states)):
+        curve = flow is not None and is_curve(windows[k], paths[k], flow, shifts)
+        found[k] = int(Outcome.PERIODIC if curve else Outcome.QUASIPERIODIC)
     return found
 
 

@@ -64,8 +64,11 @@ class Verdict:
     cycle: np.ndarray
 
 
-def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verdict:
-    """Judge some points of a batch by the averages over blocks with these ends, and by the section."""
+def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:
+    """Judge some points of a batch by the averages over blocks with these ends, and by the section.
+
+    ``before`` are the states of all points before the record, to tell by what only grows.
+    """
     found = recurrence(batch.window[which], plan.max_period, 2 * plan.max_period)
     forcing, length = batch.period[which], batch.length[which]
     cycle, certain = _cycle_length(plan, batch, which, found.period, ends)
@@ -98,7 +101,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verd
     winds &= (outcome == Outcome.PERIODIC) & ~repeats
     outcome[winds] = int(Outcome.QUASIPERIODIC)
     unclear = np.flatnonzero(outcome == Outcome.UNDECIDED)
-    outcome[unclear[_only_grow(plan, batch, which[unclear])]] = int(Outcome.OPEN)
+    outcome[unclear[_only_grow(plan, batch, which[unclear], before)]] = int(Outcome.OPEN)
     decided = settled | centre | chaotic | winds
     if plan.exponents == 0:
         repeats, decided = recurs, np.ones(len(which), dtype=bool)
@@ -129,11 +132,14 @@ def _known(plan: Plan, batch: Batch, which: np.ndarray) -> tuple[np.ndarray, np.
     return structure.neutral(flow), structure.winds(flow)
 
 
-def _only_grow(plan: Plan, batch: Batch, which: np.ndarray) -> np.ndarray:
+def _only_grow(plan: Plan, batch: Batch, which: np.ndarray, before: np.ndarray | None) -> np.ndarray:
     """Whether a state only grows along the sections of some points, the shifts aside."""
-    states = batch.window[which][:, :, :-1]
     shifts = plan.structure.frame[: plan.structure.shifts]
-    return only_grows(states - (states @ shifts.T) @ shifts).any(axis=1)
+    states = batch.window[which][:, :, :-1]
+    begin = states[:, 0] if before is None else before[which]
+    return np.asarray(
+        only_grows(states - (states @ shifts.T) @ shifts, begin - (begin @ shifts.T) @ shifts).any(axis=1)
+    )
 
 
 def _cycle_length(
