@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 BLOCKS = 32
 """Blocks over which exponents are averaged, for their standard errors."""
 
+SMALL = 6
+"""States up to which all exponents are computed, however few are asked for: a point is then the same to the bit for any
+number of them, also where chaos dies out just before or after the end of a record. Beyond, tangents take most of the
+time."""
+
 LEAST_ROWS = 16
 """Section points that are compared at least."""
 
@@ -43,7 +48,8 @@ class Plan:
     exponents : int
         Number of exponents that are asked for.
     computed : int
-        Number of those that are computed: of those that are not zero whatever happens two at least.
+        Number of those that are computed: all in a small system, else of those that are not zero whatever happens two
+        at least.
     structure : Structure
         What is known of the tangents.
     deficient : frozenset of int
@@ -146,7 +152,8 @@ def make_plan(
         compile_ahead(LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
-    enough = max(count, min(structure.most_neutral + 2, len(system.states))) if count else 0
+    n = len(system.states)
+    enough = (n if n <= SMALL else max(count, min(structure.most_neutral + 2, n))) if count else 0
     in_resets = {
         i
         for i, t in enumerate(system.transitions)

@@ -38,8 +38,11 @@ turns back in the end is slowing down."""
 FAR = 0.03
 """Part of its size by which it has grown at least."""
 
-ASIDE = 0.1
-"""Part of the distance between neighbours on a closed curve that lies across the flow, at most."""
+ALONG, ACROSS = 0.1, 0.4
+"""Part of the distance between neighbours that lies across the flow: at most on a closed curve, at least on a torus."""
+
+STAYS = 0.8
+"""Part of that distance that is left in the later half of a record, at least, where no cycle is approached."""
 
 SUCCESSIVE = 32
 """One part in so many of the instants before and after one is no neighbour of it, but the same passage (Theiler 1986,
@@ -135,15 +138,17 @@ def tell(
     if windows.shape[1] < LEAST:
         return found
     for k in np.flatnonzero(~open_ & ~cycle & is_regular(states)):
-        curve = flow is not None and is_curve(windows[k], paths[k], flow, shifts)
-        found[k] = int(Outcome.PERIODIC if curve else Outcome.QUASIPERIODIC)
+        found[k] = int(Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], flow, shifts))
     return found
 
 
-def is_curve(
+def _by_neighbours(
     window: np.ndarray, path: np.ndarray, flow: Callable[[np.ndarray, int], np.ndarray], shifts: np.ndarray
-) -> bool:
-    """Whether instants of a motion lie on one closed curve: neighbours then lie along the flow, on a torus beside it.
+) -> Outcome:
+    """Whether instants of a regular motion lie on a closed curve or on a torus.
+
+    On a curve neighbours lie along the flow, on a torus beside it, as far away late in the record as early. On the way
+    to a cycle they come closer.
 
     Parameters
     ----------
@@ -154,7 +159,7 @@ def is_curve(
     """
     extent = np.ptp(path[:, :-1], axis=0).max()
     near = len(path) // SUCCESSIVE
-    aside = []
+    part, across = np.zeros(len(path)), np.zeros(len(path))
     for k, (point, mode) in enumerate(zip(path[:, :-1], path[:, -1].astype(int), strict=True)):
         apart = path[:, :-1] - point
         distance = np.linalg.norm(apart, axis=1)
@@ -163,12 +168,13 @@ def is_curve(
         nearest = int(distance.argmin())
         rate = flow(window[k, :-1], mode)
         rate = rate - (rate @ shifts.T) @ shifts
-        speed = np.linalg.norm(rate)
-        if not np.isfinite(distance[nearest]):
-            continue
-        if distance[nearest] <= CLOSE * extent or speed == 0:
-            aside.append(0.0)
-            continue
-        across = apart[nearest] - (apart[nearest] @ rate) / speed**2 * rate
-        aside.append(float(np.linalg.norm(across) / distance[nearest]))
-    return bool(len(aside) > 0 and np.median(aside) <= ASIDE)
+        square = rate @ rate
+        if CLOSE * extent < distance[nearest] < np.inf and square > 0:
+            aside = apart[nearest] - (apart[nearest] @ rate) / square * rate
+            across[k] = np.linalg.norm(aside)
+            part[k] = across[k] / distance[nearest]
+    if np.median(part) <= ALONG:
+        return Outcome.PERIODIC
+    early, late = (np.median(half) for half in np.array_split(across, 2))
+    torus = np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS
+    return Outcome.QUASIPERIODIC if torus else Outcome.UNDECIDED
