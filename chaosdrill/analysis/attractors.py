@@ -13,6 +13,7 @@ from numba import float64, void
 from chaosdrill.analysis.recurrence import sizes
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.records import integers
 
@@ -37,8 +38,8 @@ BLOCK = 2**16
 MOST = 1000
 """Attractors that are told apart in one analysis."""
 
-ATTRACTING = (int(Outcome.OK), int(Outcome.PERIODIC), int(Outcome.QUASIPERIODIC), int(Outcome.CHAOTIC))
-"""Outcomes of runs that reached their end."""
+ATTRACTING = tuple(int(outcome) for outcome in MEASURED if outcome != Outcome.OPEN)
+"""Outcomes of runs that stay somewhere."""
 
 
 def moments(windows: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -15,9 +15,10 @@ import numpy as np
 
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes, trend
-from chaosdrill.analysis.statistics import free_exponents
+from chaosdrill.analysis.statistics import free_exponents, margin
 from chaosdrill.analysis.verdicts import HYPERBOLIC, ROUND_OFF, Verdict, judge
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
 
 ROUNDS = 12
@@ -152,15 +153,18 @@ def _measure(
         strobed = plan.strobed(parameters, states, modes, 2 * period)
         strobed.run(0, np.array([0, 2 * period]))
         path = strobed.window
-    free = free_exponents(verdict.exponents, plan.neutral)
+    neutral = plan.structure.most_neutral
+    margins = margin(verdict.errors, batch.length[:, np.newaxis])
+    complete = plan.computed == states.shape[1]
+    free = free_exponents(verdict.exponents, neutral, margins, complete=complete)
     # the tangents of a complex pair go on turning and share its growth unevenly, but lose none of it
     pair = turning & (free.shape[1] > 1) & np.isfinite(free[:, min(1, free.shape[1] - 1)])
     with np.errstate(invalid="ignore"):
         shared = free[:, :2].mean(axis=1)
     multiplier = np.where(pair, shared, free[:, 0]) * period * batch.period
-    if not plan.neutral:
+    if not neutral:
         verdict.exponents[pair, :2] = shared[pair, np.newaxis]
-    good = (verdict.outcome <= Outcome.CHAOTIC) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
+    good = np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
     good &= recurrence(path, period, 2 * period).period == period
     good &= approaches(trail, path[:, :period], multiplier / period)
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))

@@ -7,6 +7,8 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.dataset import Outcome
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run, rate_names
 from chaosdrill.orbits.stability import is_stable
 
 if TYPE_CHECKING:
@@ -74,6 +76,47 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
     numbers: dict[str, Any] = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
     numbers |= {name: np.arange(1, ds.sizes[name] + 1, dtype=np.int32) for name in ("orbit", "multiplier")}
     return ds.assign_coords(state_name=("state", list(system.state_names)), **numbers)
+
+
+def orbit_rates(
+    system: "HybridSystem", orbits: "Sequence[FoundOrbit]", numerics: Numerics
+) -> dict[str, tuple[str, np.ndarray]]:
+    """Means over exactly one period of each orbit, variables of ``periodic-orbit``; NaN where there is none.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    orbits : sequence of FoundOrbit
+    numerics : Numerics
+        Method and tolerance by which quadratures along them are taken.
+    """
+    names = [name for name in rate_names(system) if name != "closest_grazing"]
+    rates = np.full((len(names), len(orbits)), np.nan)
+    for column, orbit in enumerate(orbits):
+        if orbit.outcome != Outcome.PERIODIC:
+            continue
+        taken = [system.transitions[i] for i in orbit.event_transitions if not system.transitions[i].marks_only()]
+        counts = (len(taken), *(sum(t.kind == kind for t in taken) for kind in ("impact", "slip")))
+        rates[: len(counts), column] = np.array(counts) / (
+            orbit.period if system.period is not None else orbit.duration
+        )
+        if "penetration" in system.quadratures:
+            index = list(system.quadratures).index("penetration")
+            rates[len(counts), column] = _integrals(system, orbit, numerics)[index] / orbit.duration
+    return {name: ("orbit", values) for name, values in zip(names, rates, strict=True)}
+
+
+def _integrals(system: "HybridSystem", orbit: "FoundOrbit", numerics: Numerics) -> np.ndarray:
+    """Quadratures over one period, NaN if it cannot be followed; shape (q,)."""
+    start = dict(zip(system.state_names, orbit.states[0].tolist(), strict=True))
+    parts = len(orbit.states) if system.period is not None else 1
+    run = Run(system.with_initial(**start, mode=system.mode_names[orbit.mode]), orbit.duration / parts, numerics)
+    for state in orbit.states[:parts]:
+        # an unstable orbit is not left if every strobe begins on it
+        run.x[:] = state
+        if run.advance(1)[0] != Outcome.OK:
+            return np.full(len(system.quadratures), np.nan)
+    return run.integrals()
 
 
 def branches_dataset(system: "HybridSystem", result: "BranchResult") -> xr.Dataset:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, settings, whole
 from chaosdrill.analysis.orbit_arguments import LONGEST_PERIOD, check_start, orbit_period, settling
-from chaosdrill.analysis.orbit_datasets import numbered, orbits_dataset
+from chaosdrill.analysis.orbit_datasets import numbered, orbit_rates, orbits_dataset
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.dataset import label
 from chaosdrill.engine.numerics import Numerics
@@ -69,7 +69,8 @@ def periodic_orbit(
         ``orbit_state`` (state) and ``mode`` at phase 0, ``section`` (iterate, state), ``period`` (0: there is none) and
         ``period_time``; ``multiplier_real`` and ``multiplier_imag`` (multiplier), those of lost rank exactly 0,
         ``rank``, ``stable``; ``event_time``, ``event_kind``, ``event_speed`` (event), ``event_state_before`` and
-        ``event_state_after`` (event, state), ``smallest_speed``; ``residual``, and ``newton_residual`` (iteration);
+        ``event_state_after`` (event, state), ``smallest_speed``; mean rates over the period, such as
+        ``progression_rate`` and ``impacts_per_period``; ``residual``, and ``newton_residual`` (iteration);
         ``lyapunov_exponent`` (multiplier) and what the checks differ by: ``exponent_difference``,
         ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``outcome``, in words in the attributes
         ``message`` and ``disagreement``. A search adds the dimension ``orbit`` in front of all.
@@ -96,7 +97,7 @@ def periodic_orbit(
         chosen = make_seeds(system, seeds, random, needed=False)
         given |= chosen.settings
         found = search(system, longest, chosen.starts, chosen.modes, numerics, progress)
-        ds = orbits_dataset(system, found)
+        ds = orbits_dataset(system, found).assign(orbit_rates(system, found, numerics))
         message = numbered(orbit.message for orbit in found)
         if not found:
             message = (
@@ -108,7 +109,7 @@ def periodic_orbit(
             if value is not None:
                 raise SettingsError(f'{name} is {value!r}, but start is {start!r}; give it with start="search" only')
         orbit = find_orbit(system, period, start, settle, numerics)
-        ds = orbits_dataset(system, [orbit]).isel(orbit=0, drop=True)
+        ds = orbits_dataset(system, [orbit]).assign(orbit_rates(system, [orbit], numerics)).isel(orbit=0, drop=True)
         message, disagreement = orbit.message, orbit.checks.disagreements
     ds = label(ds, "periodic-orbit", system=system, settings=given)
     return ds.assign_attrs(message=message, disagreement=disagreement)

@@ -10,7 +10,7 @@ from chaosdrill.analysis.arguments import no_forcing, section_transitions, tange
 from chaosdrill.codegen.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.structure import examine
+from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.sweep.fingerprint import of_system, origin
 
@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 
 BLOCKS = 32
 """Blocks over which exponents are averaged, for their standard errors."""
+
+SMALL = 6
+"""States up to which all exponents are computed, however few are asked for: a point is then the same to the bit for any
+number of them, also where chaos dies out just before or after the end of a record. Beyond, tangents take most of the
+time."""
 
 LEAST_ROWS = 16
 """Section points that are compared at least."""
@@ -41,9 +46,14 @@ class Plan:
     patience : int
         How many times as long as ``periods`` a point may run on that is undecided; 0: it is taken as it is.
     exponents : int
-        Number of exponents that are asked for; of those that are not zero whatever happens two are computed at least.
-    frame, shifts, deficient, neutral
-        What is known of the tangents, see `chaosdrill.engine.structure`.
+        Number of exponents that are asked for.
+    computed : int
+        Number of those that are computed: all in a small system, else of those that are not zero whatever happens two
+        at least.
+    structure : Structure
+        What is known of the tangents.
+    deficient : frozenset of int
+        Transitions at which rank may be lost at some point of the sweep.
     rows : int
         Section points that are kept at every point.
     """
@@ -56,10 +66,9 @@ class Plan:
     patience: int
     numerics: Numerics
     exponents: int
-    frame: np.ndarray
-    shifts: int
+    computed: int
+    structure: Structure
     deficient: frozenset[int]
-    neutral: int
     rows: int = 0
 
     @property
@@ -74,14 +83,15 @@ class Plan:
 
     def batch(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
         """Runs that measure what the plan asks for."""
+        frame, shifts = self.structure.tangents(self.computed) if self.computed else (None, 0)
         return Batch(
             self.system,
             parameters,
             starts,
             modes,
             self.numerics,
-            tangents=self.frame,
-            shifts=self.shifts,
+            tangents=frame,
+            shifts=shifts,
             deficient=self.deficient,
             section=None if self.section is None else set(self.section),
             window=self.window,
@@ -142,8 +152,8 @@ def make_plan(
         compile_ahead(LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
-    enough = max(count, min(structure.neutral + 2, len(system.states))) if count else 0
-    frame, shifts = structure.tangents(enough)
+    n = len(system.states)
+    enough = (n if n <= SMALL else max(count, min(structure.most_neutral + 2, n))) if count else 0
     in_resets = {
         i
         for i, t in enumerate(system.transitions)
@@ -159,10 +169,9 @@ def make_plan(
         patience=whole("patience", patience, 0),
         numerics=numerics,
         exponents=count,
-        frame=frame,
-        shifts=shifts,
+        computed=enough,
+        structure=structure,
         # a rank can depend on a parameter that a reset names: then it is looked for at every event
         deficient=structure.deficient | in_resets,
-        neutral=structure.neutral,
         rows=rows,
     )

@@ -15,9 +15,11 @@ from chaosdrill.analysis.attractors import count_attractors, moments
 from chaosdrill.analysis.cycles import at_points, search
 from chaosdrill.analysis.departures import departures
 from chaosdrill.analysis.plan import Plan, block_ends
-from chaosdrill.analysis.regularity import LENGTH, is_regular
+from chaosdrill.analysis.recurrence import CLOSE, sizes
+from chaosdrill.analysis.regularity import LENGTH, tell
 from chaosdrill.analysis.verdicts import Verdict, judge
 from chaosdrill.dataset import Outcome, count_outcomes
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, alike
 from chaosdrill.engine.run import rate_names
 
@@ -183,12 +185,13 @@ def measure(
 
 def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arrays: Arrays, places: np.ndarray) -> None:
     """Run a batch until every point is decided or its patience has come to an end."""
-    ends = plan.ends
+    ends, before = plan.ends, batch.x.copy()
     batch.run(plan.transient, ends)
     which = np.arange(len(places))
-    verdict = judge(plan, batch, which, ends)
+    verdict = judge(plan, batch, which, ends, before)
     _write(plan, batch, which, verdict, which, arrays, places)
-    lead = verdict.lead.copy()
+    _average_over_cycles(plan, parameters, batch, which, verdict.cycle, arrays, places)
+    lead, open_ = verdict.lead.copy(), verdict.outcome == Outcome.OPEN
     which, times = which[~verdict.decided], 2
     while len(which) and plan.patience:
         for cycles in search(plan, batch, which, parameters):
@@ -196,18 +199,55 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
             which = np.setdiff1d(which, cycles.which)
         if times > plan.patience or not len(which):
             break
-        ends = block_ends(plan.periods * times)
+        ends, before = block_ends(plan.periods * times), batch.x.copy()
         batch.proceed(which, 0, ends)
-        verdict = judge(plan, batch, which, ends)
-        _write(plan, batch, which, verdict, np.arange(len(which)), arrays, places[which])
-        lead[which] = verdict.lead
-        which, times = which[~verdict.decided], 2 * times
+        verdict = judge(plan, batch, which, ends, before)
+        grows = verdict.outcome == Outcome.OPEN
+        # what only grew, and then grows on or cannot be followed any further, is known
+        known = open_[which] & (grows | ~np.isin(verdict.outcome, MEASURED))
+        rows = np.flatnonzero(~known)
+        _write(plan, batch, which[rows], verdict, rows, arrays, places[which[rows]])
+        _average_over_cycles(plan, parameters, batch, which[rows], verdict.cycle[rows], arrays, places[which[rows]])
+        lead[which], open_[which] = verdict.lead, grows
+        which, times = which[~verdict.decided & ~known], 2 * times
     if len(which) and plan.patience:
         which = _displace(plan, parameters, batch, which, arrays, places)
-    unclear = (arrays["outcome"][places[which]] == Outcome.QUASIPERIODIC) & (lead[which] > 0)
-    if plan.patience and unclear.any():
-        cloud = which[unclear][_fill_a_cloud(plan, parameters, batch, which[unclear])]
-        arrays["outcome"][places[cloud]] = Outcome.CHAOTIC
+    unclear = np.isin(arrays["outcome"][places[which]], (Outcome.OPEN, Outcome.UNDECIDED))
+    if plan.patience and plan.exponents and unclear.any():
+        which = which[unclear]
+        found, followed = _tell(plan, parameters, batch, which, lead[which] > 0)
+        arrays["outcome"][places[which[followed]]] = found[followed]
+
+
+def _average_over_cycles(
+    plan: Plan,
+    parameters: Mapping[str, np.ndarray],
+    batch: Batch,
+    which: np.ndarray,
+    cycle: np.ndarray,
+    arrays: Arrays,
+    places: np.ndarray,
+) -> None:
+    """Mean rates over one cycle more, where the record of a cycle is no whole number of them.
+
+    ``cycle``, in forcing periods, and ``places`` are those of the points ``which``. A cycle that does not come back
+    keeps the means over its record.
+    """
+    record = np.rint(batch.length[which] / batch.period[which])
+    rows = np.flatnonzero((cycle > 0) & (record % np.maximum(cycle, 1) != 0))
+    if not len(rows):
+        return
+    chosen, cycle = which[rows], cycle[rows]
+    runs = plan.strobed(parameters, batch.x, batch.mode, 1)
+    runs.continue_from(batch)
+    for length in np.unique(cycle).tolist():
+        runs.proceed(chosen[cycle == length], 0, np.array([0, length]))
+    size = sizes(np.nan_to_num(batch.window[chosen][:, :, :-1]))
+    back = (runs.outcome[chosen] == Outcome.OK) & (runs.mode[chosen] == batch.mode[chosen])
+    back &= (np.abs(runs.x[chosen] - batch.x[chosen]) <= CLOSE * size).all(axis=1)
+    rates = event_rates(plan, runs, chosen)
+    for name in rates.keys() - {"closest_grazing"}:
+        arrays[name][places[rows[back]]] = rates[name][back]
 
 
 def _displace(
@@ -228,6 +268,7 @@ def _displace(
     decided = verdict.decided & (runs.outcome == Outcome.OK)
     rows = np.flatnonzero(decided)
     _write(plan, runs, rows, verdict, rows, arrays, places[leaving[rows]])
+    _average_over_cycles(plan, here, runs, rows, verdict.cycle[rows], arrays, places[leaving[rows]])
     which = np.setdiff1d(which, leaving[rows])
     for cycles in search(plan, runs, np.flatnonzero(~verdict.decided), here):
         solved = leaving[cycles.which]
@@ -236,12 +277,19 @@ def _displace(
     return which
 
 
-def _fill_a_cloud(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray) -> np.ndarray:
-    """Whether points whose exponent is not told from zero are in weak chaos all the same."""
+def _tell(
+    plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, positive: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Outcomes of points whose exponent is not told from zero, by their strobe points, and whether these were reached.
+
+    An uneven cloud of points is weak chaos if the exponent is ``positive``, though within its error.
+    """
     here = at_points(parameters, which)
     runs = plan.strobed(here, batch.x[which], batch.mode[which], LENGTH)
     runs.run(0, np.array([0, LENGTH]))
-    return ~is_regular(runs.window[:, :, :-1]) & (runs.outcome == Outcome.OK)
+    found = tell(runs.window, plan.structure.frame[: plan.structure.shifts])
+    found[positive & (found == Outcome.UNDECIDED)] = int(Outcome.CHAOTIC)
+    return found, runs.outcome == Outcome.OK
 
 
 def _write(
@@ -255,7 +303,7 @@ def _write(
 ) -> None:
     """Keep the results of some points of a batch, at their places."""
     n = len(plan.system.states)
-    ended = batch.outcome[which] != Outcome.OK
+    ended = ~np.isin(verdict.outcome[rows], MEASURED)
     window = batch.window[which]
     period = verdict.period[rows]
     arrays["section"][places] = _last_rows(window[:, :, :n], plan.rows)

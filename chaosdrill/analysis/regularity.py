@@ -1,17 +1,86 @@
-"""Whether points fill a smooth curve or a cloud, where the exponents are zero within their errors.
+"""What a motion is whose largest exponent is not told from zero: a torus, a cloud, a cycle, or a run to infinity.
 
 On a torus averages that fade in and out smoothly converge faster than any power of their length, in chaos like one over
 its root: the averages over two halves of a record agree to many digits or to hardly any (Das, Saiki, Sander and Yorke
-2017, doi:10.1088/1361-6544/aa84c2).
+2017, doi:10.1088/1361-6544/aa84c2). Averages of squares go along, since what comes to rest turning about it has
+constant means and a shrinking extent.
 """
 
+from collections.abc import Callable
+
 import numpy as np
+
+from chaosdrill.analysis.recurrence import CLOSE, recurrence
+from chaosdrill.dataset import Outcome
 
 LENGTH = 2048
 """Section points by which that is told."""
 
+LEAST = 512
+"""Section points without which nothing is told."""
+
+REPEATS = 4
+"""Times that a record holds a cycle by which it is known, at least."""
+
 SMOOTH = 1e-3
 """Difference of the two averages, in parts of the extent, below which the motion is regular."""
+
+PARTS = 8
+"""Parts of a record in each of which a state that only grows goes on."""
+
+ONWARD = 0.4
+"""Part of its way, to and fro, by which it does so at least."""
+
+STEADY = 0.95
+"""Part of its fastest pace that it has at last: what comes to rest like a power of time, as at a bifurcation, and what
+turns back in the end is slowing down."""
+
+FAR = 0.03
+"""Part of its size by which it has grown at least."""
+
+ALONG, ACROSS = 0.1, 0.4
+"""Part of the distance between neighbours that lies across the flow: at most on a closed curve, at least on a torus."""
+
+STAYS = 0.8
+"""Part of that distance that is left in the later half of a record, at least, where no cycle is approached."""
+
+SUCCESSIVE = 32
+"""One part in so many of the instants before and after one is no neighbour of it, but the same passage (Theiler 1986,
+doi:10.1103/PhysRevA.34.2427)."""
+
+FEWEST = 16
+"""Points by which a state that only grows is told at all."""
+
+
+def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+    """Which states only grow or only fall, evenly.
+
+    Parameters
+    ----------
+    points : ndarray, shape (P, W, n)
+        States at equal intervals; NaN behind the last.
+    before : ndarray, shape (P, n), optional
+        States long before, from where on growth counts; default the first points.
+
+    Returns
+    -------
+    ndarray of bool, shape (P, n)
+    """
+    found = np.zeros((len(points), points.shape[2]), dtype=bool)
+    begin = points[:, 0] if before is None else before
+    for answer, window, first in zip(found, points, begin, strict=True):
+        rows = window[np.isfinite(window).all(axis=1)]
+        if len(rows) < FEWEST:
+            continue
+        direction = np.sign(rows[-1] - rows[0])
+        parts = np.array_split(np.diff(rows, axis=0) * direction, PARTS)
+        onward = np.array([part.sum(axis=0) for part in parts])
+        way = np.array([np.abs(part).sum(axis=0) for part in parts])
+        pace = onward[:-1] + onward[1:]
+        steady = pace[-1] >= STEADY * pace.max(axis=0)
+        far = direction * (rows[-1] - first) > FAR * np.maximum(np.abs(rows).max(axis=0), np.abs(first))
+        answer[:] = (onward > ONWARD * way).all(axis=0) & steady & far
+    return found
 
 
 def is_regular(windows: np.ndarray) -> np.ndarray:
@@ -30,6 +99,82 @@ def is_regular(windows: np.ndarray) -> np.ndarray:
     t = np.arange(1, half) / half
     weight = np.exp(-1 / (t * (1 - t)))
     weight /= weight.sum()
-    early, late = (np.einsum("w,pwi->pi", weight, windows[:, k + 1 : k + half]) for k in (0, half))
     extent = np.ptp(windows, axis=1).max(axis=1)
-    return (np.abs(late - early).max(axis=1) <= SMOOTH * extent) & np.isfinite(extent)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        off = (windows - windows.mean(axis=1, keepdims=True)) / extent[:, np.newaxis, np.newaxis]
+    both = np.concatenate([off, off**2], axis=2)
+    early, late = (np.einsum("w,pwi->pi", weight, both[:, k + 1 : k + half]) for k in (0, half))
+    return (np.abs(late - early).max(axis=1) <= SMOOTH) & np.isfinite(extent)
+
+
+def tell(
+    windows: np.ndarray, shifts: np.ndarray, flow: Callable[[np.ndarray, int], np.ndarray] | None = None
+) -> np.ndarray:
+    """What motions are whose largest exponent is not told from zero, by their section points alone.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (P, W, n + 1)
+        States and modes at equal intervals of time: strobes, or, of a system without forcing, instants of any kind.
+    shifts : ndarray, shape (s, n)
+        Orthonormal directions in which nothing ever changes: what happens along them is left out.
+    flow : callable, optional
+        Rates of the states, shape (n,), at a state in a mode. To be given for instants of any kind, where a cycle does
+        not show by coming back.
+
+    Returns
+    -------
+    ndarray of int, shape (P,)
+        ``OPEN`` if a state only grows, ``PERIODIC`` for a cycle (whose exponent is zero, as that of a centre),
+        ``QUASIPERIODIC`` for a torus, else ``UNDECIDED``.
+    """
+    states = windows[:, :, :-1] - (windows[:, :, :-1] @ shifts.T) @ shifts
+    found = np.full(len(windows), int(Outcome.UNDECIDED))
+    open_ = only_grows(states).any(axis=1)
+    found[open_] = int(Outcome.OPEN)
+    paths = np.concatenate([states, windows[:, :, -1:]], axis=2)
+    cycle = ~open_ & (recurrence(paths, windows.shape[1] // REPEATS).period > 0)
+    found[cycle] = int(Outcome.PERIODIC)
+    if windows.shape[1] < LEAST:
+        return found
+    for k in np.flatnonzero(~open_ & ~cycle & is_regular(states)):
+        found[k] = int(Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], flow, shifts))
+    return found
+
+
+def _by_neighbours(
+    window: np.ndarray, path: np.ndarray, flow: Callable[[np.ndarray, int], np.ndarray], shifts: np.ndarray
+) -> Outcome:
+    """Whether instants of a regular motion lie on a closed curve or on a torus.
+
+    On a curve neighbours lie along the flow, on a torus beside it, as far away late in the record as early. On the way
+    to a cycle they come closer.
+
+    Parameters
+    ----------
+    window, path : ndarray, shape (W, n + 1)
+        States and modes, and the same without what happens along the shifts.
+    flow, shifts
+        As in `tell`.
+    """
+    extent = np.ptp(path[:, :-1], axis=0).max()
+    near = len(path) // SUCCESSIVE
+    part, across = np.zeros(len(path)), np.zeros(len(path))
+    for k, (point, mode) in enumerate(zip(path[:, :-1], path[:, -1].astype(int), strict=True)):
+        apart = path[:, :-1] - point
+        distance = np.linalg.norm(apart, axis=1)
+        distance[path[:, -1] != mode] = np.inf
+        distance[max(0, k - near) : k + near + 1] = np.inf
+        nearest = int(distance.argmin())
+        rate = flow(window[k, :-1], mode)
+        rate = rate - (rate @ shifts.T) @ shifts
+        square = rate @ rate
+        if CLOSE * extent < distance[nearest] < np.inf and square > 0:
+            aside = apart[nearest] - (apart[nearest] @ rate) / square * rate
+            across[k] = np.linalg.norm(aside)
+            part[k] = across[k] / distance[nearest]
+    if np.median(part) <= ALONG:
+        return Outcome.PERIODIC
+    early, late = (np.median(half) for half in np.array_split(across, 2))
+    torus = np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS
+    return Outcome.QUASIPERIODIC if torus else Outcome.UNDECIDED

@@ -7,7 +7,7 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, section_transitions, settings, span, whole
 from chaosdrill.analysis.recording import record
-from chaosdrill.analysis.recurrence import find_period
+from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
@@ -53,7 +53,8 @@ def poincare_section(
     xarray.Dataset
         ``section`` (iterate, state), ``time``, ``mode`` and quadratures (iterate), ``period``; with a period found at
         the strobe ``multiplier_real`` and ``multiplier_imag`` (multiplier): eigenvalues of the tangent map over the
-        cycle, saltation included, those of lost rank exactly 0; mean rates and ``outcome``.
+        cycle, saltation included, those of lost rank exactly 0; mean rates, over one cycle if there is a period, and
+        ``outcome``.
 
     Raises
     ------
@@ -83,6 +84,9 @@ def poincare_section(
     if period and chosen is None and outcome == Outcome.OK:
         multipliers = cycle_multipliers(system, run, period, numerics)
     rates = event_rates(run) if outcome == Outcome.OK else dict.fromkeys(rate_names(system), np.nan)
+    if period and outcome == Outcome.OK:
+        length = period * run.period if chosen is None else float(times[-1] - times[-1 - period])
+        rates |= cycle_rates(system, run, length, numerics, sizes(points[np.newaxis, -period:, :n])[0])
     variables = {
         "section": (("iterate", "state"), points[:, :n]),
         "mode": ("iterate", modes.astype(np.int8)),
@@ -103,6 +107,34 @@ def poincare_section(
         "multiplier": np.arange(1, n + 1, dtype=np.int32),
     }
     return label(xr.Dataset(variables, coords=coords), "poincare-section", system=system, settings=given)
+
+
+def cycle_rates(
+    system: "HybridSystem", run: Run, length: float, numerics: Numerics, size: np.ndarray
+) -> dict[str, float]:
+    """Mean rates over one cycle from the present strobe of a run; none if it does not come back.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    run : Run
+    length : float
+        Duration of the cycle, of a forced system a number of its periods but for round-off.
+    numerics : Numerics
+    size : ndarray, shape (n,)
+        What distances between states are relative to.
+    """
+    periods = max(1, round(length / run.period))
+    forced = system.time is not None or abs(length - periods * run.period) <= CLOSE * run.period
+    cycle = Run(system, run.period if forced else length, numerics)
+    cycle.continue_from(run)
+    outcome, _ = cycle.advance(periods if forced else 1)
+    if outcome != Outcome.OK or cycle.mode != run.mode or (np.abs(cycle.x - run.x) > CLOSE * size).any():
+        return {}
+    part = run.period / cycle.period if system.period is not None else 1.0
+    rates = event_rates(cycle)
+    rates = {name: value * (part if name.endswith("_per_period") else 1.0) for name, value in rates.items()}
+    return {name: value for name, value in rates.items() if name != "closest_grazing"}
 
 
 def cycle_multipliers(system: "HybridSystem", run: Run, period: int, numerics: Numerics) -> np.ndarray:

@@ -6,11 +6,12 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, Span, settings, span, tangent_count, whole
+from chaosdrill.analysis.regularity import LENGTH, tell
 from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
-from chaosdrill.engine.structure import examine
+from chaosdrill.engine.structure import Structure, examine
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -35,6 +36,9 @@ def lyapunov_spectrum(
     growth asks for (Benettin et al. 1980, doi:10.1007/BF02128237; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). The
     rank that resets destroy is counted, and the exponents that go with it are -inf.
 
+    All exponents are computed, however few are asked for: what the motion is, its rank and its dimension then do not
+    depend on how many are.
+
     Parameters
     ----------
     system : HybridSystem
@@ -44,7 +48,7 @@ def lyapunov_spectrum(
     transient : int or float, default 0
         Periods (or time) to run before the averages start.
     exponents : int, optional
-        Number of exponents, the largest first; default all.
+        Number of exponents that are reported, the largest first; default all, 0: no tangents at all.
     blocks : int, default 256
         Blocks of the history, from which the standard errors are taken.
     method, tolerance, steps, progress : optional
@@ -67,7 +71,9 @@ def lyapunov_spectrum(
     plan = span(system, periods, duration, transient, units=blocks)
     count = tangent_count(system, exponents)
     structure = examine(system)
-    frame, shifts = structure.tangents(count)
+    m = len(system.states) if count else 0
+    frame, shifts = structure.tangents(m) if m else (None, 0)
+    samples = 1 if plan.periodic else -(-LENGTH // plan.count)
     run = Run(
         system,
         plan.unit,
@@ -75,32 +81,40 @@ def lyapunov_spectrum(
         tangents=frame,
         shifts=shifts,
         deficient=structure.deficient,
+        samples=samples,
     )
     outcome = plan.settle(run)
     ends = np.unique(np.linspace(0, plan.count, min(blocks, plan.count) + 1).astype(int))
-    sums = np.full((len(ends), count), np.nan)
+    sums = np.full((len(ends), m), np.nan)
     drilled = np.full((len(ends), len(system.quadratures)), np.nan)
     sums[0], drilled[0] = 0.0, 0.0
+    path = [np.zeros((0, len(system.states) + 1))]
     for block, length in enumerate(np.diff(ends), start=1):
         if outcome != Outcome.OK:
             break
-        outcome, _ = run.advance(int(length))
+        kept = m and (plan.count - ends[block]) * samples < LENGTH
+        outcome = _advance(run, int(length), path) if kept else run.advance(int(length))[0]
         if outcome == Outcome.OK:
-            sums[block] = np.where(run.dead[:count] == 1, -np.inf, run.logs[:count])
+            sums[block] = np.where(run.dead[:m] == 1, -np.inf, run.logs[:m])
             drilled[block] = run.integrals()
         if progress:
             progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
     complete = outcome == Outcome.OK
-    values = errors = np.full(count, np.nan)
-    history = np.full((len(ends) - 1, count), np.nan)
-    if complete and count:
+    values = errors = np.full(m, np.nan)
+    history = np.full((len(ends) - 1, m), np.nan)
+    if complete and m:
         values, errors, history = mean_exponents(sums, ends, plan.unit)
-        outcome = classify(values, errors, structure.neutral, plan.length, 0)
+        flow = flow_of(run)
+        outcome = classify(values, errors, int(structure.neutral(flow)), plan.length)
+        if outcome == Outcome.UNDECIDED:
+            outcome = _by_its_path(run, structure, np.concatenate(path)[-LENGTH:], plan.periodic)
+        elif outcome == Outcome.PERIODIC and structure.winds(flow):
+            outcome = Outcome.QUASIPERIODIC
     ds = xr.Dataset(
         {
-            "lyapunov_exponent": ("exponent", values),
-            "lyapunov_error": ("exponent", errors),
-            "lyapunov_history": (("block", "exponent"), history),
+            "lyapunov_exponent": ("exponent", values[:count]),
+            "lyapunov_error": ("exponent", errors[:count]),
+            "lyapunov_history": (("block", "exponent"), history[:, :count]),
             "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
             "outcome": ((), np.int8(outcome)),
         },
@@ -111,6 +125,35 @@ def lyapunov_spectrum(
     )
     ds = ds.assign(_averages(system, run, plan, ends, drilled, complete)).set_coords("transition_name")
     return label(ds, "lyapunov-spectrum", system=system, settings=given)
+
+
+def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
+    """Go on, and keep the last samples with their modes in ``path``."""
+    n, outcome = len(run.system.states), Outcome.OK
+    if periods > LENGTH:
+        outcome, periods = run.advance(periods - LENGTH)[0], LENGTH
+    if outcome != Outcome.OK:
+        return outcome
+    rows = np.zeros(((periods + 1) * int(run.settings_i[at.SAMPLES]) + 2, n + len(run.system.quadratures) + 1))
+    outcome, _ = run.advance(periods, rows)
+    path.append(np.delete(rows[: run.filled()[0]], np.s_[n:-1], axis=1)[-LENGTH:])
+    return outcome
+
+
+def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) -> np.ndarray:
+    """Rates of the states where a run stands, or at another state and in another mode; shape (n,)."""
+    system = run.system
+    rates = np.zeros(len(run.x) + len(system.quadratures))
+    place = run.x if state is None else np.ascontiguousarray(state)
+    present = int(run.carried[at.MODE]) if mode is None else mode
+    system.kernels.functions[3](present, float(run.carried_f[at.TIME]), run.c, place, rates)
+    return rates[: len(run.x)]
+
+
+def _by_its_path(run: Run, structure: Structure, path: np.ndarray, periodic: bool) -> Outcome:
+    """What the samples of a run say of a motion whose largest exponent is not told from zero."""
+    flow = None if periodic else lambda state, mode: flow_of(run, state, mode)
+    return Outcome(int(tell(path[np.newaxis], structure.frame[: structure.shifts], flow)[0]))
 
 
 def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -149,13 +192,14 @@ def _averages(
         "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
         "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),
         "tie_count": ((), np.int64(run.ties)),
-        "rank": ((), np.int32(run.live)),
         **{name: ((), value) for name, value in rates.items()},
     }
     if "progression_rate" in variables:
         index = list(system.quadratures).index("penetration")
         of_blocks = np.diff(drilled[:, index]) / (np.diff(ends) * plan.unit)
         variables["progression_error"] = ((), float(standard_error(of_blocks)))
+    if len(run.vectors):
+        variables["rank"] = ((), np.int32(run.live))
     if plan.periodic:
         variables["forcing_period"] = ((), plan.unit)
     return variables

@@ -111,20 +111,46 @@ def kaplan_yorke(exponents: np.ndarray, states: int) -> float:
     return float(states) if len(exponents) == states else float("nan")
 
 
-def free_exponents(exponents: np.ndarray, neutral: int) -> np.ndarray:
-    """Exponents that are free to have any sign, the largest first, -inf in the place of the others; shape (P, m).
+def free_exponents(
+    exponents: np.ndarray, neutral: np.ndarray | int, margins: np.ndarray, *, complete: bool
+) -> np.ndarray:
+    """Exponents that are free to have any sign, the largest first, -inf in the place of the others.
 
-    ``neutral`` of them are zero whatever the attractor: the flow direction of an autonomous system, its shifts.
+    Of those that are zero whatever the attractor only such are left out as were computed. All were if all exponents
+    were, or if some are negative, for then whatever is zero lies above them. Else an exponent is left out only if it is
+    not told from zero.
+
+    Parameters
+    ----------
+    exponents : ndarray, shape (P, m)
+        Descending spectra.
+    neutral : ndarray of int, shape (P,), or int
+        How many are zero whatever the attractor, see `chaosdrill.engine.structure.Structure.neutral`.
+    margins : ndarray, shape (P, m)
+        How far from zero each is told from zero.
+    complete : bool
+        Whether there are as many as states.
+
+    Returns
+    -------
+    ndarray, shape (P, m)
     """
-    size = np.where(np.isfinite(exponents), np.abs(exponents), np.inf)
     free = np.isfinite(exponents)
-    rows = np.arange(len(exponents))[:, np.newaxis]
-    free[rows, np.argsort(size, axis=1, kind="stable")[:, : min(neutral, exponents.shape[1])]] = False
+    size = np.where(free, np.abs(exponents), np.inf)
+    nearest = np.argsort(np.argsort(size, axis=1, kind="stable"), axis=1, kind="stable")
+    among = nearest < np.reshape(neutral, (-1, 1))
+    computed = complete | (exponents < -margins).any(axis=1, keepdims=True)
+    free &= ~(among & (computed | (size <= margins)))
     return -np.sort(-np.where(free, exponents, -np.inf), axis=1)
 
 
+def margin(errors: np.ndarray, length: np.ndarray | float) -> np.ndarray:
+    """How far from zero an exponent is told from zero: three standard errors, and 4 / length at least."""
+    return np.asarray(np.maximum(3 * np.nan_to_num(errors), 4 / np.asarray(length)))
+
+
 def leading(
-    exponents: np.ndarray, errors: np.ndarray, neutral: int, length: np.ndarray
+    exponents: np.ndarray, errors: np.ndarray, neutral: np.ndarray | int, length: np.ndarray, *, complete: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """The largest exponent that is free to have any sign, and how far from zero it is told from zero.
 
@@ -132,7 +158,7 @@ def leading(
     ----------
     exponents, errors : ndarray, shape (P, m)
         Descending spectra and their standard errors.
-    neutral : int
+    neutral, complete
         As in `free_exponents`.
     length : ndarray, shape (P,)
         Time over which they were averaged; an exponent within 4 / length of zero is not told from it.
@@ -140,22 +166,26 @@ def leading(
     Returns
     -------
     value, margin : ndarray, shape (P,)
-        The value is -inf where no finite exponent is left, NaN where there are none at all.
+        The value is -inf where no finite exponent is left, NaN where an exponent is no number or there are none.
     """
     points, m = exponents.shape
     if not m:
-        return np.full(points, np.nan), 4 / length
-    value = free_exponents(exponents, neutral)[:, 0]
-    bars = np.nan_to_num(errors)[np.arange(points), (exponents == value[:, np.newaxis]).argmax(axis=1)]
-    return np.where(np.isnan(exponents).all(axis=1), np.nan, value), np.maximum(3 * bars, 4 / length)
+        return np.full(points, np.nan), margin(np.zeros(points), length)
+    margins = margin(errors, length[:, np.newaxis])
+    value = free_exponents(exponents, neutral, margins, complete=complete)[:, 0]
+    of_value = margins[np.arange(points), (exponents == value[:, np.newaxis]).argmax(axis=1)]
+    sound = np.isfinite(exponents) | np.isneginf(exponents)
+    return np.where(sound.all(axis=1), value, np.nan), of_value
 
 
-def classify(exponents: np.ndarray, errors: np.ndarray, neutral: int, length: float, period: int) -> Outcome:
-    """What the exponents, shape (m,), and a period found by recurrence (0: none) say together; as `leading`."""
-    found, margins = leading(exponents[np.newaxis], errors[np.newaxis], neutral, np.array([length]))
-    value, margin = float(found[0]), float(margins[0])
-    if period and value < margin:
-        return Outcome.PERIODIC
-    if value > margin:
+def classify(
+    exponents: np.ndarray, errors: np.ndarray, neutral: int, length: float, *, complete: bool = True
+) -> Outcome:
+    """What the exponents, shape (m,), say by themselves; arguments as in `leading`."""
+    found, margins = leading(exponents[np.newaxis], errors[np.newaxis], neutral, np.array([length]), complete=complete)
+    value, told = float(found[0]), float(margins[0])
+    if np.isnan(value):
+        return Outcome.NONFINITE
+    if value > told:
         return Outcome.CHAOTIC
-    return Outcome.PERIODIC if value < -margin else Outcome.QUASIPERIODIC
+    return Outcome.PERIODIC if value < -told else Outcome.UNDECIDED

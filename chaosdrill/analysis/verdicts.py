@@ -2,7 +2,7 @@
 
 Neither decides alone. Before a period doubling a slow transient alternates about the cycle, so that its points come
 back after two periods to any tolerance that is wider than its slow decay; near any bifurcation the exponent of a short
-run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left open here.
+run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left undecided here.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,10 @@ import numpy as np
 
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence
+from chaosdrill.analysis.regularity import only_grows
 from chaosdrill.analysis.statistics import leading, standard_error
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
 
 SPLIT = 1e-5
@@ -39,7 +41,7 @@ class Verdict:
     Attributes
     ----------
     outcome, period : ndarray of int, shape (P,)
-        What they are on if nothing more is done.
+        What they are on if nothing more is done. An exponent that is not told from zero alone makes no torus.
     decided : ndarray of bool, shape (P,)
         Whether that is beyond doubt.
     exponents, errors : ndarray, shape (P, m)
@@ -48,6 +50,8 @@ class Verdict:
         Largest exponent that is free to have any sign.
     multiplier : ndarray, shape (P,)
         Logarithm of the leading multiplier of the cycle, where there is one.
+    cycle : ndarray of int, shape (P,)
+        Forcing periods of the cycle that the record repeats; 0: unknown, or none.
     """
 
     outcome: np.ndarray
@@ -57,13 +61,18 @@ class Verdict:
     errors: np.ndarray
     lead: np.ndarray
     multiplier: np.ndarray
+    cycle: np.ndarray
 
 
-def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verdict:
-    """Judge some points of a batch by the averages over blocks with these ends, and by the section."""
+def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:
+    """Judge some points of a batch by the averages over blocks with these ends, and by the section.
+
+    ``before`` are the states of all points before the record, to tell by what only grows.
+    """
     found = recurrence(batch.window[which], plan.max_period, 2 * plan.max_period)
     forcing, length = batch.period[which], batch.length[which]
-    cycle, whole = _cycle_length(plan, batch, which, found.period, ends)
+    cycle, certain = _cycle_length(plan, batch, which, found.period, ends)
+    whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
     sums = batch.sums[which]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -72,7 +81,8 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verd
         errors = standard_error(np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2))
     order = np.argsort(-exponents, axis=1, kind="stable")
     exponents, errors = np.take_along_axis(exponents, order, 1), np.take_along_axis(errors, order, 1)
-    lead, margin = leading(exponents, errors, plan.neutral, length)
+    neutral, winds = _known(plan, batch, which)
+    lead, margin = leading(exponents, errors, neutral, length, complete=plan.computed == batch.x.shape[1])
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         multiplier = lead * cycle * forcing
         distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
@@ -86,28 +96,56 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray) -> Verd
         outcome = np.select(
             [repeats, lead > margin, lead < -margin],
             [int(Outcome.PERIODIC), int(Outcome.CHAOTIC), int(Outcome.PERIODIC)],
-            int(Outcome.QUASIPERIODIC),
+            int(Outcome.UNDECIDED),
         )
-    decided = settled | centre | chaotic
+    winds &= (outcome == Outcome.PERIODIC) & ~repeats
+    outcome[winds] = int(Outcome.QUASIPERIODIC)
+    unclear = np.flatnonzero(outcome == Outcome.UNDECIDED)
+    outcome[unclear[_only_grow(plan, batch, which[unclear], before)]] = int(Outcome.OPEN)
+    decided = settled | centre | chaotic | winds
     if plan.exponents == 0:
         repeats, decided = recurs, np.ones(len(which), dtype=bool)
         outcome = np.where(recurs, int(Outcome.PERIODIC), int(Outcome.OK))
-    ended = batch.outcome[which] != Outcome.OK
+    else:
+        outcome[np.isnan(lead)] = int(Outcome.NONFINITE)
+    outcome = np.where(batch.outcome[which] != Outcome.OK, batch.outcome[which], outcome)
+    ended = ~np.isin(outcome, MEASURED)
+    period = np.where(repeats & ~ended, found.period, 0)
     return Verdict(
-        outcome=np.where(ended, batch.outcome[which], outcome),
-        period=np.where(repeats & ~ended, found.period, 0),
+        outcome=outcome,
+        period=period,
         decided=decided | ended,
         exponents=exponents,
         errors=errors,
         lead=lead,
         multiplier=multiplier,
+        cycle=np.where(certain & (period > 0), cycle, 0),
+    )
+
+
+def _known(plan: Plan, batch: Batch, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How many exponents are zero whatever the attractor, and whether nothing but phases moves, point by point."""
+    structure = plan.structure
+    if not (structure.autonomous and structure.shifts):
+        return np.full(len(which), structure.most_neutral), np.zeros(len(which), dtype=bool)
+    flow = batch.flow(which)
+    return structure.neutral(flow), structure.winds(flow)
+
+
+def _only_grow(plan: Plan, batch: Batch, which: np.ndarray, before: np.ndarray | None) -> np.ndarray:
+    """Whether a state only grows along the sections of some points, the shifts aside."""
+    shifts = plan.structure.frame[: plan.structure.shifts]
+    states = batch.window[which][:, :, :-1]
+    begin = states[:, 0] if before is None else before[which]
+    return np.asarray(
+        only_grows(states - (states @ shifts.T) @ shifts, begin - (begin @ shifts.T) @ shifts).any(axis=1)
     )
 
 
 def _cycle_length(
     plan: Plan, batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Forcing periods of a cycle of so many iterates, and whether whole blocks of the record are whole cycles."""
+    """Forcing periods of a cycle of so many iterates, and whether that is certain."""
     if plan.section is None:
         cycle = period
         certain = period > 0
@@ -117,7 +155,7 @@ def _cycle_length(
         cycle = np.rint(length).astype(int)
         # a crossing more or less in the record moves the estimate by this much
         certain = (cycle > 0) & (np.abs(length - cycle) <= (length + 1) / np.maximum(crossings, 1))
-    return cycle, certain & (_first_whole(ends, cycle) >= 0)
+    return cycle, certain
 
 
 def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:

@@ -71,7 +71,7 @@ MAGNITUDES = {
 LEADERS = {"time": "state", "iterate": "section", "event": "event_state_before"}
 """Dimensions along which a run is recorded, and the variable that tells from where on two runs have parted."""
 
-_UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC)
+_UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED)
 _ORBITS = ("periodic-orbit", "continuation")
 _ROUND_OFF = 1e-9
 _GROWTH = 1e4

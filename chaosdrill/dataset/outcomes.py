@@ -8,7 +8,8 @@ from typing import Any
 class Outcome(IntEnum):
     """Outcome of one run; archives store the number, with the names as CF flag meanings.
 
-    Above ``chaotic`` the numbers of the point are missing (NaN), and ``advice`` says what to try.
+    The numbers of a run are there if its outcome is one of ``MEASURED``, else they are missing (NaN); ``advice`` says
+    what an outcome means and what to try.
     """
 
     OK = 0
@@ -27,6 +28,7 @@ class Outcome(IntEnum):
     INADMISSIBLE = 13
     OPEN = 14
     NO_SPECIAL_POINT = 15
+    UNDECIDED = 16
 
     @property
     def meaning(self) -> str:
@@ -37,6 +39,17 @@ class Outcome(IntEnum):
     def advice(self) -> str:
         """One sentence: what this outcome means and what to try."""
         return _ADVICE[self]
+
+
+MEASURED = (
+    Outcome.OK,
+    Outcome.PERIODIC,
+    Outcome.QUASIPERIODIC,
+    Outcome.CHAOTIC,
+    Outcome.OPEN,
+    Outcome.UNDECIDED,
+)
+"""Outcomes of runs that reached their end, whose numbers are there."""
 
 
 def count_outcomes(codes: Any) -> dict[str, int]:
@@ -51,8 +64,14 @@ def count_outcomes(codes: Any) -> dict[str, int]:
 
 _ADVICE = {
     Outcome.OK: "The run reached its end; nobody asked what kind of attractor it is on.",
-    Outcome.PERIODIC: "The motion repeats after the reported period, or all its exponents are negative.",
-    Outcome.QUASIPERIODIC: "The largest free exponent is zero within its error; a longer run tells weak chaos.",
+    Outcome.PERIODIC: (
+        "The motion repeats after the reported period, or all its exponents are negative but for those that are zero "
+        "whatever the motion is."
+    ),
+    Outcome.QUASIPERIODIC: (
+        "The motion fills a torus: one exponent more than need be is zero, the averages over two parts of the record "
+        "agree as they do on a torus only, and nothing comes back."
+    ),
     Outcome.CHAOTIC: "The largest exponent is positive beyond its error.",
     Outcome.ESCAPED: "A state left its bounds and runs away; start elsewhere, add damping, or widen the bounds.",
     Outcome.EVENT_LIMIT: (
@@ -87,6 +106,10 @@ _ADVICE = {
     Outcome.OPEN: (
         "All returns but for a state that only grows, as a distance does; write the system in states that repeat, and "
         "carry the one that grows as a quadrature."
+    ),
+    Outcome.UNDECIDED: (
+        "The record is too short to tell the largest exponent from zero, and too short or too uneven to show a torus; "
+        "take a longer record (more periods, a longer duration, or patience)."
     ),
     Outcome.NO_SPECIAL_POINT: (
         "The branch along the first parameter has no such point from which a curve could be followed; widen the range "

@@ -152,6 +152,15 @@ class Batch:
         total: np.ndarray = self._states.sums.sum(axis=1)
         return total
 
+    def flow(self, which: np.ndarray) -> np.ndarray:
+        """Rates of the states of some runs where they stand, shape (len(which), n)."""
+        n = self.x.shape[1]
+        rates = np.zeros((len(which), n + self._quadratures))
+        for p, row in zip(which.tolist(), rates, strict=True):
+            run = self._states.run[p]
+            self.system.kernels.functions[3](int(run["mode"]), float(run["time"]), self._states.c[p], self.x[p], row)
+        return rates[:, :n]
+
     def run(self, transient: int, ends: np.ndarray) -> None:
         """Run all points over a transient, forget it, and average over blocks.
 

@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 _SAMPLES = 24
 _RANK_TOLERANCE = 1e-13
 
+ALONG = 1e-6
+"""Part of the flow that may be left across the shifts where the motion counts as nothing but a shift."""
+
+MEASURES = 64
+"""Turns of a phase after which phases that turn together have come back together, at most."""
+
 
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
@@ -134,19 +140,75 @@ class Structure:
         limit of a long run.
     shifts : int
         How many rows of the frame are such directions.
-    neutral : int
-        Exponents that are zero on every attractor but a fixed point: the flow direction, and the shifts.
+    autonomous : bool
+        Whether the flow itself is a direction that neither grows nor decays.
     """
 
     deficient: frozenset[int]
     frame: np.ndarray
     shifts: int
-    neutral: int
+    autonomous: bool
 
     def tangents(self, count: int) -> tuple[np.ndarray, int]:
-        """Initial tangents for ``count`` exponents, and how many of them are shifts."""
+        """Initial tangents for ``count`` exponents, and how many of them are shifts.
+
+        All of them are the frame. It is made of directions that the system keeps, and fewer of these would measure
+        what happens to start first: what drives others without being driven never shows in a tangent of the others.
+        Fewer tangents therefore start in general position, drawn once and for all, and measure the largest exponents;
+        what is exact in a full spectrum is right within its error then.
+        """
         n = len(self.frame)
-        return (self.frame, self.shifts) if count == n else (np.eye(n)[:count], 0)
+        if count == n:
+            return self.frame, self.shifts
+        rng = np.random.default_rng(20260106)
+        return np.ascontiguousarray(np.linalg.qr(rng.normal(size=(n, n)))[0][:count]), 0
+
+    @property
+    def most_neutral(self) -> int:
+        """Exponents that may be zero whatever the attractor."""
+        return min(self.shifts + self.autonomous, len(self.frame))
+
+    def neutral(self, flow: np.ndarray) -> np.ndarray:
+        """Exponents that are zero whatever the attractor: dimensions spanned by the shifts and the flow.
+
+        Parameters
+        ----------
+        flow : ndarray, shape (..., n)
+            Rates of the states on the attractor.
+
+        Returns
+        -------
+        ndarray of int, shape (...)
+        """
+        across = np.linalg.norm(self._across(flow), axis=-1)
+        return self.shifts + (self.autonomous & (across > ALONG * np.linalg.norm(flow, axis=-1)))
+
+    def winds(self, flow: np.ndarray) -> np.ndarray:
+        """Whether nothing moves but phases that turn steadily, at rates without a common measure.
+
+        A state that grows steadily while nothing depends on it is the angle of a torus; if all that moves is two of
+        them or more, and they never come back together, the motion is quasiperiodic though no exponent tells so.
+
+        Parameters
+        ----------
+        flow : ndarray, shape (..., n)
+
+        Returns
+        -------
+        ndarray of bool, shape (...)
+        """
+        size = np.abs(flow).max(axis=-1)
+        steady = self.autonomous & (np.linalg.norm(self._across(flow), axis=-1) <= ALONG * size)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            rates = np.nan_to_num(flow / size[..., np.newaxis])
+        turns = rates[..., np.newaxis] * np.arange(1, MEASURES + 1)
+        together = (np.abs(turns - np.rint(turns)) <= ALONG * MEASURES).all(axis=-2).any(axis=-1)
+        return steady & (size > 0) & ~together
+
+    def _across(self, flow: np.ndarray) -> np.ndarray:
+        """The part of the flow that is orthogonal to all shifts."""
+        shifts = self.frame[: self.shifts]
+        return np.asarray(flow - (flow @ shifts.T) @ shifts)
 
 
 def examine(system: "HybridSystem") -> Structure:
@@ -161,7 +223,7 @@ def examine(system: "HybridSystem") -> Structure:
         deficient=_deficient(system, jumps),
         frame=_frame(effects, shifts, n),
         shifts=len(shifts),
-        neutral=int(system.time is None) + len(shifts),
+        autonomous=system.time is None,
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.plot.cells import bounds, draw_kinds, legend_entry
-from chaosdrill.plot.looks import FURTHER, MOTIONS, UNRECOGNISED, attractor_look, outcomes, sort_out
+from chaosdrill.plot.looks import ATTRACTED, FURTHER, UNRECOGNISED, attractor_look, outcomes, sort_out
 from chaosdrill.plot.style import (
     axis_label,
     flag_names,
@@ -83,7 +83,7 @@ def _kinds(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Look]]":
     lost = reached == 0
     ended, others = outcomes(dataset)
     for code, look in enumerate(others):
-        if look.name not in MOTIONS:
+        if look.name not in ATTRACTED:
             table.append((lost & (ended == code), look))
             lost &= ended != code
     table.append((lost, UNRECOGNISED))

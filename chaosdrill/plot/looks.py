@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.plot.style import OUTCOME_COLOURS, flag_names, outcome_colour, readable
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ BACKGROUND = "#9E9E9E"
 _OUTCOME_HATCHES = {
     "ok": "---",
     "quasiperiodic": "....",
+    "undecided": "..",
+    "open": "OO",
     "event_limit": "xxx",
     "stalled": "///",
     "nonfinite": "\\\\\\",
@@ -79,8 +82,10 @@ NO_ATTRACTOR = Look("none", "#FFFFFF", "xx")
 UNRECOGNISED = Look("attractor not recognised", "#FFFFFF", "oo")
 FURTHER = Look("further attractors", "#BBBBBB", "---")
 PERIOD_NOT_FOUND = Look("period not found", OUTCOME_COLOURS["periodic"], "ooo")
-MOTIONS = ("ok", "periodic", "quasiperiodic", "chaotic")
+MOTIONS = tuple(outcome.meaning for outcome in MEASURED)
 """Outcomes of runs that reached their end."""
+ATTRACTED = tuple(name for name in MOTIONS if name != "open")
+"""Outcomes of runs that stay somewhere."""
 
 
 def diverging() -> "Colormap":

@@ -22,6 +22,7 @@ OUTCOME_COLOURS = {
     "ok": "#BBBBBB",
     "periodic": "#56B4E9",
     "quasiperiodic": "#009E73",
+    "undecided": "#FFFFFF",
     "chaotic": "#D55E00",
     "escaped": "#000000",
 }

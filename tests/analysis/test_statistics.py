@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chaosdrill.analysis.recurrence import find_period
-from chaosdrill.analysis.statistics import classify, kaplan_yorke
+from chaosdrill.analysis.statistics import classify, free_exponents, kaplan_yorke
 from chaosdrill.dataset import Outcome
 
 INF = float("inf")
@@ -84,24 +84,43 @@ def test_a_chaotic_orbit_has_no_period():
 
 
 LENGTH = 1000.0
+NAN = float("nan")
 
 
 @pytest.mark.parametrize(
-    ("exponents", "errors", "neutral", "period", "outcome"),
+    ("exponents", "errors", "neutral", "outcome"),
     [
-        ([0.2, -1.0], [0.01, 0.01], 0, 0, Outcome.CHAOTIC),
-        ([0.2, -1.0], [0.1, 0.01], 0, 0, Outcome.QUASIPERIODIC),
-        ([-0.2, -1.0], [0.01, 0.01], 0, 0, Outcome.PERIODIC),
-        ([1e-3, -1.0], [1e-4, 0.01], 0, 0, Outcome.QUASIPERIODIC),
-        ([1e-3, -1.0], [1e-4, 0.01], 0, 3, Outcome.PERIODIC),
-        ([0.2, -1.0], [0.01, 0.01], 0, 3, Outcome.CHAOTIC),
-        ([1e-5, -0.2], [1e-6, 0.01], 1, 0, Outcome.PERIODIC),
-        ([0.9, 1e-5, -14.5], [0.01, 1e-6, 0.1], 1, 0, Outcome.CHAOTIC),
-        ([1e-5, -1e-5, -0.3], [1e-6, 1e-6, 0.1], 1, 0, Outcome.QUASIPERIODIC),
-        ([-0.1, -INF], [0.01, np.nan], 0, 0, Outcome.PERIODIC),
-        ([-INF, -INF], [np.nan, np.nan], 0, 0, Outcome.PERIODIC),
-        ([0.1, -INF], [np.nan, np.nan], 0, 0, Outcome.CHAOTIC),
+        ([0.2, -1.0], [0.01, 0.01], 0, Outcome.CHAOTIC),
+        ([0.2, -1.0], [0.1, 0.01], 0, Outcome.UNDECIDED),
+        ([-0.2, -1.0], [0.01, 0.01], 0, Outcome.PERIODIC),
+        ([1e-3, -1.0], [1e-4, 0.01], 0, Outcome.UNDECIDED),
+        ([1e-5, -0.2], [1e-6, 0.01], 1, Outcome.PERIODIC),
+        ([0.9, 1e-5, -14.5], [0.01, 1e-6, 0.1], 1, Outcome.CHAOTIC),
+        ([1e-5, -1e-5, -0.3], [1e-6, 1e-6, 0.1], 1, Outcome.UNDECIDED),
+        ([-0.1, -INF], [0.01, np.nan], 0, Outcome.PERIODIC),
+        ([-INF, -INF], [np.nan, np.nan], 0, Outcome.PERIODIC),
+        ([0.1, -INF], [np.nan, np.nan], 0, Outcome.CHAOTIC),
+        ([NAN, NAN], [NAN, NAN], 0, Outcome.NONFINITE),
+        ([0.3, NAN], [0.01, NAN], 1, Outcome.NONFINITE),
+        ([INF, -1.0], [NAN, 0.1], 0, Outcome.NONFINITE),
     ],
 )
-def test_class(exponents, errors, neutral, period, outcome):
-    assert classify(np.array(exponents), np.array(errors), neutral, LENGTH, period) == outcome
+def test_class(exponents, errors, neutral, outcome):
+    assert classify(np.array(exponents), np.array(errors), neutral, LENGTH) == outcome
+
+
+@pytest.mark.parametrize(
+    ("exponents", "free"),
+    [
+        # Lorenz: the exponent that is zero was not among the one computed
+        ([0.9], [0.9]),
+        ([0.9, 1e-4], [0.9, -INF]),
+        # something negative was computed, so the zero was, though it is large as yet
+        ([0.9, 0.02, -3.0], [0.9, -3.0, -INF]),
+        ([0.9, -0.02, -3.0], [0.9, -3.0, -INF]),
+    ],
+)
+def test_only_what_was_computed_is_left_out(exponents, free):
+    margins = np.full((1, len(exponents)), 4 / LENGTH)
+    found = free_exponents(np.array([exponents]), 1, margins, complete=False)
+    np.testing.assert_array_equal(found, [free])

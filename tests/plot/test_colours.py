@@ -46,15 +46,15 @@ def lightness(colours):
     return lab(colours)[:, 0]
 
 
-# those after "failed" are outcomes of looking for an orbit, which no chart shows
-OUTCOMES = [looks.outcome_look(outcome.meaning) for outcome in Outcome if outcome <= Outcome.FAILED]
+# most of those after "failed" are outcomes of looking for an orbit, which no chart shows
+OUTCOMES = [looks.outcome_look(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in looks.MOTIONS]
 PERIODS = [looks.Look(f"period {n}", colour) for n, colour in enumerate(looks.PERIOD_COLOURS, 1)]
 PERIODS.append(looks.Look("longer", looks.LONGER_COLOUR))
 TOGETHER = {
     "outcomes": OUTCOMES,
     "periods": PERIODS + [look for look in OUTCOMES if look.name != "periodic"] + [looks.PERIOD_NOT_FOUND],
     "attractors": [looks.attractor_look(n, str(n)) for n in range(12)]
-    + [look for look in OUTCOMES if look.name not in looks.MOTIONS]
+    + [look for look in OUTCOMES if look.name not in looks.ATTRACTED]
     + [looks.UNRECOGNISED, looks.FURTHER],
     "lines": [looks.Look(colour, colour) for colour in (*looks.LINE_COLOURS, looks.BACKGROUND)],
     "seeds": [looks.Look(colour, colour) for colour in looks.SEED_COLOURS],
@@ -126,7 +126,7 @@ def test_the_sequential_scale_is_even():
 
 
 def test_a_hatching_over_a_scale_means_one_thing():
-    others = [look for look in OUTCOMES if look.name not in looks.MOTIONS] + [looks.NO_NUMBER, looks.MINUS_INFINITY]
+    others = [look for look in OUTCOMES if look.name not in looks.ATTRACTED] + [looks.NO_NUMBER, looks.MINUS_INFINITY]
     hatches = [look.hatch for look in [*others, looks.POSITIVE] if look.hatch]
     assert len(set(hatches)) == len(hatches)
 

@@ -10,6 +10,7 @@ from chaosdrill.dataset.schema.shared import (
     SI,
     STATE,
     STATE_LABEL,
+    rates,
 )
 from chaosdrill.dataset.schema.variable import ORBIT, SWEEP, Table, axis, may, need
 
@@ -41,6 +42,7 @@ PERIODIC_ORBIT: Table = (
     need("event_state_before", f"{ORBIT} event state", "f8", "state before the event", "Projected onto the guard."),
     need("event_state_after", f"{ORBIT} event state", "f8", "state after the event", "After the reset."),
     need("smallest_speed", ORBIT, "f8", "smallest normal speed", GRAZING),
+    *rates(ORBIT),
     need("lyapunov_exponent", f"{ORBIT} multiplier", "f8", "Lyapunov exponent", "By QR over the orbit, descending."),
     need("exponent_difference", ORBIT, "f8", "exponents against multipliers", "Largest difference of the two."),
     need("determinant_difference", ORBIT, "f8", "sum rule", "Relative: multipliers against contractions on the way."),

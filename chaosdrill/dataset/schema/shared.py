@@ -16,11 +16,11 @@ OUTCOME = ("How the run ended; what each code means is in flag_meanings.", "1", 
 GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
 
 _RATES = (
-    ("progression_rate", "mean progression rate", "Penetration per unit of model time, averaged over the run."),
+    ("progression_rate", "mean progression rate", "Penetration per unit of model time; of a cycle over whole ones."),
     ("progression_error", "standard error of the progression rate", "Twice it covers the truth in 95 %."),
-    ("events_per_period", "events per forcing period", "All state-changing events, averaged over the run."),
-    ("impacts_per_period", "impacts per forcing period", "Events of the class impact, averaged over the run."),
-    ("slips_per_period", "slip onsets per forcing period", "Events of the class slip, averaged over the run."),
+    ("events_per_period", "events per forcing period", "All state-changing events; of a cycle over whole ones."),
+    ("impacts_per_period", "impacts per forcing period", "Events of the class impact; of a cycle over whole ones."),
+    ("slips_per_period", "slip onsets per forcing period", "Events of the class slip; of a cycle over whole ones."),
     ("events_per_time", "events per unit of time", "For systems without a forcing period."),
     ("impacts_per_time", "impacts per unit of time", "For systems without a forcing period."),
     ("slips_per_time", "slip onsets per unit of time", "For systems without a forcing period."),

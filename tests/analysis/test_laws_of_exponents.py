@@ -1,0 +1,147 @@
+"""Exponents, rank and outcome do not depend on how many are asked for, on the order of states, or on coordinates."""
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import chaosdrill as cd
+from chaosdrill.analysis import plan
+from chaosdrill.engine.structure import examine
+
+X, V, F, G, E, T = sympy.symbols("x v f g e t", real=True)
+OMEGA = sympy.Rational(5, 2)
+ORDERS = {"driven first": (F, G, X, V), "driven last": (X, V, F, G)}
+ENDED = cd.Outcome.PERIODIC, cd.Outcome.CHAOTIC
+
+
+def filtered(order, unit=1):
+    """An impact oscillator with two filters that it drives, lengths in units of 1/unit.
+
+    The filters have the exponents -2 and -3, the oscillator's sum is -0.1 + 2 ln e a hit; chaotic at e = 0.8.
+    """
+    field = {X: V, V: -X - V / 10 + unit * sympy.cos(OMEGA * T), F: -2 * F + X, G: -3 * G + V}
+    guard = X - sympy.Rational(3, 10) * unit
+    hit = cd.Transition("impact", "free", "free", guard=guard, direction=1, reset={V: -E * V})
+    return cd.HybridSystem(
+        name="filtered",
+        states=order,
+        time=T,
+        parameters={"e": 0.8},
+        modes={"free": field},
+        transitions=[hit],
+        period=2 * sympy.pi / OMEGA,
+        initial={X: 0, V: 0.3 * unit},
+    )
+
+
+@pytest.fixture(scope="module")
+def systems():
+    made = {name: filtered(order) for name, order in ORDERS.items()}
+    return made | {"in millionths": filtered(ORDERS["driven last"], 10**6)}
+
+
+def spectrum(system, count=None, **more):
+    return cd.lyapunov_spectrum(system, periods=400, transient=100, exponents=count, blocks=64, **more)
+
+
+@pytest.fixture(scope="module")
+def reference(systems):
+    return {name: spectrum(system) for name, system in systems.items()}
+
+
+@settings(max_examples=6)
+@given(st.sampled_from([*ORDERS, "in millionths"]), st.integers(1, 3))
+def test_fewer_exponents_are_the_first_of_all(systems, reference, name, count):
+    part, whole = spectrum(systems[name], count), reference[name]
+    np.testing.assert_array_equal(part["lyapunov_exponent"], whole["lyapunov_exponent"][:count])
+    np.testing.assert_array_equal(part["lyapunov_history"], whole["lyapunov_history"][:, :count])
+    for known in ("rank", "outcome", "kaplan_yorke_dimension"):
+        assert float(part[known]) == float(whole[known]), known
+
+
+@pytest.mark.parametrize("name", [*ORDERS, "in millionths"])
+def test_the_spectrum_is_that_of_the_motion(reference, name):
+    """0.0914(3) and the sum rule; the filters' own exponents are exact."""
+    found, error = (reference[name][v].values for v in ("lyapunov_exponent", "lyapunov_error"))
+    assert abs(found[0] - 0.0914) < 5 * error[0]
+    hits = float(reference[name]["event_count"].sum()) / (400 * 2 * np.pi / 2.5)
+    assert found[:2].sum() == pytest.approx(-0.1 + 2 * np.log(0.8) * hits, abs=1e-8)
+    np.testing.assert_allclose(found[2:], [-2, -3], rtol=1e-7)
+    assert int(reference[name]["outcome"]) == cd.Outcome.CHAOTIC
+    assert int(reference[name]["rank"]) == 4
+
+
+def diagram(system, count=None):
+    return cd.bifurcation_diagram(system, {"e": [0.2, 0.6, 0.8]}, transient=300, periods=200, exponents=count)
+
+
+@pytest.fixture(scope="module")
+def points(systems):
+    return diagram(systems["driven last"])
+
+
+@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("name", ORDERS)
+def test_points_of_a_sweep_are_those_of_all_exponents_to_the_bit(systems, name, count):
+    found, whole = diagram(systems[name], count), diagram(systems[name])
+    for known in ("section", "period", "outcome", "impacts_per_period"):
+        np.testing.assert_array_equal(found[known].values, whole[known].values)
+    np.testing.assert_array_equal(found["lyapunov_exponent"], whole["lyapunov_exponent"][..., :count])
+
+
+@settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.sampled_from([*ORDERS, "in millionths"]), st.integers(1, 4))
+def test_fewer_tangents_measure_the_same(systems, points, monkeypatch, name, count):
+    """Two cycles, whose exponents add up by the sum rule, and chaos, from tangents in general position."""
+    monkeypatch.setattr(plan, "SMALL", 0)
+    found = diagram(systems[name], count)
+    np.testing.assert_array_equal(found["period"].values, points["period"].values)
+    assert found["outcome"].values.ravel().tolist() == [ENDED[0], ENDED[0], ENDED[1]]
+    cycles, whole = (of["lyapunov_exponent"].values[:2, 0] for of in (found, points))
+    np.testing.assert_allclose(cycles[:, : min(count, 2)], whole[:, : min(count, 2)], atol=1e-6)
+    hits = found["impacts_per_period"].values[:2, 0] * 2.5 / (2 * np.pi)
+    np.testing.assert_allclose(whole[:, :2].sum(axis=1), -0.1 + 2 * np.log([0.2, 0.6]) * hits, atol=1e-6)
+    lead, error = (float(found[v].values[2, 0, 0]) for v in ("lyapunov_exponent", "lyapunov_error"))
+    assert abs(lead - 0.0914) < 5 * error
+
+
+def test_fewer_tangents_start_in_general_position(systems):
+    structure = examine(systems["driven first"])
+    some, shifts = structure.tangents(2)
+    assert shifts == 0
+    assert np.abs(some).min() > 1e-3
+    np.testing.assert_allclose(some @ some.T, np.eye(2), atol=1e-14)
+    np.testing.assert_array_equal(some, examine(systems["driven last"]).tangents(2)[0])
+    np.testing.assert_array_equal(some[:1], structure.tangents(1)[0])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_an_exponent_that_was_not_computed_is_not_left_out(count):
+    """Lorenz: (0.9056, 0, -14.572) and the dimension 2.062."""
+    found = cd.lyapunov_spectrum(cd.build("lorenz"), duration=200, transient=20, exponents=count)
+    assert int(found["outcome"]) == cd.Outcome.CHAOTIC
+    assert float(found["lyapunov_exponent"][0]) == pytest.approx(0.9056, abs=5 * float(found["lyapunov_error"][0]))
+    assert float(found["kaplan_yorke_dimension"]) == pytest.approx(2.062, abs=0.01)
+    assert int(found["rank"]) == 3
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_a_round_that_ends_on_an_event_keeps_its_rank(count):
+    """A reset that forgets a state, once a unit of time: multipliers 1, 1/e and 0."""
+    s = sympy.Symbol("s", real=True)
+    reset = {s: 0, G: sympy.Rational(1, 2), X: X + sympy.Rational(1, 10)}
+    forgets = cd.HybridSystem(
+        name="forgets",
+        states=(X, G, s),
+        parameters={},
+        modes={"on": {X: -X + G, G: -G / 3, s: 1}},
+        transitions=[cd.Transition("kick", "on", "on", guard=s - 1, direction=+1, reset=reset)],
+        initial={X: 0.3, G: 0.5, s: 0.0},
+    )
+    found = cd.lyapunov_spectrum(forgets, duration=100, transient=20, exponents=count)
+    assert int(found["rank"]) == 2
+    assert int(found["outcome"]) == cd.Outcome.PERIODIC
+    expected = np.array([0.0, -1.0, -np.inf])[:count]
+    np.testing.assert_allclose(found["lyapunov_exponent"].values, expected, atol=1e-2)
