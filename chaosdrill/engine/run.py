@@ -153,9 +153,24 @@ class Run:
         self.x[:] = other.x
         self.sides[:] = other.sides
         self.armed[:] = other.armed
-        self.carried[[at.MODE, at.FRESH]] = other.carried[[at.MODE, at.FRESH]]
+        taken_over = [at.MODE, at.FRESH, at.FIRED]
+        self.carried[taken_over] = other.carried[taken_over]
         self.vectors[:] = self._frame
         self._pin()
+
+    def just_took(self, transition: int) -> None:
+        """Go on as directly after an event, of which the present state and mode are what came out.
+
+        Parameters
+        ----------
+        transition : int
+            Which one was taken.
+        """
+        mode = int(self.carried[at.MODE])
+        guards = [j for j, event in enumerate(self.system.kernels.events[mode]) if transition in event.outcomes]
+        self.carried[at.FRESH] = at.SAME_MODE if guards else at.NEW_MODE
+        self.carried[at.FIRED] = guards[0] if guards else -1
+        self.armed[:] = 0
 
     def _pin(self) -> None:
         """Drop the tangents that the present mode leaves no freedom."""

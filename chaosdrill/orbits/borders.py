@@ -21,7 +21,7 @@ from chaosdrill.orbits.doubling import repeats
 from chaosdrill.orbits.failures import admissible, at_rest
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.reading import eventless, guess_of_autonomous, guess_of_forced
+from chaosdrill.orbits.reading import eventless, own_path
 from chaosdrill.orbits.special import NOISE, ON_CHORD
 from chaosdrill.orbits.touching import slowness, taken
 
@@ -209,19 +209,11 @@ def without_events(family: "Family", orbit: "Orbit") -> "Iterator[Orbit]":
 
 
 def _own_path(family: "Family", orbit: "Orbit", values: np.ndarray) -> "Orbit | None":
-    """What the system does from the middle of the longest arc on."""
-    longest = int(np.argmax(orbit.durations))
-    instant = float(orbit.durations[:longest].sum() + 0.5 * orbit.durations[longest])
-    states, modes = family.at([orbit], np.array([[instant]]))
-    mode = family.plain.mode_names[modes[0, 0]]
-    if family.forced:
-        period = family.period_at(orbit)
-        assert period is not None
-        phase = (orbit.phase + instant) % period
-        outcome, guess = guess_of_forced(family, states[0, 0], mode, orbit.periods, values, phase)
-    else:
-        outcome, guess = guess_of_autonomous(family, states[0, 0], mode, 2 * float(orbit.durations.sum()), values)
-    return based(family, guess) if outcome == Outcome.OK and guess is not None else None
+    """What the system does from the middle of the longest arc on, in the time that the orbit takes."""
+    outcome, guess = own_path(family, orbit, values, float(orbit.durations.sum()))
+    if outcome != Outcome.OK or guess is None:
+        return None
+    return based(family, replace(guess, periods=orbit.periods))
 
 
 def left_out(border: Border) -> "Iterator[Orbit]":

@@ -12,7 +12,6 @@ from chaosdrill.orbits.borders import Border, WeightsOf, bisect, go_on, reason, 
 from chaosdrill.orbits.doubling import returns
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.multipliers import structural_rank
-from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.special import LostError, locate, special_points
 from chaosdrill.orbits.stretch import REST, Stretch, follow_branch
 
@@ -125,7 +124,7 @@ def grow(
             stretch = stretch.part(slice(0, back))
         if not len(stretch):
             return grown.ended(BranchEnd.NO_CONVERGENCE)
-        rank = structural_rank(family, stretch.orbit(0), with_values(family, stretch.starts[0, 0, family.states :]))
+        rank = structural_rank(family, stretch.orbit(0))
         stretch, marks = _marked(family, stretch, weights, rank)
         grown.stretches.append(_shifted(stretch, length))
         grown.ranks.append(rank)
