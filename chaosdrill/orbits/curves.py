@@ -223,7 +223,7 @@ def _misses(family: Family, corrector: Corrector, spots: list[Spot]) -> "Iterato
 
 def _stable(family: Family, values: np.ndarray, kind: Special) -> np.ndarray:
     """Whether all multipliers but the critical one are inside of the unit circle; False where one is NaN."""
-    free = free_multipliers(values, forced=family.forced)
+    free = free_multipliers(values, family.neutral.count)
     moduli = np.abs(free)
     if kind != Special.GRAZING:
         critical = 1.0 if kind == Special.FOLD else -1.0

@@ -59,6 +59,7 @@ def describe(family: "Family", orbit: "Orbit", lap: "Lap", residuals: np.ndarray
         newton=residuals,
         **_events(family, orbit),
         checks=_nothing_to_check(family.states),
+        neutral=family.neutral.count,
     )
     return replace(found, checks=check(family, orbit, found, lapped))
 

@@ -229,7 +229,8 @@ def _between(
     before, after = pair.orbit(0), pair.orbit(1)
     kinds = [kind for _, kind in special_points(family, pair, rank)]
     try:
-        found = [locate(family, before, after, kind, weights, rank) for kind in kinds]
+        located = [locate(family, before, after, kind, weights, rank) for kind in kinds]
+        found = [one for one in located if one[2] != Special.REGULAR]
         return sorted(found, key=lambda one: float(np.abs(one[0].starts - before.starts).sum()))
     except LostError:
         if not finer:
