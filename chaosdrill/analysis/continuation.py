@@ -15,6 +15,7 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.curves import curve
+from chaosdrill.orbits.neutral import neutral_of
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -124,7 +125,7 @@ def continue_orbit(
         both = (names[0], names[1])
         result = curve(system, both, pairs, period, start, settle, follow, longest, points, numerics, progress)
     ds = label(branches_dataset(system, result), "continuation", system=system, settings=given)
-    return ds.assign_attrs(message=result.message)
+    return ds.assign_attrs(message=result.message, structure=neutral_of(system).words(system))
 
 
 def _limits(system: "HybridSystem", sweep: Any) -> dict[str, tuple[float, float]]:

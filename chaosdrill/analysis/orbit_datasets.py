@@ -53,7 +53,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
         "multiplier_real": (over("multiplier"), multipliers.real),
         "multiplier_imag": (over("multiplier"), multipliers.imag),
         "rank": each((orbit.rank for orbit in orbits), 0, np.int32),
-        "stable": each(is_stable(multipliers, forced=system.period is not None), 0, np.int8),
+        "stable": each(is_stable(multipliers, max((orbit.neutral for orbit in orbits), default=0)), 0, np.int8),
         "residual": each((orbit.residual for orbit in orbits), np.nan),
         "newton_residual": (over("iteration"), _filled([orbit.newton for orbit in orbits], (0,))),
         "event_count": ("orbit", np.array([len(orbit.event_times) for orbit in orbits], dtype=np.int32)),
@@ -68,6 +68,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
         "determinant_difference": each((orbit.checks.determinant_difference for orbit in orbits), np.nan),
         "recurrence_difference": each((orbit.checks.recurrence_difference for orbit in orbits), np.nan),
         "consistent": each((orbit.checks.consistent for orbit in orbits), 0, np.int8),
+        "neutral": ((), np.int32(max((orbit.neutral for orbit in orbits), default=0))),
         "outcome": ("orbit", np.array([orbit.outcome for orbit in orbits], dtype=np.int8)),
     }
     if system.period is not None:
@@ -161,6 +162,7 @@ def branches_dataset(system: "HybridSystem", result: "BranchResult") -> xr.Datas
         "special_kind": ("special", np.array([point.code for point in special], dtype=np.int8)),
         "special_error": ("special", np.array([point.error for point in special], dtype=float)),
         "special_text": ("special", np.array([point.text for point in special], dtype=str)),
+        "neutral": ((), np.int32(result.neutral)),
         "outcome": ((), np.int8(result.outcome)),
     }
     for i, name in enumerate(("special_value", "special_value_2")[: len(result.parameters)]):

@@ -13,6 +13,7 @@ from chaosdrill.dataset import label
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.errors import SettingsError
 from chaosdrill.orbits.find import find_orbit
+from chaosdrill.orbits.neutral import neutral_of
 from chaosdrill.orbits.search import search
 
 if TYPE_CHECKING:
@@ -72,7 +73,8 @@ def periodic_orbit(
         ``event_state_after`` (event, state), ``smallest_speed``; mean rates over the period, such as
         ``progression_rate`` and ``impacts_per_period``; ``residual``, and ``newton_residual`` (iteration);
         ``lyapunov_exponent`` (multiplier) and what the checks differ by: ``exponent_difference``,
-        ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``outcome``, in words in the attributes
+        ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
+        by the structure of the system, in words in the attribute ``structure``; ``outcome``, in words in the attributes
         ``message`` and ``disagreement``. A search adds the dimension ``orbit`` in front of all.
 
     Raises
@@ -112,7 +114,8 @@ def periodic_orbit(
         ds = orbits_dataset(system, [orbit]).assign(orbit_rates(system, [orbit], numerics)).isel(orbit=0, drop=True)
         message, disagreement = orbit.message, orbit.checks.disagreements
     ds = label(ds, "periodic-orbit", system=system, settings=given)
-    return ds.assign_attrs(message=message, disagreement=disagreement)
+    structure = neutral_of(system).words(system)
+    return ds.assign_attrs(message=message, disagreement=disagreement, structure=structure)
 
 
 def _longest(period: int, max_period: Any) -> int:

@@ -117,7 +117,9 @@ def improve(
     functions, stepper, machine, sizes, arcs, plane, starts, clock, durations, conditions, weights, target, reach, most,
     history, found, solved, room, scratch,
 ):  # fmt: skip
-    """Newton's method with ``conditions`` on the correction, one for every free parameter: (how it ended, laps).
+    """Newton's method with ``conditions`` on the correction: (how it ended, laps).
+
+    There is one for every free parameter, and more where orbits come in families: what tells their members.
 
     It has converged when no residual is above ``target``, or when none has become smaller where round-off may be all
     that is left of them.
@@ -150,11 +152,11 @@ def improve(
             for u in range(columns):
                 system[i, u] = equations[i, u]
             system[i, columns] = -equations[i, columns]
-        for j in range(q):
+        for j in range(conditions.shape[0]):
             for u in range(columns):
                 system[size + j, u] = conditions[j, u]
             system[size + j, columns] = 0.0
-        if not solve(system, columns, order) > 1e-300:
+        if solve(system, size + conditions.shape[0], columns, order, weights) == 0:
             return SINGULAR, turn + 1
         length = 0.0
         for u in range(columns):
@@ -182,11 +184,11 @@ def direction(sizes, count, conditions, weights, reference, found, solved):
         for u in range(columns):
             system[i, u] = equations[i, u]
         system[i, columns] = 0.0
-    for j in range(q):
+    for j in range(conditions.shape[0]):
         for u in range(columns):
             system[size + j, u] = conditions[j, u]
         system[size + j, columns] = 1.0 if j == 0 else 0.0
-    if not solve(system, columns, order) > 1e-300:
+    if solve(system, size + conditions.shape[0], columns, order, weights) == 0:
         return False
     length = 0.0
     ahead = 0.0
@@ -245,9 +247,9 @@ def newton(
 ):
     """Look for an orbit near the given one, which is replaced: (CONVERGED or why not, laps).
 
-    Parameters are those of `chaosdrill.engine.lap.lap`; ``clock`` holds the phase. ``conditions`` (q, columns) are
-    rows that the correction is orthogonal to, ``reach`` its greatest length in the norm of ``weights``; ``history``
-    gets the residuals.
+    Parameters are those of `chaosdrill.engine.lap.lap`; ``clock`` holds the phase. ``conditions`` (q or more, columns)
+    are rows that the correction is orthogonal to, ``reach`` its greatest length in the norm of ``weights``;
+    ``history`` gets the residuals.
     """
     return improve(
         (jet, jacobian_jet, tangent, field, variation, guard, transit), (expand, locate, evaluate, advance_by), machine,

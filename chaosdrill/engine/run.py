@@ -206,6 +206,7 @@ class Run:
         key, direction = events[j].key, events[j].direction
         run = self.states.run
         run["fresh"], run["fired"], run["surface"] = at.AFTER, key, events[j].surface
+        self.states.sides[:] = 0
         run["moved_by"] = -1 if self.system.transitions[transition].marks_only() else transition
         if self.tables.watched[run["mode"][0], key]:
             self.states.sides[0, key] = direction

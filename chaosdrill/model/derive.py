@@ -97,17 +97,47 @@ def _functions(expression: Any) -> set[Any]:
 def shift_directions(system: "HybridSystem") -> list[list[float]]:
     """Directions along which nothing ever changes, whatever the parameters: n numbers each, linearly independent.
 
-    Candidates are the null space of all Jacobians, guard gradients and reset Jacobians (less the identity) at random
-    numbers; only those for which every one of these vanishes as an expression are returned.
+    They are the common null space of all Jacobians, guard gradients and reset Jacobians (less the identity).
     """
-    import numpy as np
-
     n = len(system.states)
     rows = [list(jacobian(system, mode).row(i)) for mode in system.modes for i in range(n)]
     for transition in system.transitions:
         rows.append(guard_gradient(system, transition.guard)[:n])
         slopes = reset_jacobian(system, transition)
         rows += [[slopes[i][j] - int(i == j) for j in range(n)] for i in range(n)]
+    return _null_directions(rows, n)
+
+
+def conserved_combinations(system: "HybridSystem") -> list[list[float]]:
+    """Linear combinations of the states whose tangents nothing ever changes: n numbers each, linearly independent.
+
+    They are the common null space, from the left, of all Jacobians, of all reset Jacobians (less the identity), and of
+    what the flow jumps by at an event: the saltation matrix leaves them as they are.
+    """
+    n = len(system.states)
+    rows = [list(jacobian(system, mode).col(j)) for mode in system.modes for j in range(n)]
+    for transition in system.transitions:
+        slopes = reset_jacobian(system, transition)
+        rows += [[slopes[i][j] - int(i == j) for i in range(n)] for j in range(n)]
+        image = dict(zip(system.states, reset_map(system, transition), strict=True))
+        for source in transition.source:
+            before, after = system.modes[source], system.modes[transition.target]
+            rows.append(
+                [
+                    sympy.sympify(after[x]).subs(image, simultaneous=True) - before[x] - row[n]
+                    for x, row in zip(system.states, slopes, strict=True)
+                ]
+            )
+    return _null_directions(rows, n)
+
+
+def _null_directions(rows: list[list[Any]], n: int) -> list[list[float]]:
+    """Constant vectors that all rows of expressions vanish on.
+
+    Candidates are the null space at random numbers; only those for which every row vanishes as an expression count.
+    """
+    import numpy as np
+
     rows = [row for row in rows if any(entry != 0 for entry in row)]
     special = tuple(SPECIAL)
     plain = [row for row in rows if not any(type(f).__name__ in special for e in row for f in _functions(e))]

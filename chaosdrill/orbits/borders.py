@@ -21,9 +21,10 @@ from chaosdrill.orbits.doubling import repeats
 from chaosdrill.orbits.failures import admissible, at_rest
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.reading import eventless, guess_of_autonomous, guess_of_forced
+from chaosdrill.orbits.place import standpoint
+from chaosdrill.orbits.reading import eventless, own_path
 from chaosdrill.orbits.special import NOISE, ON_CHORD
-from chaosdrill.orbits.touching import slowness, taken
+from chaosdrill.orbits.touching import nearest_touch, slowness, taken
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
@@ -47,6 +48,9 @@ ALIKE = 0.02
 
 PROBE = 1e-5
 """Step along a new branch that tells which way leads away from the border."""
+
+PASSED, CLOSER = 128, 5
+"""Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
 
 TANGENT = 1e-3
 """Speed relative to how fast a guard changes on the way below which a guard counts as met tangentially at a border."""
@@ -161,9 +165,9 @@ def recounted(family: "Family", before: "Orbit", after: "Orbit") -> bool:
     return old != new and all(name in replaced for name in (old - new) + (new - old))
 
 
-def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Special, str]:
-    """What happens at a border, from the sequences of events on its two sides."""
-    system = family.plain
+def what_changed(family: "Family", border: Border, after: "Orbit") -> tuple[Special, str]:
+    """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
+    system, before = family.plain, border.good
     old, new = (Counter(o.events(system).split()) for o in (before, after))
     appeared, vanished = list((new - old).elements()), list((old - new).elements())
     if len(before) == len(after) and not before.eventless and not after.eventless:
@@ -175,7 +179,8 @@ def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Spe
         counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
         if names:
             parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
-    return Special.GRAZING, ", ".join(parts)
+    touches = slowness(family, before, border.lap).min() <= TANGENT or nearest_touch(family, before) is not None
+    return Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts)
 
 
 def _guesses(family: "Family", border: Border) -> "Iterator[Orbit]":
@@ -209,19 +214,11 @@ def without_events(family: "Family", orbit: "Orbit") -> "Iterator[Orbit]":
 
 
 def _own_path(family: "Family", orbit: "Orbit", values: np.ndarray) -> "Orbit | None":
-    """What the system does from the middle of the longest arc on."""
-    longest = int(np.argmax(orbit.durations))
-    instant = float(orbit.durations[:longest].sum() + 0.5 * orbit.durations[longest])
-    states, modes = family.at([orbit], np.array([[instant]]))
-    mode = family.plain.mode_names[modes[0, 0]]
-    if family.forced:
-        period = family.period_at(orbit)
-        assert period is not None
-        phase = (orbit.phase + instant) % period
-        outcome, guess = guess_of_forced(family, states[0, 0], mode, orbit.periods, values, phase)
-    else:
-        outcome, guess = guess_of_autonomous(family, states[0, 0], mode, 2 * float(orbit.durations.sum()), values)
-    return based(family, guess) if outcome == Outcome.OK and guess is not None else None
+    """What the system does from the middle of the longest arc on, in the time that the orbit takes."""
+    outcome, guess = own_path(family, orbit, values, float(orbit.durations.sum()))
+    if outcome != Outcome.OK or guess is None:
+        return None
+    return based(family, replace(guess, periods=orbit.periods))
 
 
 def left_out(border: Border) -> "Iterator[Orbit]":
@@ -296,11 +293,33 @@ def _branch_from(
 
 
 def distance(family: "Family", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
-    """Distance of two orbits at the strobes and in the parameter, in the norm of the weights."""
+    """Distance of two orbits at the strobes and in the parameter, in the norm of the weights.
+
+    Without strobes: the largest distance at which one passes a place of the other, and how much longer one takes.
+    """
     d = family.states
+    apart = float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
+    if not family.forced:
+        longer = abs(float(np.log(orbit.durations.sum() / other.durations.sum())))
+        return apart + longer + max(passing(family, *pair, weights[:d]) for pair in ((orbit, other), (other, orbit)))
     here, there = (family.strobes([o])[0][0] for o in (orbit, other))
-    closest = min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
-    return closest + float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
+    if len(here) != len(there):
+        return np.inf
+    return apart + min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
+
+
+def passing(family: "Family", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+    """Distance at which an orbit passes the middle of the longest arc of another one."""
+    state = standpoint(family, other)[2]
+    total = float(orbit.durations.sum())
+    first, width, closest = 0.0, total, np.inf
+    for _ in range(CLOSER):
+        instants = np.unique(np.linspace(first, first + width, PASSED + 1) % total)
+        away = (np.abs(family.at([orbit], instants[np.newaxis])[0][0] - state) * weights).max(axis=1)
+        closest = min(closest, float(away.min()))
+        width *= 2 / PASSED
+        first = float(instants[away.argmin()]) - width / 2
+    return closest
 
 
 def _away(family: "Family", orbit: "Orbit", lap: "Lap", border: Border, weights: np.ndarray) -> np.ndarray | None:

@@ -123,7 +123,7 @@ def _beside(
     family: "Family", orbit: "Orbit", lap: "Lap", direction: np.ndarray, frame: Frame, weights: np.ndarray
 ) -> "tuple[Orbit, np.ndarray]":
     """The first orbit, or one beside it if it is a special point, so that the branch passes through that."""
-    values = free_multipliers(np.linalg.eigvals(lap.monodromy), forced=family.forced)
+    values = free_multipliers(np.linalg.eigvals(lap.monodromy), family.neutral.count)
     if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > AT_SPECIAL:
         return orbit, direction
     moved = family.moved(orbit, lap, BESIDE * frame.step * direction)
@@ -201,7 +201,7 @@ def _beside_stable(family: "Family", grown: Grown, mark: Mark) -> bool:
     stretch = grown.stretches[mark.stretch]
     beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(stretch)]
     values = multipliers(family, stretch.orbit(0), stretch.monodromies[beside], grown.ranks[mark.stretch])
-    return bool(is_stable(values, forced=family.forced).any())
+    return bool(is_stable(values, family.neutral.count).any())
 
 
 def _reached(planned: list[Planned], parent: int, mark: Mark, frame: Frame) -> bool:

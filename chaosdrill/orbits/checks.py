@@ -7,8 +7,9 @@ import numpy as np
 from chaosdrill.dataset import Outcome
 from chaosdrill.orbits.contraction import contraction
 from chaosdrill.orbits.multipliers import structure_of
+from chaosdrill.orbits.place import run_from, standpoint
 from chaosdrill.orbits.results import Checks, FoundOrbit
-from chaosdrill.orbits.verify import ROUND_OFF, Lapped, run_from, standpoint
+from chaosdrill.orbits.verify import ROUND_OFF, Lapped
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family

@@ -78,6 +78,7 @@ def collect(
     misses = [miss for one in planned for stretch in one.grown.stretches for miss in _misses(family, stretch)]
     return BranchResult(
         message="; ".join(misses[:3]),
+        neutral=family.neutral.count,
         parameters=parameters,
         sequences=tuple(names),
         branches=tuple(infos),
@@ -102,7 +103,7 @@ def _table(family: "Family", stretch: "Stretch", rank: int, number: int, sequenc
         "section": section,
         "mode": modes[:, 0],
         "multipliers": values,
-        "stable": is_stable(values, forced=family.forced),
+        "stable": is_stable(values, family.neutral.count),
         "special": stretch.special,
         "sequence": np.full(points, sequence),
         "smallest_speed": stretch.speeds.min(axis=1),

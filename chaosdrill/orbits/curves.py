@@ -16,7 +16,6 @@ from chaosdrill.orbits.find import starting_orbit
 from chaosdrill.orbits.growing import MOST_BORDERS, Frame, Grown, Mark, grow
 from chaosdrill.orbits.multipliers import structural_rank
 from chaosdrill.orbits.onward import lifted, onward
-from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.results import BranchResult
 from chaosdrill.orbits.special import NOISE, LostError
 from chaosdrill.orbits.stability import free_multipliers
@@ -192,7 +191,7 @@ def _whole(family: Family, halves: list[list[Traced]], rows: list[Row]) -> Grown
         middle = spots[len(spots) // 2]
         followed, _ = corrector.beside(middle) or (middle.orbit, middle.lap)
         grown.stretches.append(stretch)
-        grown.ranks.append(structural_rank(family, followed, with_values(family, followed.starts[0, family.states :])))
+        grown.ranks.append(structural_rank(family, followed))
     place = len(halves[1]) - 1 if len(halves) > 1 else 0
     start = halves[0][0].spots[0]
     scale = float(np.ptp(rows[0][0].limits[0]))
@@ -224,7 +223,7 @@ def _misses(family: Family, corrector: Corrector, spots: list[Spot]) -> "Iterato
 
 def _stable(family: Family, values: np.ndarray, kind: Special) -> np.ndarray:
     """Whether all multipliers but the critical one are inside of the unit circle; False where one is NaN."""
-    free = free_multipliers(values, forced=family.forced)
+    free = free_multipliers(values, family.neutral.count)
     moduli = np.abs(free)
     if kind != Special.GRAZING:
         critical = 1.0 if kind == Special.FOLD else -1.0

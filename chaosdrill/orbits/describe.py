@@ -44,7 +44,7 @@ def describe(family: "Family", orbit: "Orbit", lap: "Lap", residuals: np.ndarray
     if not np.isfinite(lap.monodromy).all():
         text = "the orbit meets a guard at no speed, where small deviations grow without bound: it has no multipliers"
         return no_orbit(family.plain, Outcome.NONFINITE, text, orbit.periods, residuals)
-    rank = structural_rank(family, orbit, family.plain)
+    rank = structural_rank(family, orbit)
     strobes, modes = family.strobes([orbit])
     found = FoundOrbit(
         outcome=Outcome.PERIODIC,
@@ -59,6 +59,7 @@ def describe(family: "Family", orbit: "Orbit", lap: "Lap", residuals: np.ndarray
         newton=residuals,
         **_events(family, orbit),
         checks=_nothing_to_check(family.states),
+        neutral=family.neutral.count,
     )
     return replace(found, checks=check(family, orbit, found, lapped))
 

@@ -41,8 +41,7 @@ def doubled(
     twice = orbit.repeated(2)
     lap = family.lap(twice, watched=False)
     weights = weights_of(twice)
-    scaled = lap.equations[: len(twice) + d + 1, :-1] / weights
-    plane = np.linalg.svd(scaled)[2][-2:]
+    plane = family.null_space(twice, lap, weights, 2)
     old = family.direction(orbit, family.lap(orbit, watched=False), weights_of(orbit))
     times = np.tile(old[d + 1 : -1], 2) if len(twice) > len(orbit) else 2 * old[d + 1 : -1]
     old = weights * np.concatenate([old[: d + 1], times, old[-1:]])

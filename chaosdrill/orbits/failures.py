@@ -7,12 +7,13 @@ import numpy as np
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import branch
 from chaosdrill.engine import lap as at
-from chaosdrill.engine.run import Run
 from chaosdrill.orbits.pace import unit_of
 
 if TYPE_CHECKING:
+    from chaosdrill.engine.run import Run
     from chaosdrill.orbits.family import Family, Lap
     from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.place import Place
 
 SLIP = 1e-3
 """Part of the duration that a slip without motion takes at most."""
@@ -81,12 +82,12 @@ def at_rest(family: "Family", orbit: "Orbit") -> bool:
     return bool(np.ptp(path, axis=0).max() <= AT_REST * max(1.0, np.abs(path).max()))
 
 
-def understood(family: "Family", state: np.ndarray, mode: str, failure: NoOrbitError) -> NoOrbitError:
+def understood(family: "Family", place: "Place", failure: NoOrbitError) -> NoOrbitError:
     """Why there is no orbit, from what the motion does later on: end, or rest, or let a state only grow."""
-    system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
-    unit = unit_of(family, system)
-    run = Run(system, unit, family.numerics)
-    points = [state]
+    system = place.system
+    unit = unit_of(family, place)
+    run = place.run(unit, family.numerics)
+    points = [run.x.copy()]
     for _ in range(WATCHED):
         outcome = run.advance(1)[0]
         if outcome == failure.outcome:
@@ -101,7 +102,7 @@ def understood(family: "Family", state: np.ndarray, mode: str, failure: NoOrbitE
     if not growing.any():
         return failure
     each = "a period" if family.forced else "a unit of time"
-    net = (points[-1] - state) / (WATCHED if family.forced else WATCHED * unit)
+    net = (points[-1] - points[0]) / (WATCHED if family.forced else WATCHED * unit)
     told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
     return NoOrbitError(
         Outcome.OPEN,
@@ -111,7 +112,7 @@ def understood(family: "Family", state: np.ndarray, mode: str, failure: NoOrbitE
     )
 
 
-def _rests(run: Run) -> bool:
+def _rests(run: "Run") -> bool:
     """Whether nothing moves any more."""
     system = run.system
     rates = np.zeros(len(run.x) + len(system.quadratures))

@@ -13,6 +13,7 @@ from chaosdrill.engine.period import forcing_periods
 from chaosdrill.engine.setup import bounds_of, event_tables, integer_settings, real_settings, workspace
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import differentiate
+from chaosdrill.orbits.neutral import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ UNIT = 1.0
 
 STATES_TO_PARAMETERS = 0.2
 """What a change of a state by its size counts along a branch, where one of the parameter by its range counts 1."""
+
+DEPENDENT = 1e-10
+"""Singular value, as a part of the largest, below which linearised equations depend on each other."""
 
 ROUND_OFF = 3e-13
 """Residual at which an orbit is found: what is left when all equations hold to rounding."""
@@ -105,7 +109,7 @@ class Family:
             *(np.zeros(n), np.zeros((2, q)), np.zeros((n, n)), np.zeros(layout.CARRIED_I, dtype=np.int64)),
             *(np.zeros(layout.CARRIED_F), np.zeros(guards, dtype=np.int64), np.zeros(guards, dtype=np.int64)),
         )
-        self._rooms: dict[int, Any] = {}
+        self._rooms: dict[tuple[int, int], Any] = {}
         self.unit = system.forcing_period()
         """Forcing period; without one the pace of the motion, as soon as one was followed."""
 
@@ -115,6 +119,11 @@ class Family:
         settings = self._machine[1]
         settings[layout.STEP] *= unit / settings[layout.PERIOD]
         settings[layout.PERIOD] = unit
+
+    @property
+    def neutral(self) -> Neutral:
+        """What the structure of the system leaves neutral on every orbit."""
+        return neutral_of(self.plain)
 
     @property
     def period(self) -> float | None:
@@ -171,10 +180,11 @@ class Family:
         columns = self.columns(orbit)
         if conditions is None:
             conditions = np.eye(columns)[self.states + 1 + len(orbit) :]
+        conditions = np.vstack([conditions, self._held(orbit)])
         history = np.zeros(branch.MOST_LAPS)
         code, laps = branch.newton(
             *self._kernels(), self._machine, sizes, orbit.arcs, self._plane(orbit), *arrays,
-            np.ascontiguousarray(conditions), self.weights(orbit), ROUND_OFF, reach, history, found, solved, room,
+            conditions, self.weights(orbit), ROUND_OFF, reach, history, found, solved, room,
             self._scratch,
         )  # fmt: skip
         result = replace(orbit, starts=arrays[0], phase=float(arrays[1][0]), durations=arrays[2])
@@ -185,7 +195,7 @@ class Family:
         from chaosdrill.engine import branch
 
         sizes, _, found, solved, room = self._prepare(orbit)
-        conditions = np.zeros((1, self.columns(orbit)))
+        conditions = np.vstack([np.zeros((1, self.columns(orbit))), self._held(orbit)])
         code, points = branch.trace(
             *self._kernels(), self._machine, sizes, orbit.arcs, self._plane(orbit), weights, *arrays, conditions,
             found, solved, room, self._scratch,
@@ -210,10 +220,43 @@ class Family:
 
         It is the null vector of the linearised equations, on the side of ``ahead``, else that of a growing parameter.
         """
-        scaled = lap.equations[: len(orbit) + self.states + 1, :-1] / weights
-        vector = np.linalg.svd(scaled)[2][-1] / weights
+        vector = self.null_space(orbit, lap, weights, 1)[0] / weights
         reference = np.eye(len(vector))[-1] if ahead is None else ahead * weights**2
         return vector if vector @ reference >= 0 else -vector
+
+    def null_space(self, orbit: Orbit, lap: Lap, weights: np.ndarray, count: int) -> np.ndarray:
+        """Directions in which orbits go on, shape (count, columns), orthonormal in weighted unknowns.
+
+        Where every orbit is one of a family, they lead to those that differ least in what tells its members.
+        """
+        _, sizes, rows = np.linalg.svd(self._weighted(orbit, lap, weights))
+        held = self._held(orbit)
+        # an orbit of twice the period has one more where it is born
+        ordinary = sizes[: len(sizes) + len(self.free) - count]
+        more = min(int((ordinary <= DEPENDENT * sizes[0]).sum()), len(held))
+        if not more:
+            return np.asarray(rows[-count:])
+        null = rows[-count - more :]
+        told = held @ (null / weights).T
+        return np.asarray(np.linalg.svd(told)[2][-count:] @ null)
+
+    def regularity(self, orbit: Orbit, lap: Lap, weights: np.ndarray) -> float:
+        """Smallest singular value of the weighted equations that the structure of the system does not make zero."""
+        sizes = np.linalg.svd(self._weighted(orbit, lap, weights), compute_uv=False)
+        kept = sizes[: len(sizes) - len(self._held(orbit))]
+        return float(kept[-1])
+
+    def _held(self, orbit: Orbit) -> np.ndarray:
+        """What tells the members of a family of orbits, as rows over the reduced unknowns, shape (m, columns)."""
+        neutral, d = self.neutral, self.states
+        shifted_in_time = self.forced and neutral.flow and not orbit.eventless
+        rows = np.zeros((len(neutral.held) + shifted_in_time, self.columns(orbit)))
+        rows[: len(neutral.held), :d] = neutral.held
+        rows[len(neutral.held) :, d] = 1.0
+        return rows
+
+    def _weighted(self, orbit: Orbit, lap: Lap, weights: np.ndarray) -> np.ndarray:
+        return np.asarray(lap.equations[: len(orbit) + self.states + 1, :-1] / weights)
 
     def moved(self, orbit: Orbit, lap: Lap, change: np.ndarray) -> Orbit:
         """The orbit after a change of its reduced unknowns, to first order."""
@@ -293,15 +336,16 @@ class Family:
         n, d, q = len(self.system.states), self.states, len(self.free)
         count = len(orbit)
         columns = self.columns(orbit)
+        held = len(self._held(orbit))
         sizes = np.array([d, q, orbit.periods, self._clock, int(self.forced)], dtype=np.int64)
         arrays = (orbit.starts.copy(), np.array([orbit.phase, 0.0]), orbit.durations.copy())
-        if count not in self._rooms:
+        if (count, held) not in self._rooms:
             found = (
                 *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
                 *(np.zeros(count), np.zeros((count, 2), dtype=np.int64), np.zeros(count)),
             )
             solved = (
-                *(np.zeros((columns, columns + 1)), np.zeros(columns, dtype=np.int64)),
+                *(np.zeros((columns + held, columns + 1)), np.zeros(2 * columns + held, dtype=np.int64)),
                 *(np.zeros(columns), np.zeros(columns), np.zeros(columns)),
             )
             room = (
@@ -309,8 +353,8 @@ class Family:
                 *(np.zeros((n, columns + 1)), np.zeros((n + 1, max(n, q, 1))), np.zeros((n, n))),
                 *(np.zeros((n + 1, max(columns + 1, n))), np.zeros(columns + 1)),
             )
-            self._rooms = {count: (found, solved, room)}
-        return sizes, arrays, *self._rooms[count]
+            self._rooms = {(count, held): (found, solved, room)}
+        return sizes, arrays, *self._rooms[count, held]
 
     def _seen(self, orbit: Orbit, outcome: int, residual: float, found: Any) -> Lap:
         equations, sensitivity, monodromy, speeds, seen, met = (a.copy() for a in found)

@@ -1,6 +1,7 @@
 """One orbit: from a guess of it to what is known of it, or to why there is none."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,8 @@ from chaosdrill.orbits.failures import (
 from chaosdrill.orbits.family import Family, Lap
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.reading import guess_of_forced, guess_of_return, returns, settled
+from chaosdrill.orbits.place import Place, reached
+from chaosdrill.orbits.reading import Reading, own_path, reading_from, returns, settled
 from chaosdrill.orbits.results import FoundOrbit
 
 if TYPE_CHECKING:
@@ -84,14 +86,15 @@ def starting_orbit(
     NoOrbitError
     """
     family = Family(system, free, numerics)
-    outcome, state, mode = settled(family, transient if start == "attractor" else 0)
+    outcome, run = settled(family, transient if start == "attractor" else 0)
     if outcome != Outcome.OK:
         raise NoOrbitError(outcome, f"the run that leads to the orbit ended: {outcome.advice}")
-    places = returns(family, state, mode, period) if start == "attractor" else [(state, mode)]
+    place = reached(run, family.numerics) if start == "attractor" else Place(family.plain)
+    readings = returns(family, run, period) if start == "attractor" else [reading_from(family, place, period)]
     failure, shorter = None, None
-    for (place, there), reach in product(places, REACHES):
+    for reading, reach in product(readings, REACHES):
         try:
-            orbit, lap, residuals = orbit_from_state(family, place, there, period, reach)
+            orbit, lap, residuals = orbit_read(family, reading, period, reach)
         except NoOrbitError as error:
             failure = failure or error
             continue
@@ -104,26 +107,24 @@ def starting_orbit(
     if shorter is not None:
         return shorter
     assert failure is not None
-    raise understood(family, state, mode, failure)
+    raise understood(family, place, failure)
 
 
-def orbit_from_state(
-    family: Family, state: np.ndarray, mode: str, period: int, reach: float = REACHES[0]
+def orbit_read(
+    family: Family, reading: Reading, period: int, reach: float = REACHES[0]
 ) -> tuple[Orbit, Lap, np.ndarray]:
-    """The orbit near a state at phase 0, its arcs told from where least freedom is left.
+    """The orbit near a path that is read, its arcs told from where least freedom is left.
+
+    Where the system does not follow what Newton's method makes of it, its own path from there is read.
 
     Raises
     ------
     NoOrbitError
     """
-    values = np.array([family.plain.parameters[name] for name in family.free])
     failure = NoOrbitError(Outcome.NO_ORBIT, "")
     seen: list[Orbit] = []
     for _ in range(READINGS):
-        if family.forced:
-            outcome, guess = guess_of_forced(family, state, mode, period, values)
-        else:
-            outcome, guess = guess_of_return(family, state, mode, values)
+        outcome, guess = reading()
         if outcome != Outcome.OK:
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
         if guess is None:
@@ -140,8 +141,7 @@ def orbit_from_state(
         failure = NoOrbitError(
             Outcome.INADMISSIBLE, f"the equations close, but {inadmissible_words(family, orbit, lap)}", residuals
         )
-        states, modes = family.strobes([orbit])
-        state, mode = states[0, 0], family.plain.mode_names[modes[0, 0]]
+        reading = partial(own_path, family, orbit)
     raise failure
 
 

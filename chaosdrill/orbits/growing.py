@@ -12,7 +12,6 @@ from chaosdrill.orbits.borders import Border, WeightsOf, bisect, go_on, reason, 
 from chaosdrill.orbits.doubling import returns
 from chaosdrill.orbits.find import admissible
 from chaosdrill.orbits.multipliers import structural_rank
-from chaosdrill.orbits.reading import with_values
 from chaosdrill.orbits.special import LostError, locate, special_points
 from chaosdrill.orbits.stretch import REST, Stretch, follow_branch
 
@@ -125,7 +124,7 @@ def grow(
             stretch = stretch.part(slice(0, back))
         if not len(stretch):
             return grown.ended(BranchEnd.NO_CONVERGENCE)
-        rank = structural_rank(family, stretch.orbit(0), with_values(family, stretch.starts[0, 0, family.states :]))
+        rank = structural_rank(family, stretch.orbit(0))
         stretch, marks = _marked(family, stretch, weights, rank)
         grown.stretches.append(_shifted(stretch, length))
         grown.ranks.append(rank)
@@ -161,7 +160,7 @@ def grow(
             _append(grown, border, Special.REGULAR, "")
             grown.marks.pop()
         else:
-            kind, text = what_changed(family, border.good, beyond.orbit)
+            kind, text = what_changed(family, border, beyond.orbit)
             way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
             _append(grown, border, kind, f"{text}; the branch {way}")
         length = float(grown.stretches[-1].arclengths[-1])
@@ -230,7 +229,8 @@ def _between(
     before, after = pair.orbit(0), pair.orbit(1)
     kinds = [kind for _, kind in special_points(family, pair, rank)]
     try:
-        found = [locate(family, before, after, kind, weights, rank) for kind in kinds]
+        located = [locate(family, before, after, kind, weights, rank) for kind in kinds]
+        found = [one for one in located if one[2] != Special.REGULAR]
         return sorted(found, key=lambda one: float(np.abs(one[0].starts - before.starts).sum()))
     except LostError:
         if not finer:

@@ -7,10 +7,10 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import lap as at
-from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import pins
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.orbits.arcs import arc_by_arc
+from chaosdrill.orbits.place import run_from, standpoint
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -48,25 +48,20 @@ def structure_of(system: "HybridSystem") -> Structure:
     return known
 
 
-def structural_rank(family: "Family", orbit: "Orbit", system: "HybridSystem") -> int:
+def structural_rank(family: "Family", orbit: "Orbit") -> int:
     """Rank that the tangent map keeps however often the orbit is gone through, by what its events remove exactly.
 
-    The ordinary engine carries as many independent tangents around it as there are states.
+    The ordinary engine carries as many independent tangents around it as there are states, from within an arc, so that
+    every round holds all events.
     """
-    states, modes = family.strobes([orbit])
     d = family.states
+    arc, time, state = standpoint(family, orbit)
     structure = structure_of(family.plain)
-    period = family.period_at(orbit) if family.forced else float(orbit.durations.sum())
-    assert period is not None
-    start = dict(zip(system.state_names, states[0, 0].tolist(), strict=True))
-    run = Run(
-        system.with_initial(**start, mode=system.mode_names[modes[0, 0]]), period, family.numerics, tangents=np.eye(d),
-        deficient=structure.deficient,
-    )  # fmt: skip
+    run = run_from(family, orbit, arc, time, state, tangents=np.eye(d), deficient=structure.deficient)
     outcome = Outcome.OK
     for _ in range(d):
-        outcome = run.advance(orbit.periods)[0] if outcome == Outcome.OK else outcome
-        run.x[:] = states[0, 0]
+        outcome = run.advance(orbit.periods if family.forced else 1)[0] if outcome == Outcome.OK else outcome
+        run.x[:] = state
     return run.live if outcome == Outcome.OK else d - int(pins(family.plain)[orbit.arcs[0, at.ARC_MODE]].sum())
 
 

@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.run import Run
 
 if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.family import Family
+    from chaosdrill.orbits.place import Place
 
 UNITS = 32
 """Units over which the motion is looked at."""
@@ -27,22 +26,22 @@ ALIKE = 2.0
 """Ratio of two successive units that is good enough."""
 
 
-def unit_of(family: "Family", system: "HybridSystem") -> float:
+def unit_of(family: "Family", place: "Place") -> float:
     """Forcing period, or the pace of the first motion that was followed."""
     if family.unit is None:
-        family.keep_pace(pace(system, family.numerics))
+        family.keep_pace(pace(place, family.numerics))
     assert family.unit is not None
     return family.unit
 
 
-def pace(system: "HybridSystem", numerics: Numerics) -> float:
-    """Time in which the motion from the initial state crosses its own extent, 1 if it does not move.
+def pace(place: "Place", numerics: Numerics) -> float:
+    """Time in which the motion from a place crosses its own extent, 1 if it does not move.
 
     A sinusoidal motion takes about nine of these units for a turn.
     """
     unit = 1.0
     for _ in range(ROUNDS):
-        better, steps = _crossing(system, numerics, unit)
+        better, steps = _crossing(place, numerics, unit)
         if not 1e-12 < better < 1e12 or (better > unit and steps > MOST_STEPS):
             return unit
         good = 1 / ALIKE <= better / unit <= ALIKE
@@ -52,13 +51,14 @@ def pace(system: "HybridSystem", numerics: Numerics) -> float:
     return unit
 
 
-def _crossing(system: "HybridSystem", numerics: Numerics, unit: float) -> tuple[float, int]:
+def _crossing(place: "Place", numerics: Numerics, unit: float) -> tuple[float, int]:
     """Extent over mean rate of the state for which that is longest, as samples at this distance show it, and the steps.
 
     States that only go one way tell nothing, as long as there are others.
     """
+    system = place.system
     d = len(system.states)
-    run = Run(system, unit, numerics, samples=SAMPLES)
+    run = place.run(unit, numerics, samples=SAMPLES)
     samples = np.zeros(((UNITS + 2) * SAMPLES, d + len(system.quadratures) + 1))
     run.advance(UNITS, samples)
     rows = samples[: run.filled()[0]]

@@ -65,10 +65,9 @@ def plane_at(
     ------
     LostError
     """
-    scaled = lap.equations[: len(orbit) + family.states + 1, :-1] / weights
-    if not np.isfinite(scaled).all():
+    if not np.isfinite(lap.equations).all():
         raise LostError("the equations have no derivatives there")
-    rows = np.linalg.svd(scaled)[2][-2:] / weights
+    rows = family.null_space(orbit, lap, weights, 2) / weights
     if reference is not None:
         # orthogonal Procrustes problem, Schoenemann 1966, doi:10.1007/BF02289451
         u, _, v = np.linalg.svd(reference.conditions @ rows.T)

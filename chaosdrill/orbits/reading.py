@@ -1,5 +1,8 @@
 """Guesses of orbits, read off runs of the ordinary engine."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -11,6 +14,7 @@ from chaosdrill.engine import layout
 from chaosdrill.engine.run import Run
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.pace import unit_of
+from chaosdrill.orbits.place import Place, place_on, reached, standpoint
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -20,32 +24,38 @@ MOST_EVENTS = 4096
 """Events of one orbit; more are chatter that is not completed."""
 
 
-def settled(family: "Family", transient: float) -> tuple[Outcome, np.ndarray, str]:
-    """State and mode at phase 0 to which the system's initial state leads, and how that went.
+def settled(family: "Family", transient: float) -> tuple[Outcome, Run]:
+    """The run from the system's initial state over a transient, to a phase 0, and how it went.
 
     The transient is in forcing periods, or a time where there are none.
     """
     parts = int(np.ceil(transient)) if family.forced else PARTS
     run = Run(family.plain, family.period or max(transient, 1e-300) / PARTS, family.numerics)
-    outcome = run.advance(parts)[0] if transient else Outcome.OK
-    return outcome, run.x.copy(), run.mode
+    return run.advance(parts)[0] if transient else Outcome.OK, run
 
 
-def guess_of_forced(
-    family: "Family", state: np.ndarray, mode: str, periods: int, values: np.ndarray, phase: float = 0.0
-) -> tuple[Outcome, Orbit | None]:
-    """The path from a state over so many forcing periods, as a guess of an orbit.
+Reading = Callable[[], tuple[Outcome, Orbit | None]]
+"""What reads a guess of an orbit: ``Outcome.OK`` or what ended the run, and the guess if there is one."""
+
+
+def reading_from(family: "Family", place: Place, periods: int) -> Reading:
+    """What reads the path from a place over so many forcing periods; without forcing, until it is back."""
+    values = np.array([family.plain.parameters[name] for name in family.free])
+    if family.forced:
+        return partial(guess_of_forced, family, place, periods, values)
+    return partial(guess_of_return, family, place, values)
+
+
+def guess_of_forced(family: "Family", place: Place, periods: int, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
+    """The path from a place over so many forcing periods, as a guess of an orbit.
 
     Parameters
     ----------
     family : Family
-    state : ndarray, shape (d,)
-    mode : str
+    place : Place
     periods : int
     values : ndarray, shape (q,)
-        Free parameters.
-    phase : float
-        Time in the period at which the state is.
+        Free parameters, as they are in the system of the place.
 
     Returns
     -------
@@ -53,42 +63,56 @@ def guess_of_forced(
         ``Outcome.OK``, or what ended the run before.
     orbit : Orbit or None
     """
-    system = with_values(family, values).with_initial(
-        **dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode
-    )
-    period = system.forcing_period()
+    period = place.system.forcing_period()
     assert period is not None
-    run = Run(system, period, family.numerics)
-    run.carried_f[layout.TIME] = phase
-    outcome, events = _events(run, periods + (phase > 0))
+    run = place.run(period, family.numerics)
+    state, mode = run.x.copy(), run.mode
+    outcome, events = _events(run, periods)
     if outcome != Outcome.OK:
         return outcome, None
-    times = events[:, layout.EVENT_STROBES] * period + events[:, layout.EVENT_TIME]
-    inside = times < phase + periods * period
-    events, times = events[inside], times[inside]
+    return outcome, _round(family, events, place.phase, state, mode, periods, values, period)
+
+
+def _round(
+    family: "Family",
+    events: np.ndarray,
+    phase: float,
+    state: np.ndarray,
+    mode: str,
+    periods: int,
+    values: np.ndarray,
+    period: float,
+) -> Orbit | None:
+    """The path from a state at a phase on, over so many periods, with the events in them."""
     if not len(events):
         if phase > 0:
             rest = np.array([period - phase])
             arc = np.array([[family.system.mode_names.index(mode), at.SHARE, -1]], dtype=np.int64)
             ahead = Orbit(arc, 1, np.concatenate([state, values])[np.newaxis], phase, rest)
             state = family.at([ahead], rest[np.newaxis])[0][0, 0]
-        return outcome, eventless(family, state, mode, periods, values, period)
+        return eventless(family, state, mode, periods, values, period)
+    times = events[:, layout.EVENT_STROBES] * period + events[:, layout.EVENT_TIME]
     durations = np.diff(times, prepend=times[-1] - periods * period)
-    orbit = orbit_of_events(family, events, durations, periods, values, float(times[-1] % period))
-    return outcome, orbit if _connected(family, orbit) else None
+    orbit = orbit_of_events(family, events, durations, periods, values, float((phase + times[-1]) % period))
+    return orbit if _connected(family, orbit) else None
 
 
-def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> list[tuple[np.ndarray, str]]:
-    """States on the motion from a state on that come back most nearly after so many periods, with their modes.
+def returns(family: "Family", run: Run, periods: int) -> list[Reading]:
+    """What reads the motion of a run where it comes back most nearly after so many periods, the nearest first.
 
-    Of systems without a period: states at some distance along it.
+    Of systems without a period: at some distances along it.
     """
-    system = family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
-    run = Run(system, unit_of(family, system), family.numerics)
-    states, modes, _ = strobed(run, (RECORD if family.forced else PLACES) + periods)
-    names = [system.mode_names[m] for m in modes]
-    if not family.forced or len(states) <= periods:
-        return list(zip(states, names, strict=True))[:PLACES]
+    place = reached(run, family.numerics)
+    run = place.run(unit_of(family, place), family.numerics)
+    if not family.forced:
+        places = [place]
+        while len(places) < PLACES and run.advance(1)[0] == Outcome.OK:
+            places.append(reached(run, family.numerics))
+        return [reading_from(family, one, periods) for one in places]
+    record = strobed(run, RECORD + periods)
+    states = record.states
+    if len(states) <= periods:
+        return [lambda: (record.outcome, None)]
     spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1.0))
     last = len(states) - periods
 
@@ -98,67 +122,93 @@ def returns(family: "Family", state: np.ndarray, mode: str, periods: int) -> lis
     whole, parts = away(periods), [q for q in range(1, periods) if periods % q == 0]
     # what is back sooner leads to an orbit of a shorter period
     sooner = np.min([away(q) for q in parts], axis=0) < SOONER * whole if parts else np.zeros(last, dtype=bool)
-    return [(states[j], names[j]) for j in np.lexsort((whole, sooner))[:PLACES]]
+    return [partial(record.guess, family, j, periods) for j in np.lexsort((whole, sooner))[:PLACES].tolist()]
 
 
-def strobed(run: Run, length: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """States and modes at the strobes of a run, its start first, and which events led to each from the one before.
+@dataclass(frozen=True)
+class Strobed:
+    """A motion as its strobes show it, m of them.
 
-    Returns
-    -------
+    Attributes
+    ----------
+    outcome : Outcome
+        What ended it before its time, else ``Outcome.OK``.
     states : ndarray, shape (m, d)
-        Fewer than ``length`` + 1 if the run ended before.
+        Its start first.
     modes : ndarray of int, shape (m,)
     sequences : ndarray of int, shape (m,)
-        A number that stands for a sequence of events; 0 for the first state.
+        A number that stands for the sequence of events from the strobe before; 0 for the first state.
+    rows : ndarray, shape (E, columns)
+        Events that change something, as the engine records them.
     """
+
+    outcome: Outcome
+    states: np.ndarray
+    modes: np.ndarray
+    sequences: np.ndarray
+    rows: np.ndarray
+
+    def guess(self, family: "Family", j: int, periods: int) -> tuple[Outcome, Orbit | None]:
+        """The path from strobe j on over so many periods, as a guess of an orbit."""
+        assert family.period is not None
+        since = self.rows[:, layout.EVENT_STROBES] - j
+        events = self.rows[(since >= 0) & (since < periods)].copy()
+        events[:, layout.EVENT_STROBES] -= j
+        values = np.array([family.plain.parameters[name] for name in family.free])
+        mode = family.plain.mode_names[self.modes[j]]
+        return Outcome.OK, _round(family, events, 0.0, self.states[j], mode, periods, values, family.period)
+
+
+def strobed(run: Run, length: int) -> Strobed:
+    """What the strobes of a run show, at most so many beside its start."""
     d = len(run.x)
     samples = np.zeros((length + 3, d + len(run.system.quadratures) + 1))
     buffer = np.zeros((MOST_EVENTS, layout.EVENT_COLUMNS + 2 * d))
     start, mode = run.x.copy(), run.system.mode_names.index(run.mode)
-    taken, rows, target, full = 0, [], length, True
+    taken, rows, target, full, outcome = 0, [], length, True, Outcome.OK
     while full:
-        _, full = run.advance(target, samples[taken:], buffer)
+        outcome, full = run.advance(target, samples[taken:], buffer)
         target = 0
         new, events = run.filled()
         taken += new
-        rows.append(buffer[:events, : layout.EVENT_COLUMNS].copy())
+        rows.append(buffer[:events].copy())
     table = np.concatenate(rows)
     changing = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
     kinds = table[:, layout.EVENT_KIND].astype(np.int64)
-    kept = changing[kinds] if len(kinds) else kinds == 0
-    periods = table[kept, layout.EVENT_STROBES].astype(np.int64)
-    ends = np.searchsorted(periods, np.arange(taken + 1))
-    sequences = [hash(tuple(kinds[kept][a:b].tolist())) for a, b in pairwise(ends)]
-    return (
+    table = table[changing[kinds]] if len(kinds) else table
+    kinds = table[:, layout.EVENT_KIND].astype(np.int64)
+    ends = np.searchsorted(table[:, layout.EVENT_STROBES].astype(np.int64), np.arange(taken + 1))
+    sequences = [hash(tuple(kinds[a:b].tolist())) for a, b in pairwise(ends)]
+    return Strobed(
+        outcome,
         np.vstack([start, samples[:taken, :d]]),
         np.concatenate([[mode], samples[:taken, -1]]).astype(np.int64),
         np.array([0, *sequences], dtype=np.int64),
+        table,
     )
 
 
-def guess_of_return(family: "Family", state: np.ndarray, mode: str, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
-    """The path from a state until it is back, as a guess of an orbit of a system without a period."""
-    system = with_values(family, values).with_initial(
-        **dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode
-    )
-    unit, outcome, guess = unit_of(family, system), Outcome.OK, None
+def guess_of_return(family: "Family", place: Place, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
+    """The path from a place until it is back, as a guess of an orbit of a system without a period."""
+    unit, outcome, guess = unit_of(family, place), Outcome.OK, None
     units = SHORTEST_RETURN
     while guess is None and outcome == Outcome.OK and units <= LONGEST_RETURN:
-        outcome, guess = guess_of_autonomous(family, state, mode, units * unit, values)
+        outcome, guess = guess_of_autonomous(family, place, units * unit, values)
         units *= 8
     return outcome, guess
 
 
 def guess_of_autonomous(
-    family: "Family", state: np.ndarray, mode: str, duration: float, values: np.ndarray
+    family: "Family", place: Place, duration: float, values: np.ndarray, expected: float | None = None
 ) -> tuple[Outcome, Orbit | None]:
-    """The path from a state until it is back as nearly as it comes within a duration, as a guess of an orbit."""
-    system = with_values(family, values).with_initial(
-        **dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode
-    )
-    unit = unit_of(family, system)
-    run = Run(system, unit, family.numerics, samples=SAMPLES)
+    """The path from a place until it is back, within a duration, as a guess of an orbit.
+
+    It is taken to be back after the time that is expected, or else at the first return that is as near as any.
+    """
+    system = place.system
+    unit = unit_of(family, place)
+    run = place.run(unit, family.numerics, samples=SAMPLES)
+    state, mode = run.x.copy(), run.mode
     whole = int(np.ceil(duration / unit))
     samples = np.zeros(((whole + 2) * SAMPLES, len(state) + len(system.quadratures) + 1))
     outcome, events = _events(run, whole, samples)
@@ -166,12 +216,18 @@ def guess_of_autonomous(
         return outcome, None
     d = len(state)
     if len(events):
-        last = _shortest_return(events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND])
-        if last is None:
-            return outcome, None
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
-        durations = np.diff(times)[:last]
-        orbit = orbit_of_events(family, events[1 : last + 1], durations, 1, values, 0.0)
+        if expected is None:
+            last = _shortest_return(events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND])
+            if last is None:
+                return outcome, None
+            durations, events = np.diff(times)[:last], events[1 : last + 1]
+        else:
+            times = times[times < expected]
+            events, durations = events[: len(times)], np.diff(times, prepend=times[-1:] - expected)
+        if not len(events):
+            return outcome, None
+        orbit = orbit_of_events(family, events, durations, 1, values, 0.0)
         return outcome, orbit if _connected(family, orbit) else None
     path = np.vstack([state, samples[: run.filled()[0], :d]])
     away = np.abs(path - state).max(axis=1)
@@ -185,6 +241,21 @@ def guess_of_autonomous(
     arcs = np.array([[family.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
     starts = np.concatenate([state, values])[np.newaxis]
     return outcome, Orbit(arcs, 1, starts, 0.0, np.array([back * unit / SAMPLES]))
+
+
+def own_path(
+    family: "Family", orbit: Orbit, values: np.ndarray | None = None, expected: float | None = None
+) -> tuple[Outcome, Orbit | None]:
+    """What the system itself does from the middle of an orbit's longest arc on, as a guess of an orbit.
+
+    ``values`` are the free parameters, if not those of the orbit; ``expected`` is as for `guess_of_autonomous`.
+    """
+    arc, time, state = standpoint(family, orbit)
+    values = orbit.starts[0, family.states :] if values is None else values
+    place = place_on(family, orbit.with_values(values, family.states), arc, time, state)
+    if family.forced:
+        return guess_of_forced(family, place, orbit.periods, values)
+    return guess_of_autonomous(family, place, 2 * float(orbit.durations.sum()), values, expected)
 
 
 RECORD = 256

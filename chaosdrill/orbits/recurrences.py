@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.dataset import Outcome
 from chaosdrill.engine import lap as at
 from chaosdrill.engine import layout
-from chaosdrill.engine.run import Run
 from chaosdrill.engine.setup import pins
-from chaosdrill.orbits.find import orbit_from_state, solved
+from chaosdrill.orbits.find import orbit_read, solved
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.pace import unit_of
-from chaosdrill.orbits.reading import orbit_of_events, strobed
+from chaosdrill.orbits.place import Place, started
+from chaosdrill.orbits.reading import Strobed, orbit_of_events, strobed
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -100,8 +101,8 @@ class Recurrences:
         self.family, self.longest = family, longest
         names = family.plain.mode_names
         self.turning = -1
-        systems = [_started(family, x, names[m]) for x, m in zip(starts, modes, strict=True)]
-        self.unit = unit_of(family, systems[0])
+        systems = [started(family.plain, x, names[m]) for x, m in zip(starts, modes, strict=True)]
+        self.unit = unit_of(family, Place(systems[0]))
         self.eventful = any(not t.marks_only() for t in family.plain.transitions)
         if not family.forced and not self.eventful:
             self.unit, self.turning = _turn(family, systems, self.unit)
@@ -145,7 +146,8 @@ class Recurrences:
     def _attempt(self, record: Record, j: int, steps: int, period: int) -> Solution:
         family = self.family
         if family.forced:
-            return orbit_from_state(family, record.states[j], family.plain.mode_names[record.kinds[j]], period)
+            strobes = Strobed(Outcome.OK, record.states, record.kinds, record.sequences, record.rows)
+            return orbit_read(family, partial(strobes.guess, family, j, period), period)
         durations = np.diff(record.times[j : j + steps + 1])
         if self.eventful:
             guess = orbit_of_events(family, record.rows[j + 1 : j + steps + 1], durations, 1, np.zeros(0), 0.0)
@@ -164,7 +166,7 @@ class Recurrences:
             low, high = known.min(axis=0), known.max(axis=0)
             drawn = rng.uniform(low - WIDER * (high - low), high + WIDER * (high - low))
             state = np.where(table[modes[chosen]] == 1, known[chosen], drawn)
-            yield _started(self.family, state, self.family.plain.mode_names[modes[chosen]])
+            yield started(self.family.plain, state, self.family.plain.mode_names[modes[chosen]])
 
     def _modes(self, record: Record) -> np.ndarray:
         """Modes in which the recorded states are."""
@@ -181,10 +183,6 @@ class Recurrences:
         return _maxima(self.family, system, length, self.unit, self.turning)
 
 
-def _started(family: "Family", state: np.ndarray, mode: str) -> "HybridSystem":
-    return family.plain.with_initial(**dict(zip(family.plain.state_names, state.tolist(), strict=True)), mode=mode)
-
-
 def _busiest(kinds: np.ndarray, steps: int) -> np.ndarray:
     """How often the most frequent kind comes among so many events after each one."""
     counts = np.cumsum(kinds[:, np.newaxis] == np.unique(kinds), axis=0)
@@ -199,14 +197,14 @@ def _least_turn(sequence: list[int]) -> tuple[int, ...]:
 def _strobes(family: "Family", system: "HybridSystem", length: int) -> Record:
     """States at phase 0."""
     assert family.period is not None
-    states, modes, sequences = strobed(Run(system, family.period, family.numerics), length)
-    return Record(states, modes, sequences, np.arange(len(states)) * family.period, np.zeros((len(states), 0)))
+    seen = strobed(Place(system).run(family.period, family.numerics), length)
+    return Record(seen.states, seen.modes, seen.sequences, np.arange(len(seen.states)) * family.period, seen.rows)
 
 
 def _events(family: "Family", system: "HybridSystem", length: int, unit: float) -> Record:
     """States after events."""
     d = family.states
-    run = Run(system, unit, family.numerics)
+    run = Place(system).run(unit, family.numerics)
     buffer = np.zeros((length, layout.EVENT_COLUMNS + 2 * d))
     run.advance(AN_EVENT * length, events=buffer)
     rows = buffer[: run.filled()[1]]
@@ -219,7 +217,7 @@ def _events(family: "Family", system: "HybridSystem", length: int, unit: float) 
 
 def _path(family: "Family", system: "HybridSystem", unit: float, units: int) -> np.ndarray:
     """Samples of a smooth motion."""
-    run = Run(system, unit, family.numerics, samples=A_TURN)
+    run = Place(system).run(unit, family.numerics, samples=A_TURN)
     samples = np.zeros(((units + 2) * A_TURN, family.states + len(system.quadratures) + 1))
     run.advance(units, samples)
     return samples[: run.filled()[0], : family.states]

@@ -80,6 +80,8 @@ class FoundOrbit:
         States before and after each event.
     checks : Checks
         What the numbers say of each other.
+    neutral : int
+        How many multipliers are 1 by the structure of the system, that of the flow direction among them.
     """
 
     outcome: Outcome
@@ -98,6 +100,7 @@ class FoundOrbit:
     event_states_before: np.ndarray
     event_states_after: np.ndarray
     checks: Checks
+    neutral: int = 0
 
 
 @dataclass(frozen=True)
@@ -216,6 +219,8 @@ class BranchResult:
         Of the search for the orbit that the first branch starts from; ``Outcome.PERIODIC`` if there is one.
     message : str
         What there is to say of the start, as why there is no branch; empty if all is well.
+    neutral : int
+        As in `FoundOrbit`.
     """
 
     parameters: tuple[str, ...]
@@ -237,3 +242,4 @@ class BranchResult:
     cascade: Cascade | None = None
     outcome: Outcome = Outcome.PERIODIC
     message: str = ""
+    neutral: int = 0

@@ -52,32 +52,40 @@ def fold_test(values: np.ndarray) -> np.ndarray:
     return np.prod(1 - values, axis=-1).real
 
 
-def turning_pair(values: np.ndarray) -> np.ndarray:
-    """Whether the pair of multipliers nearest to the unit circle is a complex one."""
-    if values.shape[-1] < 2:
-        return np.zeros(values.shape[:-1], dtype=bool)
-    nearest = np.take_along_axis(values, np.abs(np.abs(values) - 1).argmin(axis=-1)[..., np.newaxis], axis=-1)
-    return np.abs(nearest[..., 0].imag) > 1e-6
+def outside(values: np.ndarray) -> np.ndarray:
+    """How many multipliers lie outside of the unit circle."""
+    return np.asarray((np.abs(values) > 1).sum(axis=-1))
+
+
+def pair_on_circle(values: np.ndarray) -> float:
+    """Distance from the unit circle of the complex pair that is nearest to it; infinite without a pair."""
+    pairs = values[np.abs(values.imag) > REAL * np.abs(values)]
+    return float(np.abs(np.abs(pairs) - 1).min(initial=np.inf))
 
 
 def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tuple[int, Special]]:
     """What happens between neighbours: (number of the point behind, what).
 
     Where a multiplier passes through 1 and the branch turns back it is a fold; where it does not, another branch
-    crosses. On the branches that a lost symmetry leaves the multiplier only touches 1 while the branch turns.
+    crosses. On the branches that a lost symmetry leaves the multiplier only touches 1 while the branch turns. Two
+    multipliers whose product passes through 1 are a pair on the unit circle, or two real ones with nothing to tell:
+    which of them, is seen where they are located. All functions are products over multipliers or over pairs of them,
+    so that none is hidden by another one that stays near to the unit circle.
     """
     if len(stretch) < 2:
         return []
     orbit = stretch.orbit(0)
-    values = free_multipliers(multipliers(family, orbit, stretch.monodromies, rank), forced=family.forced)
+    values = free_multipliers(multipliers(family, orbit, stretch.monodromies, rank), family.neutral.count)
     noise = noise_of(stretch.monodromies, len(orbit))
     doubling = doubling_test(family, orbit, stretch.monodromies)
-    torus, turns = torus_test(values), turning_pair(values)
     back, through = set(changes(stretch.directions[:, -1])), set(changes(fold_test(values), noise))
     found = [(k, Special.FOLD) for k in back]
     found += [(k, Special.BRANCH_POINT) for k in through - back]
     found += [(k, Special.PERIOD_DOUBLING) for k in changes(doubling, noise)]
-    found += [(k, Special.NEIMARK_SACKER) for k in changes(torus) if turns[k - 1] and turns[k]]
+    pairs = set(changes(torus_test(values), noise))
+    # of two pairs that cross within a step the product of all pairs keeps its sign
+    pairs |= set((np.flatnonzero(np.abs(np.diff(outside(values))) > 3) + 1).tolist())
+    found += [(k, Special.NEIMARK_SACKER) for k in pairs]
     return sorted(found)
 
 
@@ -139,10 +147,12 @@ def locate(
     if low * high > 0:
         raise LostError("the function has one sign at both ends")
     root = brentq(value, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
-    value(root)
+    there = value(root)
     orbit, lap = last["found"]
-    if _misses(_free(family, orbit, lap, rank), kind):
+    if abs(there) > JUMPS * max(abs(low), abs(high)) or _misses(_free(family, orbit, lap, rank), kind):
         raise LostError("the function jumps")
+    if kind == Special.NEIMARK_SACKER and pair_on_circle(_free(family, orbit, lap, rank)) > MISSED:
+        return orbit, lap, Special.REGULAR, 0.0
     if kind == Special.FOLD and _crossed(family, before, orbit, after, weights):
         kind = Special.BRANCH_POINT
     scale = accuracy(family.numerics)
@@ -163,27 +173,31 @@ STRAIGHT = 1e-9
 MISSED = 1e-3
 """Distance of a multiplier from the value that it is to have at a special point, at most."""
 
+JUMPS = 0.1
+"""What is left of a function where its sign changes, as a part of its values beside, if it jumps there."""
+
+REAL = 1e-6
+"""Imaginary part of a multiplier, as a part of it, up to which it may be one of two equal real ones."""
+
 SINGULAR = 0.1
 """Smallest singular value of the equations, relative to that of the neighbours, where two branches cross."""
 
 
 def _free(family: "Family", orbit: "Orbit", lap: "Lap", rank: int) -> np.ndarray:
-    return free_multipliers(multipliers(family, orbit, lap.monodromy, rank), forced=family.forced)
+    return free_multipliers(multipliers(family, orbit, lap.monodromy, rank), family.neutral.count)
 
 
 def _misses(values: np.ndarray, kind: Special) -> bool:
     """Whether no multiplier is what it is to be."""
     if kind == Special.NEIMARK_SACKER:
-        return bool(np.abs(np.abs(values) - 1).min() > MISSED)
-    return bool(np.abs(values - (-1 if kind == Special.PERIOD_DOUBLING else 1)).min() > MISSED)
+        first, second = np.triu_indices(len(values), 1)
+        return bool(np.abs(values[first] * values[second] - 1).min(initial=np.inf) > MISSED)
+    return bool(np.abs(values - (-1 if kind == Special.PERIOD_DOUBLING else 1)).min(initial=np.inf) > MISSED)
 
 
 def _crossed(family: "Family", before: "Orbit", there: "Orbit", after: "Orbit", weights: np.ndarray) -> bool:
     """Whether the equations lose rank at an orbit, unlike at its neighbours."""
-    smallest = []
-    for orbit in (before, there, after):
-        rows = family.lap(orbit, watched=False).equations[: len(orbit) + family.states + 1, :-1]
-        smallest.append(float(np.linalg.svd(rows / weights, compute_uv=False)[-1]))
+    smallest = [family.regularity(o, family.lap(o, watched=False), weights) for o in (before, there, after)]
     return smallest[1] < SINGULAR * min(smallest[0], smallest[2])
 
 

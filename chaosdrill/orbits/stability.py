@@ -3,27 +3,28 @@
 import numpy as np
 
 
-def free_multipliers(values: np.ndarray, *, forced: bool) -> np.ndarray:
-    """The multipliers without the one of the flow direction, which is 1 on every orbit of a system without a period.
+def free_multipliers(values: np.ndarray, neutral: int) -> np.ndarray:
+    """The multipliers without those that are 1 on every orbit, as that of the flow direction without a period.
 
     Parameters
     ----------
     values : ndarray of complex, shape (..., n)
         Eigenvalues of the tangent map over one period.
-    forced : bool
-        Whether the system has a period; if not, the multiplier nearest to 1 is left out.
+    neutral : int
+        How many are 1 by the structure of the system (`chaosdrill.orbits.neutral`): those nearest to 1 are left out.
 
     Returns
     -------
-    ndarray of complex, shape (..., n) or (..., n - 1)
+    ndarray of complex, shape (..., n - neutral)
     """
-    if forced:
+    if not neutral:
         return values
-    flow = np.abs(values - 1).argmin(axis=-1)[..., np.newaxis]
-    kept = np.arange(values.shape[-1]) != flow
-    return values[kept].reshape(*values.shape[:-1], values.shape[-1] - 1)
+    left_out = np.argsort(np.abs(values - 1), axis=-1, kind="stable")[..., :neutral]
+    kept = np.ones(values.shape, dtype=bool)
+    np.put_along_axis(kept, left_out, False, axis=-1)
+    return values[kept].reshape(*values.shape[:-1], values.shape[-1] - neutral)
 
 
-def is_stable(values: np.ndarray, *, forced: bool) -> np.ndarray:
+def is_stable(values: np.ndarray, neutral: int) -> np.ndarray:
     """Whether all free multipliers lie inside of the unit circle, shape (...); parameters as for `free_multipliers`."""
-    return (np.abs(free_multipliers(values, forced=forced)) < 1).all(axis=-1)
+    return (np.abs(free_multipliers(values, neutral)) < 1).all(axis=-1)

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine import lap as at
 from chaosdrill.engine import layout
-from chaosdrill.engine.run import Run
+from chaosdrill.orbits.place import run_from, standpoint
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family
@@ -58,53 +57,6 @@ class Lapped:
     def explained(self, tolerance: float, laps: int = 1) -> float:
         """Difference after so many laps that round-off and the tolerance explain."""
         return min(SLACK * (ROUND_OFF + tolerance) * max(1.0, self.growth) ** laps, CLOSED)
-
-
-def standpoint(family: "Family", orbit: "Orbit") -> tuple[int, float, np.ndarray]:
-    """Middle of the longest arc: its number, the time since the start of the orbit, the state.
-
-    There no event is near, so that a run that begins there meets all of them.
-    """
-    longest = int(orbit.durations.argmax())
-    step = (family.unit or 1.0) / (family.numerics.steps or 200)
-    clock = orbit.phase if family.forced else 0.0
-    middle = float(orbit.durations[:longest].sum() + orbit.durations[longest] / 2)
-    # fixed steps fall where those of the orbit fell
-    on_grid = round((clock + middle) / step) * step - clock
-    if abs(on_grid - middle) < orbit.durations[longest] / 2:
-        middle = on_grid
-    return longest, middle, family.at([orbit], np.array([[middle]]))[0][0, 0]
-
-
-def run_from(
-    family: "Family", orbit: "Orbit", arc: int, time: float, state: np.ndarray, parts: int = 1, **options: object
-) -> Run:
-    """A run of the ordinary engine that begins on an orbit.
-
-    Parameters
-    ----------
-    family : Family
-    orbit : Orbit
-    arc, time, state : int, float, ndarray
-        Where: number of the arc, time since the start of the orbit, state of shape (d,).
-    parts : int
-        A period of the run is one of the forcing, or all of an orbit without forcing; if parts are asked for, that
-        part of the whole orbit.
-    options
-        Passed on to `Run`.
-    """
-    values = dict(zip(family.free, orbit.starts[0, family.states :].tolist(), strict=True))
-    system = family.plain.with_parameters(**values).with_initial(
-        **dict(zip(family.plain.state_names, state.tolist(), strict=True)),
-        mode=family.plain.mode_names[orbit.arcs[arc, at.ARC_MODE]],
-    )
-    forcing = system.forcing_period()
-    period = float(orbit.durations.sum()) / parts if parts > 1 or not forcing else forcing
-    run = Run(system, period, family.numerics, **options)  # type: ignore[arg-type]
-    if forcing:
-        run.carried_f[layout.BASE] = (orbit.phase + time) % forcing
-    run.settings_f[layout.STEP] = (forcing or family.unit or 1.0) / (family.numerics.steps or 200)
-    return run
 
 
 def verify(family: "Family", orbit: "Orbit") -> Lapped:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from chaosdrill.orbits.family import Family
-from chaosdrill.orbits.find import orbit_from_state
-from chaosdrill.orbits.reading import settled
+from chaosdrill.orbits.find import orbit_read
+from chaosdrill.orbits.place import reached
+from chaosdrill.orbits.reading import reading_from, settled
 from chaosdrill.systems import build
 
 CASES = {
@@ -38,8 +39,8 @@ def test_equations_of_one_arc_are_linearised_exactly(name):
     parameters, initial, free = CASES[name]
     system = build(name, parameters, {}).with_initial(**initial)
     plain = Family(system)
-    _, state, mode = settled(plain, 200)
-    orbit, _, _ = orbit_from_state(plain, state, mode, 1)
+    _, run = settled(plain, 200)
+    orbit, _, _ = orbit_read(plain, reading_from(plain, reached(run, plain.numerics), 1), 1)
     assert len(orbit) == 1
     family = Family(system, (free,))
     value = system.parameters[free]
@@ -74,6 +75,6 @@ def test_the_flow_direction_of_an_autonomous_orbit_has_the_multiplier_one(rimles
 @pytest.fixture
 def rimless():
     family = Family(build("rimless-wheel", {}, {}))
-    _, state, mode = settled(family, 50)
-    orbit, lap, _ = orbit_from_state(family, state, mode, 1)
+    _, run = settled(family, 50)
+    orbit, lap, _ = orbit_read(family, reading_from(family, reached(run, family.numerics), 1), 1)
     return family, orbit, lap

@@ -8,6 +8,7 @@ import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import find_orbit
 from chaosdrill.orbits.pace import pace
+from chaosdrill.orbits.place import Place
 from chaosdrill.orbits.search import search
 
 FINE = Numerics(tolerance=1e-13)
@@ -53,5 +54,5 @@ def test_weak_and_strong_relaxation(van_der_pol, mu):
 
 
 def test_the_pace_is_that_of_the_motion(van_der_pol):
-    slow, fast = (pace(van_der_pol.with_parameters(c=c), FINE) for c in (1e-3, 1e3))
+    slow, fast = (pace(Place(van_der_pol.with_parameters(c=c)), FINE) for c in (1e-3, 1e3))
     assert slow / fast == pytest.approx(1e6, rel=1)

@@ -48,6 +48,7 @@ PERIODIC_ORBIT: Table = (
     need("determinant_difference", ORBIT, "f8", "sum rule", "Relative: multipliers against contractions on the way."),
     need("recurrence_difference", ORBIT, "f8", "recurrence", "Distance after one more period, as the residual."),
     need("consistent", ORBIT, "i1", "agrees with itself", "Whether these differences are explained.", flags="truth"),
+    may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     need("outcome", ORBIT, "i1", "outcome", *OUTCOME),
     FORCING,
     FORCING_SI,
@@ -91,5 +92,6 @@ CONTINUATION: Table = (
     may("feigenbaum_ratio", "doubling", "f8", "ratio of distances", "Tends to 4.669; NaN for the first two."),
     may("accumulation", "", "f8", "accumulation point", "Where the period doublings lead."),
     may("accumulation_error", "", "f8", "error of the accumulation point", "Estimated from the last ratios."),
+    may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     need("outcome", "", "i1", "outcome", "Of the search for the orbit from which the branch starts.", "1", "outcome"),
 )
