@@ -134,7 +134,7 @@ def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
         outcome, periods = run.advance(periods - LENGTH)[0], LENGTH
     if outcome != Outcome.OK:
         return outcome
-    rows = np.zeros(((periods + 1) * int(run.settings_i[at.SAMPLES]) + 2, n + len(run.system.quadratures) + 1))
+    rows = np.zeros(((periods + 1) * int(run.samples) + 2, n + len(run.system.quadratures) + 1))
     outcome, _ = run.advance(periods, rows)
     path.append(np.delete(rows[: run.filled()[0]], np.s_[n:-1], axis=1)[-LENGTH:])
     return outcome
@@ -145,8 +145,8 @@ def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) 
     system = run.system
     rates = np.zeros(len(run.x) + len(system.quadratures))
     place = run.x if state is None else np.ascontiguousarray(state)
-    present = int(run.carried[at.MODE]) if mode is None else mode
-    system.kernels.functions[3](present, float(run.carried_f[at.TIME]), run.c, place, rates)
+    present = int(run.standing["mode"]) if mode is None else mode
+    system.kernels.functions[3](present, float(run.standing["time"]), run.c, place, rates)
     return rates[: len(run.x)]
 
 

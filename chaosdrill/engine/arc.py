@@ -7,26 +7,18 @@ event is searched for; on the way the guards are only watched, to say whether th
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
+    AFTER,
+    BEGIN,
     DONE,
-    FIRED,
-    FRESH,
     INVALID_START,
-    LONGEST,
     MARKS,
-    METHOD,
-    MODE,
     NONFINITE,
     ONGOING,
-    ORDER,
-    PERIOD,
-    QUADRATURES,
     RK4,
-    SAME_MODE,
     STALLED,
     STEP_UNDERFLOW,
-    WORKSPACE,
 )
-from chaosdrill.engine.limits import SMALLEST_STEP, STALL_LIMIT, state_outcome
+from chaosdrill.engine.records import SMALLEST_STEP, state_outcome
 from chaosdrill.engine.step import advance, prepare
 
 END = 1e-8
@@ -38,38 +30,42 @@ MOST_STEPS = 200_000
 
 
 @inlined
-def follow(
-    functions,
-    stepper,
-    settings_i,
-    settings_f,
-    watch,
-    asleep,
-    marks,
-    start,
-    duration,
-    end,
-    watched,
-    c,
-    bounds,
-    x,
-    sums,
-    vectors,
-    carried,
-    carried_f,
-    sides,
-    armed,
-    scratch,
-):
-    """Move state and tangents through an arc, the mode and what came before being in ``carried``.
+def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
+    """Let an arc begin at the state, with the event that ended the one before it; ``last_end`` -1 for none."""
+    run = state.run[0]
+    run.mode = mode
+    run.live = live
+    run.fresh = BEGIN
+    run.fired = -1
+    run.surface = -1
+    run.moved_by = -1
+    run.residual = 0.0
+    run.next_step = 0.0
+    state.sides[:] = 0
+    state.scale[:] = 0.0
+    if last_end >= 0:
+        run.fresh = AFTER
+        run.fired = tables.keys[last_mode, last_end]
+        run.surface = tables.surfaces[last_mode, last_end]
+        run.moved_by = last_outcome
+        if tables.watched[mode, run.fired] == 1:
+            state.sides[run.fired] = tables.watch[last_mode, 1 + last_end]
+
+
+@inlined
+def follow(functions, stepper, settings, tables, asleep, start, duration, end, watched, state, scratch):
+    """Move state and tangents through an arc that has begun.
 
     Returns what ended it (DONE, or an outcome), the first guard that it crosses before its end, -1 for none, and when.
     ``end`` is the guard that is to be met at the end. A duration below zero leads backwards, within one step; nothing
-    is watched then.
+    is watched then, as in the tables ``asleep``.
     """
-    mode = carried[MODE]
-    first_guard = x.size + settings_i[QUADRATURES]
-    carried_f[:] = 0.0
+    run = state.run[0]
+    mode = run.mode
+    run.time = 0.0
+    run.longest = 0.0
+    run.strength = 0.0
+    run.tried = 0.0
     crossed = -1
     when = 0.0
     done = 0.0
@@ -80,55 +76,46 @@ def follow(
     while True:
         watching = watched and crossed < 0 and duration > 0.0
         rest = duration - done
+        # explicit time is counted from the start of the arc
+        run.origin = start + done
         h, te, j, _ = prepare(
-            functions,
-            stepper,
-            settings_i,
-            settings_f,
-            watch if watching else asleep,
-            marks,
-            start + done,
-            start + done,
-            c,
-            x,
-            vectors,
-            carried,
-            carried_f,
-            sides,
-            armed,
-            scratch,
+            functions, stepper, tables if watching else asleep, settings, start + done, state, scratch
         )
         if te == -2.0:
             crossed = j
             when = done
             continue
         steps += 1
-        if not h > SMALLEST_STEP * carried_f[LONGEST] or (steps > MOST_STEPS and settings_i[METHOD] != RK4):
+        if not h > SMALLEST_STEP * run.longest or (steps > MOST_STEPS and settings.method != RK4):
             return (STEP_UNDERFLOW if h == h else NONFINITE), crossed, when
-        carried[FRESH] = ONGOING
+        run.fresh = ONGOING
         if rest < -h:
             return INVALID_START, crossed, when
         last = rest <= h
         s = rest if last else h
+        marked = False
         if te >= 0.0 and te < s:
-            if marks[mode, j] & MARKS:
+            if tables.marks[mode, j] & MARKS:
                 s = te
                 last = False
-                carried[FRESH] = SAME_MODE
-                carried[FIRED] = j
+                marked = True
                 still = still + 1 if te == 0.0 else 0
-                if still > STALL_LIMIT:
+                if still > settings.max_stalls:
                     return STALLED, crossed, when
-            elif j != end or te < rest - END * settings_f[PERIOD]:
+            elif j != end or te < rest - END * run.period:
                 crossed = j
                 when = done + te
-        advance(functions, stepper, settings_i, start + done, c, x, s, sums, vectors, carried, carried_f, scratch)
-        carried_f[LONGEST] = max(carried_f[LONGEST], abs(s))
-        outcome = state_outcome(x, bounds)
+        advance(functions, stepper, settings, start + done, state, s, scratch)
+        run.longest = max(run.longest, abs(s))
+        outcome = state_outcome(state.x, tables.bounds)
         if outcome != DONE or last:
             return outcome, crossed, when
-        if watching and settings_i[METHOD] != RK4:
-            guards.update_sides(
-                scratch[WORKSPACE], first_guard, watch[mode, 1:], watch[mode, 0], settings_i[ORDER], s, sides, armed
-            )
+        if watching:
+            guards.pass_sides(tables, state, scratch.backs, s)
+        if marked:
+            guards.cross(tables, state, j)
+            run.fresh = AFTER
+            run.fired = tables.keys[mode, j]
+            run.surface = tables.surfaces[mode, j]
+            run.moved_by = -1
         done += s

@@ -24,9 +24,9 @@ from chaosdrill.engine.lap import (
     lap,
 )
 from chaosdrill.engine.layout import DONE
-from chaosdrill.engine.limits import integer_matrix, scratch_type
 from chaosdrill.engine.linear import solve
-from chaosdrill.engine.stepper import STEPPER_TYPES, integers
+from chaosdrill.engine.records import integer_matrix, integers, scratch_type
+from chaosdrill.engine.stepper import STEPPER_TYPES
 
 MOST_LAPS = 30
 """Laps that Newton's method may take from a guess."""
@@ -223,6 +223,7 @@ def newton(
     field,
     variation,
     guard,
+    guard_error,
     transit,
     expand,
     locate,
@@ -252,7 +253,7 @@ def newton(
     ``history`` gets the residuals.
     """
     return improve(
-        (jet, jacobian_jet, tangent, field, variation, guard, transit), (expand, locate, evaluate, advance_by), machine,
+        (jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit), (expand, locate, evaluate, advance_by), machine,
         sizes, arcs, plane, starts, clock, durations, conditions, weights, target, reach, MOST_LAPS, history, found,
         solved, room, scratch,
     )  # fmt: skip
@@ -315,6 +316,7 @@ def trace(
     field,
     variation,
     guard,
+    guard_error,
     transit,
     expand,
     locate,
@@ -350,7 +352,7 @@ def trace(
     outcomes of the arcs. Behind the last point stands the one that lies beyond the limits or is no orbit of the system
     (BORDER). ``steps`` holds the first step and the longest one.
     """
-    functions = (jet, jacobian_jet, tangent, field, variation, guard, transit)
+    functions = (jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit)
     stepper = (expand, locate, evaluate, advance_by)
     monodromy, speeds, seen = found[2], found[3], found[4]
     correction, reference, predicted = solved[2], solved[3], solved[4]

@@ -83,7 +83,9 @@ def flow(
             te = h
         instant = next_instant(run, settings.samples)
         if happens and te < instant and settings.method != RK4:
-            if guards.coincides(functions, tables, settings, state, scratch.workspace, row, j, te, instant, h, t, scratch):
+            if guards.coincides(
+                functions, tables, settings, state, scratch.workspace, row, j, te, instant, h, t, scratch
+            ):
                 te = instant
         rest = run.period - run.time
         if run.strobes + 1 >= settings.target and te >= rest:

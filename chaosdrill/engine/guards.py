@@ -319,9 +319,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
             if order == 0 and keeps_side(ws, uint64(i), h, -float(side)):
                 scratch.times[j] = -1.0
                 continue
-            root = first_crossing(
-                g, order, n - order, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends
-            )
+            root = first_crossing(g, order, n - order, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends)
             turn = root
         else:
             turn, root = recrossing(
@@ -357,8 +355,7 @@ def coincides(functions, tables, settings, state, ws, row, j, te, instant, h, t,
     """Whether the root of guard j at te is, to within its error, at an instant such as a strobe."""
     apart = abs(te - instant)
     return apart <= NEAR * h and (
-        apart == 0.0
-        or apart <= root_error(functions, tables, settings, state, ws, row + j, j, te, t, scratch)
+        apart == 0.0 or apart <= root_error(functions, tables, settings, state, ws, row + j, j, te, t, scratch)
     )
 
 

@@ -60,9 +60,7 @@ def _plan(functions, tables, state, first, lane, plan, block, scratch):
             how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
             if how == UNSURE and _bends(first + j, lane, block):
                 order = 2
-                how, side = guards.stand_at_rest(
-                    tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1
-                )
+                how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
         elif not g * side > 0.0 or abs(side) > 1:
             return ALONE
         if how != ARMED and how != FIRE:

@@ -255,9 +255,7 @@ def lane_flow(
             p = which[begun]
             begun += 1
             begin(p, states, results, stretches)
-            if outcome[p] == DONE and not is_over(
-                p, tables, states, results, frame, stretches, scratch.image, spare
-            ):
+            if outcome[p] == DONE and not is_over(p, tables, states, results, frame, stretches, scratch.image, spare):
                 _enqueue(queues, states.run[p].mode * tangents + states.run[p].live, p)
                 under_way += 1
         if under_way == 0:

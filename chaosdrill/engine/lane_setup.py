@@ -36,6 +36,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         ws=aligned(rows, at.COLUMNS, LANES),
         scale=aligned(n, LANES),
         weights=aligned(n, LANES),
+        metric=aligned(n, LANES),
         h=aligned(LANES),
         reach=aligned(LANES),
         last=aligned(2, LANES),

@@ -7,7 +7,7 @@ arrays of lanes, in the order of ``engine.layout``.
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_value
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.taylor import EPSILON, FADE, LONGEST, SMALLEST, own_scale, radius
+from chaosdrill.engine.taylor import EPSILON, FADE, LONGEST, SLOW, SMALLEST, own_scale, radius
 
 ABSURD = 1e100
 """Last term over its scale from which on a scale is not known yet."""
@@ -93,17 +93,19 @@ def expand(lane_functions, mode, live, m, settings, block, row):
         last = ends[0]
         last_but_one = ends[1]
         common = 1.0 / larger(widest, SMALLEST)
+        metric = row_of(block.metric)
         for i in range(n):
-            weights[i] = chosen(larger(scales[i] - SMALLEST, 0.0), 1.0 / larger(scales[i], SMALLEST), common)
+            width = larger(scales[i], -larger(-magnitude(series[i][0]), -SLOW * scales[i]))
+            metric[i] = chosen(larger(width - SMALLEST, 0.0), 1.0 / larger(width, SMALLEST), common)
         for v in range(live):
             first = _first_row(ws, m, n, v)
             length = common * 0.0
             a = length
             b = length
             for i in range(n):
-                length = larger(length, magnitude(series[first + i][0]) * weights[i])
-                a = larger(a, magnitude(series[first + i][order]) * weights[i])
-                b = larger(b, magnitude(series[first + i][order - 1]) * weights[i])
+                length = larger(length, magnitude(series[first + i][0]) * metric[i])
+                a = larger(a, magnitude(series[first + i][order]) * metric[i])
+                b = larger(b, magnitude(series[first + i][order - 1]) * metric[i])
             length = 1.0 / length
             last = larger(last, a * length)
             last_but_one = larger(last_but_one, b * length)

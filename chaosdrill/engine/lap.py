@@ -15,29 +15,20 @@ import math
 from numba import float64, int64, types
 
 from chaosdrill.codegen.signatures import KERNEL_TYPES, event_places, matrix, vector
-from chaosdrill.engine.arc import follow
+from chaosdrill.engine.arc import begin, follow
 from chaosdrill.engine.events import normal_speed, saltation_jump
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.layout import (
-    AFTER,
-    BEFORE,
-    BEGIN,
-    DONE,
-    EVENT,
-    FAILED,
-    FIRED,
-    FRESH,
-    GRADIENT,
-    JUMP,
-    LIVE,
-    MODE,
-    NEW_MODE,
-    PERIOD,
-    SAME_MODE,
-    TOLERANCE,
+from chaosdrill.engine.layout import DONE, FAILED, Functions, Stepper
+from chaosdrill.engine.records import (
+    integer_matrix,
+    integers,
+    scratch_type,
+    settings_type,
+    state_of,
+    states_type,
+    tables_type,
 )
-from chaosdrill.engine.limits import integer_matrix, scratch_type
-from chaosdrill.engine.stepper import STEPPER_TYPES, integers
+from chaosdrill.engine.stepper import STEPPER_TYPES
 
 cube = float64[:, :, ::1]
 
@@ -54,13 +45,11 @@ ARC_MODE, ARC_END, ARC_OUTCOME = range(3)
 # what a lap found beside the equations: the guard that an arc crosses before its end, the outcome of its event
 CROSSED, CAME = range(2)
 
-MACHINE = types.Tuple((integers, vector, integer_matrix, integer_matrix, integer_matrix, vector, matrix))
-"""settings (integers, doubles), guards watched, none watched, marks, constants, bounds"""
+MACHINE = types.Tuple((settings_type, tables_type, tables_type))
+"""settings, guards watched, none watched"""
 
-ROOM = types.Tuple(
-    (vector, matrix, matrix, integers, vector, integers, integers, matrix, matrix, matrix, matrix, vector)
-)
-"""scratch of a lap: state, integrals, tangents, carried integers and doubles, sides, armed, four matrices, a row"""
+ROOM = types.Tuple((states_type, matrix, matrix, matrix, matrix, vector))
+"""scratch of a lap: the state of one run, four matrices, a row"""
 
 FOUND = types.Tuple((matrix, cube, matrix, vector, integer_matrix, vector))
 """equations, sensitivity of the starts, monodromy matrix, speeds at the events, crossings and outcomes, times of
@@ -91,6 +80,7 @@ def lap(
     field,
     variation,
     guard,
+    guard_error,
     transit,
     expand,
     locate,
@@ -129,18 +119,21 @@ def lap(
 
     The residual is the largest violation of an equation: distances relative to max(1, |x|), time to the period.
     """
-    functions = (jet, jacobian_jet, tangent, field, variation, guard, transit)
-    stepper = (expand, locate, evaluate, advance_by)
-    settings_i, settings_f, watch, asleep, marks, c, bounds = machine
+    functions = Functions(jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit)
+    stepper = Stepper(expand, locate, evaluate, advance_by)
+    all_settings, tables, asleep = machine
+    settings = all_settings[0]
     equations, sensitivity, monodromy, speeds, seen, met = found
-    x, sums, vectors, carried, carried_f, sides, armed, moved, stretch, product, step, clock_row = room
+    states, moved, stretch, product, step, clock_row = room
+    state = state_of(states, 0)
+    run, x, vectors, c = state.run[0], state.x, state.vectors, state.c
     count, n = starts.shape
     d, q = sizes[STATES], sizes[FREE]
     columns = d + 1 + count + q
-    event, jump, gradient = scratch[EVENT], scratch[JUMP], scratch[GRADIENT]
-    before, after = scratch[BEFORE], scratch[AFTER]
+    event, jump, gradient = scratch.event, scratch.jump, scratch.gradient
+    before, after = scratch.before, scratch.after
     place = event_places(n)
-    period = settings_f[PERIOD]
+    period = run.period
     slope = stretch[n]
     slope[:] = 0.0
     if sizes[CLOCK] >= 0:
@@ -148,7 +141,7 @@ def lap(
         period = before[0]
         for j in range(q):
             slope[j] = before[1 + j]
-        settings_f[PERIOD] = period
+        run.period = period
     equations[:, :] = 0.0
     sensitivity[0, :, :] = 0.0
     clock_row[:] = 0.0
@@ -175,38 +168,9 @@ def lap(
             # the derivative of the end by the time of the start is F+ - Phi F-
             stretch[r, 0] = before[r]
         last = i - 1 if i > 0 else count - 1
-        carried[:] = 0
-        carried[MODE] = mode
-        carried[LIVE] = n
-        carried[FIRED] = arcs[last, ARC_END]
-        if arcs[last, ARC_END] < 0:
-            carried[FRESH] = BEGIN
-        else:
-            carried[FRESH] = SAME_MODE if arcs[last, ARC_MODE] == mode else NEW_MODE
-        sides[:] = 0
-        armed[:] = 0
+        begin(tables, state, mode, n, arcs[last, ARC_MODE], arcs[last, ARC_END], arcs[last, ARC_OUTCOME])
         outcome, crossed, when = follow(
-            functions,
-            stepper,
-            settings_i,
-            settings_f,
-            watch,
-            asleep,
-            marks,
-            t,
-            durations[i],
-            end,
-            watched == 1,
-            c,
-            bounds,
-            x,
-            sums,
-            vectors,
-            carried,
-            carried_f,
-            sides,
-            armed,
-            scratch,
+            functions, stepper, settings, tables, asleep, t, durations[i], end, watched == 1, state, scratch
         )
         if outcome != DONE:
             return outcome, math.inf
@@ -247,12 +211,12 @@ def lap(
             residual = max(residual, abs(value) / (steep * scale))
             for r in range(n):
                 step[0, r] = x[r]
-            came = transit(mode, end, 1, te, c, x, settings_f[TOLERANCE], event)
+            came = transit(mode, end, 1, te, c, x, state.scale, settings.tolerance, event)
             seen[i, CAME] = came
             if came < 0:
                 return FAILED, math.inf
             speed = normal_speed(event, n)
-            direction = watch[mode, 1 + end]
+            direction = tables.watch[mode, 1 + end]
             speeds[i] = speed * direction if direction != 0 else abs(speed)
             saltation_jump(event, jump)
             for r in range(n):

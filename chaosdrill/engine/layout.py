@@ -126,6 +126,8 @@ class Scratch(NamedTuple):
     """(2,): bounds of a guard's and its rate's rounding errors"""
     weights: Any
     """(n,): one over the scales of the states"""
+    metric: Any
+    """(n,): factors by which components of tangents are compared"""
     none: Any
     """(n,): zeros"""
     before: Any
@@ -171,6 +173,8 @@ class Block(NamedTuple):
     """(n, lanes)"""
     weights: Any
     """(n, lanes): one over the scales"""
+    metric: Any
+    """(n, lanes): factors by which components of tangents are compared"""
     h: Any
     reach: Any
     last: Any

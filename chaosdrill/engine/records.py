@@ -42,10 +42,10 @@ states_type = types.NamedTuple(
     ),
     States,
 )
-scratch_type = types.NamedTuple((matrix, vector, vector, matrix, matrix, *[vector] * 12, matrix), Scratch)
+scratch_type = types.NamedTuple((matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix), Scratch)
 block_type = types.NamedTuple(
     (
-        *(vector, matrix, matrix, block, block, matrix, matrix, vector, vector, matrix, matrix, matrix, vector),
+        *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, matrix, vector),
         *(matrix, matrix, matrix, matrix, matrix, matrix, matrix),
     ),
     Block,

@@ -216,6 +216,10 @@ class Run:
         self.x[:], self.vectors[:] = state, tangents
         self.states.run["fresh"] = at.PUT
 
+    def fix_step(self, step: float) -> None:
+        """Let a method of fixed steps take this one."""
+        self.states.run["fixed_step"] = step
+
     def begin_at(self, *, phase: float = 0.0, origin: float = 0.0) -> None:
         """Begin at a phase, the time since the last strobe, and with the clock of the field at ``origin`` there."""
         self.states.run["time"], self.states.run["origin"] = phase, origin

@@ -180,6 +180,7 @@ def scratch_of(system: "HybridSystem", m: int) -> at.Scratch:
         gradient=np.zeros(n + 1),
         errors=np.zeros(2),
         weights=np.zeros(n),
+        metric=np.zeros(n),
         none=np.zeros(n),
         before=np.zeros(n + q),
         after=np.zeros(n + q),

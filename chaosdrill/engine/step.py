@@ -159,9 +159,7 @@ def advance(functions, stepper, settings, t, state, s, scratch):
         taylor.evaluate(scratch.workspace, out.size, s, out)
         taylor.evaluate_vectors(scratch.workspace, s, run.live, state.vectors)
     else:
-        stepper.advance(
-            functions.field, functions.variation, t, state.c, x, s, state.vectors, run, scratch.stages, out
-        )
+        stepper.advance(functions.field, functions.variation, t, state.c, x, s, state.vectors, run, scratch.stages, out)
     for i in range(n):
         x[i] = out[i]
     for i in range(n, out.size):

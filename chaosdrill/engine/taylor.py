@@ -23,6 +23,9 @@ DEFECT = 20.0
 FADE = 0.98
 """What is left of a state's scale after a step: it follows the motion within some hundred steps."""
 
+SLOW = 1000.0
+"""Scales up to which the size of a state counts where the lengths of tangents are measured."""
+
 EPSILON = 2.220446049250313e-16
 
 
@@ -251,18 +254,20 @@ def expand(functions, tables, settings, t, state, ws, scratch):
         for v in range(0, live, 2):
             row = _first_row(ws, vectors, v)
             functions.tangent(mode, order, state.c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
+        metric = scratch.metric
         for i in range(n):
-            if weights[i] == 0.0:
-                weights[i] = common if common < math.inf else 1.0
+            # of a slow state its size, too
+            width = max(scale[i], min(abs(ws[i, 0]), SLOW * scale[i]))
+            metric[i] = 1.0 / width if width > SMALLEST else (common if common < math.inf else 1.0)
         for v in range(live):
             row = _first_row(ws, vectors, v)
             length = 0.0
             a = 0.0
             b = 0.0
             for i in range(n):
-                length = max(length, abs(ws[row + i, 0]) * weights[i])
-                a = max(a, abs(ws[row + i, order]) * weights[i])
-                b = max(b, abs(ws[row + i, order - 1]) * weights[i])
+                length = max(length, abs(ws[row + i, 0]) * metric[i])
+                a = max(a, abs(ws[row + i, order]) * metric[i])
+                b = max(b, abs(ws[row + i, order - 1]) * metric[i])
             last = max(last, a / length)
             last_but_one = max(last_but_one, b / length)
     h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)

@@ -3,12 +3,12 @@
 from numba import int64, void
 
 from chaosdrill.codegen.signatures import KERNEL_TYPES, matrix, vector
-from chaosdrill.engine.arc import follow
+from chaosdrill.engine.arc import begin, follow
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.lap import ARC_END, ARC_MODE, CLOCK, FORCED, MACHINE, ROOM, cube
-from chaosdrill.engine.layout import BEFORE, BEGIN, FRESH, MODE, PERIOD
-from chaosdrill.engine.limits import integer_matrix, scratch_type
-from chaosdrill.engine.stepper import STEPPER_TYPES, integers
+from chaosdrill.engine.layout import Functions, Stepper
+from chaosdrill.engine.records import integer_matrix, integers, scratch_type, state_of
+from chaosdrill.engine.stepper import STEPPER_TYPES
 
 SIGNATURE = void(
     *KERNEL_TYPES,
@@ -26,6 +26,7 @@ def walk(
     field,
     variation,
     guard,
+    guard_error,
     transit,
     expand,
     locate,
@@ -48,17 +49,19 @@ def walk(
     ``instants`` (P, K) rise along every row, from 0 on. One at which an event falls shows the state after it; one that
     lies behind the end of the orbit shows the end of its last arc.
     """
-    functions = (jet, jacobian_jet, tangent, field, variation, guard, transit)
-    stepper = (expand, locate, evaluate, advance_by)
-    settings_i, settings_f, watch, asleep, marks, c, bounds = machine
-    x, sums, vectors, carried, carried_f, sides, armed = room[:7]
-    before = scratch[BEFORE]
+    functions = Functions(jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit)
+    stepper = Stepper(expand, locate, evaluate, advance_by)
+    all_settings, tables, asleep = machine
+    settings = all_settings[0]
+    state = state_of(room[0], 0)
+    run, x = state.run[0], state.x
+    before = scratch.before
     points, count, n = starts.shape
     for p in range(points):
         if sizes[CLOCK] >= 0:
-            field(sizes[CLOCK], 0.0, c, starts[p, 0], before)
-            settings_f[PERIOD] = before[0]
-        period = settings_f[PERIOD]
+            field(sizes[CLOCK], 0.0, state.c, starts[p, 0], before)
+            run.period = before[0]
+        period = run.period
         t = phases[p]
         passed = 0.0
         k = 0
@@ -68,32 +71,11 @@ def walk(
             here = 0.0
             while k < instants.shape[1] and (i == count - 1 or instants[p, k] < passed + durations[p, i]):
                 goal = min(instants[p, k] - passed, durations[p, i])
-                carried[:] = 0
-                carried[MODE] = arcs[i, ARC_MODE]
-                carried[FRESH] = BEGIN
+                begin(tables, state, arcs[i, ARC_MODE], 0, 0, -1, -1)
                 follow(
-                    functions,
-                    stepper,
-                    settings_i,
-                    settings_f,
-                    watch,
-                    asleep,
-                    marks,
-                    t + here,
-                    goal - here,
-                    arcs[i, ARC_END],
-                    False,
-                    c,
-                    bounds,
-                    x,
-                    sums,
-                    vectors,
-                    carried,
-                    carried_f,
-                    sides,
-                    armed,
+                    functions, stepper, settings, tables, asleep, t + here, goal - here, arcs[i, ARC_END], False, state,
                     scratch,
-                )
+                )  # fmt: skip
                 here = goal
                 for r in range(n):
                     states[p, k, r] = x[r]

@@ -7,10 +7,9 @@ import numpy as np
 import sympy
 
 from chaosdrill.engine import lap as at
-from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
-from chaosdrill.engine.setup import bounds_of, event_tables, integer_settings, real_settings, workspace
+from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import differentiate
 from chaosdrill.orbits.neutral import Neutral, neutral_of
@@ -91,23 +90,20 @@ class Family:
         kernels = self.system.kernels
         n = len(self.system.states)
         self.forced = system.period is not None
-        settings_i = integer_settings(self.system, self.numerics, self.numerics.order)
-        settings_i[layout.TARGET] = 2**62
-        unit = system.forcing_period() or UNIT
-        settings_f = real_settings(self.numerics, self.numerics.order, np.array([unit]))[0]
-        # the starts of arcs are solutions, as exact as the equations are
-        settings_f[layout.ON_GUARD] = ROUND_OFF
-        marks, _ = event_tables(self.system, ())
-        self._machine = (
-            *(settings_i, settings_f, kernels.mode_table, np.zeros_like(kernels.mode_table), marks),
-            *(kernels.constants(self.system.parameters), bounds_of(self.system)),
-        )
-        q, guards = len(self.system.quadratures), max(kernels.mode_table.shape[1], 1)
+        settings = settings_of(self.system, self.numerics, self.numerics.order)
+        settings["target"] = 2**62
+        tables = tables_of(self.system, (), np.zeros((0, n)))
+        self._machine = (settings, tables, tables._replace(watch=np.zeros_like(tables.watch)))
         self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
-        self._scratch = workspace(self.system, n)
-        self._fixed_room = (
-            *(np.zeros(n), np.zeros((2, q)), np.zeros((n, n)), np.zeros(layout.CARRIED_I, dtype=np.int64)),
-            *(np.zeros(layout.CARRIED_F), np.zeros(guards, dtype=np.int64), np.zeros(guards, dtype=np.int64)),
+        self._scratch = scratch_of(self.system, n)
+        self._states = states_of(
+            self.system,
+            kernels.constants(self.system.parameters)[np.newaxis],
+            np.zeros((1, n)),
+            np.zeros(1, dtype=np.int64),
+            np.array([system.forcing_period() or UNIT]),
+            np.zeros((n, n)),
+            self.numerics,
         )
         self._rooms: dict[tuple[int, int], Any] = {}
         self.unit = system.forcing_period()
@@ -116,9 +112,9 @@ class Family:
     def keep_pace(self, unit: float) -> None:
         """Let a system without a period be followed in steps that go with its motion, not with the unit of time."""
         self.unit = unit
-        settings = self._machine[1]
-        settings[layout.STEP] *= unit / settings[layout.PERIOD]
-        settings[layout.PERIOD] = unit
+        run = self._states.run
+        run["fixed_step"] *= unit / run["period"]
+        run["period"] = unit
 
     @property
     def neutral(self) -> Neutral:
@@ -328,7 +324,7 @@ class Family:
         if orbit.arcs[0, at.ARC_END] == at.PLANE:
             rate = np.zeros(len(self.system.states) + len(self.system.quadratures))
             mode = int(orbit.arcs[0, at.ARC_MODE])
-            self.system.kernels.functions[3](mode, orbit.phase, self._machine[-2], orbit.starts[0].copy(), rate)
+            self.system.kernels.functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
             plane[0], plane[1] = orbit.starts[0, :d], rate[:d]
         return plane
 
@@ -349,7 +345,7 @@ class Family:
                 *(np.zeros(columns), np.zeros(columns), np.zeros(columns)),
             )
             room = (
-                *self._fixed_room,
+                self._states,
                 *(np.zeros((n, columns + 1)), np.zeros((n + 1, max(n, q, 1))), np.zeros((n, n))),
                 *(np.zeros((n + 1, max(columns + 1, n))), np.zeros(columns + 1)),
             )

@@ -7,7 +7,6 @@ import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import lap as at
-from chaosdrill.engine import layout
 from chaosdrill.engine.run import Run
 
 if TYPE_CHECKING:
@@ -43,7 +42,7 @@ class Place:
             run.continue_from(self.came)
             run.x[:] = state
         if self.system.period is not None:
-            run.carried_f[layout.BASE] = self.phase
+            run.begin_at(origin=self.phase)
         return run
 
 
@@ -102,7 +101,7 @@ def place_on(family: "Family", orbit: "Orbit", arc: int, time: float, state: np.
         run = Place(started(system, orbit.starts[arc, : family.states], mode), began).run(
             time - before, family.numerics
         )
-        run.settings_f[layout.STEP] = step_of(family, forcing)
+        run.fix_step(step_of(family, forcing))
         run.just_took(taken)
         came = run if run.advance(1)[0] == Outcome.OK and run.mode == mode else None
     return Place(started(system, state, mode), phase, came)
@@ -134,5 +133,5 @@ def run_from(
     forcing = place.system.forcing_period()
     period = float(orbit.durations.sum()) / parts if parts > 1 or not forcing else forcing
     run = place.run(period, family.numerics, **options)
-    run.settings_f[layout.STEP] = step_of(family, forcing)
+    run.fix_step(step_of(family, forcing))
     return run

@@ -149,8 +149,8 @@ def taken(family: "Family", orbit: "Orbit", arc: int, guard: int, after: float) 
     room = np.zeros(event_places(n).size)
     constants = system.kernels.constants(system.parameters)
     mode = int(orbit.arcs[arc, at.ARC_MODE])
-    transit = system.kernels.functions[6]
-    return int(transit(mode, guard, 0, orbit.phase + instant, constants, x, family.numerics.tolerance, room))
+    transit = system.kernels.functions[7]
+    return int(transit(mode, guard, 0, orbit.phase + instant, constants, x, np.ones(n), 0.0, room))
 
 
 def _guard(
@@ -158,7 +158,7 @@ def _guard(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values and rates of a guard in states (K, d) at times since the start of an orbit."""
     system = family.system
-    _, _, _, field, _, evaluate, _ = system.kernels.functions
+    field, evaluate = system.kernels.functions[3], system.kernels.functions[5]
     constants = system.kernels.constants(system.parameters)
     n, d = len(system.states), family.states
     mode = int(orbit.arcs[arc, at.ARC_MODE])

@@ -101,9 +101,9 @@ def _lapped(family: "Family", orbit: "Orbit", parts: int) -> Lapped:
             if lap == 0:
                 growth = max(growth, float(np.linalg.norm(run.vectors, 2)))
             if parts > 1:
-                run.x[:], run.vectors[:] = ends[part], np.eye(d)
+                run.put(ends[part], np.eye(d))
                 if forcing:
-                    run.carried_f[layout.BASE] = (orbit.phase + time + (part + 1) / parts * total) % forcing
+                    run.begin_at(origin=(orbit.phase + time + (part + 1) / parts * total) % forcing)
         if lap == 0:
             differs = _compare(family, orbit, arc, np.concatenate(rows))
     return Lapped(Outcome.OK, float(differences[0].max()), float(differences[1].max()), growth, differs)
