@@ -14,9 +14,9 @@ from itertools import groupby
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan, block_ends
-from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes, trend
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
 from chaosdrill.analysis.statistics import free_exponents, margin
-from chaosdrill.analysis.verdicts import HYPERBOLIC, ROUND_OFF, Verdict, judge
+from chaosdrill.analysis.verdicts import HYPERBOLIC, Verdict, judge
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch

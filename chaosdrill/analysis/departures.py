@@ -10,8 +10,7 @@ import numpy as np
 
 from chaosdrill.analysis.cycles import at_points, attempts, extrapolate, strobe_trail
 from chaosdrill.analysis.plan import Plan
-from chaosdrill.analysis.recurrence import recurrence, sizes, trend
-from chaosdrill.analysis.verdicts import ROUND_OFF
+from chaosdrill.analysis.recurrence import ROUND_OFF, recurrence, sizes, trend
 from chaosdrill.engine.batch import Batch
 
 DISPLACED = 0.02

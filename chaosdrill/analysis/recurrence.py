@@ -12,6 +12,9 @@ from chaosdrill.engine.records import integers
 CLOSE = 1e-6
 """Largest distance of two section points that count as the same, relative to the size of every state."""
 
+ROUND_OFF = 1e-9
+"""Relative distance at which points have come back as well as a run allows."""
+
 FLOOR = 1e-6
 """Part of the largest state, or of 1, that is added to the size of every state: below it no digit is known."""
 

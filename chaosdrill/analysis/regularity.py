@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from chaosdrill.analysis.recurrence import CLOSE, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence
 from chaosdrill.dataset import Outcome
 
 LENGTH = 2048
@@ -128,11 +128,11 @@ def tell(
         ``OPEN`` if a state only grows, ``PERIODIC`` for a cycle (whose exponent is zero, as that of a centre),
         ``QUASIPERIODIC`` for a torus, else ``UNDECIDED``.
     """
-    states = windows[:, :, :-1] - (windows[:, :, :-1] @ shifts.T) @ shifts
+    paths = _aside(windows, shifts)
+    states = paths[:, :, :-1]
     found = np.full(len(windows), int(Outcome.UNDECIDED))
     open_ = only_grows(states).any(axis=1)
     found[open_] = int(Outcome.OPEN)
-    paths = np.concatenate([states, windows[:, :, -1:]], axis=2)
     cycle = ~open_ & (recurrence(paths, windows.shape[1] // REPEATS).period > 0)
     found[cycle] = int(Outcome.PERIODIC)
     if windows.shape[1] < LEAST:
@@ -140,6 +140,28 @@ def tell(
     for k in np.flatnonzero(~open_ & ~cycle & is_regular(states)):
         found[k] = int(Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], flow, shifts))
     return found
+
+
+def repeats_exactly(windows: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    """Whether motions come back as exactly as a run allows, so that a positive exponent is that of an unstable cycle.
+
+    Parameters
+    ----------
+    windows, shifts
+        As in `tell`.
+
+    Returns
+    -------
+    ndarray of bool, shape (P,)
+    """
+    found = recurrence(_aside(windows, shifts), windows.shape[1] // REPEATS)
+    return (found.period > 0) & (found.residual <= ROUND_OFF)
+
+
+def _aside(windows: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+    """States and modes without what happens along the shifts."""
+    states = windows[:, :, :-1]
+    return np.concatenate([states - (states @ shifts.T) @ shifts, windows[:, :, -1:]], axis=2)
 
 
 def _by_neighbours(

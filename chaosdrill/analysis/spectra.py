@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Progress, Span, settings, span, tangent_count, whole
-from chaosdrill.analysis.regularity import LENGTH, tell
+from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
 from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
 from chaosdrill.dataset import Outcome, label
 from chaosdrill.engine.numerics import Numerics
@@ -106,10 +106,13 @@ def lyapunov_spectrum(
         values, errors, history = mean_exponents(sums, ends, plan.unit)
         flow = flow_of(run)
         outcome = classify(values, errors, int(structure.neutral(flow)), plan.length)
+        window = np.concatenate(path)[np.newaxis, -LENGTH:]
         if outcome == Outcome.UNDECIDED:
-            outcome = _by_its_path(run, structure, np.concatenate(path)[-LENGTH:], plan.periodic)
+            outcome = _by_its_path(run, structure, window, plan.periodic)
         elif outcome == Outcome.PERIODIC and structure.winds(flow):
             outcome = Outcome.QUASIPERIODIC
+        elif outcome == Outcome.CHAOTIC and repeats_exactly(window, structure.frame[: structure.shifts])[0]:
+            outcome = Outcome.PERIODIC
     ds = xr.Dataset(
         {
             "lyapunov_exponent": ("exponent", values[:count]),
@@ -150,10 +153,10 @@ def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) 
     return rates[: len(run.x)]
 
 
-def _by_its_path(run: Run, structure: Structure, path: np.ndarray, periodic: bool) -> Outcome:
+def _by_its_path(run: Run, structure: Structure, window: np.ndarray, periodic: bool) -> Outcome:
     """What the samples of a run say of a motion whose largest exponent is not told from zero."""
     flow = None if periodic else lambda state, mode: flow_of(run, state, mode)
-    return Outcome(int(tell(path[np.newaxis], structure.frame[: structure.shifts], flow)[0]))
+    return Outcome(int(tell(window, structure.frame[: structure.shifts], flow)[0]))
 
 
 def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

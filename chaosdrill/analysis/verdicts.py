@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan
-from chaosdrill.analysis.recurrence import CLOSE, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence
 from chaosdrill.analysis.regularity import only_grows
 from chaosdrill.analysis.statistics import leading, standard_error
 from chaosdrill.dataset import Outcome
@@ -23,9 +23,6 @@ SPLIT = 1e-5
 DECAY = 1e-4
 """A transient whose points nearly come back after twice the period of its cycle loses more than this part of its
 amplitude meanwhile, so far from the doubling as is asked for."""
-
-ROUND_OFF = 1e-9
-"""Relative distance at which points have come back as well as a run allows."""
 
 NEUTRAL = 1e-6
 """Logarithm of a multiplier that counts as zero."""

@@ -66,8 +66,18 @@ def test_the_flow_along_a_shift_is_counted_once():
     found = cd.lyapunov_spectrum(slow, duration=400)
     np.testing.assert_allclose(found["lyapunov_exponent"].values, [0, -0.05], atol=1e-12)
     assert words(found) == ["periodic"]
-    # radii that grow from an unstable circle are no cycle, and their exponent is not the flow's
-    assert words(cd.lyapunov_spectrum(slow.with_parameters(w=-0.05), duration=400)) == ["chaotic"]
+    # a run that sits exactly on an unstable cycle is no chaos, though its exponent is positive
+    unstable = cd.lyapunov_spectrum(slow.with_parameters(w=-0.05), duration=400)
+    np.testing.assert_allclose(unstable["lyapunov_exponent"].values, [0.05, 0], atol=1e-12)
+    assert words(unstable) == ["periodic"]
+
+
+def test_a_run_on_an_unstable_cycle_is_no_chaos(logistic):
+    """The fixed point 3/4 of the logistic map at r = 4 has the multiplier -2, and chaos beside it the exponent ln 2."""
+    for start, word in ((1 - 1 / 4, "periodic"), (0.3, "chaotic")):
+        found = cd.lyapunov_spectrum(logistic.with_parameters(r=4.0).with_initial(x=start), periods=1000)
+        assert words(found) == [word]
+        assert float(found["lyapunov_exponent"][0]) == pytest.approx(np.log(2), abs=0.05)
 
 
 @pytest.mark.parametrize(("pull", "word"), [(0.5, "periodic"), (2e-3, "undecided"), (0.0, "periodic")])

@@ -71,7 +71,7 @@ LYAPUNOV_SPECTRUM: Table = (
     may("event_count", "transition", "i8", "number of events", "How often each transition was taken."),
     may("tie_count", "", "i8", "number of ties", "Events that fell on the same instant as the one before."),
     need("closest_grazing", "", "f8", "smallest normal speed", GRAZING),
-    may("rank", "", "i4", "live tangents", "Rank of the tangent map's product: the number of finite exponents."),
+    may("rank", "", "i4", "live tangents", "Rank of the tangent map's product: of all exponents, so many are finite."),
     need("outcome", "", "i1", "outcome", *OUTCOME),
     FORCING,
     FORCING_SI,
