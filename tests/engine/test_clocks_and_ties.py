@@ -139,8 +139,8 @@ def kicked_oscillator(level, push, length):
 
 
 @both_methods
-@pytest.mark.parametrize("level", [0.0, 0.2])
-def test_two_oscillators_in_step_are_kicked_in_step(method, level):
+@pytest.mark.parametrize(("level", "count"), [(0.0, 159), (0.2, 156)])
+def test_two_oscillators_in_step_are_kicked_in_step(method, level, count):
     """Both guards are reached together for ever; which of the two acts first changes nothing."""
     c, q, d = sympy.symbols("c q d", real=True)
     system = cd.HybridSystem(
@@ -157,7 +157,7 @@ def test_two_oscillators_in_step_are_kicked_in_step(method, level):
     right, end = kicked_oscillator(level, 1.0, 1000.0)
     run = cd.trajectory(system, duration=1000.0, samples=2, method=method)
     assert outcome(run) == "ok"
-    assert len(right) == 159
+    assert len(right) == count
     for name in ("first", "second"):
         np.testing.assert_allclose(times(run)[name], right, rtol=0, atol=1e-9)
     np.testing.assert_allclose(run["state"].values[-1], [*end, *end], rtol=0, atol=1e-9)
