@@ -30,8 +30,9 @@ SIGNATURES = {
 * ``guard_error(mode, j, t, c, x, out)`` how far rounding may take that value, and the rate of the guard along the flow,
   from the exact ones, in units of the rounding unit
 * ``transit(mode, j, tangents, t, c, x, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
-  shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes with
-  it stands in ``event``, see `event_places`. Where ``tangents`` is 0 that is not all: what only tangents need is left out
+  shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
+  with it stands in ``event``, see `event_places`. Where ``tangents`` is 0 that is not all: what only tangents need is
+  left out
 """
 
 

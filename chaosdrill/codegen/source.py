@@ -239,10 +239,10 @@ def _all_expressions(system: "HybridSystem") -> list[Any]:
 def _check_functions(system: "HybridSystem") -> None:
     """Kinks inside of a flow would be stepped over in silence; they belong into modes."""
     for mode, field in system.modes.items():
-        for state, rate in field.items():
-            if rate.has(sympy.Abs, sympy.Piecewise, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Mod):
+        for state, slope in field.items():
+            if slope.has(sympy.Abs, sympy.Piecewise, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Mod):
                 raise ModelError(
-                    f"{system.name}: mode {mode!r}, d{state}/dt = {rate} has a kink or a jump; "
+                    f"{system.name}: mode {mode!r}, d{state}/dt = {slope} has a kink or a jump; "
                     "write its branches as modes with a guard between them"
                 )
     for transition in system.transitions:

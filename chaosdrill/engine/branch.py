@@ -253,8 +253,8 @@ def newton(
     ``history`` gets the residuals.
     """
     return improve(
-        (jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit), (expand, locate, evaluate, advance_by), machine,
-        sizes, arcs, plane, starts, clock, durations, conditions, weights, target, reach, MOST_LAPS, history, found,
+        (jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit),
+        (expand, locate, evaluate, advance_by), machine, sizes, arcs, plane, starts, clock, durations, conditions, weights, target, reach, MOST_LAPS, history, found,
         solved, room, scratch,
     )  # fmt: skip
 

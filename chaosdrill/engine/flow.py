@@ -1,9 +1,9 @@
 """The engine: from event to event, tangents and all, for every system.
 
 It is compiled once; a system enters as functions of fixed signature. A call goes on until the number of strobes asked
-for is reached, an output buffer is full, or the run cannot go on; all it needs to be continued is in the state. A strobe
-falls once a period wherever the steps fall; only the last one of a call ends a step. An event that coincides with a
-strobe or a sample comes after it.
+for is reached, an output buffer is full, or the run cannot go on; all it needs to be continued is in the state. A
+strobe falls once a period wherever the steps fall; only the last one of a call ends a step. An event that coincides
+with a strobe or a sample comes after it.
 """
 
 from numba import int64
@@ -82,11 +82,14 @@ def flow(
         if not happens:
             te = h
         instant = next_instant(run, settings.samples)
-        if happens and te < instant and settings.method != RK4:
-            if guards.coincides(
-                functions, tables, settings, state, scratch.workspace, row, j, te, instant, h, t, scratch
-            ):
-                te = instant
+        workspace = scratch.workspace
+        if (
+            happens
+            and settings.method != RK4
+            and te < instant
+            and guards.coincides(functions, tables, settings, state, workspace, row, j, te, instant, h, t, scratch)
+        ):
+            te = instant
         rest = run.period - run.time
         if run.strobes + 1 >= settings.target and te >= rest:
             te = rest

@@ -5,7 +5,6 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 
