@@ -254,7 +254,8 @@ def newton(
     """
     return improve(
         (jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit),
-        (expand, locate, evaluate, advance_by), machine, sizes, arcs, plane, starts, clock, durations, conditions, weights, target, reach, MOST_LAPS, history, found,
+        (expand, locate, evaluate, advance_by), machine, sizes, arcs, plane,
+        starts, clock, durations, conditions, weights, target, reach, MOST_LAPS, history, found,
         solved, room, scratch,
     )  # fmt: skip
 
