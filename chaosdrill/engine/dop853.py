@@ -19,6 +19,7 @@ from chaosdrill.engine.dop853_tables import (
     WEIGHTS,
 )
 from chaosdrill.engine.guard_series import guard_polynomials
+from chaosdrill.engine.guards import INTERPOLATED
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING, TIMED
 from chaosdrill.engine.stepper import offered
@@ -28,14 +29,14 @@ LARGEST_GROWTH = 6.0
 SMALLEST_GROWTH = 0.1
 """A step into a contact may have to shrink by orders of magnitude."""
 
+MOST_HALVINGS = 30
+"""Halvings of a step whose guards are not yet polynomials; one with a kink never is."""
+
 UNDERFLOW = 1e-16
 """Part of the longest step below which shortening is given up."""
 
 NEAR = 1e-6
 """Events within this part of the step of the first one are located as well: which is first is then seen exactly."""
-
-INTERPOLATED = 1e-10
-"""What the polynomial of a curved guard may leave out at least: below is round-off."""
 
 
 @inner
@@ -53,8 +54,9 @@ def _shrink(error, h, larger, longer):
 
 @offered
 def expand(
-    field, variation, guard, first, count, marks, keys, settings, run, t, c, x, scale, vectors, ws, stages, gradient
-):
+    field, variation, guard, guard_error, first, count, marks, settings, run, t, c, x, scale, vectors, ws, stages,
+    gradient,
+):  # fmt: skip
     """Take a step within tolerance and turn the guards into polynomials; returns its length, NaN if there is no rate.
 
     The guards' polynomials have their own part in the length: what they leave out must be below the tolerance.
@@ -94,9 +96,23 @@ def expand(
         if count > 0:
             dense_output(field, variation, t, c, x, h, run, stages, ws)
             left = guard_polynomials(
-                guard, mode, count, marks, t, c, x, h, stages[0], stages[PLACE], gradient, ws, first
+                guard,
+                guard_error,
+                mode,
+                count,
+                marks,
+                max(tolerance, INTERPOLATED),
+                t,
+                c,
+                x,
+                h,
+                stages[0],
+                stages[PLACE],
+                gradient,
+                ws,
+                first,
             )
-            if left == math.inf or (left > max(tolerance, INTERPOLATED) and halvings < 6):
+            if left == math.inf or (left > 1.0 and halvings < MOST_HALVINGS):
                 halvings += 1
                 rejected = True
                 h *= 0.5

@@ -5,16 +5,22 @@ Value and slope at the start come from the guard itself, so that what vanishes t
 
 import math
 
+import numpy as np
+
 from chaosdrill.engine.dop853_tables import DEGREE, GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.layout import AFFINE
 
+NOISE = 4 * 2.220446049250313e-16 * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
+"""Rounding units by which the last two coefficients of a guard may differ from zero: what the interpolation makes of
+the errors of its values."""
+
 
 @series
-def guard_polynomials(guard, mode, count, marks, t, c, x, h, rate, place, gradient, ws, first):
+def guard_polynomials(guard, guard_error, mode, count, marks, tolerance, t, c, x, h, rate, place, gradient, ws, first):
     """Fill rows ``first``, ... of the workspace from those of the states; returns what the interpolation leaves out.
 
-    That is infinite where a polynomial is not finite: the step has touched what the guard or the field cannot bear.
+    That is in parts of what it may leave out, the tolerance beside the guard's own rounding error; infinite where a polynomial is not finite: the step has touched what the guard or the field cannot bear.
     """
     n = x.size
     left = 0.0
@@ -32,7 +38,10 @@ def guard_polynomials(guard, mode, count, marks, t, c, x, h, rate, place, gradie
                 for i in range(n):
                     g[k] += gradient[i] * ws[i, k]
         else:
-            left = max(left, _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g))
+            rest, largest = _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g)
+            if rest > tolerance * largest:
+                guard_error(mode, j, t, c, x, gradient)
+                left = max(left, rest / (tolerance * largest + NOISE * gradient[0]))
         total = 0.0
         for k in range(GUARD_DEGREE + 1):
             total += g[k]
@@ -43,7 +52,7 @@ def guard_polynomials(guard, mode, count, marks, t, c, x, h, rate, place, gradie
 
 @series
 def _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g):
-    """Coefficients from order 2 on, through Chebyshev nodes; returns the size of the last two to that of the guard."""
+    """Coefficients from order 2 on, through Chebyshev nodes; returns the sizes of the last two and of the guard."""
     count = GUARD_DEGREE - 1
     largest = abs(g[0])
     for a in range(count):
@@ -69,4 +78,4 @@ def _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g):
     for k in range(2, GUARD_DEGREE + 1):
         power /= h
         g[k] *= power / h
-    return left / largest if left > 0.0 else 0.0
+    return left, largest

@@ -25,6 +25,7 @@ from chaosdrill.engine.layout import (
     PASSED,
     PASSES,
     PUT,
+    TAYLOR,
     TIMED,
     UNSURE,
 )
@@ -39,6 +40,9 @@ VANISHING = 1e-13
 """Part of a guard's variation over a step below which its second and later derivatives count as zero."""
 
 EPSILON = 2.220446049250313e-16
+
+INTERPOLATED = 1e-10
+"""What the polynomial of a curved guard may leave out at least, beside its rounding error, where it is interpolated."""
 
 JUMPED, HELD = 2, 3
 """A side times this says that the guard is about to fire: a reset threw the state across it, or the motion would not
@@ -79,7 +83,9 @@ def stand(zero, side, order, old, direction, fresh, fired, crossed, marks):
         if ahead and order > 1 and marks & (MARKS | PASSES) == 0:
             return FIRE, -HELD * side
     elif old == 0:
-        if zero and not crossed and (ahead or (direction == 0 and fresh == BEGIN)):
+        # a root of even order is no crossing; but a wall that is stood upon is met
+        crosses = order % 2 == 1 or marks & (MARKS | PASSES) == 0
+        if zero and not crossed and ((ahead and crosses) or (direction == 0 and fresh == BEGIN and order % 2 == 1)):
             return FIRE, -side
         if not zero and ahead and marks & OPEN == 0:
             return (INVALID, side) if fresh == BEGIN else (FIRE, -JUMPED * side)
@@ -155,6 +161,11 @@ def stand_at_rest(tables, state, j, order, side):
 def settle(functions, tables, state, ws, i, j, n, h, t, scratch):
     """As ``look`` for guard j whose polynomial is row i, by the first derivative that does not vanish."""
     how, side, order = look(functions, tables, state, j, ws[i, 0], ws[i, 1], t, scratch)
+    if how == FIRE and order == 1 and ws[i, 1] * ws[i, 2] < 0.0:
+        # beyond zero it may come back before it is clear of its error
+        if 0.25 * ws[i, 1] * ws[i, 1] <= ROUNDING * scratch.errors[0] * abs(ws[i, 2]):
+            how, side = stand_at_rest(tables, state, j, 2, 1 if ws[i, 2] > 0.0 else -1)
+            return how, side, 2
     if how == UNSURE:
         limit = VANISHING * size(ws, uint64(i), h, 0)
         order = 2
@@ -226,17 +237,19 @@ def on_the_clock(functions, run, c, j, s, h, place, gradient):
 
 
 @inner
-def _touches(functions, state, ws, i, j, n, s, h, t, scratch):
-    """Time at which a guard is back where it was, if beyond a root at s it does not get farther than its error; or -1.
+def _touches(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scratch):
+    """Time at which a guard is clearly back on its side, if beyond a root at s it gets no farther than its error; or -1.
 
     The error is that of its value, and that of the polynomial, whose terms are rounded where the step begins.
     """
     slope, bend = _slope_and_bend(ws[i], n, s)
-    if not slope * bend < 0.0:
+    # a root found at the summit itself, or just behind it, has no slope that leads across
+    if bend == 0.0 or (slope * bend >= 0.0 and slope * side < 0.0):
         return -1.0
     summit = -slope / bend
-    height = 0.5 * abs(slope) * summit
-    if not height <= 1e-9 * size(ws, uint64(i), h, 0):
+    height = 0.5 * abs(slope * summit)
+    left_out = 0.0 if settings.method == TAYLOR else 2.0 * max(settings.tolerance, INTERPOLATED)
+    if not height <= max(1e-9, left_out) * size(ws, uint64(i), h, 0):
         return -1.0
     mode = state.run[0].mode
     place = scratch.before[: state.x.size]
@@ -245,8 +258,13 @@ def _touches(functions, state, ws, i, j, n, s, h, t, scratch):
     _state_at(ws, place.size, s, place)
     functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
     off = ROUNDING * max(off, scratch.errors[0]) + 2.0 * EPSILON * size(ws, uint64(i), s, 0)
+    if tables.marks[mode, j] & TIMED:
+        # what the series or the interpolation leaves out is seen in the guard itself
+        height = -side * functions.guard(mode, j, t + s + summit, state.c, place, scratch.gradient)
+    else:
+        off += left_out * size(ws, uint64(i), h, 0)
     if height <= off:
-        return s + summit + 2.0 * math.sqrt(summit * summit + 2.0 * off / abs(bend))
+        return s + max(abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * off / abs(bend)), 10.0 * NEAR * h)
     return -1.0
 
 
@@ -334,7 +352,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                 scratch.ends,
             )
         if turn > 0.0:
-            back = _touches(functions, state, ws, i, j, n, turn, h, t, scratch)
+            back = _touches(functions, tables, settings, state, ws, i, j, n, turn, side, h, t, scratch)
             if back >= 0.0:
                 h = min(h, back)
                 root = turn = -1.0

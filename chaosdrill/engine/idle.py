@@ -5,8 +5,9 @@ from chaosdrill.engine.stepper import offered
 
 @offered
 def expand(
-    field, variation, guard, first, count, marks, keys, settings, run, t, c, x, scale, vectors, ws, stages, gradient
-):
+    field, variation, guard, guard_error, first, count, marks, settings, run, t, c, x, scale, vectors, ws, stages,
+    gradient,
+):  # fmt: skip
     return 0.0
 
 

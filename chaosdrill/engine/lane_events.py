@@ -63,7 +63,7 @@ def _plan(functions, tables, state, first, lane, plan, block, scratch):
                 how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
         elif not g * side > 0.0 or abs(side) > 1:
             return ALONE
-        if how != ARMED and how != FIRE:
+        if how != ARMED and not (how == FIRE and order == 0):
             return ALONE
         plan[j, lane] = AT_ONCE if how == FIRE else SEARCH
         plan[count + j, lane] = side

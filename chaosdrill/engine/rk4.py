@@ -77,8 +77,9 @@ def _settle(guard, guard_error, j, ahead, t, c, x, tables, run, sides, gradient,
 
 @offered
 def expand(
-    field, variation, guard, first, count, marks, keys, settings, run, t, c, x, scale, vectors, ws, stages, gradient
-):
+    field, variation, guard, guard_error, first, count, marks, settings, run, t, c, x, scale, vectors, ws, stages,
+    gradient,
+):  # fmt: skip
     """Length of the step to the next point of the fixed grid."""
     for i in range(x.size):
         scale[i] = max(scale[i], abs(x[i]))

@@ -33,7 +33,7 @@ with warnings.catch_warnings():
 
 SIGNATURES = {
     "expand": float64(
-        *(field, variation, guard, int64, int64, integers, integers, settings_record, run_record),
+        *(field, variation, guard, guard_error, int64, int64, integers, settings_record, run_record),
         *(float64, vector, vector, vector, matrix, matrix, matrix, vector),
     ),
     "locate": types.Tuple((float64, int64, int64))(

@@ -94,6 +94,8 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             direction = events[j].direction
+            if direction == 0 or events[j].timed:
+                continue
             if any(_goes_on(system, system.mode_names[mode], system.transitions[k]) for k in events[j].outcomes):
                 yield mode, j
                 continue
