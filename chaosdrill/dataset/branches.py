@@ -15,6 +15,7 @@ class Special(IntEnum):
     EVENT_SWAP = 5
     OUTCOME_SWITCH = 6
     BRANCH_POINT = 7
+    BORDER_COLLISION = 8
 
     @property
     def meaning(self) -> str:
@@ -69,6 +70,7 @@ _HAPPENS = {
     Special.EVENT_SWAP: "Two events happen at the same time and trade places beyond.",
     Special.OUTCOME_SWITCH: "The condition between two outcomes of an event is just met: beyond, the other is taken.",
     Special.BRANCH_POINT: "A multiplier is +1, but the branch is crossed by another one, as where a symmetry is lost.",
+    Special.BORDER_COLLISION: "Events fall together, all of them met at speed: beyond, one or more appear or vanish.",
 }
 
 _ADVICE = {

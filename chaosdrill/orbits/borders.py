@@ -21,9 +21,10 @@ from chaosdrill.orbits.doubling import repeats
 from chaosdrill.orbits.failures import admissible, at_rest
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.place import standpoint
 from chaosdrill.orbits.reading import eventless, own_path
 from chaosdrill.orbits.special import NOISE, ON_CHORD
-from chaosdrill.orbits.touching import slowness, taken
+from chaosdrill.orbits.touching import nearest_touch, slowness, taken
 
 if TYPE_CHECKING:
     from chaosdrill.orbits.family import Family, Lap
@@ -47,6 +48,9 @@ ALIKE = 0.02
 
 PROBE = 1e-5
 """Step along a new branch that tells which way leads away from the border."""
+
+PASSED, CLOSER = 64, 5
+"""Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
 
 TANGENT = 1e-3
 """Speed relative to how fast a guard changes on the way below which a guard counts as met tangentially at a border."""
@@ -161,9 +165,9 @@ def recounted(family: "Family", before: "Orbit", after: "Orbit") -> bool:
     return old != new and all(name in replaced for name in (old - new) + (new - old))
 
 
-def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Special, str]:
-    """What happens at a border, from the sequences of events on its two sides."""
-    system = family.plain
+def what_changed(family: "Family", border: Border, after: "Orbit") -> tuple[Special, str]:
+    """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
+    system, before = family.plain, border.good
     old, new = (Counter(o.events(system).split()) for o in (before, after))
     appeared, vanished = list((new - old).elements()), list((old - new).elements())
     if len(before) == len(after) and not before.eventless and not after.eventless:
@@ -175,7 +179,8 @@ def what_changed(family: "Family", before: "Orbit", after: "Orbit") -> tuple[Spe
         counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
         if names:
             parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
-    return Special.GRAZING, ", ".join(parts)
+    touches = slowness(family, before, border.lap).min() <= TANGENT or nearest_touch(family, before) is not None
+    return Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts)
 
 
 def _guesses(family: "Family", border: Border) -> "Iterator[Orbit]":
@@ -288,11 +293,35 @@ def _branch_from(
 
 
 def distance(family: "Family", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
-    """Distance of two orbits at the strobes and in the parameter, in the norm of the weights."""
+    """Distance of two orbits at the strobes and in the parameter, in the norm of the weights.
+
+    Without strobes: the largest distance at which one passes a place of the other, and how much longer one takes.
+    """
     d = family.states
+    apart = float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
+    if not family.forced:
+        apart += abs(float(np.log(orbit.durations.sum() / other.durations.sum())))
+        if apart > NEAR:
+            return apart
+        return apart + max(passing(family, *pair, weights[:d]) for pair in ((orbit, other), (other, orbit)))
     here, there = (family.strobes([o])[0][0] for o in (orbit, other))
-    closest = min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
-    return closest + float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
+    if len(here) != len(there):
+        return np.inf
+    return apart + min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
+
+
+def passing(family: "Family", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+    """Distance at which an orbit passes the middle of the longest arc of another one."""
+    state = standpoint(family, other)[2]
+    total = float(orbit.durations.sum())
+    first, width, closest = 0.0, total, np.inf
+    for _ in range(CLOSER):
+        instants = np.unique(np.linspace(first, first + width, PASSED + 1) % total)
+        away = (np.abs(family.at([orbit], instants[np.newaxis])[0][0] - state) * weights).max(axis=1)
+        closest = min(closest, float(away.min()))
+        width *= 2 / PASSED
+        first = float(instants[away.argmin()]) - width / 2
+    return closest
 
 
 def _away(family: "Family", orbit: "Orbit", lap: "Lap", border: Border, weights: np.ndarray) -> np.ndarray | None:

@@ -160,7 +160,7 @@ def grow(
             _append(grown, border, Special.REGULAR, "")
             grown.marks.pop()
         else:
-            kind, text = what_changed(family, border.good, beyond.orbit)
+            kind, text = what_changed(family, border, beyond.orbit)
             way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
             _append(grown, border, kind, f"{text}; the branch {way}")
         length = float(grown.stretches[-1].arclengths[-1])

@@ -63,7 +63,7 @@ def onward(corrector: Corrector, traced: Traced) -> tuple[Corrector, Spot, str] 
         gap = max(float(np.linalg.norm(change / span)), distance(family, spot.orbit, last.orbit, weights))
         if gap < JOINED and behind.blocked(spot) is None and slowest_event(family, spot.orbit, spot.lap) is None:
             ahead = float(np.sign((change / span) @ (spot.tangent[-2:] / span)))
-            _, text = what_changed(one, good, found.orbit)
+            _, text = what_changed(one, flat, found.orbit)
             return behind, replace(spot, tangent=ahead * spot.tangent, arclength=last.arclength + gap), text
     return None
 

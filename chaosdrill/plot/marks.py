@@ -24,6 +24,7 @@ SPECIAL_MARKERS = {
     "event_swap": "X",
     "outcome_switch": "P",
     "branch_point": "*",
+    "border_collision": "h",
 }
 """Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour."""
 WARNING = "#B3261E"

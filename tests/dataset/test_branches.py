@@ -8,11 +8,12 @@ from chaosdrill.dataset import BranchEnd, Special
 def test_codes_are_fixed():
     # archives hold these numbers
     special = "regular fold period_doubling neimark_sacker grazing event_swap outcome_switch branch_point"
+    special += " border_collision"
     ends = "limit grazing event_swap outcome_switch closed most_points escaped no_convergence no_effect joined"
     ends += " doubling rest"
     assert [code.meaning for code in Special] == special.split()
     assert [code.meaning for code in BranchEnd] == ends.split()
-    assert [*map(int, Special)] == list(range(8))
+    assert [*map(int, Special)] == list(range(9))
     assert [*map(int, BranchEnd)] == list(range(12))
 
 
