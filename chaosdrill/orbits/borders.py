@@ -49,7 +49,7 @@ ALIKE = 0.02
 PROBE = 1e-5
 """Step along a new branch that tells which way leads away from the border."""
 
-PASSED, CLOSER = 128, 5
+PASSED, CLOSER = 64, 5
 """Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
 
 TANGENT = 1e-3
@@ -300,8 +300,10 @@ def distance(family: "Family", orbit: "Orbit", other: "Orbit", weights: np.ndarr
     d = family.states
     apart = float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
     if not family.forced:
-        longer = abs(float(np.log(orbit.durations.sum() / other.durations.sum())))
-        return apart + longer + max(passing(family, *pair, weights[:d]) for pair in ((orbit, other), (other, orbit)))
+        apart += abs(float(np.log(orbit.durations.sum() / other.durations.sum())))
+        if apart > NEAR:
+            return apart
+        return apart + max(passing(family, *pair, weights[:d]) for pair in ((orbit, other), (other, orbit)))
     here, there = (family.strobes([o])[0][0] for o in (orbit, other))
     if len(here) != len(there):
         return np.inf

@@ -17,8 +17,8 @@ VIN, INDUCTANCE, CAPACITANCE, LOAD, CLOCK = 10.0, 1e-3, 12e-6, 20.0, 1e-4
 def converter():
     """Current-mode controlled boost converter: a clock closes the switch, the current opens it at a reference.
 
-    Banerjee, Ott, Yorke and Yuan 1997, Bifurcations in DC-DC converters: theory and experiment (PESC),
-    doi:10.1109/PESC.1997.618056; di Bernardo, Budd, Champneys and Kowalczyk 2008, doi:10.1007/978-1-84628-708-4.
+    Banerjee and Verghese (eds.), Nonlinear Phenomena in Power Electronics, IEEE Press 2001;
+    di Bernardo, Budd, Champneys and Kowalczyk 2008, doi:10.1007/978-1-84628-708-4.
     """
     i, v, s, reference = sympy.symbols("i v s reference", real=True)
     vin, ind, cap, load, clock = sympy.symbols("vin ind cap load clock", real=True)

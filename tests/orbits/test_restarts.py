@@ -75,7 +75,7 @@ def test_a_branch_of_clocks(clock):
 def walker():
     """The simplest walker: stance angle th, swing angle ph; the foot scuffs at mid-stance, through its own guard.
 
-    Garcia, Chatterjee, Ruina and Coleman 1998, doi:10.1115/1.2798313, equations 1, 2 and 5.
+    Garcia, Chatterjee, Ruina and Coleman 1998, doi:10.1115/1.2798313.
     """
     th, om, ph, ps, slope = sympy.symbols("th om ph ps slope", real=True)
     stance = sympy.sin(th - slope)
