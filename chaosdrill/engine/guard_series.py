@@ -20,7 +20,8 @@ the errors of its values."""
 def guard_polynomials(guard, guard_error, mode, count, marks, tolerance, t, c, x, h, rate, place, gradient, ws, first):
     """Fill rows ``first``, ... of the workspace from those of the states; returns what the interpolation leaves out.
 
-    That is in parts of what it may leave out, the tolerance beside the guard's own rounding error; infinite where a polynomial is not finite: the step has touched what the guard or the field cannot bear.
+    That is in parts of what it may leave out, the tolerance beside the guard's own rounding error; infinite where a
+    polynomial is not finite: the step has touched what the guard or the field cannot bear.
     """
     n = x.size
     left = 0.0

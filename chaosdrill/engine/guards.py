@@ -161,11 +161,11 @@ def stand_at_rest(tables, state, j, order, side):
 def settle(functions, tables, state, ws, i, j, n, h, t, scratch):
     """As ``look`` for guard j whose polynomial is row i, by the first derivative that does not vanish."""
     how, side, order = look(functions, tables, state, j, ws[i, 0], ws[i, 1], t, scratch)
-    if how == FIRE and order == 1 and ws[i, 1] * ws[i, 2] < 0.0:
-        # beyond zero it may come back before it is clear of its error
-        if 0.25 * ws[i, 1] * ws[i, 1] <= ROUNDING * scratch.errors[0] * abs(ws[i, 2]):
-            how, side = stand_at_rest(tables, state, j, 2, 1 if ws[i, 2] > 0.0 else -1)
-            return how, side, 2
+    returns = how == FIRE and order == 1 and ws[i, 1] * ws[i, 2] < 0.0
+    if returns and 0.25 * ws[i, 1] * ws[i, 1] <= ROUNDING * scratch.errors[0] * abs(ws[i, 2]):
+        # beyond zero it comes back before it is clear of its error
+        how, side = stand_at_rest(tables, state, j, 2, 1 if ws[i, 2] > 0.0 else -1)
+        return how, side, 2
     if how == UNSURE:
         limit = VANISHING * size(ws, uint64(i), h, 0)
         order = 2
@@ -238,7 +238,7 @@ def on_the_clock(functions, run, c, j, s, h, place, gradient):
 
 @inner
 def _touches(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scratch):
-    """Time at which a guard is clearly back on its side, if beyond a root at s it gets no farther than its error; or -1.
+    """Time when a guard is clearly back on its side, if beyond a root at s it gets no farther than its error; or -1.
 
     The error is that of its value, and that of the polynomial, whose terms are rounded where the step begins.
     """
