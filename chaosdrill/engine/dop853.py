@@ -23,6 +23,7 @@ from chaosdrill.engine.guards import INTERPOLATED
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING, TIMED
 from chaosdrill.engine.stepper import offered
+from chaosdrill.engine.taylor import SLOW
 
 SAFETY = 0.9
 LARGEST_GROWTH = 6.0
@@ -131,7 +132,8 @@ def expand(
         run.tried = h
         break
     for i in range(stages.shape[1]):
-        scale[i] = max(scale[i], abs(stages[0, i]) * h)
+        moved = abs(stages[0, i]) * h
+        scale[i] = max(scale[i], min(abs(x[i]), SLOW * moved) if i < x.size else moved)
     return h
 
 

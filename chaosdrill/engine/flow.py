@@ -21,7 +21,7 @@ from chaosdrill.engine.records import (
     tables_type,
     time_of,
 )
-from chaosdrill.engine.step import advance, end_step, next_instant, prepare, record
+from chaosdrill.engine.step import advance, end_step, instant_after, prepare, record
 from chaosdrill.engine.stepper import STEPPER_TYPES
 from chaosdrill.engine.tangents import orthonormalise
 
@@ -81,20 +81,18 @@ def flow(
         happens = te >= 0.0
         if not happens:
             te = h
-        instant = next_instant(run, settings.samples)
-        workspace = scratch.workspace
-        if (
-            happens
-            and settings.method != RK4
-            and te < instant
-            and guards.coincides(functions, tables, settings, state, workspace, row, j, te, instant, h, t, scratch)
-        ):
-            te = instant
+        early = 0.0
+        if happens and settings.method != RK4:
+            instant = instant_after(run, settings.samples, te)
+            if guards.coincides(
+                functions, tables, settings, state, scratch.workspace, row, j, te, instant, h, t, scratch
+            ):
+                early = instant - te
         rest = run.period - run.time
-        if run.strobes + 1 >= settings.target and te >= rest:
-            te = rest
+        if run.strobes + 1 >= settings.target and te + early >= rest:
+            te = min(te, rest)
             happens = False
-        strobe = record(functions, stepper, settings, t, state, te, samples, scratch)
+        strobe = record(functions, stepper, settings, t, state, te, early, samples, scratch)
         advance(functions, stepper, settings, t, state, te, scratch)
         outcome = end_step(
             functions, tables, settings, te, strobe, happens, j, ties, scratch.backs, state, events, scratch

@@ -370,10 +370,10 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
 
 @inlined
 def coincides(functions, tables, settings, state, ws, row, j, te, instant, h, t, scratch):
-    """Whether the root of guard j at te is, to within its error, at an instant such as a strobe."""
-    apart = abs(te - instant)
+    """Whether an instant behind the root of guard j at te, such as a strobe, is no later than the root may be."""
+    apart = instant - te
     return apart <= NEAR * h and (
-        apart == 0.0 or apart <= root_error(functions, tables, settings, state, ws, row + j, j, te, t, scratch)
+        apart <= root_error(functions, tables, settings, state, ws, row + j, j, te, t, scratch)
     )
 
 

@@ -338,7 +338,7 @@ def first_events(functions, tables, settings, mode, lanes, places, states, first
 @inner
 def coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
     """As ``guards.coincides`` for one lane."""
-    if abs(te - instant) > guards.NEAR * block.h[lane]:
+    if instant - te > guards.NEAR * block.h[lane]:
         return False
     count = tables.watch[state.run[0].mode, 0]
     copy_lane(block.ws, 0, first + count, lane, settings.order, scratch.workspace)

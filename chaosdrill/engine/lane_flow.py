@@ -39,7 +39,7 @@ from chaosdrill.engine.records import (
     states_type,
     tables_type,
 )
-from chaosdrill.engine.step import add_to, end_step, pass_strobe
+from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe
 from chaosdrill.engine.window import keep
 
 ACTIVE = 64
@@ -65,17 +65,17 @@ def _proven(functions, tables, settings, mode, unproven, lane, state, block, scr
 
 
 @inlined
-def _pass_strobes(p, lane, run, results, strobed, te, block, out):
+def _pass_strobes(p, lane, run, results, strobed, te, early, block, out):
     """Count the strobes that fall into the step, with their states; returns the time of the last one in it, or -1."""
     s = run.period - run.time
     strobe = -1.0
-    while s <= te:
+    while s <= te + early:
         pass_strobe(run)
         progress = results.progress[p]
         if strobed and progress[STAGE] > 0 and progress[LAST] - run.strobes < results.window.shape[1]:
             n = block.x.shape[0]
             for i in range(n):
-                out[i] = value_in_lane(block.ws, i, lane, s)
+                out[i] = value_in_lane(block.ws, i, lane, min(s, te))
             keep(out, 0, n, run.mode, results.window[p], progress[TAKEN])
             progress[TAKEN] += 1
         strobe = s
@@ -161,12 +161,14 @@ def _step(
         if not happens:
             te = h
         rest = run.period - run.time
-        if happens and te < rest:
+        block.gap[0, lane] = 0.0
+        if happens:
             state = state_of(states, p)
-            if lane_events.coincides(functions, tables, settings, state, first, j, te, rest, lane, block, scratch):
-                te = rest
-        if run.strobes + 1 >= results.progress[p, GOAL] and te >= rest:
-            te = rest
+            instant = instant_after(run, 1, te)
+            if lane_events.coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
+                block.gap[0, lane] = instant - te
+        if run.strobes + 1 >= results.progress[p, GOAL] and te + block.gap[0, lane] >= rest:
+            te = min(te, rest)
             happens = False
         block.reach[lane] = te
         if not happens:
@@ -180,7 +182,8 @@ def _step(
         state = state_of(states, p)
         te = block.reach[lane]
         j = ends[lane, GUARD]
-        strobe = _pass_strobes(p, lane, state.run[0], results, strobed, te, block, scratch.out)
+        early = block.gap[0, lane]
+        strobe = _pass_strobes(p, lane, state.run[0], results, strobed, te, early, block, scratch.out)
         _move(lane, live, state, block)
         if state.run[0].turning == 1:
             for k in range(guard_count):

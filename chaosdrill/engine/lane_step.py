@@ -95,8 +95,7 @@ def expand(lane_functions, mode, live, m, settings, block, row):
         common = 1.0 / larger(widest, SMALLEST)
         metric = row_of(block.metric)
         for i in range(n):
-            width = larger(scales[i], -larger(-magnitude(series[i][0]), -SLOW * scales[i]))
-            metric[i] = chosen(larger(width - SMALLEST, 0.0), 1.0 / larger(width, SMALLEST), common)
+            metric[i] = chosen(larger(scales[i] - SMALLEST, 0.0), weights[i], common)
         for v in range(live):
             first = _first_row(ws, m, n, v)
             length = common * 0.0
@@ -116,7 +115,8 @@ def expand(lane_functions, mode, live, m, settings, block, row):
         block.h[lane] = min(h, block.period[lane], LONGEST)
     h = row_of(block.h)[0]
     for i in range(n):
-        scales[i] = larger(scales[i], magnitude(series[i][1]) * h)
+        size = -larger(-magnitude(series[i][0]), -SLOW * magnitude(series[i][1]) * h)
+        scales[i] = larger(scales[i], size)
 
 
 @inlined

@@ -30,6 +30,9 @@ from chaosdrill.engine.records import (
 )
 from chaosdrill.engine.stepper import STEPPER_TYPES
 
+FAR = 1e15
+"""Scale of the states by which they are put onto a guard, however far away it is."""
+
 cube = float64[:, :, ::1]
 
 # what is fixed of an orbit: numbers of states and free parameters, periods that it takes, the mode that tells the
@@ -211,7 +214,9 @@ def lap(
             residual = max(residual, abs(value) / (steep * scale))
             for r in range(n):
                 step[0, r] = x[r]
-            came = transit(mode, end, 1, te, c, x, state.scale, settings.tolerance, event)
+            # a guess may end far from its guard
+            scratch.image[:] = FAR
+            came = transit(mode, end, 1, te, c, x, scratch.image, settings.tolerance, event)
             seen[i, CAME] = came
             if came < 0:
                 return FAILED, math.inf

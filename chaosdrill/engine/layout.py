@@ -71,7 +71,7 @@ class States(NamedTuple):
     x: Any
     """(P, n)"""
     scale: Any
-    """(P, n + q): what states, and integrals, have moved in a step of late"""
+    """(P, n + q): sizes that states have had of late, and what integrals have moved in a step"""
     sums: Any
     """(P, 2, q): quadratures as compensated sums"""
     vectors: Any

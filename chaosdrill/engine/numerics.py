@@ -24,8 +24,8 @@ class Numerics:
         ``"taylor"``; ``"dop853"``, adaptive Runge-Kutta of order 8 for right-hand sides that are not analytic; or
         ``"rk4"`` for fixed steps with bisection.
     tolerance : float
-        Adaptive methods: local error a step, of every state relative to what it has moved in a step of late, of
-        tangents to their length in these scales.
+        Adaptive methods: local error a step, of every state relative to the size that it has had of late, of tangents
+        to their length in these scales.
         rk4: bisection of event times.
     steps : int, optional
         Steps a period, for ``"rk4"`` only; default 200.

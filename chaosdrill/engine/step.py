@@ -99,15 +99,19 @@ def evaluate(functions, stepper, settings, t, state, s, scratch):
 
 
 @inlined
-def next_instant(run, count):
-    """Time from the start of the step to the next sample, ``count`` a period, the last of which is the strobe."""
-    index = run.sample + 1
-    return (run.period if index == count else index * (run.period / count)) - run.time
+def instant_after(run, count, s):
+    """First sample, ``count`` a period, later than s, both from the start of the step."""
+    index = int((run.time + s) * count / run.period) + 1
+    whole = index // count
+    return (whole * run.period + (index - whole * count) * (run.period / count)) - run.time
 
 
 @inlined
-def record(functions, stepper, settings, t, state, te, samples, scratch):
-    """Write the samples that fall into the step and count strobes; returns the time of the last strobe in it, or -1."""
+def record(functions, stepper, settings, t, state, te, early, samples, scratch):
+    """Write the samples that fall into the step and count strobes; returns the time of the last strobe in it, or -1.
+
+    A sample up to ``early`` after the end of the step coincides with the event there, and shows the state before it.
+    """
     run = state.run[0]
     n = state.x.size
     out = scratch.out
@@ -115,11 +119,12 @@ def record(functions, stepper, settings, t, state, te, samples, scratch):
     offset = 0.0
     strobe = -1.0
     while True:
-        s = next_instant(run, count) + offset
-        if not s <= te:
+        index = run.sample + 1
+        s = (run.period if index == count else index * (run.period / count)) - run.time + offset
+        if not s <= te + early:
             return strobe
         if settings.recording == 1:
-            evaluate(functions, stepper, settings, t, state, s, scratch)
+            evaluate(functions, stepper, settings, t, state, min(s, te), scratch)
             row = samples[run.sample_rows]
             for i in range(n):
                 row[i] = out[i]
@@ -127,8 +132,8 @@ def record(functions, stepper, settings, t, state, te, samples, scratch):
                 row[i] = (state.sums[0, i - n] + state.sums[1, i - n]) + out[i]
             row[out.size] = run.mode
             run.sample_rows += 1
-        run.sample += 1
-        if run.sample == count:
+        run.sample = index
+        if index == count:
             run.sample = 0
             pass_strobe(run)
             offset += run.period

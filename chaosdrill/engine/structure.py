@@ -85,12 +85,8 @@ def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
 
 def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     kernels = system.kernels
-    field, guard, transit = kernels.functions[3], kernels.functions[5], kernels.functions[7]
-    n = len(system.states)
-    place = event_places(n)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260103)
-    event, gradient, rates = np.empty(place.size), np.empty(n + 1), np.empty(n + len(system.quadratures))
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             direction = events[j].direction
@@ -99,24 +95,35 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
             if any(_goes_on(system, system.mode_names[mode], system.transitions[k]) for k in events[j].outcomes):
                 yield mode, j
                 continue
-            for _ in range(_SAMPLES):
-                x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
-                if not _onto_guard(guard, mode, j, t, c, x, gradient):
-                    continue
-                transition = transit(mode, j, 1, t, c, x, np.ones(n), 0.0, event)
-                if not normal_speed.py_func(event, n) * direction > 0:
-                    continue
-                target, after = mode, x.copy()
-                if transition >= 0 and not kernels.transition_table[transition, 1]:
-                    target = int(kernels.transition_table[transition, 0])
-                    after = event[place.image : place.jacobian].copy()
-                value = guard(mode, j, t, c, after, gradient)
-                field(target, t, c, after, rates)
-                near = 1e-13 * (np.abs(gradient[:n]) @ np.abs(after) + np.abs(value))
-                ahead = gradient[:n] @ rates[:n] + gradient[n] if abs(value) <= near else value
-                if ahead * direction > 0:
-                    yield mode, j
-                    break
+            with np.errstate(all="ignore"):
+                passed = any(_passes_at(system, mode, j, c, rng) for _ in range(_SAMPLES))
+            if passed:
+                yield mode, j
+
+
+def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np.random.Generator) -> bool:
+    """Whether the motion goes on beyond a guard at one random state on it."""
+    kernels = system.kernels
+    field, guard, transit = kernels.functions[3], kernels.functions[5], kernels.functions[7]
+    n = len(system.states)
+    place = event_places(n)
+    event, gradient, rates = np.empty(place.size), np.empty(n + 1), np.empty(n + len(system.quadratures))
+    direction = kernels.events[mode][j].direction
+    x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
+    if not _onto_guard(guard, mode, j, t, c, x, gradient):
+        return False
+    transition = transit(mode, j, 1, t, c, x, np.ones(n), 0.0, event)
+    if not normal_speed.py_func(event, n) * direction > 0:
+        return False
+    target, after = mode, x.copy()
+    if transition >= 0 and not kernels.transition_table[transition, 1]:
+        target = int(kernels.transition_table[transition, 0])
+        after = event[place.image : place.jacobian].copy()
+    value = guard(mode, j, t, c, after, gradient)
+    field(target, t, c, after, rates)
+    near = 1e-13 * (np.abs(gradient[:n]) @ np.abs(after) + np.abs(value))
+    ahead = gradient[:n] @ rates[:n] + gradient[n] if abs(value) <= near else value
+    return bool(ahead * direction > 0)
 
 
 def _goes_on(system: "HybridSystem", mode: str, transition: "Transition") -> bool:

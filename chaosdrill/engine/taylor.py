@@ -24,7 +24,7 @@ FADE = 0.98
 """What is left of a state's scale after a step: it follows the motion within some hundred steps."""
 
 SLOW = 1000.0
-"""Scales up to which the size of a state counts where the lengths of tangents are measured."""
+"""Steps' motion up to which the size of a state counts as its scale: what moves on for ever has no size."""
 
 EPSILON = 2.220446049250313e-16
 
@@ -223,8 +223,8 @@ def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
 def expand(functions, tables, settings, t, state, ws, scratch):
     """Taylor coefficients at the present state; returns the step that keeps both state and tangents within tolerance.
 
-    The last term is to be a part of the tolerance: for states relative to their scales, which are what they have moved
-    in a step of late, for a tangent to its length in these scales, for integrals and guards to what they move in this
+    The last term is to be a part of the tolerance: for states relative to their scales, which are the sizes that they
+    have had of late, for a tangent to its length in these scales, for integrals and guards to what they move in this
     step.
     """
     run, vectors, scale, weights = state.run[0], state.vectors, state.scale, scratch.weights
@@ -256,9 +256,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
             functions.tangent(mode, order, state.c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
         metric = scratch.metric
         for i in range(n):
-            # of a slow state its size, too
-            width = max(scale[i], min(abs(ws[i, 0]), SLOW * scale[i]))
-            metric[i] = 1.0 / width if width > SMALLEST else (common if common < math.inf else 1.0)
+            metric[i] = weights[i] if weights[i] > 0.0 else (common if common < math.inf else 1.0)
         for v in range(live):
             row = _first_row(ws, vectors, v)
             length = 0.0
@@ -272,7 +270,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
             last_but_one = max(last_but_one, b / length)
     h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)
     for i in range(n):
-        scale[i] = max(scale[i], abs(ws[i, 1]) * h)
+        scale[i] = max(scale[i], min(abs(ws[i, 0]), SLOW * abs(ws[i, 1]) * h))
     if not _late_terms(ws, n, order, h / reach, weights) <= GAP:
         h = proven_step(functions, settings, h, t, state, ws, scratch)
     if _overruns(ws, n, rows, order, h, settings):

@@ -93,7 +93,7 @@ def crossed(kernels, place, tangents=1):
     functions, c = kernels[0].functions, kernels[1]
     x, places = np.array(place[:3]), event_places(3)
     event = np.full(places.size, np.nan)
-    transition = functions[7](1, 0, tangents, place[3], c, x, np.ones(3), 0.0, event)
+    transition = functions[7](1, 0, tangents, place[3], c, x, np.ones(3), 1.0, event)
     first = places._asdict()
     order = sorted(first, key=first.get)
     ends = {name: first[later] for name, later in pairwise(order)}
