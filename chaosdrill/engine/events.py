@@ -15,8 +15,14 @@ from chaosdrill.engine.layout import (
     EVENT_TIME,
     MARKS_ONLY,
     RANK_DEFICIENT,
+    RK4,
     TO_MODE,
 )
+
+
+FAR = 1e15
+"""Scale of the states by which they are put onto a guard however far away it is: where steps are fixed an event is as
+exact as its bisection, and a guess of an orbit may end anywhere."""
 
 
 @inlined
@@ -85,6 +91,12 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     event = scratch.event
     recorded = buffer.shape[0] > 0
     jumped = guards.cross(tables, state, j)
+    scale = state.scale
+    if jumped:
+        scale = scratch.none
+    elif settings.method == RK4:
+        scale = scratch.image
+        scale[:] = FAR
     transition = functions.transit(
         mode,
         j,
@@ -92,7 +104,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         t,
         state.c,
         x,
-        scratch.none if jumped else state.scale,
+        scale,
         settings.tolerance,
         event,
     )

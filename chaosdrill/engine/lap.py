@@ -16,7 +16,7 @@ from numba import float64, int64, types
 
 from chaosdrill.codegen.signatures import KERNEL_TYPES, event_places, matrix, vector
 from chaosdrill.engine.arc import begin, follow
-from chaosdrill.engine.events import normal_speed, saltation_jump
+from chaosdrill.engine.events import FAR, normal_speed, saltation_jump
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, FAILED, Functions, Stepper
 from chaosdrill.engine.records import (
@@ -29,9 +29,6 @@ from chaosdrill.engine.records import (
     tables_type,
 )
 from chaosdrill.engine.stepper import STEPPER_TYPES
-
-FAR = 1e15
-"""Scale of the states by which they are put onto a guard, however far away it is."""
 
 cube = float64[:, :, ::1]
 

@@ -81,8 +81,6 @@ def expand(
     gradient,
 ):  # fmt: skip
     """Length of the step to the next point of the fixed grid."""
-    for i in range(x.size):
-        scale[i] = max(scale[i], abs(x[i]))
     step = run.fixed_step
     h = step - run.time % step
     return h if h > 1e-9 * step else h + step

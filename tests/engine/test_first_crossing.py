@@ -30,7 +30,7 @@ def search(g, up, h=1.0, start=0):
 
 def search_again(g, up, h=1.0):
     a, stack, ends = scratch()
-    return recrossing(g, 0, len(g) - 1, h, up, a, np.zeros(COLUMNS), stack, ends)
+    return recrossing(g, 0, len(g) - 1, h, up, a, np.zeros(COLUMNS), stack, ends)[1]
 
 
 def product(real, complex_pairs=()):
