@@ -19,7 +19,6 @@ from chaosdrill.engine.layout import (
     TO_MODE,
 )
 
-
 FAR = 1e15
 """Scale of the states by which they are put onto a guard however far away it is: where steps are fixed an event is as
 exact as its bisection, and a guess of an orbit may end anywhere."""

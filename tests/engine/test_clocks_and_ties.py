@@ -60,7 +60,7 @@ def test_a_kicked_rotor_is_the_standard_map(method, blocks, standard_map_exponen
     exponents, errors = run["lyapunov_exponent"].values, run["lyapunov_error"].values
     assert standard_map_exponent == pytest.approx(1.621, abs=0.005)
     assert abs(exponents[0] - standard_map_exponent) < 4 * errors[0]
-    assert errors[0] < 0.05
+    assert errors[0] < 0.1
     # the map keeps areas
     assert exponents.sum() == pytest.approx(0, abs=1e-10)
 
