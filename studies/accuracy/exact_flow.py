@@ -85,70 +85,35 @@ def first_impact(c, t, x, v, longest):
 
 @offered
 def expand(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    marks,
-    settings_i,
-    settings_f,
-    local,
-    t,
-    c,
-    x,
-    vectors,
-    carried,
-    carried_f,
-    ws,
-    stages,
+    field, variation, guard, guard_error, first, count, marks, settings, run, t, c, x, scale, vectors, ws, stages,
     gradient,
-):
+):  # fmt: skip
     """A step is a period, or less if there is an impact."""
-    return settings_f[at.PERIOD]
+    return run.period
 
 
 @offered
 def locate(
-    field,
-    variation,
-    guard,
-    first,
-    count,
-    directions,
-    marks,
-    settings_f,
-    te,
-    h,
-    t,
-    c,
-    x,
-    carried,
-    sides,
-    armed,
-    ws,
-    stages,
-    gradient,
-    times,
-    out,
-):
+    field, variation, guard, guard_error, first, te, h, t, tables, settings, run, c, x, sides, ws, stages,
+    gradient, errors, times, backs, out,
+):  # fmt: skip
     """The first impact of the step."""
     s = first_impact(c, t, x[0], x[1], h)
     return s, (0 if s >= 0.0 else -1), 0
 
 
 @offered
-def evaluate(field, variation, t, c, x, s, carried, stages, out):
+def evaluate(field, variation, t, c, x, s, run, stages, out):
     """State at s."""
     out[0], out[1] = move(c, t, x[0], x[1], s)
 
 
 @offered
-def advance(field, variation, t, c, x, s, vectors, carried, carried_f, stages, out):
+def advance(field, variation, t, c, x, s, vectors, run, stages, out):
     """State and tangents at s."""
     out[0], out[1] = move(c, t, x[0], x[1], s)
     a, b, p, q = free_map(c, s)
-    for i in range(carried[at.LIVE]):
+    for i in range(run.live):
         y, u = vectors[i, 0], vectors[i, 1]
         vectors[i, 0] = a * y + b * u
         vectors[i, 1] = p * y + q * u

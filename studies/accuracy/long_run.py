@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 import chaosdrill as cd
-from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 
@@ -53,8 +52,7 @@ def compare(pieces: int = 1000, length: int = 1000) -> LongRun:
     for number in range(pieces):
         piece = Run(system, period, Numerics())
         piece.continue_from(whole)
-        kept = [layout.PROVEN, layout.LONGEST]
-        piece.carried_f[kept] = whole.carried_f[kept]
+        piece.states.run["longest"] = whole.states.run["longest"]
         piece.advance(length)
         drilled.append(float(piece.integrals()[0]))
         whole.advance(length)
@@ -65,7 +63,7 @@ def compare(pieces: int = 1000, length: int = 1000) -> LongRun:
     return LongRun(
         periods=whole.strobes,
         state=apart,
-        phase=abs(math.remainder(ETA * float(whole.carried_f[layout.TIME]), 2 * math.pi)),
+        phase=abs(math.remainder(ETA * float(whole.standing["time"]), 2 * math.pi)),
         penetration=abs(float(whole.integrals()[0]) / math.fsum(drilled) - 1),
         memory=(late - early) / 1024,
     )

@@ -14,7 +14,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import chaosdrill as cd
-from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.plot.style import PALETTE, WIDTH
@@ -83,7 +82,7 @@ def _way(method: str, numerics: Numerics, n: float) -> Through:
     run = Run(pressed(STIFF, n), later, numerics, tangents=np.eye(2), orthonormalise=False)
     run.advance(1)
     speed, derivative = abs(leaving(run.x) + SPEED), abs(float(run.vectors[0, 1]) - entry(STIFF, n))
-    return Through(method, n, int(run.carried[layout.STEPS]), speed, derivative)
+    return Through(method, n, run.steps, speed, derivative)
 
 
 def slope(found: list[Resolved], n: float) -> float:
