@@ -86,7 +86,7 @@ def expand(
     larger = 0.0
     while h > UNDERFLOW * run.longest:
         attempt(field, variation, t, c, x, h, vectors, live, run, stages, stages[END])
-        error = error_of(x, h, vectors, live, stages) / tolerance
+        error = error_of(x, h, scale, vectors, live, stages) / tolerance
         if not error <= 1.0:
             factor = _shrink(error, h, larger, longer)
             larger = error

@@ -24,6 +24,10 @@ from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.taylor import EPSILON, FADE, SMALLEST
 
 
+TANGENTS = 0.1
+"""Part of the tolerance for tangents: through a stiff contact they grow by orders of magnitude, and come back."""
+
+
 @series
 def _combine(stages, first, count, weights, h, start, n, out):
     for i in range(n):
@@ -109,13 +113,22 @@ def weigh(x, scale, longest, tolerance, stages):
 
 
 @inner
-def error_of(x, h, vectors, live, stages):
-    """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length."""
+def error_of(x, h, scale, vectors, live, stages):
+    """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length.
+
+    What has begun to move in this step has at least the scale of what it moves.
+    """
+    for i in range(stages.shape[1]):
+        rate = 0.0
+        for j in range(STAGES):
+            rate = max(rate, abs(stages[j, i]))
+        width = max(scale[i], rate * h)
+        stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h)
     for v in range(live):
         length = size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
-            e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h) / length
+            e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h) / (TANGENTS * length)
             error = e if not e <= error else error
     return error
 

@@ -212,11 +212,12 @@ def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
         for a in range(n):
             off += settings.tolerance * abs(scratch.gradient[a]) * state.scale[a]
     slope, _ = _slope_and_bend(ws[i], settings.order, s)
-    return off / abs(slope) if slope != 0.0 else math.inf
+    # a time is rounded, too
+    return off / abs(slope) + 2.0 * EPSILON * abs(t + s) if slope != 0.0 else math.inf
 
 
 @inner
-def on_the_clock(functions, run, c, j, s, h, place, gradient):
+def on_the_clock(functions, run, c, j, s, h, place, gradient, errors):
     """A root near s of a guard of time alone, by Newton steps on the guard itself, as exact as time is known."""
     found = s
     for _ in range(4):
@@ -225,9 +226,11 @@ def on_the_clock(functions, run, c, j, s, h, place, gradient):
         late = ((run.origin + run.whole) - t) + (run.rest + run.time + found)
         off = functions.guard(run.mode, j, t, c, place, gradient)
         slope = gradient[place.size]
-        if slope == 0.0:
+        off += slope * late
+        functions.guard_error(run.mode, j, t, c, place, errors)
+        if slope == 0.0 or (found == s and abs(off) <= ROUNDING * errors[0]):
             return s
-        step = (off + slope * late) / slope
+        step = off / slope
         if not abs(found - step - s) <= 1e-3 * h:
             return s
         found -= step
@@ -263,9 +266,11 @@ def _touches(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scr
         height = -side * functions.guard(mode, j, t + s + summit, state.c, place, scratch.gradient)
     else:
         off += left_out * size(ws, uint64(i), h, 0)
-    if height <= off:
-        return s + max(abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * off / abs(bend)), 10.0 * NEAR * h)
-    return -1.0
+    if not height <= off:
+        return -1.0
+    back = s + max(abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * off / abs(bend)), 10.0 * NEAR * h)
+    # a root of higher order is across there
+    return back if -side * value(ws, uint64(i), min(back, h)) <= off else -1.0
 
 
 @inlined
@@ -357,7 +362,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                 h = min(h, back)
                 root = turn = -1.0
         if root > 0.0 and tables.marks[mode, j] & TIMED:
-            root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient)
+            root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient, scratch.errors)
         if how == PASSED and turn >= 0.0:
             scratch.backs[j] = turn
             run.turning = 1

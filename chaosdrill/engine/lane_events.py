@@ -322,7 +322,15 @@ def first_events(functions, tables, settings, mode, lanes, places, states, first
             for k in range(count):
                 if block.times[k, lane] > 0.0 and tables.marks[mode, k] & TIMED:
                     block.times[k, lane] = guards.on_the_clock(
-                        functions, state.run[0], state.c, k, block.times[k, lane], h, state.x, scratch.gradient
+                        functions,
+                        state.run[0],
+                        state.c,
+                        k,
+                        block.times[k, lane],
+                        h,
+                        state.x,
+                        scratch.gradient,
+                        scratch.errors,
                     )
             j = _first_of(count, h, lane, block.times)
         ends[lane, TIES] = 0

@@ -101,9 +101,13 @@ def evaluate(functions, stepper, settings, t, state, s, scratch):
 @inlined
 def instant_after(run, count, s):
     """First sample, ``count`` a period, later than s, both from the start of the step."""
-    index = int((run.time + s) * count / run.period) + 1
-    whole = index // count
-    return (whole * run.period + (index - whole * count) * (run.period / count)) - run.time
+    index = int((run.time + s) * count / run.period)
+    instant = s
+    while not instant > s:
+        whole = index // count
+        instant = (whole * run.period + (index - whole * count) * (run.period / count)) - run.time
+        index += 1
+    return instant
 
 
 @inlined

@@ -223,7 +223,9 @@ class Structure:
 def examine(system: "HybridSystem") -> Structure:
     """Structure of a system's tangents at its present parameters."""
     n = len(system.states)
-    jumps = list(saltations(system))
+    # a random state may be one that the system never sees
+    with np.errstate(all="ignore"):
+        jumps = list(saltations(system))
     effects = [*_jacobians(system), *(m - np.eye(n) for _, m in jumps)]
     if "shifts" not in system.shared:
         system.shared["shifts"] = shift_directions(system)
