@@ -270,7 +270,10 @@ def _touches(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scr
         return -1.0
     back = s + max(abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * off / abs(bend)), 10.0 * NEAR * h)
     # a root of higher order is across there
-    return back if -side * value(ws, uint64(i), min(back, h)) <= off else -1.0
+    across = value(ws, uint64(i), min(back, h))
+    if tables.marks[mode, j] & TIMED:
+        across = functions.guard(mode, j, t + min(back, h), state.c, place, scratch.gradient)
+    return back if -side * across <= off else -1.0
 
 
 @inlined
