@@ -139,7 +139,7 @@ def look_for_gaps(n, rows, settings, block):
         a = magnitude(series[i][order]) * last * h
         b = magnitude(series[i][order - 1]) * last * reach
         excess = larger(excess, larger(a, b) - settings.tolerance * lane_late_size(series[i], h, 1) * h)
-    gaps[1] = excess
+    gaps[1] = excess - SMALLEST
 
 
 @inlined

@@ -9,7 +9,7 @@ from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, series
 from chaosdrill.engine.layout import UNPROVEN
 from chaosdrill.engine.polynomial import late_size, size, value
 
-SMALLEST = 1e-300
+SMALLEST = 1e-290
 
 LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
@@ -136,7 +136,7 @@ def _overruns(ws, first, rows, order, h, settings):
     last = power_of_four(h, order // 4) * h * h * h
     found = False
     for i in range(first, rows):
-        allowed = settings.tolerance * late_size(ws, uint64(i), h, uint64(1)) * h
+        allowed = settings.tolerance * late_size(ws, uint64(i), h, uint64(1)) * h + SMALLEST
         found |= max(abs(ws[i, order]) * last, abs(ws[i, order - 1]) * last * settings.reach / h) > allowed
     return found
 
