@@ -103,6 +103,18 @@ def is_moved(key, tables, state):
     return run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
 
 
+@inner
+def _height(functions, state, j, t, gradient):
+    """By how much a guard differs between places as far apart as the largest state is large."""
+    functions.guard(state.run[0].mode, j, t, state.c, state.x, gradient)
+    steep = 0.0
+    largest = 0.0
+    for i in range(state.x.size):
+        steep = max(steep, abs(gradient[i]))
+        largest = max(largest, abs(state.x[i]))
+    return steep * largest
+
+
 @inlined
 def look(functions, tables, state, j, here, slope, t, scratch):
     """How guard j stands by its value and slope: (how, side, vanishing order); UNSURE where both vanish."""
@@ -123,6 +135,8 @@ def look(functions, tables, state, j, here, slope, t, scratch):
         functions.guard_error(run.mode, j, t, state.c, state.x, scratch.errors)
     if read and not crossed:
         bound = ROUNDING * scratch.errors[0] + (2.0 * run.residual if on_surface else 0.0)
+        if run.slack > 0.0:
+            bound += run.slack * _height(functions, state, j, t, scratch.gradient)
         zero = abs(here) <= (bound if math.isfinite(bound) else 0.0)
     order = 0
     side = 1 if here > 0.0 else -1

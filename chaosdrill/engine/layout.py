@@ -24,7 +24,7 @@ RUN = np.dtype(
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
-        *((name, np.float64) for name in ("next_step", "tried", "strength", "residual")),
+        *((name, np.float64) for name in ("next_step", "tried", "strength", "residual", "slack")),
     ],
     align=True,
 )
