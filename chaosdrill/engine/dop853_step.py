@@ -23,7 +23,6 @@ from chaosdrill.engine.dop853_tables import (
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.taylor import EPSILON, FADE, SMALLEST
 
-
 TANGENTS = 0.1
 """Part of the tolerance for tangents: through a stiff contact they grow by orders of magnitude, and come back."""
 
