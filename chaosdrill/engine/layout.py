@@ -32,7 +32,9 @@ RUN = np.dtype(
 
 The time is ``origin + whole + rest + time``: whole periods as an exact sum of two doubles, then the time since the last
 strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``moved_by`` the transition that
-was then taken, ``residual`` what the guard's value was at the event.
+was then taken, ``residual`` what the guard's value was at the event. ``turning`` says whether a guard that was passed
+comes back in the step, ``slack`` how far, in parts of the largest state, a state may lie off the guards on which it
+begins.
 """
 
 

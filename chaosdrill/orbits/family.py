@@ -105,6 +105,8 @@ class Family:
             np.zeros((n, n)),
             self.numerics,
         )
+        # the starts of arcs are solutions, as exact as the equations are
+        self._states.run["slack"] = ROUND_OFF
         self._rooms: dict[tuple[int, int], Any] = {}
         self.unit = system.forcing_period()
         """Forcing period; without one the pace of the motion, as soon as one was followed."""
