@@ -20,6 +20,9 @@ GAP = 40.0
 DEFECT = 20.0
 """Defect at the end of a step, times its length, in units of the tolerance, above which the step is shortened."""
 
+SHORTENINGS = 16
+"""Times that a step is shortened for it; what does not change then is round-off, as about a point at rest."""
+
 FADE = 0.98
 """What is left of a state's scale after a step: it follows the motion within some hundred steps."""
 
@@ -144,10 +147,11 @@ def _overruns(ws, first, rows, order, h, settings):
 @inner
 def restrain(ws, first, rows, settings, h):
     """The step h, shortened until integrals and guards are as exact as the states."""
-    for _ in range(100):
-        if not _overruns(ws, first, rows, settings.order, h, settings):
-            break
-        h *= 0.9
+    shorter = h
+    for _ in range(SHORTENINGS):
+        if not _overruns(ws, first, rows, settings.order, shorter, settings):
+            return shorter
+        shorter *= 0.75
     return h
 
 
@@ -160,7 +164,8 @@ def proven_step(functions, settings, h, t, state, ws, scratch):
     """
     place, rate, slope = scratch.out, scratch.before, scratch.after
     n = place.size
-    for _ in range(100):
+    whole = h
+    for _ in range(SHORTENINGS):
         _values_and_rates(ws, n, settings.order, h, place, slope)
         functions.field(state.run[0].mode, t + h, state.c, place, rate)
         holds = True
@@ -174,7 +179,7 @@ def proven_step(functions, settings, h, t, state, ws, scratch):
         if holds:
             return h
         h *= 0.6
-    return h
+    return whole
 
 
 @inlined
