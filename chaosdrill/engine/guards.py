@@ -13,6 +13,7 @@ from numba import uint64
 
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import (
+    AFFINE,
     AFTER,
     ARMED,
     BEGIN,
@@ -243,13 +244,16 @@ def on_the_clock(functions, run, c, j, s, h, place, gradient, errors):
         slope = gradient[place.size]
         off += slope * late
         functions.guard_error(run.mode, j, t, c, place, errors)
-        if slope == 0.0 or abs(off) <= ROUNDING * errors[0]:
+        if slope == 0.0:
             break
         step = off / slope
+        if abs(off) <= ROUNDING * errors[0] and abs(step) > 1e-12 * h:
+            # at a multiple root its error says no more
+            break
         if not abs(found - step - s) <= 1e-3 * h:
             return s
         found -= step
-        if abs(step) <= 1e-16 * h:
+        if abs(step) <= 4.0 * EPSILON * max(abs(t), h):
             break
     return min(max(found, 0.0), h)
 
@@ -266,10 +270,12 @@ def _touches(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scr
         return -1.0
     summit = -slope / bend
     height = 0.5 * abs(slope * summit)
-    left_out = 0.0 if settings.method == TAYLOR else 2.0 * max(settings.tolerance, INTERPOLATED)
+    mode = state.run[0].mode
+    left_out = 2.0 * max(settings.tolerance, INTERPOLATED)
+    if settings.method == TAYLOR or tables.marks[mode, j] & AFFINE:
+        left_out = 0.0
     if not height <= max(1e-9, left_out) * size(ws, uint64(i), h, 0):
         return -1.0
-    mode = state.run[0].mode
     place = scratch.before[: state.x.size]
     functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
     off = scratch.errors[0] + s * scratch.errors[1]

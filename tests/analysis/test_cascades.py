@@ -95,7 +95,8 @@ def test_impact_oscillator_at_the_wall():
     expected = np.log(multiplier) * w / (2 * np.pi)
     measured = found["lyapunov_exponent"].values[:3, 0]
     np.testing.assert_allclose(measured[1:], expected[1:], rtol=1e-6)
-    assert measured[0] == pytest.approx(expected[0], rel=3e-3), "a complex pair, whose tangents go on turning"
+    # of a complex pair the tangents go on turning, and only the mean of its exponents is that of a record of any length
+    assert found["lyapunov_exponent"].values[0].mean() == pytest.approx(expected[0], rel=1e-6)
 
 
 def test_periods_at_an_event_are_those_of_its_crossings():

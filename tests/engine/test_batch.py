@@ -31,7 +31,7 @@ def batch(system, etas, method="taylor", window=8, starts=None, **more):
     points = len(etas)
     starts = np.zeros((points, len(system.states))) if starts is None else starts
     modes = np.full(points, system.mode_names.index(system.initial["mode"]))
-    numerics = Numerics(method, 1e-10)
+    numerics = Numerics(method, 1e-12)
     tangents = {"tangents": frame, "shifts": shifts, "deficient": structure.deficient}
     return Batch(system, {"eta": np.array(etas)}, starts, modes, numerics, window=window, **tangents, **more)
 
@@ -47,7 +47,7 @@ def test_points_are_runs_of_their_own(drill, method):
         run = Run(
             system,
             system.forcing_period(),
-            Numerics(method, 1e-10),
+            Numerics(method, 1e-12),
             tangents=frame,
             shifts=shifts,
             deficient=structure.deficient,
