@@ -23,12 +23,6 @@ def pin(state, pins):
     state.run[0].rank_check = 1
 
 
-@compiled(void(states_type, int64, integer_matrix))
-def pin_run(states, p, pins):
-    """The same for run p of many."""
-    pin(state_of(states, p), pins)
-
-
 @inner
 def _revive(state, frame):
     """Start the tangents anew that were lost before, behind the others, which go on.
