@@ -19,7 +19,6 @@ from chaosdrill.engine.dop853_tables import (
     WEIGHTS,
 )
 from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guards import INTERPOLATED
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING, TIMED
 from chaosdrill.engine.stepper import offered
@@ -102,7 +101,7 @@ def expand(
                 mode,
                 count,
                 marks,
-                max(tolerance, INTERPOLATED),
+                tolerance,
                 t,
                 c,
                 x,
@@ -139,15 +138,24 @@ def expand(
 
 @inner
 def _newton(field, variation, guard, j, s, h, t, c, x, run, g, stages, gradient, out):
-    """Root near s of a guard along steps of that length; s itself where the two of a near double root merge."""
+    """Root near s of a guard along steps of that length; s itself where the two of a near double root merge.
+
+    Where a step leads no nearer, as at a root of third order, the value is no more than its error.
+    """
     n = x.size
     mode = run.mode
     rate = stages[STAGES]
+    least = math.inf
+    best = s
     for _ in range(8):
         attempt(field, variation, t, c, x, s, stages, 0, run, stages, out)
         field(mode, t + s, c, out, rate)
         run.evaluations += 1
         value = guard(mode, j, t + s, c, out[:n], gradient)
+        if not abs(value) < least:
+            return best
+        least = abs(value)
+        best = s
         slope = gradient[n]
         for i in range(n):
             slope += gradient[i] * rate[i]

@@ -105,9 +105,10 @@ def weigh(x, scale, longest, tolerance, stages):
             pace = min(pace, abs(x[i] / stages[0, i]))
     for i in range(stages.shape[1]):
         here = abs(x[i]) if i < n else 0.0
-        scale[i] = max(FADE * scale[i], EPSILON / tolerance * here)
-        if scale[i] <= SMALLEST:
-            scale[i] = abs(stages[0, i]) * pace
+        known = FADE * scale[i]
+        scale[i] = max(known, EPSILON / tolerance * here)
+        if known <= SMALLEST:
+            scale[i] = max(scale[i], abs(stages[0, i]) * pace)
         stages[WEIGHTS, i] = 1.0 / scale[i] if scale[i] > SMALLEST else 0.0
 
 
@@ -134,7 +135,7 @@ def error_of(x, h, scale, vectors, live, stages):
 
 @inner
 def first_length(field, variation, t, c, x, vectors, live, run, tolerance, longest, stages):
-    """Length of a step to begin with, from the first two derivatives (section II.4); 0 if there are none."""
+    """Length of a step to begin with, from the first two derivatives as in section II.4, in any unit of time."""
     n = x.size
     mode = run.mode
     weights = stages[WEIGHTS]
@@ -162,9 +163,9 @@ def first_length(field, variation, t, c, x, vectors, live, run, tolerance, longe
         for i in range(n):
             if length > 0.0:
                 change = max(change, abs(stages[row + 1, i] - stages[row, i]) * weights[i] / length)
-    bend = max(speed, change / trial)
-    length = (0.01 * tolerance / bend) ** 0.125 if bend > 0.0 else longest
-    return min(length, longest)
+    if not speed > 0.0:
+        return longest
+    return min((0.01 * tolerance / max(1.0, change / (trial * speed * speed))) ** 0.125 / speed, longest)
 
 
 @series

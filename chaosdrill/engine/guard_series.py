@@ -5,15 +5,10 @@ Value and slope at the start come from the guard itself, so that what vanishes t
 
 import math
 
-import numpy as np
-
 from chaosdrill.engine.dop853_tables import DEGREE, GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
+from chaosdrill.engine.guards import INTERPOLATED, INTERPOLATED_IN_TIME, INTERPOLATION_NOISE
 from chaosdrill.engine.jit import series
-from chaosdrill.engine.layout import AFFINE
-
-NOISE = 4 * 2.220446049250313e-16 * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
-"""Rounding units by which the last two coefficients of a guard may differ from zero: what the interpolation makes of
-the errors of its values."""
+from chaosdrill.engine.layout import AFFINE, TIMED
 
 
 @series
@@ -40,9 +35,12 @@ def guard_polynomials(guard, guard_error, mode, count, marks, tolerance, t, c, x
                     g[k] += gradient[i] * ws[i, k]
         else:
             rest, largest = _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g)
-            if rest > tolerance * largest:
+            allowed = (INTERPOLATED_IN_TIME if marks[j] & TIMED else max(tolerance, INTERPOLATED)) * largest
+            if rest > allowed:
                 guard_error(mode, j, t, c, x, gradient)
-                left = max(left, rest / (tolerance * largest + NOISE * gradient[0]))
+                noise = gradient[0]
+                guard_error(mode, j, t + h, c, place[:n], gradient)
+                left = max(left, rest / (allowed + INTERPOLATION_NOISE * max(noise, gradient[0])))
         total = 0.0
         for k in range(GUARD_DEGREE + 1):
             total += g[k]

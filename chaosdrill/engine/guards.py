@@ -9,8 +9,10 @@ doi:10.1145/232807.232809). A value counts as zero within a bound of its own rou
 
 import math
 
+import numpy as np
 from numba import uint64
 
+from chaosdrill.engine.dop853_tables import DENSE, NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.layout import (
     AFFINE,
@@ -33,17 +35,26 @@ from chaosdrill.engine.layout import (
 from chaosdrill.engine.polynomial import keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
 
-ROUNDING = 4 * 2.220446049250313e-16
+EPSILON = 2.220446049250313e-16
+
+ROUNDING = 4 * EPSILON
 """Rounding unit of the bounds of guards: twice that of doubles for the state itself, twice that for fused operations
 that the bounds know nothing of."""
 
 VANISHING = 1e-13
 """Part of a guard's variation over a step below which its second and later derivatives count as zero."""
 
-EPSILON = 2.220446049250313e-16
-
 INTERPOLATED = 1e-10
 """What the polynomial of a curved guard may leave out at least, beside its rounding error, where it is interpolated."""
+
+INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
+"""Rounding units by which the interpolation moves a polynomial, and its last two coefficients."""
+
+DENSE_NOISE = 4 * EPSILON * float(np.abs(DENSE).sum(axis=1).max())
+"""Rounding units by which the dense output moves the polynomial of a state."""
+
+INTERPOLATED_IN_TIME = 1e-13
+"""The same for a guard of time alone, which is interpolated between values that are exact."""
 
 JUMPED, HELD = 2, 3
 """A side times this says that the guard is about to fire: a reset threw the state across it, or the motion would not
@@ -172,25 +183,79 @@ def stand_at_rest(tables, state, j, order, side):
     )
 
 
+@inner
+def _state_at(ws, n, s, place):
+    for i in range(n):
+        place[i] = value(ws, uint64(i), s)
+
+
+@inner
+def left_out(functions, tables, settings, state, ws, i, j, total, h, t, scratch):
+    """What the polynomial of guard j, whose terms have the total over the step, may leave out by interpolation."""
+    mode = state.run[0].mode
+    marks = tables.marks[mode, j]
+    if settings.method == TAYLOR:
+        return 0.0
+    place = scratch.before[: state.x.size]
+    functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
+    noise = scratch.errors[0]
+    _state_at(ws, place.size, h, place)
+    functions.guard_error(mode, j, t + h, state.c, place, scratch.errors)
+    noise = max(noise, scratch.errors[0])
+    if marks & AFFINE:
+        return DENSE_NOISE * noise
+    noise *= INTERPOLATION_NOISE
+    return 2.0 * (INTERPOLATED_IN_TIME if marks & TIMED else max(settings.tolerance, INTERPOLATED)) * total + noise
+
+
 @inlined
-def settle(functions, tables, state, ws, i, j, n, h, t, scratch):
-    """As ``look`` for guard j whose polynomial is row i, by the first derivative that does not vanish."""
-    how, side, order = look(functions, tables, state, j, ws[i, 0], ws[i, 1], t, scratch)
-    returns = how == FIRE and order == 1 and ws[i, 1] * ws[i, 2] < 0.0
-    if returns and 0.25 * ws[i, 1] * ws[i, 1] <= ROUNDING * scratch.errors[0] * abs(ws[i, 2]):
-        # beyond zero it comes back before it is clear of its error
-        how, side = stand_at_rest(tables, state, j, 2, 1 if ws[i, 2] > 0.0 else -1)
-        return how, side, 2
-    if how == UNSURE:
-        limit = VANISHING * size(ws, uint64(i), h, 0)
-        order = 2
-        power = h * h
-        while order <= n and not abs(ws[i, order]) * power > limit:
-            order += 1
-            power *= h
-        if order > n:
-            return NOWHERE, side, 0
-        how, side = stand_at_rest(tables, state, j, order, 1 if ws[i, order] > 0.0 else -1)
+def out_first(term, order, off, total, h):
+    """Whether the term of some order of a polynomial that vanishes leads out of its error before the later ones."""
+    part = (off / abs(term)) ** (1.0 / order) / h if order > 1 else off / (abs(term) * h)
+    return total * part ** (order + 1) <= 0.25 * off
+
+
+@inlined
+def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
+    """As ``look`` for guard j whose polynomial is row i; the order is that to which the row counts as zero.
+
+    The order of a root is that of the term that first leads out of the guard's error: beyond a simple root it may come
+    back before it is clear of that.
+    """
+    g = ws[i]
+    how, side, order = look(functions, tables, state, j, g[0], g[1], t, scratch)
+    if order == 0 and how != UNSURE:
+        return how, side, order
+    total = size(ws, uint64(i), h, 0)
+    off = max(ROUNDING * scratch.errors[0], abs(g[0]))
+    nearest = math.inf
+    if order == 1:
+        if out_first(g[1], 1, off, total, h):
+            return how, side, order
+        nearest = 2.0 * off / abs(g[1])
+    # derivatives of what an interpolation leaves out are larger than that
+    limit = VANISHING * total + 100.0 * left_out(functions, tables, settings, state, ws, i, j, total, h, t, scratch)
+    power = h
+    for k in range(2, n + 1):
+        power *= h
+        if abs(g[k]) * power > limit:
+            reach = (off / abs(g[k])) ** (1.0 / k)
+            if reach < nearest:
+                nearest = reach
+                order = k
+                if out_first(g[k], k, off, total, h):
+                    break
+    if order == 0:
+        return NOWHERE, side, 0
+    if order > 1:
+        how, side = stand_at_rest(tables, state, j, order, 1 if g[order] > 0.0 else -1)
+        lower = 0.0
+        for k in range(order - 1, 0, -1):
+            lower = (lower + abs(g[k])) * h
+        if lower > VANISHING * total:
+            # what is left of the earlier terms counts farther away; the value is on its side by no more than its error
+            g[0] = side * off
+            order = 0
     return how, side, order
 
 
@@ -207,10 +272,14 @@ def _slope_and_bend(g, n, s):
     return d, 2.0 * b
 
 
-@inner
-def _state_at(ws, n, s, place):
-    for i in range(n):
-        place[i] = value(ws, uint64(i), s)
+@series
+def _third(g, n, s):
+    """Third derivative of a polynomial at s."""
+    f = 0.0
+    for m in range(n - 2):
+        k = uint64(n - m)
+        f = f * s + g[k] * float(k * (k - 1) * (k - 2))
+    return f
 
 
 @inner
@@ -232,9 +301,13 @@ def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
 
 
 @inner
-def on_the_clock(functions, run, c, j, s, h, place, gradient, errors):
-    """A root near s of a guard of time alone, by Newton steps on the guard itself, as exact as time is known."""
-    found = s
+def on_the_clock(functions, run, c, j, s, h, place, gradient):
+    """A root near s of a guard of time alone, by Newton steps on the guard itself, as exact as time is known.
+
+    Where a step leads no nearer, as at a multiple root, the value is no more than its error.
+    """
+    found = best = s
+    least = math.inf
     # a root of third order is approached by a third of the way at a time
     for _ in range(100):
         t = (run.origin + run.whole) + (run.rest + run.time + found)
@@ -243,58 +316,72 @@ def on_the_clock(functions, run, c, j, s, h, place, gradient, errors):
         off = functions.guard(run.mode, j, t, c, place, gradient)
         slope = gradient[place.size]
         off += slope * late
-        functions.guard_error(run.mode, j, t, c, place, errors)
-        if slope == 0.0:
+        if not abs(off) < least:
             break
-        step = off / slope
-        if abs(off) <= ROUNDING * errors[0] and abs(step) > 1e-12 * h:
-            # at a multiple root its error says no more
-            break
+        least = abs(off)
+        best = found
+        step = off / slope if slope != 0.0 else math.inf
         if not abs(found - step - s) <= 1e-3 * h:
-            return s
+            break
         found -= step
         if abs(step) <= 4.0 * EPSILON * max(abs(t), h):
+            best = found
             break
-    return min(max(found, 0.0), h)
+    return min(max(best, 0.0), h)
 
 
 @inner
-def _touches(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scratch):
-    """Time when a guard is clearly back on its side, if beyond a root at s it gets no farther than its error; or -1.
+def _multiple(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scratch):
+    """What a root at s, approached from a side, is to the guard's error: (when it is clear of that, root or -1).
 
-    The error is that of its value, and that of the polynomial, whose terms are rounded where the step begins.
+    The time is -1 for a simple root. For a root of even order, which is no crossing, the root is -1; one of odd order
+    is where the second derivative vanishes, which is known far better than where the value does.
     """
     slope, bend = _slope_and_bend(ws[i], n, s)
-    # a root found at the summit itself, or just behind it, has no slope that leads across
-    if bend == 0.0 or (slope * bend >= 0.0 and slope * side < 0.0):
-        return -1.0
-    summit = -slope / bend
-    height = 0.5 * abs(slope * summit)
     mode = state.run[0].mode
-    left_out = 2.0 * max(settings.tolerance, INTERPOLATED)
-    if settings.method == TAYLOR or tables.marks[mode, j] & AFFINE:
-        left_out = 0.0
-    if not height <= max(1e-9, left_out) * size(ws, uint64(i), h, 0):
-        return -1.0
-    place = scratch.before[: state.x.size]
+    marks = tables.marks[mode, j]
+    whole = size(ws, uint64(i), h, 0)
+    left = left_out(functions, tables, settings, state, ws, i, j, whole, h, t, scratch)
     functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
-    off = scratch.errors[0] + s * scratch.errors[1]
+    # of its terms, which are rounded where the step begins
+    off = ROUNDING * (scratch.errors[0] + s * scratch.errors[1])
+    if slope * slope > 2.0 * (1e-9 * whole + left + 100.0 * off) * abs(bend):
+        return -1.0, s
+    place = scratch.before[: state.x.size]
     _state_at(ws, place.size, s, place)
     functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
-    off = ROUNDING * max(off, scratch.errors[0]) + 2.0 * EPSILON * size(ws, uint64(i), s, 0)
-    if tables.marks[mode, j] & TIMED:
-        # what the series or the interpolation leaves out is seen in the guard itself
-        height = -side * functions.guard(mode, j, t + s + summit, state.c, place, scratch.gradient)
-    else:
-        off += left_out * size(ws, uint64(i), h, 0)
-    if not height <= off:
-        return -1.0
-    back = s + max(abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * off / abs(bend)), 10.0 * NEAR * h)
-    # a root of higher order is across there
-    across = value(ws, uint64(i), min(back, h))
-    if tables.marks[mode, j] & TIMED:
-        across = functions.guard(mode, j, t + min(back, h), state.c, place, scratch.gradient)
-    return back if -side * across <= off else -1.0
+    off = max(off, ROUNDING * scratch.errors[0])
+    doubt = off + 2.0 * EPSILON * size(ws, uint64(i), s, 0) + left
+    if slope * slope > 2.0 * doubt * abs(bend):
+        return -1.0, s
+    third = _third(ws[i], n, s)
+    reach = math.inf
+    if bend != 0.0:
+        summit = slope / bend
+        reach = abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * doubt / abs(bend))
+    if third != 0.0:
+        reach = min(reach, 2.0 * abs(bend / third) + 2.0 * (6.0 * doubt / abs(third)) ** (1.0 / 3.0))
+    reach = max(reach, 10.0 * NEAR * h)
+    for _ in range(60):
+        clear = min(s + reach, h)
+        if marks & TIMED:
+            across = -side * functions.guard(mode, j, t + clear, state.c, place, scratch.gradient)
+        else:
+            off = doubt
+            across = -side * value(ws, uint64(i), clear)
+        if abs(across) > off or clear == h:
+            break
+        reach *= 2.0
+    if not across > off:
+        return clear, -1.0
+    inflection = s
+    for _ in range(3):
+        if third == 0.0:
+            return clear, s
+        inflection -= bend / third
+        _, bend = _slope_and_bend(ws[i], n, inflection)
+        third = _third(ws[i], n, inflection)
+    return clear, max(inflection, 0.0) if inflection < clear else s
 
 
 @inlined
@@ -352,7 +439,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
         how = PASSED if direction != 0 and side == direction else ARMED
         scratch.backs[j] = -1.0
         if fresh != ONGOING or not g[0] * side > 0.0 or abs(side) > 1:
-            how, side, order = settle(functions, tables, state, ws, i, j, n, h, t, scratch)
+            how, side, order = settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0, h
             state.sides[key] = side
@@ -367,7 +454,7 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                 scratch.times[j] = -1.0
                 continue
             root = first_crossing(g, order, n - order, h, side < 0, scratch.polynomial, scratch.stack, scratch.ends)
-            turn = root
+            turn = -1.0
         else:
             turn, root = recrossing(
                 g,
@@ -380,13 +467,19 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
                 scratch.stack,
                 scratch.ends,
             )
-        if turn > 0.0:
-            back = _touches(functions, tables, settings, state, ws, i, j, n, turn, side, h, t, scratch)
-            if back >= 0.0:
-                h = min(h, back)
-                root = turn = -1.0
+        if how == PASSED:
+            if turn > 0.0:
+                clear, turn = _multiple(functions, tables, settings, state, ws, i, j, n, turn, side, h, t, scratch)
+                if clear >= 0.0 and not root > clear:
+                    h = min(h, clear)
+                    root = -1.0
+            side = -side
+        if root > 0.0:
+            clear, root = _multiple(functions, tables, settings, state, ws, i, j, n, root, side, h, t, scratch)
+            if clear >= 0.0 and root < 0.0:
+                h = min(h, clear)
         if root > 0.0 and tables.marks[mode, j] & TIMED:
-            root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient, scratch.errors)
+            root = on_the_clock(functions, run, state.c, j, root, h, state.x, scratch.gradient)
         if how == PASSED and turn >= 0.0:
             scratch.backs[j] = turn
             run.turning = 1

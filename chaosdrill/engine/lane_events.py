@@ -34,13 +34,17 @@ OUTCOME, GUARD, TIES, LOOK = range(4)
 
 
 @inner
-def _bends(i, lane, block):
-    """Whether the second derivative of a guard does not vanish, as ``guards.settle`` sees it."""
+def _first_order(i, slope_leads, lane, block, errors):
+    """Order 1 or 2 of a root at the start of a step where that is plain, as ``guards.settle`` sees it, else 0."""
     h = block.h[lane]
     total = 0.0
     for k in range(WIDTH):
         total = total * h + abs(block.ws[i, WIDTH - 1 - k, lane])
-    return abs(block.ws[i, 2, lane]) * h * h > guards.VANISHING * total
+    off = max(guards.ROUNDING * errors[0], abs(block.ws[i, 0, lane]))
+    if slope_leads:
+        return 1 if guards.out_first(block.ws[i, 1, lane], 1, off, total, h) else 0
+    bend = block.ws[i, 2, lane]
+    return 2 if abs(bend) * h * h > guards.VANISHING * total and guards.out_first(bend, 2, off, total, h) else 0
 
 
 @inlined
@@ -58,8 +62,11 @@ def _plan(functions, tables, state, first, lane, plan, block, scratch):
         if run.fresh != ONGOING:
             slope = block.ws[first + j, 1, lane]
             how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
-            if how == UNSURE and _bends(first + j, lane, block):
-                order = 2
+            if order == 1 or how == UNSURE:
+                order = _first_order(first + j, order == 1, lane, block, scratch.errors)
+                if order == 0:
+                    return ALONE
+            if order == 2:
                 how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
         elif not g * side > 0.0 or abs(side) > 1:
             return ALONE
@@ -330,7 +337,6 @@ def first_events(functions, tables, settings, mode, lanes, places, states, first
                         h,
                         state.x,
                         scratch.gradient,
-                        scratch.errors,
                     )
             j = _first_of(count, h, lane, block.times)
         ends[lane, TIES] = 0

@@ -78,7 +78,7 @@ def _marks(system: "HybridSystem", deficient: Collection[int]) -> np.ndarray:
                 + at.AFFINE * event.affine
                 + at.UNPROVEN * (not event.entire)
                 + at.TIMED * event.timed
-                + at.OPEN * (only or event.timed or (kicks and on))
+                + at.OPEN * (only or (kicks and on))
                 + at.PASSES * on
             )
     return marks

@@ -78,7 +78,12 @@ class Ruled:
             if direction in (0, sides[i]):
                 self.found.append((name, time))
                 before = {k: value(state) for k, (_, value, _, _) in enumerate(self.guards)}
+                speeds = [self.speed(value, state) for _, value, _, _ in self.guards]
                 reset(state)
+                for k, (_, value, _, _) in enumerate(self.guards):
+                    # only the last digit tells whether what is thrown back has been across
+                    if k != i and before[k] == value(state) == 0 and speeds[k] * self.speed(value, state) < 0:
+                        raise UnclearError
                 for k, (_, value, way, _) in enumerate(self.guards):
                     after = value(state)
                     if after != before[k] and after * sides[k] < 0 and way not in (0, -sides[k]):

@@ -17,10 +17,6 @@ lists = importlib.import_module("event_lists")
 TOLERANCE = 1e-12
 NUMBERS = st.integers(0, 2**32 - 1)
 METHODS = ("taylor", "dop853")
-RARE = pytest.mark.xfail(
-    strict=False,
-    reason="a root of third order may be seen as three, where guards are interpolated or several meet there",
-)
 SAME_AT_ANY_CUT = ("clocks", "oscillators", "polynomials of a clock", "kicks", "switches")
 
 
@@ -34,7 +30,6 @@ def drawn(name, number):
     return family, *next(family.lists(np.random.default_rng(number), TOLERANCE))
 
 
-@RARE
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", lists.FAMILIES)
 @examples(20)
@@ -44,7 +39,6 @@ def test_a_list_is_the_closed_forms(name, method, number):
     assert lists.check_single(family, numbers, times, method, TOLERANCE) == []
 
 
-@RARE
 @pytest.mark.parametrize("name", SAME_AT_ANY_CUT)
 @examples(3)
 @given(number=NUMBERS)
@@ -53,7 +47,6 @@ def test_a_list_in_lanes_is_the_closed_forms(name, number):
     assert wrong == []
 
 
-@RARE
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", lists.FAMILIES)
 @examples(4)
@@ -65,7 +58,6 @@ def test_samples_do_not_change_a_list(name, method, number, samples):
     assert lists.faults(found, times) == []
 
 
-@RARE
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", lists.FAMILIES)
 @examples(4)
@@ -81,7 +73,6 @@ def test_blocks_do_not_change_the_number_of_events(name, method, number, blocks)
     assert counts == {name: len(found) for name, (found, _) in times.items()}
 
 
-@RARE
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SAME_AT_ANY_CUT)
 @examples(4)
@@ -97,7 +88,6 @@ def test_a_transient_takes_the_first_events_and_leaves_the_others(name, method, 
     assert lists.faults(found, kept) == []
 
 
-@RARE
 @pytest.mark.parametrize("method", METHODS)
 @examples(8)
 @given(number=NUMBERS, first=st.integers(1, 3))
@@ -129,7 +119,6 @@ def reversed_clocks():
     )
 
 
-@RARE
 @pytest.mark.parametrize("method", METHODS)
 @examples(8)
 @given(number=NUMBERS)
