@@ -38,6 +38,8 @@ def basins(
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Attractors reached from a grid of initial states, and the part of the grid that leads to each.
@@ -58,7 +60,7 @@ def basins(
         As in `bifurcation_diagram`; no section is kept.
     exponents, at, max_period, patience, workers, scheduler, store : optional
         As in `bifurcation_diagram`.
-    method, tolerance, steps, progress : optional
+    method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
     Returns
@@ -91,7 +93,7 @@ def basins(
         at=at,
         max_period=max_period,
         patience=patience,
-        numerics=Numerics(method, tolerance, steps),
+        numerics=Numerics(method, tolerance, steps, max_events, max_stalls),
     )
     rates = ("progression_rate",) if "penetration" in system.quadratures else ()
     keeps = ("period", "outcome", "lyapunov_exponent", "lyapunov_error", "moments", "state")

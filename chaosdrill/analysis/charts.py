@@ -41,6 +41,8 @@ def parameter_chart(
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Period, spectrum, mean rates and outcome over two parameters.
@@ -64,7 +66,7 @@ def parameter_chart(
         How many section points of every run are kept, its last ones; a report shows them at a click.
     workers, scheduler, store : optional
         As in `bifurcation_diagram`.
-    method, tolerance, steps, progress : optional
+    method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
     Returns
@@ -98,7 +100,7 @@ def parameter_chart(
         at=at,
         max_period=max_period,
         patience=patience,
-        numerics=Numerics(method, tolerance, steps),
+        numerics=Numerics(method, tolerance, steps, max_events, max_stalls),
         rows=whole("section_points", section_points, 0),
     )
     keeps = ("period", "outcome", *(("lyapunov_exponent", "lyapunov_error") if plan.exponents else ()))

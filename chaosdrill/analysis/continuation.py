@@ -48,6 +48,8 @@ def continue_orbit(
     method: str = "taylor",
     tolerance: float = 1e-13,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """A branch of periodic orbits along a parameter, stable or not, or a curve of special points in two parameters.
@@ -79,7 +81,7 @@ def continue_orbit(
         Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
         Most points of a branch to either side of its start.
-    method, tolerance, steps, progress : optional
+    method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
 
     Returns
@@ -110,7 +112,7 @@ def continue_orbit(
     limits = _limits(system, sweep)
     given["sweep"] = {name: list(pair) for name, pair in limits.items()}
     check_start(start, STARTS)
-    numerics = Numerics(method, tolerance, steps)
+    numerics = Numerics(method, tolerance, steps, max_events, max_stalls)
     period = orbit_period(system, period)
     settle = settling(system, transient)
     doubled = whole("doublings", doublings, 0, MOST_DOUBLINGS)

@@ -44,6 +44,8 @@ def bifurcation_diagram(
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Sections along a parameter, with the spectrum beside them and an outcome for every point.
@@ -89,7 +91,7 @@ def bifurcation_diagram(
         Address of a Dask scheduler, whose workers are used instead.
     store : path-like, optional
         Folder for finished chunks, from which the same call goes on if it was cut short.
-    method, tolerance, steps, progress : optional
+    method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
     Returns
@@ -122,7 +124,7 @@ def bifurcation_diagram(
         at=at,
         max_period=max_period,
         patience=patience,
-        numerics=Numerics(method, tolerance, steps),
+        numerics=Numerics(method, tolerance, steps, max_events, max_stalls),
         rows=whole("periods", periods, 2),
     )
     keeps = ("section", "period", "outcome", *(("lyapunov_exponent", "lyapunov_error") if plan.exponents else ()))

@@ -34,6 +34,8 @@ def periodic_orbit(
     method: str = "taylor",
     tolerance: float = 1e-13,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """One periodic orbit, or all that a search finds, with multipliers, events and checks.
@@ -61,7 +63,7 @@ def periodic_orbit(
     seeds, random : optional
         Initial states of the motions from whose returns a search starts, as in `bifurcation_diagram`; default: the
         system's own. Motions from a box around them are added.
-    method, tolerance, steps, progress : optional
+    method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
 
     Returns
@@ -91,7 +93,7 @@ def periodic_orbit(
     """
     given = settings(dict(locals()))
     check_start(start, STARTS)
-    numerics = Numerics(method, tolerance, steps)
+    numerics = Numerics(method, tolerance, steps, max_events, max_stalls)
     period = orbit_period(system, period)
     settle = settling(system, transient)
     if start == "search":

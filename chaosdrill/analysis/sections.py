@@ -29,6 +29,8 @@ def poincare_section(
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """States at every strobe, or at every event of one name.
@@ -45,7 +47,7 @@ def poincare_section(
         ``"strobe"`` (forcing phase zero), or the name or kind of a transition; then the states are those before it.
     max_period : int, default 64
         Longest period looked for.
-    method, tolerance, steps, progress : optional
+    method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
     Returns
@@ -65,7 +67,7 @@ def poincare_section(
     plan = span(system, periods, duration, transient)
     chosen = section_transitions(system, at)
     max_period = whole("max_period", max_period, 1)
-    numerics = Numerics(method, tolerance, steps)
+    numerics = Numerics(method, tolerance, steps, max_events, max_stalls)
     run = Run(system, plan.unit, numerics)
     outcome = plan.settle(run)
     report = None if progress is None else lambda done: progress(done, plan.count, None)

@@ -28,6 +28,8 @@ def lyapunov_spectrum(
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Lyapunov exponents with saltation at every event, their error bars and their history.
@@ -51,7 +53,7 @@ def lyapunov_spectrum(
         Number of exponents that are reported, the largest first; default all, 0: no tangents at all.
     blocks : int, default 256
         Blocks of the history, from which the standard errors are taken.
-    method, tolerance, steps, progress : optional
+    method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
     Returns
@@ -77,7 +79,7 @@ def lyapunov_spectrum(
     run = Run(
         system,
         plan.unit,
-        Numerics(method, tolerance, steps),
+        Numerics(method, tolerance, steps, max_events, max_stalls),
         tangents=frame,
         shifts=shifts,
         deficient=structure.deficient,

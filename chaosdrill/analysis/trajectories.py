@@ -26,6 +26,8 @@ def trajectory(
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """States at equal intervals of time, and every event.
@@ -45,9 +47,15 @@ def trajectory(
     method : {"taylor", "dop853", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
-        Local error a step, relative to max(1, abs(x)) ("taylor", "dop853"); bisection of event times ("rk4").
+        Local error a step, of every state relative to the size that it has had of late ("taylor", "dop853");
+        bisection of event times ("rk4").
     steps : int, optional
         Steps a period, for "rk4" only; default 200.
+    max_events : int, optional
+        Events followed in a period (or a unit of time), beyond which a run ends with the outcome ``event_limit``; by
+        default 10,000, or ten million for systems without a period.
+    max_stalls : int, default 50
+        Events in succession without time passing, beyond which a run ends with the outcome ``stalled``.
     progress : callable, optional
         Called with (done, total, None).
 
@@ -66,7 +74,7 @@ def trajectory(
     given = settings(dict(locals()))
     plan = span(system, periods, duration, transient)
     samples = whole("samples", samples, 1)
-    numerics = Numerics(method, tolerance, steps)
+    numerics = Numerics(method, tolerance, steps, max_events, max_stalls)
     run = Run(system, plan.unit, numerics, samples=samples)
     outcome = plan.settle(run)
     n, names = len(system.states), list(system.quadratures)

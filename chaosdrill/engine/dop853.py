@@ -68,11 +68,14 @@ def expand(
     run.evaluations += 1
     for v in range(live):
         variation(mode, t, c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    weigh(x, scale, longest, tolerance, stages)
+    known = weigh(x, scale, longest, tolerance, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
     h = run.next_step
-    if h <= 0.0:
+    if h <= 0.0 and not known:
+        # rejections tell it
+        h = longest
+    elif h <= 0.0:
         h = first_length(field, variation, t, c, x, vectors, live, run, tolerance, longest, stages)
     wanted = h
     rest = longest - run.time

@@ -97,19 +97,30 @@ def size(x, weights):
 
 @inner
 def weigh(x, scale, longest, tolerance, stages):
-    """Let the scales fade, begin those of which nothing is known, and note one over them; the rates are there."""
+    """Let the scales fade, begin those of which nothing is known, and note one over them; the rates are there.
+
+    Returns whether anything was known.
+    """
     n = x.size
-    pace = longest
+    known = False
+    pace = own = longest
     for i in range(n):
-        if x[i] != 0.0 and stages[0, i] != 0.0:
-            pace = min(pace, abs(x[i] / stages[0, i]))
+        rate = abs(stages[0, i])
+        if rate != 0.0:
+            if scale[i] > SMALLEST:
+                known = True
+                pace = min(pace, scale[i] / rate)
+            elif x[i] != 0.0:
+                own = min(own, abs(x[i] / rate))
+    if not known:
+        pace = own
     for i in range(stages.shape[1]):
-        here = abs(x[i]) if i < n else 0.0
-        known = FADE * scale[i]
-        scale[i] = max(known, EPSILON / tolerance * here)
-        if known <= SMALLEST:
-            scale[i] = max(scale[i], abs(stages[0, i]) * pace)
+        here = EPSILON / tolerance * abs(x[i]) if i < n else 0.0
+        if scale[i] <= SMALLEST:
+            here = max(here, abs(stages[0, i]) * pace)
+        scale[i] = max(FADE * scale[i], here)
         stages[WEIGHTS, i] = 1.0 / scale[i] if scale[i] > SMALLEST else 0.0
+    return known
 
 
 @inner

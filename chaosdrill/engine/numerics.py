@@ -10,6 +10,9 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE
 from chaosdrill.errors import SettingsError
 
+MOST = 1_000_000_000
+"""Largest limit of events."""
+
 ORDERS = np.arange(7, 28, 4)
 """Orders of the Taylor series: its coefficients are computed four at a time."""
 
@@ -53,6 +56,11 @@ class Numerics:
             _is_real(self.steps) and 4 <= self.steps <= 10_000_000 and self.steps == int(self.steps)
         ):
             raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period, whole")
+        for name, value in (("max_events", self.max_events), ("max_stalls", self.max_stalls)):
+            if not (name == "max_events" and value is None) and not (
+                _is_real(value) and 1 <= value <= MOST and value == int(value)
+            ):
+                raise SettingsError(f"{name} is {value!r}; it must lie between 1 and {MOST}, whole")
 
     @property
     def order(self) -> int:

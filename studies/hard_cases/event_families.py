@@ -436,7 +436,7 @@ def polynomials(forced: bool) -> Family:
         }
 
     def roots_of(coefficients: np.ndarray) -> tuple[list[float], float]:
-        """Roots on the grid, with their orders, by exact division."""
+        """Roots, all of them on the grid, with their orders, by exact division."""
         rest = [Fraction(float(v)) for v in coefficients]
         while rest and rest[-1] == 0:
             rest.pop()
@@ -453,6 +453,9 @@ def polynomials(forced: bool) -> Family:
                     break
                 rest = quotient
                 roots.append(float(root))
+        if len(rest) > 1:
+            # another start beside this level has other roots
+            raise UnclearError
         return roots, float(lead)
 
     def times(of: Numbers, length: float, tolerance: float) -> Times:

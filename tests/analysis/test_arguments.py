@@ -25,6 +25,9 @@ FAULTS = [
     ({**SPAN, "tolerance": 1.0}, "tolerance is 1.0"),
     ({**SPAN, "steps": 100}, "steps is 100, but method 'taylor' chooses its own; leave steps out"),
     ({**SPAN, "steps": 2, "method": "rk4"}, "steps is 2; it must lie between 4"),
+    ({**SPAN, "max_events": 0}, "max_events is 0; it must lie between 1 and 1000000000, whole"),
+    ({**SPAN, "max_events": 2.5}, "max_events is 2.5"),
+    ({**SPAN, "max_stalls": None}, "max_stalls is None; it must lie between 1"),
 ]
 DURATION_FAULTS = [
     ({}, "give duration= and only that"),
@@ -113,3 +116,11 @@ def test_every_analysis_of_the_registry_can_be_called():
     assert set(METHODS) == set(METHOD_CODES)
     with pytest.raises(AttributeError, match="no attribute 'astrology'"):
         analysis.astrology  # noqa: B018
+
+
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_a_limit_of_events_ends_a_run(bouncer, function):
+    extra = {"at": "hit"} if function == "poincare_section" else {}
+    free, bound = (getattr(cd, function)(bouncer, duration=3.0, **extra, **more) for more in ({}, {"max_events": 2}))
+    assert cd.Outcome(int(free["outcome"])) == cd.Outcome.OK
+    assert cd.Outcome(int(bound["outcome"])) == cd.Outcome.EVENT_LIMIT

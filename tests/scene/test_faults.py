@@ -26,6 +26,7 @@ CASES = [
     ("tolerance = 1e-12", "tolerance = 0", "15: numerics.tolerance: must be at least 1e-16, received 0"),
     ("tolerance = 1e-12", "tolerance = -1e-9", "15: numerics.tolerance: must be at least 1e-16"),
     ("tolerance = 1e-12", "tolerance = 0.1", "15: numerics.tolerance: must be at most 0.01, received 0.1"),
+    ("tolerance = 1e-12", "max_stalls = 0", "15: numerics.max_stalls: must be at least 1, received 0"),
     ("tolerance = 1e-12", "steps = 200", "15: numerics.steps: taylor chooses its own steps; leave it out"),
     ('"lyapunov-spectrum"', '"lyapunov"', "17: analysis.spectrum.kind: unknown kind 'lyapunov'; did you mean"),
     ("transient = 10", "transient = -1", "18: analysis.spectrum.transient: must be at least 0, received -1"),
