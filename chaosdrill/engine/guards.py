@@ -229,7 +229,9 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     total = size(ws, uint64(i), h, 0)
     off = max(ROUNDING * scratch.errors[0], abs(g[0]))
     nearest = math.inf
-    if order == 1:
+    if how == UNSURE:
+        g[1] = 0.0
+    else:
         if out_first(g[1], 1, off, total, h):
             return how, side, order
         nearest = 2.0 * off / abs(g[1])
