@@ -227,7 +227,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     if order == 0 and how != UNSURE:
         return how, side, order
     total = size(ws, uint64(i), h, 0)
-    off = max(ROUNDING * scratch.errors[0], abs(g[0]))
+    off = ROUNDING * scratch.errors[0]
     nearest = math.inf
     if how == UNSURE:
         g[1] = 0.0

@@ -40,7 +40,7 @@ def _first_order(i, slope_leads, lane, block, errors):
     total = 0.0
     for k in range(WIDTH):
         total = total * h + abs(block.ws[i, WIDTH - 1 - k, lane])
-    off = max(guards.ROUNDING * errors[0], abs(block.ws[i, 0, lane]))
+    off = guards.ROUNDING * errors[0]
     if slope_leads:
         return 1 if guards.out_first(block.ws[i, 1, lane], 1, off, total, h) else 0
     bend = block.ws[i, 2, lane]
