@@ -101,7 +101,7 @@ def _refine(a, n, low, high, guess):
 
 @series
 def _concave_crossing(a, n, left, right):
-    """First root in [left, right] of a polynomial that is concave there and negative at both ends; -1 if none.
+    """First root in [left, right] of a polynomial that is concave there, negative at left and falls at right; or -1.
 
     The tangents at two points on either side of the summit bound it from above.
     """
@@ -197,12 +197,14 @@ def _search(a, n, degree, budget, stack, ends):
         bound = tail_bend * reach * width * width / (degree * (degree - 1))
         if bend_high < -bound or bend_low > bound:
             f = _value(a, n, right)
-            if f >= 0.0:
-                return _refine(a, n, left, right, left + width * _meeting(b, degree, f))
-            if bend_high < -bound:
+            # a concave one that falls at the end is back from beyond zero there, whatever the last digit of its value
+            back = bend_high < -bound and (f < 0.0 or b[degree] < b[degree - 1])
+            if back:
                 u = _concave_crossing(a, n, left, right)
                 if u >= 0.0:
                     return u
+            if f >= 0.0:
+                return _refine(a, n, left, right, left + width * _meeting(b, degree, f))
             continue
         half = 0.5 * width
         # de Casteljau: row `count` becomes the right half, row `count + 1` the left half, which is searched first

@@ -82,7 +82,7 @@ class Ruled:
                 reset(state)
                 for k, (_, value, _, _) in enumerate(self.guards):
                     # only the last digit tells whether what is thrown back has been across
-                    if k != i and before[k] == value(state) == 0 and speeds[k] * self.speed(value, state) < 0:
+                    if k != i and before[k] == 0 and speeds[k] * (value(state) or self.speed(value, state)) < 0:
                         raise UnclearError
                 for k, (_, value, way, _) in enumerate(self.guards):
                     after = value(state)

@@ -237,3 +237,11 @@ def test_numpy_agrees_where_roots_are_well_separated():
         else:
             assert found == -1.0
     assert seen > 100
+
+
+@settings(max_examples=300)
+@given(first=st.floats(0.1, 0.95), scale=st.floats(1e-6, 1e9), ulps=st.integers(-4, 4), up=st.booleans())
+def test_a_second_root_at_the_very_end_does_not_hide_the_first(first, scale, ulps, up):
+    # (s - first) (s - 1), times the scale
+    g = (-scale if up else scale) * np.array([first, -first - 1, 1.0])
+    assert search(g, up, h=1 + ulps * np.spacing(1.0)) == pytest.approx(first, abs=1e-13)
