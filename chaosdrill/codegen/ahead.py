@@ -33,7 +33,8 @@ def compile_ahead(part: str) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     with contextlib.suppress(OSError):
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        command = [sys.executable, "-c", script, str(mark)]
+        # nothing is imported from the working directory, whose files may be anybody's
+        command = [sys.executable, "-P", "-c", script, str(mark)]
         _started[part] = subprocess.Popen(command, env=environment, **quiet)  # type: ignore[call-overload]
 
 

@@ -17,7 +17,7 @@ from chaosdrill.model.derive import guard_gradient, jacobian, rate, reset_jacobi
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
-_HEAD = '''"""Kernels of the hybrid system {name!r}, generated from its expressions."""
+_HEAD = '''"""Kernels of a hybrid system, generated from its expressions."""
 
 import math
 
@@ -28,7 +28,7 @@ from chaosdrill.engine.jit import RECIPROCAL, helper, kernel
 {imports}
 '''
 
-_LANES_HEAD = '''"""Series of the hybrid system {name!r} for lanes, generated from its expressions."""
+_LANES_HEAD = '''"""Series of a hybrid system for lanes, generated from its expressions."""
 
 import math
 
@@ -147,11 +147,11 @@ def write_source(system: "HybridSystem") -> SystemSource:
     body = [*parameters, *extra] or ["return"]
     parts.append(_function("constants", "p, c", body, decorator="@kernel(CONSTANTS)"))
     imports = "\n".join(special_imports(_all_expressions(system)))
-    text = "\n\n".join([_HEAD.format(name=system.name, imports=imports), *parts]) + "\n"
+    text = "\n\n".join([_HEAD.format(imports=imports), *parts]) + "\n"
     series = [part for name in bodies for part in _series(name, bodies[name], lanes=True)]
     return SystemSource(
         text=text,
-        lanes="\n\n".join([_LANES_HEAD.format(name=system.name), *series]) + "\n",
+        lanes="\n\n".join([_LANES_HEAD, *series]) + "\n",
         events=events,
         rows=max(m.row_count for m in modes),
         own_jacobian=any(m.in_jacobian for m in modes),

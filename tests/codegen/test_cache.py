@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import build, cache
+from chaosdrill.codegen import ahead, build, cache
 
 X, K = sympy.symbols("x k", real=True)
 
@@ -114,3 +114,27 @@ def test_a_fresh_process_compiles_with_and_without_a_cache(tmp_path, home):
     if home == "cache":
         # the compiled code lies beside the source
         assert list(path.parent.glob("__pycache__/*.nbi"))
+
+
+def test_the_name_of_a_system_is_no_code(folder, tmp_path):
+    harm = tmp_path / "harm"
+    system = decay(name=f'"""; open({str(harm)!r}, "w").close() #')
+    assert system.kernels.functions
+    assert not harm.exists()
+    assert text_of(system) == text_of(decay(name="decay"))
+
+
+def test_what_compiles_ahead_imports_nothing_from_the_working_directory(folder, tmp_path, monkeypatch):
+    harm = tmp_path / "harm"
+    (tmp_path / "llvmlite.py").write_text(f"open({str(harm)!r}, 'w').close()")
+    started = []
+    with monkeypatch.context() as patched:
+        patched.setattr(subprocess, "Popen", lambda command, **how: started.append((command, how["env"])))
+        patched.setattr(os, "cpu_count", lambda: 2)
+        patched.setattr(ahead, "lasting_folder", lambda: tmp_path)
+        patched.setattr(ahead, "_started", {})
+        ahead.compile_ahead("chaosdrill.engine.no_such_part")
+    ((command, environment),) = started
+    interpreter = command[: command.index("-c")]
+    subprocess.run([*interpreter, "-c", "import llvmlite"], cwd=tmp_path, env=environment, check=True)
+    assert not harm.exists()
