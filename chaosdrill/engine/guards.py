@@ -190,8 +190,8 @@ def _state_at(ws, n, s, place):
 
 
 @inner
-def left_out(functions, tables, settings, state, ws, i, j, total, h, t, scratch):
-    """What the polynomial of guard j, whose terms have the total over the step, may leave out by interpolation."""
+def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
+    """What the polynomial of guard j may leave out over the step by interpolation."""
     mode = state.run[0].mode
     marks = tables.marks[mode, j]
     if settings.method == TAYLOR:
@@ -204,8 +204,11 @@ def left_out(functions, tables, settings, state, ws, i, j, total, h, t, scratch)
     noise = max(noise, scratch.errors[0])
     if marks & AFFINE:
         return DENSE_NOISE * noise
-    noise *= INTERPOLATION_NOISE
-    return 2.0 * (INTERPOLATED_IN_TIME if marks & TIMED else max(settings.tolerance, INTERPOLATED)) * total + noise
+    largest = 0.0
+    for k in range(9):
+        largest = max(largest, abs(value(ws, uint64(i), 0.125 * k * h)))
+    part = INTERPOLATED_IN_TIME if marks & TIMED else max(settings.tolerance, INTERPOLATED)
+    return 2.0 * part * largest + INTERPOLATION_NOISE * noise
 
 
 @inlined
@@ -236,7 +239,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
             return how, side, order
         nearest = 2.0 * off / abs(g[1])
     # derivatives of what an interpolation leaves out are larger than that
-    limit = VANISHING * total + 100.0 * left_out(functions, tables, settings, state, ws, i, j, total, h, t, scratch)
+    limit = VANISHING * total + 100.0 * left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
     power = h
     for k in range(2, n + 1):
         power *= h
@@ -343,7 +346,9 @@ def _multiple(functions, tables, settings, state, ws, i, j, n, s, side, h, t, sc
     mode = state.run[0].mode
     marks = tables.marks[mode, j]
     whole = size(ws, uint64(i), h, 0)
-    left = left_out(functions, tables, settings, state, ws, i, j, whole, h, t, scratch)
+    left = 0.0
+    if marks & AFFINE == 0:
+        left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
     functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
     # of its terms, which are rounded where the step begins
     off = ROUNDING * (scratch.errors[0] + s * scratch.errors[1])
