@@ -32,6 +32,9 @@ SMALLEST_GROWTH = 0.1
 MOST_HALVINGS = 30
 """Halvings of a step whose guards are not yet polynomials; one with a kink never is."""
 
+BEGINNING = 0.01
+"""Part of a period, or of a run without one, to begin with where the size of no state is known."""
+
 UNDERFLOW = 1e-16
 """Part of the longest step below which shortening is given up."""
 
@@ -68,13 +71,12 @@ def expand(
     run.evaluations += 1
     for v in range(live):
         variation(mode, t, c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    known = weigh(x, scale, longest, tolerance, stages)
+    known = weigh(x, scale, tolerance, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
     h = run.next_step
     if h <= 0.0 and not known:
-        # rejections tell it
-        h = longest
+        h = BEGINNING * longest
     elif h <= 0.0:
         h = first_length(field, variation, t, c, x, vectors, live, run, tolerance, longest, stages)
     wanted = h

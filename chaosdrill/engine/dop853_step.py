@@ -96,29 +96,15 @@ def size(x, weights):
 
 
 @inner
-def weigh(x, scale, longest, tolerance, stages):
-    """Let the scales fade, begin those of which nothing is known, and note one over them; the rates are there.
+def weigh(x, scale, tolerance, stages):
+    """Let the scales fade, and note one over them; returns whether any was known.
 
-    Returns whether anything was known.
+    A state that begins to move has none yet, as its first rate may be nothing but round-off.
     """
-    n = x.size
     known = False
-    pace = own = longest
-    for i in range(n):
-        rate = abs(stages[0, i])
-        if rate != 0.0:
-            if scale[i] > SMALLEST:
-                known = True
-                pace = min(pace, scale[i] / rate)
-            elif x[i] != 0.0:
-                own = min(own, abs(x[i] / rate))
-    if not known:
-        pace = own
     for i in range(stages.shape[1]):
-        here = EPSILON / tolerance * abs(x[i]) if i < n else 0.0
-        if scale[i] <= SMALLEST:
-            here = max(here, abs(stages[0, i]) * pace)
-        scale[i] = max(FADE * scale[i], here)
+        known = known or scale[i] > SMALLEST
+        scale[i] = max(FADE * scale[i], EPSILON / tolerance * abs(x[i]) if i < x.size else 0.0)
         stages[WEIGHTS, i] = 1.0 / scale[i] if scale[i] > SMALLEST else 0.0
     return known
 
