@@ -71,7 +71,7 @@ def expand(
     run.evaluations += 1
     for v in range(live):
         variation(mode, t, c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    known = weigh(x, scale, tolerance, stages)
+    known = weigh(x, scale, longest, tolerance, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
     h = run.next_step

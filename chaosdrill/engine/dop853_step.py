@@ -96,15 +96,24 @@ def size(x, weights):
 
 
 @inner
-def weigh(x, scale, tolerance, stages):
+def weigh(x, scale, longest, tolerance, stages):
     """Let the scales fade, and note one over them; returns whether any was known.
 
-    A state that begins to move has none yet, as its first rate may be nothing but round-off.
+    Where none is, as at the start of a run, they come from the rates. A state that begins to move later has none yet,
+    as its first rate may be nothing but round-off.
     """
+    n = x.size
     known = False
-    for i in range(stages.shape[1]):
+    pace = longest
+    for i in range(n):
         known = known or scale[i] > SMALLEST
-        scale[i] = max(FADE * scale[i], EPSILON / tolerance * abs(x[i]) if i < x.size else 0.0)
+        if x[i] != 0.0 and stages[0, i] != 0.0:
+            pace = min(pace, abs(x[i] / stages[0, i]))
+    for i in range(stages.shape[1]):
+        here = EPSILON / tolerance * abs(x[i]) if i < n else 0.0
+        if not known:
+            here = max(here, abs(stages[0, i]) * pace)
+        scale[i] = max(FADE * scale[i], here)
         stages[WEIGHTS, i] = 1.0 / scale[i] if scale[i] > SMALLEST else 0.0
     return known
 
