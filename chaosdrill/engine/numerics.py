@@ -33,8 +33,8 @@ class Numerics:
     steps : int, optional
         Steps a period, for ``"rk4"`` only; default 200.
     max_events : int, optional
-        Events followed in a period (or a unit of time), beyond which a run ends with the outcome ``event_limit``; by
-        default 10,000, or ten million for systems without a period.
+        Events followed in a period, beyond which a run ends with the outcome ``event_limit``; for systems without a
+        period in the whole run, or in each block of a spectrum. By default 10,000, or ten million without a period.
     max_stalls : int, default 50
         Events in succession without time passing, beyond which a run ends with the outcome ``stalled``.
     """
@@ -52,15 +52,12 @@ class Numerics:
             raise SettingsError(f"tolerance is {self.tolerance!r}; it must lie between 1e-16 and 1e-2")
         if self.steps is not None and self.method != "rk4":
             raise SettingsError(f"steps is {self.steps!r}, but method {self.method!r} chooses its own; leave steps out")
-        if self.steps is not None and not (
-            _is_real(self.steps) and 4 <= self.steps <= 10_000_000 and self.steps == int(self.steps)
-        ):
+        if self.steps is not None and not _is_whole(self.steps, 4, 10_000_000):
             raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period, whole")
-        for name, value in (("max_events", self.max_events), ("max_stalls", self.max_stalls)):
-            if not (name == "max_events" and value is None) and not (
-                _is_real(value) and 1 <= value <= MOST and value == int(value)
-            ):
-                raise SettingsError(f"{name} is {value!r}; it must lie between 1 and {MOST}, whole")
+        if self.max_events is not None and not _is_whole(self.max_events, 1, MOST):
+            raise SettingsError(f"max_events is {self.max_events!r}; it must lie between 1 and {MOST}, whole")
+        if not _is_whole(self.max_stalls, 1, MOST):
+            raise SettingsError(f"max_stalls is {self.max_stalls!r}; it must lie between 1 and {MOST}, whole")
 
     @property
     def order(self) -> int:
@@ -85,3 +82,7 @@ def _nearest_order(wanted: float) -> int:
 
 def _is_real(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def _is_whole(value: object, least: int, most: int) -> bool:
+    return _is_real(value) and least <= value <= most and value == int(value)  # type: ignore[operator,call-overload]
