@@ -13,7 +13,7 @@ import numpy as np
 from numba import uint64
 
 from chaosdrill.engine.dop853_tables import DENSE, NODES, TO_CHEBYSHEV
-from chaosdrill.engine.jit import inlined, inner, series
+from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.layout import (
     AFFINE,
     AFTER,
@@ -32,7 +32,7 @@ from chaosdrill.engine.layout import (
     TIMED,
     UNSURE,
 )
-from chaosdrill.engine.polynomial import keeps_side, size, value
+from chaosdrill.engine.polynomial import derivative, keeps_side, size, value
 from chaosdrill.engine.roots import first_crossing, recrossing
 
 EPSILON = 2.220446049250313e-16
@@ -115,7 +115,7 @@ def is_moved(key, tables, state):
     return run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
 
 
-@inner
+@rare
 def _height(functions, state, j, t, gradient):
     """By how much a guard differs between places as far apart as the largest state is large."""
     functions.guard(state.run[0].mode, j, t, state.c, state.x, gradient)
@@ -189,7 +189,7 @@ def _state_at(ws, n, s, place):
         place[i] = value(ws, uint64(i), s)
 
 
-@inner
+@rare
 def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     """What the polynomial of guard j may leave out over the step by interpolation."""
     mode = state.run[0].mode
@@ -287,7 +287,7 @@ def _third(g, n, s):
     return f
 
 
-@inner
+@rare
 def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
     """How far a root at s may be from the exact one: by the guard's rounding, and by the tolerance of the states."""
     run = state.run[0]
@@ -305,7 +305,7 @@ def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
     return off / abs(slope) + 2.0 * EPSILON * abs(t + s) if slope != 0.0 else math.inf
 
 
-@inner
+@rare
 def on_the_clock(functions, run, c, j, s, h, place, gradient):
     """A root near s of a guard of time alone, by Newton steps on the guard itself, as exact as time is known.
 
@@ -342,7 +342,6 @@ def _multiple(functions, tables, settings, state, ws, i, j, n, s, side, h, t, sc
     The time is -1 for a simple root. For a root of even order, which is no crossing, the root is -1; one of odd order
     is where the second derivative vanishes, which is known far better than where the value does.
     """
-    slope, bend = _slope_and_bend(ws[i], n, s)
     mode = state.run[0].mode
     marks = tables.marks[mode, j]
     whole = size(ws, uint64(i), h, 0)
@@ -352,19 +351,24 @@ def _multiple(functions, tables, settings, state, ws, i, j, n, s, side, h, t, sc
     functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
     # of its terms, which are rounded where the step begins
     off = ROUNDING * (scratch.errors[0] + s * scratch.errors[1])
-    if slope * slope > 2.0 * (1e-9 * whole + left + 100.0 * off) * abs(bend):
+    margin = 1e-9 * whole + left + 100.0 * off
+    # no second derivative is larger than that of the last term, were it all of the guard
+    if (derivative(ws, uint64(i), s) * h) ** 2 > 2.0 * margin * n * (n - 1) * whole:
+        return -1.0, s
+    steep, bend = _slope_and_bend(ws[i], n, s)
+    if steep * steep > 2.0 * margin * abs(bend):
         return -1.0, s
     place = scratch.before[: state.x.size]
     _state_at(ws, place.size, s, place)
     functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
     off = max(off, ROUNDING * scratch.errors[0])
     doubt = off + 2.0 * EPSILON * size(ws, uint64(i), s, 0) + left
-    if slope * slope > 2.0 * doubt * abs(bend):
+    if steep * steep > 2.0 * doubt * abs(bend):
         return -1.0, s
     third = _third(ws[i], n, s)
     reach = math.inf
     if bend != 0.0:
-        summit = slope / bend
+        summit = steep / bend
         reach = abs(summit) + 2.0 * math.sqrt(summit * summit + 2.0 * doubt / abs(bend))
     if third != 0.0:
         reach = min(reach, 2.0 * abs(bend / third) + 2.0 * (6.0 * doubt / abs(third)) ** (1.0 / 3.0))

@@ -33,6 +33,10 @@ class ContentCache(FunctionCache):
         return (*super()._index_key(sig, codegen), code_key())
 
 
+_rare: set[str] = set()
+"""Parts of the compiled names of functions that stay calls."""
+
+
 @contextlib.contextmanager
 def _alone(name: str, packed: bool) -> Iterator[None]:
     """Compile one function so that its code depends on nothing that was compiled or loaded before it.
@@ -49,6 +53,10 @@ def _alone(name: str, packed: bool) -> Iterator[None]:
 
     def optimise_alone(library: Any) -> None:
         own = library.name == name
+        for function in library._final_module.functions:
+            if not function.is_declaration and any(part in function.name for part in _rare):
+                function.add_function_attribute("noinline")
+                function.add_function_attribute("cold")
         for function in library._final_module.functions if own else ():
             if function.linkage.name == "linkonce_odr" and not function.is_declaration:
                 function.linkage = "internal"
@@ -111,3 +119,9 @@ def series(function: Any) -> Any:
 def inner(function: Any) -> Any:
     """A function of the engine, compiled into its caller with strict rounding."""
     return numba.njit(error_model="numpy", _nrt=False)(function)
+
+
+def rare(function: Any) -> Any:
+    """As ``inner``, for what happens seldom: it stays a call, so that the code of every step stays small."""
+    _rare.add("".join(f"{len(part)}{part}" for part in (*function.__module__.split("."), function.__name__)))
+    return numba.njit(error_model="numpy", _nrt=False, forceinline=False)(function)

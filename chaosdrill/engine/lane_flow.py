@@ -50,7 +50,7 @@ ACTIVE = 64
 def _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch):
     """The step of one lane, shortened where series do not obey the equation or the guards at its end."""
     h = block.h[lane]
-    suspicious = not block.gap[0, lane] <= taylor.GAP
+    suspicious = not block.gap[0, lane] <= 0.0
     overruns = not block.gap[1, lane] <= 0.0
     rows = block.out.shape[0] + tables.watch[mode, 0]
     if suspicious or overruns or unproven:
@@ -58,7 +58,8 @@ def _proven(functions, tables, settings, mode, unproven, lane, state, block, scr
     if suspicious:
         h = taylor.proven_step(functions, settings, h, block.t[lane], state, scratch.workspace, scratch)
     if suspicious or overruns:
-        h = taylor.restrain(scratch.workspace, state.x.size, rows, settings, h)
+        n, marks, count = state.x.size, tables.marks[mode], tables.watch[mode, 0]
+        h = taylor.restrain(scratch.workspace, n, settings.quadratures, count, marks, settings, h)
     if unproven:
         h = taylor.proven_guards(functions, tables, settings, h, block.t[lane], state, scratch.workspace, scratch)
     return h
@@ -133,7 +134,7 @@ def _step(
     first = block.out.shape[0]
     lane_step.gather(places, live, states, varying, block)
     lane_step.expand(lane_functions, mode, live, m, settings, block, scratch.polynomial)
-    lane_step.look_for_gaps(n, first + guard_count, settings, block)
+    lane_step.look_for_gaps(n, settings.quadratures, guard_count, tables.marks[mode], settings, block)
     unproven = taylor.has_unproven(tables.marks[mode], guard_count)
     for lane in range(count):
         state = state_of(states, places[lane])

@@ -7,7 +7,7 @@ arrays of lanes, in the order of ``engine.layout``.
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_value
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.taylor import EPSILON, FADE, LONGEST, SLOW, SMALLEST, own_scale, radius
+from chaosdrill.engine.taylor import EPSILON, FADE, GAP, LONGEST, SLOW, SMALLEST, is_held, own_scale, radius
 
 ABSURD = 1e100
 """Last term over its scale from which on a scale is not known yet."""
@@ -120,25 +120,35 @@ def expand(lane_functions, mode, live, m, settings, block, row):
 
 
 @inlined
-def look_for_gaps(n, rows, settings, block):
-    """What raises suspicion of the series: of states, their last eight terms; of the rest, more than is allowed."""
+def look_for_gaps(n, quadratures, count, marks, settings, block):
+    """What raises suspicion where it is above zero: of the series of states, and of those of integrals and guards."""
     order, reach = settings.order, settings.reach
     series = table_of(block.ws)
     weights = row_of(block.weights)
     gaps = row_of(block.gap)
     h = row_of(block.h)[0]
     s = h / reach
-    first = order - 7
-    total = lane_late_size(series[0], s, first) * weights[0]
-    for i in range(1, n):
-        total = total + lane_late_size(series[i], s, first) * weights[i]
-    gaps[0] = total * _power_of_four(s, first // 4)
+    early = 0.0 * s
+    middle = early
+    late = early
+    k = order - 7
+    for i in range(n):
+        g = series[i]
+        early = larger(early, larger(magnitude(g[k]), magnitude(g[k + 1]) * s) * weights[i])
+        middle = larger(middle, larger(magnitude(g[k + 2]), magnitude(g[k + 3]) * s) * weights[i])
+        late = larger(late, larger(magnitude(g[k + 4]), magnitude(g[k + 5]) * s) * weights[i])
+    power = _power_of_four(s, k // 4)
+    early = early * power
+    middle = middle * (power * s * s)
+    late = late * (power * s * s * s * s)
+    gaps[0] = larger(late - GAP, larger(middle - GAP * larger(late, 1.0), early - GAP * larger(middle, 1.0)))
     last = _power_of_four(h, order // 4) * h * h
     excess = 0.0 * h
-    for i in range(n, rows):
-        a = magnitude(series[i][order]) * last * h
-        b = magnitude(series[i][order - 1]) * last * reach
-        excess = larger(excess, larger(a, b) - settings.tolerance * lane_late_size(series[i], h, 1) * h)
+    for i in range(quadratures + count):
+        if is_held(i - quadratures, marks):
+            g = series[n + i]
+            ends = larger(magnitude(g[order]) * last * h, magnitude(g[order - 1]) * last * reach)
+            excess = larger(excess, ends - settings.tolerance * lane_late_size(g, h, 1) * h)
     gaps[1] = excess - SMALLEST
 
 

@@ -28,6 +28,21 @@ def value(rows, i, s):
 
 
 @series
+def derivative(rows, i, s):
+    """Derivative of the polynomial in row i."""
+    fourth = (s * s) * (s * s)
+    a = b = c = d = 0.0
+    for m in range(WIDTH // 4):
+        k = WIDTH - 4 - 4 * m
+        a = a * fourth + (k + 1) * rows[i, k + 1]
+        b = b * fourth + (k + 2) * rows[i, k + 2]
+        c = c * fourth + (k + 3) * rows[i, k + 3]
+        if m > 0:
+            d = d * fourth + (k + 4) * rows[i, k + 4]
+    return _join(a, b, c, d, s)
+
+
+@series
 def size(rows, i, s, first):
     """Sum of the sizes of the terms of row i at s > 0, from order ``first`` on, a multiple of four."""
     fourth = (s * s) * (s * s)

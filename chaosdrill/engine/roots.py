@@ -8,7 +8,7 @@ so that two roots close together are found at any distance (compare Farouki 2012
 import numpy as np
 from numba import uint64
 
-from chaosdrill.engine.jit import series
+from chaosdrill.engine.jit import rare, series
 
 DEGREE = 7
 """Degree of the Bernstein form that is tried first."""
@@ -221,7 +221,7 @@ def _search(a, n, degree, budget, stack, ends):
     return -1.0
 
 
-@series
+@rare
 def _search_whole(a, n, stack, ends):
     """The same search with the Bernstein form of the whole polynomial, where the bound on the rest is too wide.
 
@@ -281,7 +281,7 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
     return u * h if u >= 0.0 else -1.0
 
 
-@series
+@rare
 def recrossing(g, start, n, h, up, a, shifted, stack, ends):
     """For a polynomial that is beyond zero: when it comes back, and when it then crosses again, each -1 for never."""
     back = first_crossing(g, start, n, h, not up, a, stack, ends)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import uint64
 
-from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, series
-from chaosdrill.engine.layout import UNPROVEN
+from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare, series
+from chaosdrill.engine.layout import AFFINE, UNPROVEN
 from chaosdrill.engine.polynomial import late_size, size, value
 
 SMALLEST = 1e-290
@@ -14,8 +14,9 @@ SMALLEST = 1e-290
 LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
 
-GAP = 40.0
-"""Sum of the last terms at the radius of convergence, in scales of the states, that raises suspicion."""
+GAP = 10.0
+"""Factor between the sizes of two terms and the next two, at the radius of convergence, that raises suspicion; about 5
+in the series of exp."""
 
 DEFECT = 20.0
 """Defect at the end of a step, times its length, in units of the tolerance, above which the step is shortened."""
@@ -95,7 +96,7 @@ def _values_and_rates(ws, count, order, s, values, rates):
         i += 3
 
 
-@inner
+@rare
 def own_scale(g, order, reach):
     """Scale of a motion of which nothing is known but its series: what it moves in a step of its own."""
     first = 1
@@ -122,41 +123,63 @@ def power_of_four(x, k):
 
 
 @inlined
-def _late_terms(ws, n, order, radius, weights):
-    """Sum of the last eight terms of the states in their scales, at the radius of convergence.
+def _has_gap(ws, n, order, radius, weights):
+    """Whether the last two terms of the states, which are 1 at most at the radius, follow on far larger ones.
 
-    They are larger than that radius lets expect where it is wrong.
+    Then the radius may be wrong. The three pairs of terms before the last are compared, each with the one after it.
     """
-    total = 0.0
+    early = 0.0
+    middle = 0.0
+    late = 0.0
+    k = uint64(order - 7)
     for i in range(n):
-        total += weights[i] * late_size(ws, uint64(i), radius, uint64(order - 7))
-    return total * power_of_four(radius, (order - 7) // 4)
+        early = max(early, weights[i] * max(abs(ws[i, k]), abs(ws[i, k + 1]) * radius))
+        middle = max(middle, weights[i] * max(abs(ws[i, k + 2]), abs(ws[i, k + 3]) * radius))
+        late = max(late, weights[i] * max(abs(ws[i, k + 4]), abs(ws[i, k + 5]) * radius))
+    power = power_of_four(radius, (order - 7) // 4)
+    square = radius * radius
+    early *= power
+    middle *= power * square
+    late *= power * square * square
+    return not (late <= GAP and middle <= GAP * max(late, 1.0) and early <= GAP * max(middle, 1.0))
 
 
 @inlined
-def _overruns(ws, first, rows, order, h, settings):
+def is_held(i, marks):
+    """Whether the last terms of integral or guard i, counted from the first integral, bound the step.
+
+    Those of an affine guard are as small as the states' are.
+    """
+    return i < 0 or marks[i] & AFFINE == 0
+
+
+@inlined
+def _overruns(ws, n, quadratures, count, marks, h, settings):
     """Whether an integral or a guard, to which series of states lead, has larger last terms than what it moves."""
+    order = settings.order
     last = power_of_four(h, order // 4) * h * h * h
     found = False
-    for i in range(first, rows):
-        allowed = settings.tolerance * late_size(ws, uint64(i), h, uint64(1)) * h + SMALLEST
-        found |= max(abs(ws[i, order]) * last, abs(ws[i, order - 1]) * last * settings.reach / h) > allowed
+    for i in range(quadratures + count):
+        if is_held(i - quadratures, marks):
+            g = ws[n + i]
+            allowed = settings.tolerance * late_size(ws, uint64(n + i), h, uint64(1)) * h + SMALLEST
+            found |= max(abs(g[order]) * last, abs(g[order - 1]) * last * settings.reach / h) > allowed
     return found
 
 
-@inner
-def restrain(ws, first, rows, settings, h):
+@rare
+def restrain(ws, n, quadratures, count, marks, settings, h):
     """The step h, shortened until integrals and guards are as exact as the states."""
     shorter = h
     # a guard of time may be as much faster than the states as it likes
     for _ in range(100):
-        if not _overruns(ws, first, rows, settings.order, shorter, settings):
+        if not _overruns(ws, n, quadratures, count, marks, shorter, settings):
             return shorter
         shorter *= 0.7
     return h
 
 
-@inner
+@rare
 def proven_step(functions, settings, h, t, state, ws, scratch):
     """The step h, shortened until the series obeys the equation at its end.
 
@@ -192,7 +215,7 @@ def has_unproven(marks, count):
     return found
 
 
-@inner
+@rare
 def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
     """The step h, shortened until guards whose series may end before it are what their series say at its end.
 
@@ -236,7 +259,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     run, vectors, scale, weights = state.run[0], state.vectors, state.scale, scratch.weights
     n = state.x.size
     order, mode, live, reach = settings.order, run.mode, run.live, settings.reach
-    rows = n + settings.quadratures + tables.watch[mode, 0]
+    marks, count = tables.marks[mode], tables.watch[mode, 0]
     functions.jet(mode, order, t, state.c, state.x, ws)
     run.evaluations += order
     last = 0.0
@@ -277,11 +300,11 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)
     for i in range(n):
         scale[i] = max(scale[i], min(abs(ws[i, 0]), SLOW * abs(ws[i, 1]) * h))
-    if not _late_terms(ws, n, order, h / reach, weights) <= GAP:
+    if _has_gap(ws, n, order, h / reach, weights):
         h = proven_step(functions, settings, h, t, state, ws, scratch)
-    if _overruns(ws, n, rows, order, h, settings):
-        h = restrain(ws, n, rows, settings, h)
-    if has_unproven(tables.marks[mode], tables.watch[mode, 0]):
+    if _overruns(ws, n, settings.quadratures, count, marks, h, settings):
+        h = restrain(ws, n, settings.quadratures, count, marks, settings, h)
+    if has_unproven(marks, count):
         h = proven_guards(functions, tables, settings, h, t, state, ws, scratch)
     return h
 
