@@ -32,8 +32,8 @@ def settings_of(
     settings["max_events"] = numerics.max_events or (10_000 if system.period is not None else 10_000_000)
     settings["max_stalls"] = numerics.max_stalls
     settings["tolerance"] = numerics.tolerance
-    # at this part of the radius of convergence the last term is the tolerance, and those left out less than that
-    settings["reach"] = numerics.tolerance ** (1 / order)
+    # at this part of the radius of convergence the last term is a quarter of the tolerance
+    settings["reach"] = (numerics.tolerance / 4) ** (1 / order)
     return settings
 
 
