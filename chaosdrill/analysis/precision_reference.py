@@ -15,6 +15,7 @@ import sympy
 from chaosdrill.analysis.precision_extrapolation import Point, along, arc, extrapolated_step
 from chaosdrill.analysis.precision_special import EXACT
 from chaosdrill.model.derive import pinned_states, reset_map
+from chaosdrill.model.places import arguments
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
@@ -96,16 +97,15 @@ class Exact:
     """
 
     def __init__(self, system: "HybridSystem", unit: float) -> None:
-        time = system.time if system.time is not None else sympy.Symbol("t_of_no_expression", real=True)
-        self.system = system
+        self.system = system = system.placed
         self.unit = mpmath.mpf(unit)
-        arguments = [time, *system.states, *(sympy.Symbol(name, real=True) for name in system.parameters)]
+        symbols = arguments(system)
         self._c = [mpmath.mpf(value) for value in system.parameters.values()]
         if missing := sorted(_special_names(system) - EXACT.keys()):
             raise NoReferenceError(f"{', '.join(missing)} has no evaluation in extended precision")
 
         def function(expression: Any) -> Any:
-            return sympy.lambdify(arguments, expression, modules=[EXACT, "mpmath"], cse=True)
+            return sympy.lambdify(symbols, expression, modules=[EXACT, "mpmath"], cse=True)
 
         self._rates = {mode: function([f[x] for x in system.states]) for mode, f in system.modes.items()}
         self._guards = [function(t.guard) for t in system.transitions]

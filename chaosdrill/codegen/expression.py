@@ -7,7 +7,8 @@ from sympy.core.sorting import default_sort_key
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
-from chaosdrill.errors import ModelError
+from chaosdrill.errors import UnsupportedError
+from chaosdrill.model.places import parameter
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ class ExpressionPrinter(PythonCodePrinter):
     def __init__(self, system: "HybridSystem") -> None:
         super().__init__({"fully_qualified_modules": True})
         self.names = {s: f"x{i}" for i, s in enumerate(system.states)}
-        self.names.update({sympy.Symbol(p, real=True): f"c[{i}]" for i, p in enumerate(system.parameters)})
+        self.names.update({parameter(p): f"c[{i}]" for i, p in enumerate(system.parameters)})
         if system.time is not None:
             self.names[system.time] = "t"
 
@@ -75,8 +76,8 @@ class ExpressionPrinter(PythonCodePrinter):
     def _print_Function(self, expr: Any) -> str:
         name = type(expr).__name__
         if name not in SPECIAL:
-            raise ModelError(
-                f"{expr}: no numerical code for the function {name!r}; known special ones: {sorted(SPECIAL)}"
+            raise UnsupportedError(
+                expr, f": no numerical code for the function {name!r}; known special ones: {sorted(SPECIAL)}"
             )
         return f"{name}({', '.join(self._print(a) for a in expr.args)})"
 

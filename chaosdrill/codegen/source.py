@@ -11,7 +11,7 @@ from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.taylor import ModeSource
 from chaosdrill.codegen.transit import transit
 from chaosdrill.codegen.variational import tangent
-from chaosdrill.errors import ModelError
+from chaosdrill.errors import UnsupportedError
 from chaosdrill.model.derive import guard_gradient, jacobian, rate, reset_jacobian, reset_map
 
 if TYPE_CHECKING:
@@ -241,15 +241,15 @@ def _check_functions(system: "HybridSystem") -> None:
     for mode, field in system.modes.items():
         for state, slope in field.items():
             if slope.has(sympy.Abs, sympy.Piecewise, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Mod):
-                raise ModelError(
-                    f"{system.name}: mode {mode!r}, d{state}/dt = {slope} has a kink or a jump; "
-                    "write its branches as modes with a guard between them"
+                raise UnsupportedError(
+                    *(f"mode {mode!r}, d", state, "/dt = ", slope, " has a kink or a jump; "),
+                    "write its branches as modes with a guard between them",
                 )
     for transition in system.transitions:
         rows = [guard_gradient(system, transition.guard), *reset_jacobian(system, transition)]
         unprintable = (sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs)
         if any(value.has(*unprintable) for row in rows for value in row):
-            raise ModelError(
-                f"{system.name}: transition {transition.name!r}: guard or reset has no derivative; write its "
+            raise UnsupportedError(
+                f"transition {transition.name!r}: guard or reset has no derivative; write its "
                 "branches as transitions of their own with a condition each"
             )

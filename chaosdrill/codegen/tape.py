@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.errors import ModelError
+from chaosdrill.errors import UnsupportedError
 from chaosdrill.model.special import positive_power
 
 
@@ -162,9 +162,10 @@ class Tape:
             return self._power(*expression.args)
         name = type(expression).__name__
         if name not in _SLOPE or len(expression.args) != 1:
-            raise ModelError(
-                f"{expression}: {name} has no Taylor series here; a function with kinks or jumps belongs into modes "
-                f"and guards, any other must be written with {', '.join(sorted(_SLOPE))}, exp, log and powers"
+            raise UnsupportedError(
+                expression,
+                f": {name} has no Taylor series here; a function with kinks or jumps belongs into modes "
+                f"and guards, any other must be written with {', '.join(sorted(_SLOPE))}, exp, log and powers",
             )
         return self._integral(name, self.lower(expression.args[0]))
 

@@ -13,6 +13,7 @@ import sympy
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import frozen_states
+from chaosdrill.model.places import parameter
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -33,11 +34,12 @@ def forcing_periods(system: "HybridSystem", parameters: Mapping[str, np.ndarray]
     points : int
         Number of points.
     """
-    names = sorted(p.name for p in system.period.free_symbols)
     if "period" not in system.shared:
-        symbols = [sympy.Symbol(name, real=True) for name in names]
-        system.shared["period"] = sympy.lambdify(symbols, system.period, modules="numpy")
-    values = (np.asarray(parameters.get(name, system.parameters[name]), dtype=float) for name in names)
+        placed = system.placed
+        system.shared["period"] = sympy.lambdify(
+            [parameter(name) for name in placed.parameters], placed.period, modules="numpy"
+        )
+    values = (np.asarray(parameters.get(name, own), dtype=float) for name, own in system.parameters.items())
     with np.errstate(all="ignore"):
         found = np.broadcast_to(system.shared["period"](*values), (points,))
     found = np.where(np.isreal(found), found.real, np.nan)
@@ -49,12 +51,13 @@ def repeats(system: "HybridSystem") -> bool:
     if system.time is None:
         return True
     if "repeats" not in system.shared:
-        expressions = [rate for field in system.modes.values() for rate in field.values()]
-        expressions += system.quadratures.values()
-        for t in system.transitions:
+        placed = system.placed
+        expressions = [rate for field in placed.modes.values() for rate in field.values()]
+        expressions += placed.quadratures.values()
+        for t in placed.transitions:
             relations = () if t.condition is None else t.condition.atoms(sympy.core.relational.Relational)
             expressions += [t.guard, *t.reset.values(), *(side for relation in relations for side in relation.args)]
-        system.shared["repeats"] = all(_repeats(system, sympy.sympify(e)) for e in expressions)
+        system.shared["repeats"] = all(_repeats(placed, sympy.sympify(e)) for e in expressions)
     return bool(system.shared["repeats"])
 
 

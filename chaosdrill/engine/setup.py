@@ -12,6 +12,7 @@ from chaosdrill.engine.dop853_tables import stage_rows
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.roots import DEPTH
 from chaosdrill.model.derive import pinned_states, pinned_values
+from chaosdrill.model.places import TIME, parameter
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -94,8 +95,9 @@ def pins(system: "HybridSystem") -> np.ndarray:
     table: np.ndarray | None = system.shared.get("pins")
     if table is None:
         table = np.zeros((len(system.modes), len(system.states)), dtype=np.int64)
-        for row, mode in zip(table, system.modes, strict=True):
-            row[list(pinned_states(system, mode))] = 1
+        placed = system.placed
+        for row, mode in zip(table, placed.modes, strict=True):
+            row[list(pinned_states(placed, mode))] = 1
         system.shared["pins"] = table
     return table
 
@@ -103,16 +105,14 @@ def pins(system: "HybridSystem") -> np.ndarray:
 def values_of_pins(system: "HybridSystem", parameters: Mapping[str, Any], mode: int) -> dict[int, Any]:
     """What a mode pins its states to at the strobe: index of the state -> value, an array if a parameter is one."""
     known = system.shared.setdefault("values of pins", {})
-    names = list(system.parameters)
     if mode not in known:
-        symbols = [sympy.Symbol(name, real=True) for name in names]
+        placed = system.placed
+        symbols = [parameter(name) for name in placed.parameters]
         known[mode] = {
-            i: sympy.lambdify(
-                symbols, value if system.time is None else value.xreplace({system.time: sympy.Integer(0)})
-            )
-            for i, value in pinned_values(system, system.mode_names[mode]).items()
+            i: sympy.lambdify(symbols, value.xreplace({TIME: sympy.Integer(0)}))
+            for i, value in pinned_values(placed, placed.mode_names[mode]).items()
         }
-    numbers = [parameters.get(name, system.parameters[name]) for name in names]
+    numbers = [parameters.get(name, own) for name, own in system.parameters.items()]
     return {i: value(*numbers) for i, value in known[mode].items()}
 
 

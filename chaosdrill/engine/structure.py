@@ -87,12 +87,13 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     kernels = system.kernels
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260103)
+    placed = system.placed
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             direction = events[j].direction
             if direction == 0 or events[j].timed:
                 continue
-            if any(_goes_on(system, system.mode_names[mode], system.transitions[k]) for k in events[j].outcomes):
+            if any(_goes_on(placed, placed.mode_names[mode], placed.transitions[k]) for k in events[j].outcomes):
                 yield mode, j
                 continue
             with np.errstate(all="ignore"):
@@ -228,7 +229,7 @@ def examine(system: "HybridSystem") -> Structure:
         jumps = list(saltations(system))
     effects = [*_jacobians(system), *(m - np.eye(n) for _, m in jumps)]
     if "shifts" not in system.shared:
-        system.shared["shifts"] = shift_directions(system)
+        system.shared["shifts"] = shift_directions(system.placed)
     shifts = system.shared["shifts"]
     return Structure(
         deficient=_deficient(system, jumps),

@@ -9,8 +9,9 @@ import sympy
 from chaosdrill.dataset.schema import RESERVED
 from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import frozen_states
-from chaosdrill.model.reading import NAMES, has_doubles, is_name
+from chaosdrill.model.reading import NAMES, is_name
 from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.text_bounds import has_doubles
 from chaosdrill.names import remedy
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ a system is therefore generated for the whole numbers that its exponents have.
 
 from collections.abc import Iterator, Mapping
 from copy import copy
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.model.places import rewrite
 from chaosdrill.model.special import positive_power
 
 if TYPE_CHECKING:
@@ -40,17 +40,7 @@ def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSyst
         )
 
     other = copy(system)
-    other.modes = {mode: {x: put(rate) for x, rate in field.items()} for mode, field in system.modes.items()}
-    other.quadratures = {name: put(rate) for name, rate in system.quadratures.items()}
-    other.transitions = tuple(
-        replace(
-            t,
-            guard=put(t.guard),
-            reset={x: put(value) for x, value in t.reset.items()},
-            condition=None if t.condition is None else put(t.condition),
-        )
-        for t in system.transitions
-    )
+    rewrite(other, put)
     return other
 
 

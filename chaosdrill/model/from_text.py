@@ -8,8 +8,15 @@ from typing import Any
 import sympy
 
 from chaosdrill.model.grammar import ExpressionError, Node, parse
-from chaosdrill.model.reading import has_doubles
-from chaosdrill.model.text_bounds import MOST_BITS, check_exponent, check_finite, check_power, check_size, checked
+from chaosdrill.model.text_bounds import (
+    MOST_BITS,
+    check_exponent,
+    check_finite,
+    check_power,
+    check_size,
+    checked,
+    has_doubles,
+)
 from chaosdrill.model.text_functions import FUNCTIONS, INSTEAD, PLAIN
 from chaosdrill.names import remedy
 
@@ -55,7 +62,38 @@ def read_text(
     ExpressionError
         With all that is wrong with it.
     """
+    return _read_tree(text, parse(text), names, condition=condition, moving=moving, hints=hints)
+
+
+def read_open_text(text: str, *, condition: bool = False) -> Any:
+    """Read an expression whose names are not known yet: each is a symbol, ``pi`` among them.
+
+    Raises
+    ------
+    ExpressionError
+        With all that is wrong with it.
+    """
     tree = parse(text)
+    names = {name: sympy.Symbol(name, real=True) for name in _names(tree) if name not in FUNCTIONS}
+    return _read_tree(text, tree, names, condition=condition)
+
+
+def _names(node: Node) -> Iterator[str]:
+    if node.kind == "name":
+        yield node.value
+    for part in node.parts:
+        yield from _names(part)
+
+
+def _read_tree(
+    text: str,
+    tree: Node,
+    names: Mapping[str, Any],
+    *,
+    condition: bool,
+    moving: "set[Any] | None" = None,
+    hints: Mapping[str, str] | None = None,
+) -> Any:
     if tree.is_condition != condition:
         wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
         raise ExpressionError(f"{text!r:.60} is to be {wanted}")

@@ -1,15 +1,16 @@
 """What a user writes, read into sympy, or refused with its place, its value and what is allowed."""
 
 from collections.abc import Mapping
-from math import isfinite
 from typing import Any
 
 import sympy
 from sympy.concrete.expr_with_limits import ExprWithLimits
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.from_text import read_open_text
+from chaosdrill.model.grammar import ExpressionError
 
-_UNREADABLE = (sympy.SympifyError, TypeError, ValueError, AttributeError, SyntaxError, NameError)
+_UNREADABLE = (sympy.SympifyError, TypeError, ValueError, AttributeError)
 _UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Order)
 
 NAMES = (
@@ -28,17 +29,12 @@ def is_name(name: str) -> bool:
     return bool(name) and name == name.strip() and "/" not in name and name.isprintable()
 
 
-def has_doubles(expression: Any) -> bool:
-    """Whether every number of the expression is a double, whole numbers and fractions rounded."""
-    try:
-        return all(isfinite(float(number)) for number in expression.atoms(sympy.Rational, sympy.Float))
-    except OverflowError:
-        return False
-
-
 def read_expression(where: str, value: Any) -> Any:
-    """A real expression of states, parameters and time; ModelError, which begins with ``where``, for anything else."""
-    expression = _read(where, value)
+    """A real expression of states, parameters and time; ModelError, which begins with ``where``, for anything else.
+
+    Text is read by the grammar of scenes, `chaosdrill.model.grammar`; nothing of it is evaluated as code.
+    """
+    expression = _read(where, value, condition=False)
     if isinstance(expression, sympy.logic.boolalg.Boolean) and not isinstance(expression, sympy.Expr):
         raise ModelError(f"{where} is {value}, a relation; it must be an expression with a value, such as x - 1")
     if not isinstance(expression, sympy.Expr) or getattr(expression, "is_Matrix", False):
@@ -55,7 +51,7 @@ def read_expression(where: str, value: Any) -> Any:
 
 def read_condition(where: str, value: Any) -> Any:
     """A relation between expressions, or None."""
-    return None if value is None else canonical(_read(where, value))
+    return None if value is None else canonical(_read(where, value, condition=True))
 
 
 def read_symbol(where: str, value: Any) -> Any:
@@ -81,8 +77,12 @@ def read_name(where: str, value: Any) -> str:
     return value
 
 
-def _read(where: str, value: Any) -> Any:
+def _read(where: str, value: Any, *, condition: bool) -> Any:
     try:
-        return sympy.sympify(value, strict=not isinstance(value, str))
+        return (
+            read_open_text(value, condition=condition) if isinstance(value, str) else sympy.sympify(value, strict=True)
+        )
+    except ExpressionError as fault:
+        raise ModelError(f"{where}: {fault}") from None
     except _UNREADABLE as fault:
         raise ModelError(f"{where} is {value!r}, which sympy cannot read; give a number or an expression") from fault

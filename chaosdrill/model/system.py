@@ -7,9 +7,10 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.errors import ModelError, SettingsError
+from chaosdrill.errors import ModelError, SettingsError, UnsupportedError
 from chaosdrill.model.check import check_system
 from chaosdrill.model.exponents import exponent_parameters, specialise
+from chaosdrill.model.places import in_places, parameter, places_of, rewrite
 from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
 
@@ -100,6 +101,7 @@ class HybridSystem:
         }
         self.bounds = _read_bounds(name, self.state_names, {} if bounds is None else bounds)
         self.initial = {"mode": next(iter(self.modes), None), **{s.name: 0.0 for s in self.states}}
+        self._read_pi()
         check_system(self)
         start = read_mapping(f"{name}: initial", {} if initial is None else initial, "{'mode': 'free', x: 0.1}")
         self._set_initial({str(key): value for key, value in start.items()})
@@ -117,20 +119,38 @@ class HybridSystem:
         return tuple(self.modes)
 
     @property
+    def placed(self) -> "HybridSystem":
+        """This system with its symbols named by their places, see `chaosdrill.model.places`."""
+        with _compiling:
+            form = self.shared.get("placed")
+            if form is None:
+                form = self.shared["placed"] = in_places(self)
+        other = copy(form)
+        other.parameters = dict(zip(form.parameters, self.parameters.values(), strict=True))
+        starts = (self.initial[name] for name in self.state_names)
+        other.initial = {"mode": self.initial["mode"], **dict(zip(form.state_names, starts, strict=True))}
+        return other
+
+    @property
     def kernels(self) -> Any:
         """The compiled functions of this system.
 
         Copies with other numbers share them, unless a number is a whole exponent here and another one there.
         """
-        own = self.parameters
-        whole = {name: int(own[name]) for name in self.exponent_parameters if own[name].is_integer()}
+        placed = self.placed
+        own = placed.parameters
+        whole = {name: int(own[name]) for name in placed.exponent_parameters if own[name].is_integer()}
         key = tuple(whole.items())
         if key not in self.shared:
             from chaosdrill.codegen import compile_system
 
             with _compiling:
                 if key not in self.shared:
-                    self.shared[key] = compile_system(specialise(self, whole) if whole else self)
+                    try:
+                        self.shared[key] = compile_system(specialise(placed, whole) if whole else placed)
+                    except UnsupportedError as fault:
+                        own_names = {place: symbol for symbol, place in places_of(self).items()}
+                        raise ModelError(f"{self.name}: {fault.told(own_names)}") from None
         return self.shared[key]
 
     def forcing_period(self) -> float | None:
@@ -148,12 +168,13 @@ class HybridSystem:
         """
         if self.period is None:
             return None
-        names = sorted(p.name for p in self.period.free_symbols)
         if "period of one" not in self.shared:
-            symbols = [sympy.Symbol(name, real=True) for name in names]
-            self.shared["period of one"] = sympy.lambdify(symbols, self.period, modules="math")
+            placed = self.placed
+            self.shared["period of one"] = sympy.lambdify(
+                [parameter(name) for name in placed.parameters], placed.period, modules="math"
+            )
         try:
-            number = float(self.shared["period of one"](*(self.parameters[name] for name in names)))
+            number = float(self.shared["period of one"](*self.parameters.values()))
         except (ArithmeticError, ValueError, TypeError):
             number = float("nan")
         if not 0 < number < float("inf"):
@@ -245,8 +266,8 @@ class HybridSystem:
         if time and self.time is not None:
             extra[self.time] = (sympy.Integer(1), 0.0)
         for key in names:
-            extra[sympy.Symbol(key, real=True)] = (sympy.Integer(0), self.parameters[key])
-        fixed = {sympy.Symbol(key, real=True): self.parameters[key] for key in names}
+            extra[parameter(key)] = (sympy.Integer(0), self.parameters[key])
+        fixed = {parameter(key): self.parameters[key] for key in names}
         return HybridSystem(
             name=f"{self.name} (augmented)",
             states=(*self.states, *extra),
@@ -261,6 +282,18 @@ class HybridSystem:
             description=self.description,
             labels=self.labels,
         )
+
+    def _read_pi(self) -> None:
+        """Let ``pi`` be the number in what was read from text, unless something of the system is called so."""
+        pi = parameter("pi")
+        if pi in places_of(self):
+            return
+
+        def put(expression: Any) -> Any:
+            return expression.xreplace({pi: sympy.pi}) if hasattr(expression, "xreplace") else expression
+
+        rewrite(self, put)
+        self.period = put(self.period)
 
     def _set_initial(self, values: Mapping[str, Any]) -> None:
         for key, value in values.items():

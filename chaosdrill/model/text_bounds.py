@@ -102,3 +102,11 @@ def _double(expression: Any) -> float | None:
     except (ArithmeticError, ValueError):
         return None
     return None if isinstance(value, complex) else float(value)
+
+
+def has_doubles(expression: Any) -> bool:
+    """Whether every number of the expression is a double, whole numbers and fractions rounded."""
+    try:
+        return all(math.isfinite(float(number)) for number in expression.atoms(sympy.Rational, sympy.Float))
+    except OverflowError:
+        return False

@@ -7,6 +7,7 @@ import numpy as np
 import sympy
 
 from chaosdrill.model.derive import jacobian, saltation
+from chaosdrill.model.places import arguments
 from chaosdrill.model.special import SPECIAL
 from chaosdrill.orbits.arcs import arc_by_arc
 
@@ -65,14 +66,9 @@ def _integral(family: "Family", one: "Orbit", divergence: Any, values: np.ndarra
     return found
 
 
-def _symbols(system: "HybridSystem") -> list[Any]:
-    time = sympy.Symbol("t", real=True) if system.time is None else system.time
-    return [time, *system.states, *(sympy.Symbol(name, real=True) for name in system.parameters)]
-
-
-def _function(system: "HybridSystem", expression: Any) -> Any:
+def _function(placed: "HybridSystem", expression: Any) -> Any:
     """An expression of time, states and parameters as a function of numbers."""
-    return sympy.lambdify(_symbols(system), expression, modules=[_special(), "math"])
+    return sympy.lambdify(arguments(placed), expression, modules=[_special(), "math"])
 
 
 def _special() -> dict[str, Any]:
@@ -87,14 +83,16 @@ def _divergence(system: "HybridSystem", mode: int) -> Any:
     """Divergence of the field of a mode as a function; None where it is zero."""
     known = system.shared.setdefault("divergences", {})
     if mode not in known:
-        trace = jacobian(system, system.mode_names[mode]).trace()
-        known[mode] = None if trace == 0 else _function(system, trace)
+        placed = system.placed
+        trace = jacobian(placed, placed.mode_names[mode]).trace()
+        known[mode] = None if trace == 0 else _function(placed, trace)
     return known[mode]
 
 
 def _saltation(system: "HybridSystem", transition: int, mode: int) -> Any:
     known = system.shared.setdefault("saltations", {})
     if (transition, mode) not in known:
-        matrix = saltation(system, system.transitions[transition], system.mode_names[mode])
-        known[transition, mode] = _function(system, matrix.tolist())
+        placed = system.placed
+        matrix = saltation(placed, placed.transitions[transition], placed.mode_names[mode])
+        known[transition, mode] = _function(placed, matrix.tolist())
     return known[transition, mode]

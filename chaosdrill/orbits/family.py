@@ -12,6 +12,7 @@ from chaosdrill.engine.period import forcing_periods
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import differentiate
+from chaosdrill.model.places import parameter
 from chaosdrill.orbits.neutral import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit
 
@@ -369,7 +370,7 @@ def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
     key = ("free", free)
     known = system.shared.get(key)
     if known is None:
-        symbols = {name: sympy.Symbol(name, real=True) for name in free}
+        symbols = {name: parameter(name) for name in free}
         plain = HybridSystem(
             name=system.name, states=system.states, time=system.time, parameters=system.parameters,
             modes=system.modes, transitions=system.transitions, initial=system.initial,
@@ -377,8 +378,7 @@ def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
         )  # fmt: skip
         known = plain.augmented(parameters=free)
         if system.period is not None and system.period.free_symbols & set(symbols.values()):
-            period = system.period.subs({sympy.Symbol(k, real=True): sympy.Symbol(k, real=True) for k in free})
-            rates = [period, *(differentiate(period, symbols[name]) for name in free)]
+            rates = [system.period, *(differentiate(system.period, symbols[name]) for name in free)]
             rates += [sympy.Integer(0)] * (len(known.states) - len(rates))
             modes = {**known.modes, CLOCK: dict(zip(known.states, rates, strict=True))}
             known = HybridSystem(

@@ -60,11 +60,11 @@ def neutral_of(system: "HybridSystem") -> Neutral:
     if known is None:
         n = len(system.states)
         if "shifts" not in system.shared:
-            system.shared["shifts"] = shift_directions(system)
+            system.shared["shifts"] = shift_directions(system.placed)
         known = system.shared["neutral"] = Neutral(
             flow=system.time is None or not _explicit(system),
             shifts=np.reshape(np.array(system.shared["shifts"], dtype=float), (-1, n)),
-            conserved=np.reshape(np.array(conserved_combinations(system), dtype=float), (-1, n)),
+            conserved=np.reshape(np.array(conserved_combinations(system.placed), dtype=float), (-1, n)),
         )
     return known
 

@@ -55,7 +55,7 @@ INPUT = {
     "bounds without width": ({"bounds": {X: (1, 1)}}, "low < high"),
     "bound that is no number": ({"bounds": {X: (float("nan"), 1)}}, "bounds of 'x'"),
     "rate that is a list": (rate([1]), "mode 'free', dv/dt is [1]"),
-    "rate that is text": (rate("x +* v"), "mode 'free', dv/dt is 'x +* v', which sympy cannot read"),
+    "rate that is text": (rate("x +* v"), "mode 'free', dv/dt: '*' cannot stand at letter 4 of 'x +* v'"),
     "rate that is None": (rate(None), "mode 'free', dv/dt is None"),
     "rate that is a matrix": (rate(sympy.Matrix([X])), "dv/dt is Matrix([[x]]); it must be one number or sympy"),
     "rate that is complex": (rate(sympy.sqrt(-1) * X), "dv/dt: I*x is complex"),
@@ -91,13 +91,13 @@ def test_what_is_no_part_of_a_system(fault):
 
 
 TRANSITIONS = {
-    "guard that cannot be read": ({"guard": "x - "}, "transition 'hit': guard is 'x - ', which sympy cannot read"),
+    "guard that cannot be read": ({"guard": "x - "}, "transition 'hit': guard: 'x - ' ends where a number, a name"),
     "guard that is a relation": ({"guard": sympy.Eq(X, 1)}, "guard is Eq(x, 1), a relation; it must be an expression"),
     "guard that is complex": ({"guard": X - sympy.I}, "guard: x - I is complex"),
     "reset in a list": ({"reset": [V, -V]}, "reset is [v, -v]; it must be a mapping"),
     "reset to a relation": ({"reset": {V: X < V}}, "reset of v is x < v, a relation"),
     "reset to an integral": ({"reset": {V: sympy.Integral(V, V)}}, "is not carried out"),
-    "condition that cannot be read": ({"condition": "v >"}, "condition is 'v >', which sympy cannot read"),
+    "condition that cannot be read": ({"condition": "v >"}, "condition: 'v >' ends where a number, a name"),
     "priority of a fraction": ({"priority": 0.5}, "priority is 0.5; it must be an integer"),
     "priority in words": ({"priority": "first"}, "priority is 'first'"),
     "no source": ({"source": ()}, "source is (); it must be a mode's name"),

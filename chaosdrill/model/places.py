@@ -1,0 +1,81 @@
+"""A system whose symbols are named by their places: all that derives and computes sees these names alone.
+
+State 3 is ``x_3``, parameter 0 is ``p_0``, time is ``t``. What a user calls them comes back in labels and messages
+only. So no result depends on it: not by a name that a function or a temporary has too, and not by the order in which
+sums are added up, which sympy takes from names.
+"""
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+TIME = sympy.Symbol("t", real=True)
+
+
+def places_of(system: "HybridSystem") -> dict[Any, Any]:
+    """The symbol of the place of every symbol of a system."""
+    places = {x: sympy.Symbol(f"x_{i}", real=True) for i, x in enumerate(system.states)}
+    places |= {parameter(name): sympy.Symbol(f"p_{i}", real=True) for i, name in enumerate(system.parameters)}
+    return places if system.time is None else {**places, system.time: TIME}
+
+
+def in_places(system: "HybridSystem") -> "HybridSystem":
+    """The same system with states, parameters and time called by their places; modes and transitions keep names."""
+    places = places_of(system)
+
+    def put(expression: Any) -> Any:
+        return sympy.sympify(expression).xreplace(places)
+
+    names = {symbol.name: place.name for symbol, place in places.items() if symbol != system.time}
+    other = copy(system)
+    other.states = tuple(places[x] for x in system.states)
+    other.time = None if system.time is None else TIME
+    other.parameters = {names[name]: value for name, value in system.parameters.items()}
+    other.exponent_parameters = tuple(names[name] for name in system.exponent_parameters)
+    other.initial = {names.get(name, name): value for name, value in system.initial.items()}
+    other.bounds = {names[name]: bound for name, bound in system.bounds.items()}
+    other.labels = {}
+    rewrite(other, put, places)
+    other.period = None if system.period is None else put(system.period)
+    other.shared = type(system.shared)()
+    return other
+
+
+def rewrite(system: "HybridSystem", put: Callable[[Any], Any], states: Mapping[Any, Any] | None = None) -> None:
+    """Put other expressions into a system, and other symbols of its ``states`` before their rates and resets.
+
+    The period stays as it is.
+    """
+
+    def fields(rates: Mapping[Any, Any]) -> dict[Any, Any]:
+        if states is None:
+            return {x: put(rate) for x, rate in rates.items()}
+        return {place: put(rates[x]) for x, place in states.items() if x in rates}
+
+    system.modes = {mode: fields(rates) for mode, rates in system.modes.items()}
+    system.quadratures = {name: put(rate) for name, rate in system.quadratures.items()}
+    system.transitions = tuple(
+        replace(
+            t,
+            guard=put(t.guard),
+            reset=fields(t.reset),
+            condition=None if t.condition is None else put(t.condition),
+        )
+        for t in system.transitions
+    )
+
+
+def arguments(placed: "HybridSystem") -> list[Any]:
+    """Time, states and parameters of a system in places, as the arguments of functions made of its expressions."""
+    return [TIME, *placed.states, *map(parameter, placed.parameters)]
+
+
+def parameter(name: str) -> Any:
+    """The symbol of a parameter."""
+    return sympy.Symbol(name, real=True)
