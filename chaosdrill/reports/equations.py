@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.model.grammar import PLAIN_NAME
 from chaosdrill.reports.html import Html, element, facts, joined, scrolled
 
 if TYPE_CHECKING:
@@ -70,11 +71,20 @@ def _math(inner: Html, plain: str, block: bool) -> Html:
 
 
 def _inner(expression: Any) -> Html:
+    """The expression in MathML; sympy sets words of letters and digits itself, other names are put in as text."""
     import sympy
     from sympy.printing.mathml import mathml
 
     if isinstance(expression, str):
         expression = sympy.Symbol(expression)
-    written = mathml(expression, printer="presentation")
+    symbols = expression.free_symbols
+    longest = max((len(s.name) for s in symbols), default=0)
+    strange = [s for s in symbols if not PLAIN_NAME.fullmatch(s.name)]
+    # longer than any name, so that none of them is called so
+    stands_for = {s: sympy.Symbol(f"{'q' * longest}q{i}q", real=True) for i, s in enumerate(strange)}
+    written = mathml(expression.xreplace(stands_for), printer="presentation")
     # browsers set a hyphen as a hyphen, and the entity for e as a doubled letter
-    return Html(written.replace("<mo>-</mo>", "<mo>−</mo>").replace("&ExponentialE;", "e"))
+    written = written.replace("<mo>-</mo>", "<mo>−</mo>").replace("&ExponentialE;", "e")
+    for symbol, placeholder in stands_for.items():
+        written = written.replace(f"<mi>{placeholder.name}</mi>", element("mi", symbol.name))
+    return Html(written)

@@ -47,8 +47,13 @@ class _Reader(HTMLParser):
 
 def read(path):
     """The page's tree; elements must be closed in the order in which they were opened."""
+    return parsed(path.read_text(encoding="utf-8"))
+
+
+def parsed(text):
+    """The tree of a page or a part of one."""
     reader = _Reader()
-    reader.feed(path.read_text(encoding="utf-8"))
+    reader.feed(text)
     reader.close()
     assert reader.here is reader.root
     return reader.root

@@ -4,9 +4,13 @@ import json
 
 import numpy as np
 import pytest
+import sympy
 import xarray as xr
 from archives import chart, diagram
-from pages import read
+from pages import parsed, read
+
+import chaosdrill as cd
+from chaosdrill.reports.equations import equations, events
 
 BAD = (
     """</script></title></style><script>window.hacked = 1</script><img src=x onerror="window.hacked = 2">'"&amp;<!--"""
@@ -85,3 +89,42 @@ def test_long_texts_are_cut_and_say_so(write, tree):
     made = write(tree)
     assert made.bytes < 1_000_000
     assert "980000 more characters" in read(made.path).text
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "<img src=x onerror=alert(1)>",
+        "&#60;img src=x onerror=alert(1)&#62;",
+        "<meta http-equiv=refresh content='0;url=data:,'>",
+        "<style>*{display:none}<&#47;style>",
+        "&lt;b&gt;",
+        "a'\"b",
+        "q0q",
+    ],
+)
+def test_names_in_equations_are_text(name):
+    """Every symbol in turn: the same kinds of elements, and the name to be read."""
+    harmless = ("x", "v", "t", "w")
+    plain = page_of(harmless)
+    for place in range(4):
+        found = page_of([name if i == place else word for i, word in enumerate(harmless)])
+        assert {e.tag for e in found.all()} == {e.tag for e in plain.all()}
+        assert name in [e.text for e in found.all("mi")]
+
+
+def page_of(names):
+    x, v, t, w = (sympy.Symbol(name, real=True) for name in names)
+    system = cd.HybridSystem(
+        name="oscillator",
+        states=(x, v),
+        time=t,
+        parameters={w.name: 2.0},
+        modes={"free": {x: v, v: sympy.cos(w * t) - x * v}},
+        transitions=[
+            cd.Transition("hit", "free", "free", guard=x - w, direction=1, reset={v: -v * w}, condition=v > w * x)
+        ],
+        period=2 * sympy.pi / w,
+        quadratures={"work": v * w},
+    )
+    return parsed(f"<main>{equations(system)}{events(system)}</main>")
