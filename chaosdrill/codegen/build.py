@@ -1,5 +1,6 @@
 """A system's kernels: generated, written to a real file, compiled and cached by content."""
 
+import contextlib
 import hashlib
 import importlib.util
 import os
@@ -133,13 +134,29 @@ def _moves_table(system: "HybridSystem") -> np.ndarray:
 
 def _write(text: str) -> Path:
     key = hashlib.sha256((code_key() + text).encode()).hexdigest()[:20]
-    path = cache_folder() / "kernels" / f"system_{key}.py"
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, draft = tempfile.mkstemp(dir=path.parent, suffix=".part")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+    name = f"system_{key}.py"
+    try:
+        return _written(cache_folder() / "kernels" / name, text)
+    except OSError:
+        # a disk that is full keeps nothing, and the run goes on
+        return _written(Path(tempfile.mkdtemp(prefix="chaosdrill-")) / name, text)
+
+
+def _written(path: Path, text: str) -> Path:
+    """The file with this text; one that holds another text is replaced."""
+    content = text.encode()
+    if path.exists() and path.read_bytes() == content:
+        return path
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    handle, draft = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
         os.replace(draft, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(draft)
+        raise
     return path
 
 

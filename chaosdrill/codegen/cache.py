@@ -2,7 +2,9 @@
 
 import hashlib
 import os
+import stat
 import tempfile
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -10,17 +12,41 @@ PACKAGE = Path(__file__).resolve().parent.parent
 
 
 def lasting_folder() -> Path | None:
-    """``CHAOSDRILL_CACHE_DIR``, else the user's cache folder; None if it cannot be written."""
+    """``CHAOSDRILL_CACHE_DIR``, else the user's cache folder; None if it cannot be written, or if others can.
+
+    What lies there is run, so that whoever can write there could have code of their own run.
+    """
     named = os.environ.get("CHAOSDRILL_CACHE_DIR")
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "chaosdrill"
     for folder in [Path(named)] if named else [base]:
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if others := _others_who_write(folder):
+                warnings.warn(f"{folder} is not used to keep compiled code: {others}", stacklevel=2)
+                continue
             with tempfile.TemporaryFile(dir=folder):
                 return folder
         except (OSError, RuntimeError):
             continue
     return None
+
+
+def _others_who_write(folder: Path) -> str:
+    """Who but the user can write into a folder, in words; empty if nobody can."""
+    if not hasattr(os, "getuid"):
+        return ""
+    for place in (folder, folder / "kernels", folder / "kernels" / "__pycache__"):
+        try:
+            found = place.stat()
+        except FileNotFoundError:
+            break
+        if found.st_uid != os.getuid():
+            return f"{place} belongs to another user"
+        if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            return f"others can write into {place}; chmod go-w would keep them out"
+        if not found.st_mode & (stat.S_IXGRP | stat.S_IXOTH):
+            break
+    return ""
 
 
 @cache

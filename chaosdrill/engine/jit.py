@@ -12,25 +12,17 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.core.caching import FunctionCache
 from numba.core.codegen import CPUCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
-from chaosdrill.codegen.cache import code_key
+from chaosdrill.codegen.kept import CodeCache
 
 RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
 """1/k, a table because every order of every series divides by its number."""
 
 FAST = {"contract", "nsz", "arcp"}
 """Rounding freedom in Taylor recurrences; never in events, resets or saltation, where exact zeros carry the rank."""
-
-
-class ContentCache(FunctionCache):
-    """numba's disk cache with the content of the package's numerical code in its key."""
-
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (*super()._index_key(sig, codegen), code_key())
 
 
 _rare: set[str] = set()
@@ -82,7 +74,7 @@ def compiled(signature: Any, packed: bool = True) -> Callable[[Any], Any]:
     def decorate(function: Any) -> Any:
         dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
         with contextlib.suppress(RuntimeError):
-            dispatcher._cache = ContentCache(function)
+            dispatcher._cache = CodeCache(function)
         with warnings.catch_warnings(), _alone(function.__qualname__, packed):
             warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
             dispatcher.compile(signature)

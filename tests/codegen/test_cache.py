@@ -1,8 +1,10 @@
 """Generated sources are kept by content, in a folder that the user can name, or in a temporary one."""
 
+import errno
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -113,7 +115,7 @@ def test_a_fresh_process_compiles_with_and_without_a_cache(tmp_path, home):
     assert path.is_relative_to(expected)
     if home == "cache":
         # the compiled code lies beside the source
-        assert list(path.parent.glob("__pycache__/*.nbi"))
+        assert list(path.parent.glob("__pycache__/*.code"))
 
 
 def test_the_name_of_a_system_is_no_code(folder, tmp_path):
@@ -138,3 +140,83 @@ def test_what_compiles_ahead_imports_nothing_from_the_working_directory(folder, 
     interpreter = command[: command.index("-c")]
     subprocess.run([*interpreter, "-c", "import llvmlite"], cwd=tmp_path, env=environment, check=True)
     assert not harm.exists()
+
+
+DAMAGES = {
+    "emptied": lambda held: b"",
+    "cut": lambda held: held[: len(held) // 2],
+    "zeroed": lambda held: bytes(len(held)),
+    "one bit": lambda held: held[:-9] + bytes([held[-9] ^ 1]) + held[-8:],
+    "text": lambda held: b"no code",
+}
+
+ENDS = """
+import sys, warnings, sympy, chaosdrill as cd
+warnings.simplefilter("always")
+x, k = sympy.symbols("x k", real=True)
+system = cd.HybridSystem(name="decay", states=(x,), parameters={"k": 1.0}, modes={"on": {x: -k * x}}, initial={x: 1.0})
+system.kernels
+print(system.kernels.functions[3].py_func.__name__)
+"""
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damaged_code_is_noticed_and_compiled_anew(tmp_path, damage):
+    environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(tmp_path)}
+    # the engine is not wanted, so that no process begins to compile it
+    (tmp_path / f"flow-{cache.code_key()}").touch()
+
+    def run():
+        return subprocess.run([sys.executable, "-c", ENDS], env=environment, capture_output=True, text=True, check=True)
+
+    first = run()
+    files = sorted(tmp_path.glob("kernels/__pycache__/*.code"))
+    assert files
+    assert "damaged" not in first.stderr
+    for path in files:
+        path.write_bytes(DAMAGES[damage](path.read_bytes()))
+    again = run()
+    assert again.stdout == first.stdout
+    assert all(again.stderr.count(f"{path} is damaged") == 1 for path in files)
+    assert sorted(tmp_path.glob("kernels/__pycache__/*.code")) == files
+    assert "damaged" not in run().stderr
+
+
+def test_a_full_disk_costs_the_keeping_alone(folder, monkeypatch):
+    whole = tempfile.mkstemp
+
+    def full(*given, dir=None, **more):
+        if dir is not None and Path(dir).is_relative_to(folder):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return whole(*given, dir=dir, **more)
+
+    monkeypatch.setattr(tempfile, "mkstemp", full)
+    system = decay(rate=K / 3)
+    assert not system.kernels.path.is_relative_to(folder)
+    run = cd.trajectory(system.with_initial(x=1.0), duration=3.0)
+    assert float(run["state"].values[-1, 0]) == pytest.approx(2.718281828459045**-1, rel=1e-11)
+
+
+@pytest.mark.parametrize("place", ["", "kernels"])
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o722])
+def test_a_folder_that_others_can_write_is_not_used(folder, place, mode):
+    (folder / "kernels").mkdir(parents=True)
+    (folder / place).chmod(mode)
+    with pytest.warns(UserWarning, match="others can write into"):
+        path = build._write(text_of(decay()))
+    assert not path.is_relative_to(folder)
+    assert list((folder / "kernels").iterdir()) == []
+
+
+def test_a_folder_that_only_the_user_can_enter_is_used_whatever_is_open_in_it(folder):
+    (folder / "kernels").mkdir(parents=True)
+    folder.chmod(0o700)
+    (folder / "kernels").chmod(0o777)
+    assert build._write(text_of(decay())).parent == folder / "kernels"
+
+
+def test_a_source_that_was_altered_is_written_anew(folder):
+    path = build._write(text_of(decay()))
+    path.write_text("raise SystemExit(5)")
+    assert build._write(text_of(decay())) == path
+    assert path.read_text() == text_of(decay())

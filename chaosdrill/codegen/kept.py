@@ -1,0 +1,85 @@
+"""Compiled code on the disk: one file a function, which is whole or is not used.
+
+A file holds a digest of what follows it and is renamed into place. One that was cut, emptied or altered is noticed and
+compiled anew; a disk that is full costs the keeping and nothing else. The digest tells damage. It is no proof of where
+a file comes from: that nobody else can write into the folder is, see `chaosdrill.codegen.cache`.
+"""
+
+import contextlib
+import hashlib
+import os
+import pickle
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Any
+
+from numba.core.caching import FunctionCache
+from numba.core.serialize import dumps
+
+from chaosdrill.codegen.cache import code_key
+
+SUFFIX = ".code"
+
+
+class CodeFiles:
+    """Compiled code of one function by signature, in the place of numba's index and data files.
+
+    Parameters
+    ----------
+    folder : str
+    name : str
+        What the names of the files begin with.
+    """
+
+    def __init__(self, folder: str, name: str) -> None:
+        self.folder, self.name = Path(folder), name
+
+    def path(self, key: Any) -> Path:
+        """The file of a key."""
+        return self.folder / f"{self.name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:20]}{SUFFIX}"
+
+    def load(self, key: Any) -> Any:
+        """What was saved, or None if there is nothing that is whole."""
+        path = self.path(key)
+        try:
+            held = path.read_bytes()
+        except OSError:
+            return None
+        digest, content = held[:32], held[32:]
+        if hashlib.sha256(content).digest() != digest:
+            warnings.warn(f"{path} is damaged; it is compiled anew", stacklevel=2)
+            with contextlib.suppress(OSError):
+                path.unlink()
+            return None
+        return pickle.loads(content)
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep something, if the disk lets it."""
+        content = dumps(data)
+        draft = None
+        try:
+            handle, draft = tempfile.mkstemp(dir=self.folder, suffix=".part")
+            with os.fdopen(handle, "wb") as file:
+                file.write(hashlib.sha256(content).digest() + content)
+            os.replace(draft, self.path(key))
+        except OSError:
+            if draft is not None:
+                with contextlib.suppress(OSError):
+                    os.unlink(draft)
+
+
+class CodeCache(FunctionCache):
+    """numba's disk cache, with the content of the package's numerical code in its key and files that tell damage."""
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._cache_file = CodeFiles(self._cache_path, self._impl.filename_base)
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return (*super()._index_key(sig, codegen), code_key())
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        # the folder may have become one that cannot be written
+        with contextlib.suppress(OSError):
+            super()._save_overload(sig, data)
