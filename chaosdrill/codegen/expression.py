@@ -7,8 +7,7 @@ from sympy.core.sorting import default_sort_key
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
-from chaosdrill.errors import UnsupportedError
-from chaosdrill.model.places import parameter
+from chaosdrill.model.places import UnsupportedError, parameter
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:

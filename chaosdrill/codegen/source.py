@@ -11,8 +11,8 @@ from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.taylor import ModeSource
 from chaosdrill.codegen.transit import transit
 from chaosdrill.codegen.variational import tangent
-from chaosdrill.errors import UnsupportedError
 from chaosdrill.model.derive import guard_gradient, jacobian, rate, reset_jacobian, reset_map
+from chaosdrill.model.places import UnsupportedError
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem

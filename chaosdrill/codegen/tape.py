@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.errors import UnsupportedError
+from chaosdrill.model.places import UnsupportedError
 from chaosdrill.model.special import positive_power
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.errors import ModelError, SettingsError, UnsupportedError
+from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.check import check_system
 from chaosdrill.model.exponents import exponent_parameters, specialise
-from chaosdrill.model.places import in_places, parameter, places_of, rewrite
+from chaosdrill.model.places import UnsupportedError, in_places, parameter, places_of, rewrite
 from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
 

@@ -92,11 +92,14 @@ def _check_sweep(table: Mapping[str, Any], system: CheckedSystem, at: Path) -> l
             problems += faults
             if faults:
                 break
-        problems += _check_start(table, name, ends, system, place)
+        if isinstance(values, Mapping):
+            problems += _check_start(table, name, ends, system, place)
     return problems
 
 
-def _check_start(table: Mapping[str, Any], name: str, ends: Any, system: CheckedSystem, place: Path) -> list[Problem]:
+def _check_start(
+    table: Mapping[str, Any], name: str, ends: list[Any], system: CheckedSystem, place: Path
+) -> list[Problem]:
     """A branch starts at the system's own value of the parameter, which is to lie between the limits."""
     if table["kind"] != "continuation" or not all(isinstance(end, int | float) for end in ends):
         return []

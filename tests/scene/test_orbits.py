@@ -46,6 +46,10 @@ CASES = [
     ),
     ("stop = 2.4 }", "stop = 2.4, num = 9 }", "15: analysis.branch.sweep.omega.num: unknown key; leave it out"),
     ("{ start = 2.6, stop = 2.4 }", "[2.6, 2.4]", "15: analysis.branch.sweep.omega: expected a table"),
+    *(
+        ("{ start = 2.6, stop = 2.4 }", value, "15: analysis.branch.sweep.omega: expected a table, received")
+        for value in ("3", "[]", "[1]", "true", "nan", "'x'", "1979-05-27")
+    ),
     ("doublings = 3", "doublings = 40", "16: analysis.branch.doublings: must be at most 12, received 40"),
     ("step = 1e-3", "step = 0.0", "17: analysis.branch.step: must be greater than 0, received 0.0"),
     ("step = 1e-3", "step = 0.25", "13: analysis.branch: step is longer than the whole range"),
