@@ -2,11 +2,17 @@
 
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
+from hashlib import sha256
 from pathlib import Path
+from threading import RLock
 from uuid import uuid4
+
+netcdf = RLock()
+"""Held for every call into the NetCDF library, which threads that call it at once bring down."""
 
 
 @contextmanager
@@ -14,7 +20,9 @@ def replacing(target: Path) -> Iterator[Path]:
     """Name of a file to write beside ``target``; it takes the target's place when the block ends without a fault.
 
     The file is flushed to the disk before, so that a full disk, an interrupt or a kill leaves the earlier file whole.
+    Of a link the file is replaced that it leads to.
     """
+    target = target.resolve() if target.is_symlink() else target
     beside = draft_of(target)
     try:
         yield beside
@@ -38,13 +46,41 @@ def draft_of(target: Path) -> Path:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
     if "\0" in str(target):
         raise OSError(errno.EINVAL, "the name holds a zero byte", str(target))
-    return target.with_name(f".{target.name[:80]}.{uuid4().hex[:12]}.part")
+    return target.with_name(f"{_stem(target)}.{uuid4().hex[:12]}.part")
 
 
 def remove_drafts(target: Path) -> None:
     """Remove what processes that were killed while writing ``target`` have left beside it."""
-    for draft in target.parent.glob(f".{escape(target.name[:80])}.{'[0-9a-f]' * 12}.part"):
+    target = target.resolve() if target.is_symlink() else target
+    for draft in target.parent.glob(f"{escape(_stem(target))}.{'[0-9a-f]' * 12}.part"):
         draft.unlink(missing_ok=True)
+
+
+def _stem(target: Path) -> str:
+    """What the names of a target's drafts begin with, short and its own alone."""
+    return f".{target.name[:40]}.{sha256(os.fsencode(target.name)).hexdigest()[:12]}"
+
+
+def open_own(path: Path, flags: int) -> int:
+    """A handle of a file that is made if it is not there, and is the only name of what it holds.
+
+    Raises
+    ------
+    OSError
+        Also if it is a link, or no ordinary file: what is written into it would change another file.
+    """
+    try:
+        handle = os.open(path, flags | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    except OSError as fault:
+        if fault.errno != errno.ELOOP:
+            raise
+        raise OSError(errno.ELOOP, f"{path.name} is a link to another file", str(path)) from None
+    found = os.fstat(handle)
+    if stat.S_ISREG(found.st_mode) and found.st_nlink <= 1:
+        return handle
+    os.close(handle)
+    what = "a link to another file" if stat.S_ISREG(found.st_mode) else "no ordinary file"
+    raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))
 
 
 def flush(path: Path) -> None:
@@ -58,12 +94,16 @@ def flush(path: Path) -> None:
 
 @contextmanager
 def small_netcdf_cache() -> Iterator[None]:
-    """Have the NetCDF library hold a megabyte of a variable that it writes, not all of it until the file is closed."""
+    """Have the NetCDF library hold a megabyte of a variable that it writes, not all of it until the file is closed.
+
+    The library is one thread's alone until then.
+    """
     import netCDF4
 
-    size, slots, preemption = netCDF4.get_chunk_cache()
-    netCDF4.set_chunk_cache(min(size, 2**20))
-    try:
-        yield
-    finally:
-        netCDF4.set_chunk_cache(size, slots, preemption)
+    with netcdf:
+        size, slots, preemption = netCDF4.get_chunk_cache()
+        netCDF4.set_chunk_cache(min(size, 2**20))
+        try:
+            yield
+        finally:
+            netCDF4.set_chunk_cache(size, slots, preemption)

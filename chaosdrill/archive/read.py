@@ -11,6 +11,7 @@ from chaosdrill.archive.layout import check_layout
 from chaosdrill.archive.seal import is_sealed, try_reading
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
+from chaosdrill.files import netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,10 +45,11 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
         try_reading(file)
     try:
         check_layout(file)
-        # what readers warn of in a damaged file is no news for whoever gets it
-        with warnings.catch_warnings(action="ignore"), xr.open_datatree(file, engine="netcdf4", **_AS_STORED) as lazy:
-            # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
-            nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}
+        with netcdf, warnings.catch_warnings(action="ignore"):
+            # what readers warn of in a damaged file is no news for whoever gets it
+            with xr.open_datatree(file, engine="netcdf4", **_AS_STORED) as lazy:
+                # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
+                nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}
             tree = xr.DataTree.from_dict({path: labels_from_file(ds) for path, ds in nodes.items()})
     except ArchiveError:
         raise

@@ -113,6 +113,8 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
     # os.path says no where a name is too long or holds a zero byte, which Path.is_dir raises
     if os.path.isdir(target):
         raise ArchiveError(f"{target}: is a folder; name a file, as in {target / f'result{ending}'}")
+    if os.path.exists(target) and not os.path.isfile(target):
+        raise ArchiveError(f"{target}: is no ordinary file, and is not replaced; name another file")
     try:
         trial = draft_of(target)
         # the name of the trial is short, so that it does not tell of one that is too long

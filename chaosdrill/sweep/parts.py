@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SceneError, SettingsError
-from chaosdrill.files import remove_drafts, replacing, small_netcdf_cache
+from chaosdrill.files import netcdf, open_own, remove_drafts, replacing, small_netcdf_cache
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.store import kept_points
 
@@ -60,7 +60,7 @@ class Parts:
     def __enter__(self) -> "Parts":
         with self._told("cannot be used for finished parts"):
             self.folder.mkdir(exist_ok=True)
-            self._lock = os.open(self.folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+            self._lock = open_own(self.folder / _LOCK, os.O_RDWR)
         try:
             self._take_over()
         except BaseException:
@@ -85,8 +85,17 @@ class Parts:
         return found
 
     def store(self, group: str) -> Path:
-        """Folder for the finished chunks of a sweep."""
-        return self.folder / group
+        """Folder for the finished chunks of a sweep.
+
+        Raises
+        ------
+        ArchiveError
+            If it is a link: what is written there would change other files.
+        """
+        folder = self.folder / group
+        if folder.is_symlink():
+            raise ArchiveError(f"{folder}: is a link; remove it to start over")
+        return folder
 
     def finished(self, group: str) -> "xr.Dataset | None":
         """The dataset of an analysis that was kept; None if there is none, or if it is damaged."""
@@ -100,7 +109,7 @@ class Parts:
         except (OSError, ValueError, KeyError, TypeError):
             return None
         # nothing is decoded, so that every bit comes back
-        with xr.open_dataset(path, engine="netcdf4", mask_and_scale=False, decode_times=False) as lazy:
+        with netcdf, xr.open_dataset(path, engine="netcdf4", mask_and_scale=False, decode_times=False) as lazy:
             return lazy.load().drop_encoding()
 
     def keep(self, group: str, dataset: "xr.Dataset") -> None:

@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.files import replacing
+from chaosdrill.files import open_own, replacing
 from chaosdrill.sweep.chunks import Gaps
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.task import Arrays, Task
@@ -164,9 +164,9 @@ class Store(Memory):
             self._check_manifest()
         try:
             with self._told(f"cannot reserve {size / 1e6:.3g} MB for the results"):
-                self._handles.append(os.open(self.folder / RESULTS, os.O_RDWR | os.O_CREAT, 0o666))
+                self._handles.append(open_own(self.folder / RESULTS, os.O_RDWR))
                 _reserve(self._handles[0], size)
-                self._handles.append(os.open(self.folder / JOURNAL, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666))
+                self._handles.append(open_own(self.folder / JOURNAL, os.O_RDWR | os.O_APPEND))
                 arrays = self._map("r")
                 self.finished = self._vouched(arrays)
         except BaseException:
@@ -258,7 +258,7 @@ def _entries(journal: Path) -> list[tuple[int, int, Any]]:
         try:
             entry = json.loads(line)
             first, count, digest = entry["first"], entry["count"], entry["sha256"]
-        except (ValueError, TypeError, KeyError):
+        except (ValueError, TypeError, KeyError, RecursionError):
             continue
         if isinstance(first, int) and isinstance(count, int) and first >= 0 < count:
             found.append((first, count, digest))

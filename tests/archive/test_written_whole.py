@@ -10,6 +10,7 @@ import xarray as xr
 
 from chaosdrill.archive import check_writable, save
 from chaosdrill.errors import ArchiveError
+from chaosdrill.files import draft_of, remove_drafts
 
 
 @pytest.fixture
@@ -31,6 +32,7 @@ sys.path.insert(0, sys.argv[2])
 from conftest import diagram
 from chaosdrill.archive import save
 from chaosdrill.errors import ArchiveError
+from chaosdrill.files import draft_of, remove_drafts
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
 try:
@@ -101,3 +103,60 @@ def test_folder_that_does_not_exist(tmp_path):
 def test_a_new_archive_has_the_usual_permissions(tree, tmp_path):
     (tmp_path / "plain").touch()
     assert save(tree, tmp_path / "result.nc").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+THREADS = """
+import sys
+from concurrent.futures import ThreadPoolExecutor
+sys.path.insert(0, sys.argv[2])
+from conftest import diagram
+import chaosdrill as cd
+
+def work(number):
+    path = f"{sys.argv[1]}/{number}.nc"
+    cd.save(diagram(200), path)
+    first = cd.open(path)
+    for _ in range(8):
+        cd.save(first, path)
+        assert cd.open(path).identical(first)
+    return number
+
+with ThreadPoolExecutor(6) as pool:
+    print(sorted(pool.map(work, range(6))))
+"""
+
+
+def test_threads_may_save_and_open_at_once(tmp_path):
+    command = [sys.executable, "-c", THREADS, str(tmp_path), str(Path(__file__).parent)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, "[0, 1, 2, 3, 4, 5]"), done.stderr[-2000:]
+
+
+def test_a_link_is_followed_and_its_target_replaced(tree, tmp_path):
+    (tmp_path / "far").mkdir()
+    real, link = tmp_path / "far" / "real.nc", tmp_path / "link.nc"
+    save(tree, real)
+    before = real.stat().st_ino
+    link.symlink_to(real)
+    save(tree, link)
+    assert link.is_symlink()
+    assert real.stat().st_ino != before
+    assert os.listdir(tmp_path / "far") == ["real.nc"]
+
+
+def test_what_is_no_ordinary_file_is_not_replaced(tree, tmp_path):
+    target = tmp_path / "pipe"
+    os.mkfifo(target)
+    with pytest.raises(ArchiveError, match="is no ordinary file"):
+        save(tree, target)
+    assert target.is_fifo()
+
+
+def test_drafts_of_another_target_are_left_alone(tmp_path):
+    long = "a" * 90
+    one, other = tmp_path / f"{long}1.nc", tmp_path / f"{long}2.nc"
+    mine, theirs = draft_of(one), draft_of(other)
+    mine.touch()
+    theirs.touch()
+    remove_drafts(one)
+    assert os.listdir(tmp_path) == [theirs.name]

@@ -195,3 +195,23 @@ def test_a_disk_that_is_too_small_is_left_as_it_was(tmp_path, monkeypatch):
         execute(TASK, store=tmp_path / "parts")
     results = tmp_path / "parts" / RESULTS
     assert not results.exists() or results.stat().st_size == 0
+
+
+@pytest.mark.parametrize("name", [RESULTS, JOURNAL])
+@pytest.mark.parametrize("link", [os.symlink, os.link])
+def test_a_file_that_is_a_link_to_another_is_not_written(folder, tmp_path, name, link):
+    other = tmp_path / "other"
+    other.write_text("of somebody else")
+    (folder / name).unlink()
+    link(other, folder / name)
+    with pytest.raises(ArchiveError, match=f"{name} is a link to another file"):
+        execute(TASK, store=folder)
+    assert other.read_text() == "of somebody else"
+
+
+def test_a_line_of_the_journal_that_is_no_line_is_passed_over(folder, whole, same):
+    with (folder / JOURNAL).open("a") as journal:
+        journal.write("[" * 100_000 + "\n" + '{"first": 0}\n')
+    found, before = resumed(folder)
+    assert before == 38
+    assert same(found, whole(TASK))
