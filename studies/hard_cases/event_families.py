@@ -305,6 +305,9 @@ def oscillators() -> Family:
         second = np.arctan2(of["y"], of["u"] / (h * w))
         rate = w / (2 * np.pi)
         error = STATE_ERROR * tolerance * (1 + of["decay"] / 30) + ROUNDING
+        # a start that is a hair beside the level has its root a hair before or after it
+        if 0 < abs(of["x"] - of["c"]) < 1e-9 * size:
+            raise UnclearError
 
         def roots(level: float, rate: float, phase: float) -> tuple[np.ndarray, np.ndarray, float]:
             return crossings(level, rate, -phase / (2 * np.pi), length)
