@@ -20,9 +20,8 @@ def replacing(target: Path) -> Iterator[Path]:
     """Name of a file to write beside ``target``; it takes the target's place when the block ends without a fault.
 
     The file is flushed to the disk before, so that a full disk, an interrupt or a kill leaves the earlier file whole.
-    Of a link the file is replaced that it leads to.
+    A link is replaced itself.
     """
-    target = target.resolve() if target.is_symlink() else target
     beside = draft_of(target)
     try:
         yield beside
@@ -32,6 +31,11 @@ def replacing(target: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             beside.unlink(missing_ok=True)
+
+
+def followed(target: Path) -> Path:
+    """The file that a target named by the user leads to, if it is a link."""
+    return Path(os.path.realpath(target)) if os.path.islink(target) else target
 
 
 def draft_of(target: Path) -> Path:
@@ -51,7 +55,6 @@ def draft_of(target: Path) -> Path:
 
 def remove_drafts(target: Path) -> None:
     """Remove what processes that were killed while writing ``target`` have left beside it."""
-    target = target.resolve() if target.is_symlink() else target
     for draft in target.parent.glob(f"{escape(_stem(target))}.{'[0-9a-f]' * 12}.part"):
         draft.unlink(missing_ok=True)
 

@@ -45,11 +45,14 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
         try_reading(file)
     try:
         check_layout(file)
-        with netcdf, warnings.catch_warnings(action="ignore"):
-            # what readers warn of in a damaged file is no news for whoever gets it
-            with xr.open_datatree(file, engine="netcdf4", **_AS_STORED) as lazy:
-                # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
-                nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}
+        # what readers warn of in a damaged file is no news for whoever gets it
+        with (
+            netcdf,
+            warnings.catch_warnings(action="ignore"),
+            xr.open_datatree(file, engine="netcdf4", **_AS_STORED) as lazy,
+        ):
+            # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
+            nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}
             tree = xr.DataTree.from_dict({path: labels_from_file(ds) for path, ds in nodes.items()})
     except ArchiveError:
         raise

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.write import check_writable, save
 from chaosdrill.errors import SettingsError
-from chaosdrill.files import remove_drafts
+from chaosdrill.files import followed, remove_drafts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +85,7 @@ def run(
     check_period(loaded)
     check_writable(output)
     with Parts(f"{os.fspath(output)}.parts", loaded.fingerprint(), resume=resume) as parts:
-        remove_drafts(Path(output))
+        remove_drafts(followed(Path(output)))
         for name, state in parts.kept().items():
             if tell:
                 tell(f"{name}: {state} before")

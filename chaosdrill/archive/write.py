@@ -10,7 +10,7 @@ from chaosdrill.archive.digest import with_digests
 from chaosdrill.archive.labels import labels_to_file
 from chaosdrill.archive.seal import seal
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import draft_of, replacing, small_netcdf_cache
+from chaosdrill.files import draft_of, followed, replacing, small_netcdf_cache
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,7 +86,7 @@ def writing(target: Path, what: str) -> Iterator[Path]:
         If the file cannot be written, with the reason.
     """
     try:
-        with replacing(target) as draft:
+        with replacing(followed(target)) as draft:
             yield draft
     except OSError as fault:
         raise ArchiveError(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ChaosdrillError, SettingsError
-from chaosdrill.files import remove_drafts
+from chaosdrill.files import followed, remove_drafts
 from chaosdrill.reports import accuracy, explorer, orbits, points, runs
 from chaosdrill.reports.figures import figure
 from chaosdrill.reports.html import Html, element, joined, table
@@ -110,7 +110,7 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     check_writable(target, ".html")
     written = _Writer(tree, source)
     content = written.page().encode("utf-8", errors="replace")
-    remove_drafts(target)
+    remove_drafts(followed(target))
     with writing(target, "report") as draft:
         draft.write_bytes(content)
     return Report(

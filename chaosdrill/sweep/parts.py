@@ -114,7 +114,7 @@ class Parts:
 
     def keep(self, group: str, dataset: "xr.Dataset") -> None:
         """Keep the dataset of an analysis that has finished."""
-        folder = self.folder / group
+        folder = self.store(group)
         with self._told(f"cannot keep the result of {group}"):
             # a folder that was removed during the work is not made again: it would hold a part of the parts
             os.stat(self.folder / _LOCK)

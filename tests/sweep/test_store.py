@@ -7,10 +7,12 @@ import time
 from dataclasses import replace
 
 import pytest
+import xarray as xr
 from logistic_task import Logistic
 
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.sweep import execute
+from chaosdrill.sweep.parts import Parts
 from chaosdrill.sweep.store import JOURNAL, MANIFEST, RESULTS, Store, kept_points
 
 TASK = Logistic(units=60, iterations=3)
@@ -215,3 +217,24 @@ def test_a_line_of_the_journal_that_is_no_line_is_passed_over(folder, whole, sam
     found, before = resumed(folder)
     assert before == 38
     assert same(found, whole(TASK))
+
+
+def test_a_manifest_that_is_a_link_is_replaced_and_not_followed(tmp_path, whole, same):
+    other = tmp_path / "other"
+    other.write_text("of somebody else")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / MANIFEST).symlink_to(other)
+    assert same(execute(TASK, store=tmp_path / "parts"), whole(TASK))
+    assert other.read_text() == "of somebody else"
+
+
+def test_parts_of_an_analysis_that_lie_behind_a_link_are_not_written(tmp_path):
+    other = tmp_path / "other"
+    other.mkdir()
+    with Parts(tmp_path / "result.nc.parts", {"analysis": {"one": 1}}, resume=False) as parts:
+        (parts.folder / "one").symlink_to(other, target_is_directory=True)
+        with pytest.raises(ArchiveError, match="one: is a link"):
+            parts.keep("one", xr.Dataset({"x": ("i", [1.0])}))
+        with pytest.raises(ArchiveError, match="one: is a link"):
+            parts.store("one")
+    assert list(other.iterdir()) == []
