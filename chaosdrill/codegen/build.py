@@ -1,9 +1,7 @@
 """A system's kernels: generated, written to a real file, compiled and cached by content."""
 
-import contextlib
 import hashlib
 import importlib.util
-import os
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -16,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.codegen.ahead import compile_one_run_ahead
-from chaosdrill.codegen.cache import cache_folder, code_key
+from chaosdrill.codegen.cache import cache_folder, code_key, write_private
 from chaosdrill.codegen.source import Event, SystemSource, guard_keys, write_source
 
 if TYPE_CHECKING:
@@ -148,15 +146,7 @@ def _written(path: Path, text: str) -> Path:
     if path.exists() and path.read_bytes() == content:
         return path
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    handle, draft = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.replace(draft, path)
-    except OSError:
-        with contextlib.suppress(OSError):
-            os.unlink(draft)
-        raise
+    write_private(path, content)
     return path
 
 

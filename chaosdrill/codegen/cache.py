@@ -1,5 +1,6 @@
 """Where generated sources and compiled code are kept: one folder a user, keyed by content."""
 
+import contextlib
 import hashlib
 import os
 import stat
@@ -47,6 +48,19 @@ def _others_who_write(folder: Path) -> str:
         if not found.st_mode & (stat.S_IXGRP | stat.S_IXOTH):
             break
     return ""
+
+
+def write_private(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all, into which nobody but the user can write."""
+    handle, draft = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.replace(draft, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(draft)
+        raise
 
 
 @cache

@@ -7,9 +7,7 @@ a file comes from: that nobody else can write into the folder is, see `chaosdril
 
 import contextlib
 import hashlib
-import os
 import pickle
-import tempfile
 import warnings
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,7 @@ from typing import Any
 from numba.core.caching import FunctionCache
 from numba.core.serialize import dumps
 
-from chaosdrill.codegen.cache import code_key
+from chaosdrill.codegen.cache import code_key, write_private
 
 SUFFIX = ".code"
 
@@ -57,16 +55,8 @@ class CodeFiles:
     def save(self, key: Any, data: Any) -> None:
         """Keep something, if the disk lets it."""
         content = dumps(data)
-        draft = None
-        try:
-            handle, draft = tempfile.mkstemp(dir=self.folder, suffix=".part")
-            with os.fdopen(handle, "wb") as file:
-                file.write(hashlib.sha256(content).digest() + content)
-            os.replace(draft, self.path(key))
-        except OSError:
-            if draft is not None:
-                with contextlib.suppress(OSError):
-                    os.unlink(draft)
+        with contextlib.suppress(OSError):
+            write_private(self.path(key), hashlib.sha256(content).digest() + content)
 
 
 class CodeCache(FunctionCache):

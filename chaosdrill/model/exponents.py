@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.model.places import rewrite
+from chaosdrill.model.places import parameter, rewrite
 from chaosdrill.model.special import positive_power
 
 if TYPE_CHECKING:
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 def exponent_parameters(system: "HybridSystem") -> tuple[str, ...]:
     """Names of the parameters in exponents of what moves, in the order of the system's parameters."""
-    symbols = {sympy.Symbol(name, real=True): name for name in system.parameters}
+    symbols = {parameter(name): name for name in system.parameters}
     found = set()
-    for expression in _expressions(system):
+    for expression in expressions(system):
         for power in expression.atoms(sympy.Pow, positive_power):
             base, exponent = power.args
             if exponent.free_symbols <= symbols.keys() and not base.free_symbols <= symbols.keys():
@@ -31,7 +31,7 @@ def exponent_parameters(system: "HybridSystem") -> tuple[str, ...]:
 
 def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSystem":
     """The system with these numbers in place of the parameters in exponents, and nowhere else."""
-    numbers = {sympy.Symbol(name, real=True): sympy.Integer(value) for name, value in values.items()}
+    numbers = {parameter(name): sympy.Integer(value) for name, value in values.items()}
 
     def put(expression: Any) -> Any:
         return sympy.sympify(expression).replace(
@@ -44,7 +44,8 @@ def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSyst
     return other
 
 
-def _expressions(system: "HybridSystem") -> Iterator[Any]:
+def expressions(system: "HybridSystem") -> Iterator[Any]:
+    """Rates, quadratures, guards, resets and conditions."""
     for field in system.modes.values():
         yield from field.values()
     yield from system.quadratures.values()

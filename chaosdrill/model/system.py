@@ -9,7 +9,7 @@ import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.check import check_system
-from chaosdrill.model.exponents import exponent_parameters, specialise
+from chaosdrill.model.exponents import exponent_parameters, expressions, specialise
 from chaosdrill.model.places import UnsupportedError, in_places, parameter, places_of, rewrite
 from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
@@ -137,19 +137,19 @@ class HybridSystem:
 
         Copies with other numbers share them, unless a number is a whole exponent here and another one there.
         """
-        placed = self.placed
-        own = placed.parameters
-        whole = {name: int(own[name]) for name in placed.exponent_parameters if own[name].is_integer()}
-        key = tuple(whole.items())
+        own = self.parameters
+        key = tuple((name, int(own[name])) for name in self.exponent_parameters if own[name].is_integer())
         if key not in self.shared:
             from chaosdrill.codegen import compile_system
 
             with _compiling:
                 if key not in self.shared:
+                    places = places_of(self)
+                    whole = {places[parameter(name)].name: value for name, value in key}
                     try:
-                        self.shared[key] = compile_system(specialise(placed, whole) if whole else placed)
+                        self.shared[key] = compile_system(specialise(self.placed, whole) if whole else self.placed)
                     except UnsupportedError as fault:
-                        own_names = {place: symbol for symbol, place in places_of(self).items()}
+                        own_names = {place: symbol for symbol, place in places.items()}
                         raise ModelError(f"{self.name}: {fault.told(own_names)}") from None
         return self.shared[key]
 
@@ -288,12 +288,10 @@ class HybridSystem:
         pi = parameter("pi")
         if pi in places_of(self):
             return
-
-        def put(expression: Any) -> Any:
-            return expression.xreplace({pi: sympy.pi}) if hasattr(expression, "xreplace") else expression
-
-        rewrite(self, put)
-        self.period = put(self.period)
+        if self.period is not None:
+            self.period = self.period.xreplace({pi: sympy.pi})
+        if any(pi in expression.free_symbols for expression in expressions(self)):
+            rewrite(self, lambda expression: sympy.sympify(expression).xreplace({pi: sympy.pi}))
 
     def _set_initial(self, values: Mapping[str, Any]) -> None:
         for key, value in values.items():
