@@ -23,7 +23,7 @@ def fresh(monkeypatch):
     def none(function):
         raise RuntimeError(f"{function} cannot be cached")
 
-    monkeypatch.setattr(jit, "ContentCache", none)
+    monkeypatch.setattr(jit, "CodeCache", none)
 
 
 def caller_of(helper):

@@ -38,18 +38,27 @@ def press(browser, *keys, number=0):
 
 
 def click(browser, across, up, number=0):
-    """Click into a chart at these parts of its frame's width and height."""
+    """Click into a chart at these parts of its frame's width and height, and wait until the page has seen it."""
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.by import By
+    from selenium.webdriver.support.wait import WebDriverWait
 
     canvas = browser.find_elements(By.CSS_SELECTOR, ".chart canvas")[number]
-    browser.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", canvas)
+    browser.execute_async_script(
+        """const [canvas, done] = arguments;
+        canvas.scrollIntoView({block: 'center', behavior: 'instant'});
+        canvas.addEventListener('click', () => setTimeout(() => { canvas.dataset.clicked = 'yes'; }), {once: true});
+        delete canvas.dataset.clicked;
+        requestAnimationFrame(() => requestAnimationFrame(done));""",
+        canvas,
+    )
     width, height = canvas.size["width"], canvas.size["height"]
     left, right, top, bottom = 62, width - 22, 10, height - 42
     x, y = left + across * (right - left), bottom - up * (bottom - top)
     ActionChains(browser).move_to_element_with_offset(
         canvas, round(x - width / 2), round(y - height / 2)
     ).click().perform()
+    WebDriverWait(browser, 20).until(lambda _: canvas.get_dom_attribute("data-clicked") == "yes")
 
 
 def test_opens_in_silence_and_loads_nothing(open_page):
