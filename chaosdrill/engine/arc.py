@@ -111,7 +111,7 @@ def follow(functions, stepper, settings, tables, asleep, start, duration, end, w
         if outcome != DONE or last:
             return outcome, crossed, when
         if watching:
-            guards.pass_sides(tables, state, scratch.backs, s)
+            guards.pass_sides(functions, tables, state, scratch.backs, s, start + done + s, scratch.gradient)
         if marked:
             guards.cross(tables, state, j)
             run.fresh = AFTER

@@ -69,8 +69,9 @@ def attempt(field, variation, t, c, x, h, vectors, live, run, stages, out):
 
 
 @series
-def _estimate(stages, first, n, h):
-    """Local error in scales, from embedded formulas of orders 5 and 3, as Hairer, Norsett and Wanner combine them."""
+def _estimate(stages, first, n, h, length):
+    """Local error as a part of a length in scales, from embedded formulas of orders 5 and 3, as Hairer, Norsett and
+    Wanner combine them."""
     fifth = 0.0
     third = 0.0
     for i in range(n):
@@ -79,8 +80,9 @@ def _estimate(stages, first, n, h):
         for j in range(STAGES):
             a += E5[j] * stages[first + j, i]
             b += E3[j] * stages[first + j, i]
-        a *= stages[WEIGHTS, i]
-        b *= stages[WEIGHTS, i]
+        # before the square, which overflows where a state has decayed to nothing
+        a *= stages[WEIGHTS, i] / length
+        b *= stages[WEIGHTS, i] / length
         fifth += a * a
         third += b * b
     return h * fifth / math.sqrt(fifth + 0.01 * third) if fifth > 0.0 else fifth * h
@@ -89,10 +91,16 @@ def _estimate(stages, first, n, h):
 @inner
 def size(x, weights):
     """Length of a vector in the scales of the states."""
+    total = 0.0
+    for i in range(x.size):
+        total += abs(x[i]) * weights[i]
+    if not 0.0 < total < math.inf:
+        return total
     s = 0.0
     for i in range(x.size):
-        s += x[i] * weights[i] * x[i] * weights[i]
-    return math.sqrt(s)
+        part = x[i] * weights[i] / total
+        s += part * part
+    return total * math.sqrt(s)
 
 
 @inner
@@ -119,10 +127,23 @@ def weigh(x, scale, longest, tolerance, stages):
 
 
 @inner
+def _weigh_all(weights):
+    """Give states without a scale the largest one of the others."""
+    common = math.inf
+    for i in range(weights.size):
+        if weights[i] > 0.0:
+            common = min(common, weights[i])
+    for i in range(weights.size):
+        if weights[i] == 0.0:
+            weights[i] = common if common < math.inf else 1.0
+
+
+@inner
 def error_of(x, h, scale, vectors, live, stages):
     """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length.
 
-    What has begun to move in this step has at least the scale of what it moves.
+    What has begun to move in this step has at least the scale of what it moves. Tangents count states that have none,
+    as what has decayed to nothing, in the largest scale of the others.
     """
     for i in range(stages.shape[1]):
         rate = 0.0
@@ -130,11 +151,13 @@ def error_of(x, h, scale, vectors, live, stages):
             rate = max(rate, abs(stages[j, i]))
         width = max(scale[i], rate * h)
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
-    error = _estimate(stages, 0, stages.shape[1], h)
+    error = _estimate(stages, 0, stages.shape[1], h, 1.0)
+    if live > 0:
+        _weigh_all(stages[WEIGHTS][: x.size])
     for v in range(live):
         length = size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
-            e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h) / (TANGENTS * length)
+            e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h, length) / TANGENTS
             error = e if not e <= error else error
     return error
 

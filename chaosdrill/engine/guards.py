@@ -511,14 +511,21 @@ def coincides(functions, tables, settings, state, ws, row, j, te, instant, h, t,
 
 
 @inlined
-def pass_sides(tables, state, backs, s):
-    """Note the guards that were passed and are back on their near sides by the end of the step at s."""
+def pass_sides(functions, tables, state, backs, s, t, gradient):
+    """Note the guards that were passed and are back on their near sides by the end of the step at s and time t.
+
+    A root at the very end is left to the next step if the state has not got there: a reset that leaves the guard alone
+    would seem to throw it across.
+    """
     if state.run[0].turning == 0:
         return
     mode = state.run[0].mode
     for j in range(tables.watch[mode, 0]):
         if 0.0 <= backs[j] <= s:
-            state.sides[tables.keys[mode, j]] = -tables.watch[mode, 1 + j]
+            direction = tables.watch[mode, 1 + j]
+            at_end = s - backs[j] <= NEAR * s
+            if not at_end or functions.guard(mode, j, t, state.c, state.x, gradient) * direction <= 0.0:
+                state.sides[tables.keys[mode, j]] = -direction
 
 
 @inlined

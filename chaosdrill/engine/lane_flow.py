@@ -66,12 +66,12 @@ def _proven(functions, tables, settings, mode, unproven, lane, state, block, scr
 
 
 @inlined
-def _pass_strobes(p, lane, run, results, strobed, te, early, block, out):
+def _pass_strobes(settings, p, lane, run, results, strobed, te, early, block, out):
     """Count the strobes that fall into the step, with their states; returns the time of the last one in it, or -1."""
     s = run.period - run.time
     strobe = -1.0
     while s <= te + early:
-        pass_strobe(run)
+        pass_strobe(settings, run)
         progress = results.progress[p]
         if strobed and progress[STAGE] > 0 and progress[LAST] - run.strobes < results.window.shape[1]:
             n = block.x.shape[0]
@@ -184,7 +184,7 @@ def _step(
         te = block.reach[lane]
         j = ends[lane, GUARD]
         early = block.gap[0, lane]
-        strobe = _pass_strobes(p, lane, state.run[0], results, strobed, te, early, block, scratch.out)
+        strobe = _pass_strobes(settings, p, lane, state.run[0], results, strobed, te, early, block, scratch.out)
         _move(lane, live, state, block)
         if state.run[0].turning == 1:
             for k in range(guard_count):

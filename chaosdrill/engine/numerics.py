@@ -34,7 +34,8 @@ class Numerics:
         Steps a period, for ``"rk4"`` only; default 200.
     max_events : int, optional
         Events followed in a period, beyond which a run ends with the outcome ``event_limit``; for systems without a
-        period in the whole run, or in each block of a spectrum. By default 10,000, or ten million without a period.
+        period in all of the transient, and in all of the run after it. By default 10,000, or ten million without a
+        period.
     max_stalls : int, default 50
         Events in succession without time passing, beyond which a run ends with the outcome ``stalled``.
     """

@@ -73,6 +73,7 @@ def forget(state, frame, pins):
     state.sums[:, :] = 0.0
     state.grazing[:] = math.inf
     run.ties = 0
+    run.events_in_period = 0
     run.steps = 0
     run.evaluations = 0
     if run.live < frame.shape[0]:

@@ -139,15 +139,17 @@ def record(functions, stepper, settings, t, state, te, early, samples, scratch):
         run.sample = index
         if index == count:
             run.sample = 0
-            pass_strobe(run)
+            pass_strobe(settings, run)
             offset += run.period
             strobe = s
 
 
 @inlined
-def pass_strobe(run):
+def pass_strobe(settings, run):
     run.strobes += 1
-    run.events_in_period = 0
+    # without a period a strobe is where somebody has cut the run
+    if settings.absolute_time == 0:
+        run.events_in_period = 0
 
 
 @inlined
@@ -218,7 +220,7 @@ def end_step(functions, tables, settings, te, strobe, happens, j, ties, backs, s
     outcome = state_outcome(state.x, tables.bounds)
     if outcome != DONE:
         return outcome
-    guards.pass_sides(tables, state, backs, te)
+    guards.pass_sides(functions, tables, state, backs, te, time_of(run), scratch.gradient)
     orthonormal = settings.orthonormalise == 1
     if happens:
         if run.stalls > settings.max_stalls:

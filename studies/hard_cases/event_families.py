@@ -26,6 +26,9 @@ ROUNDING = 32 * EPS
 STATE_ERROR = 100.0
 """Error of a state in tolerances of its size, after the few turns that a list is long."""
 
+ONTO = 100.0
+"""Tolerances of its size by which an event may move a state."""
+
 SNAP = 1e-12
 """Roots this near to a start, an end or each other, in units of the length of a run, coincide by construction."""
 
@@ -384,6 +387,20 @@ def root_errors(found: np.ndarray, roots: list[float], noise: float) -> np.ndarr
     return np.array(off) + 16 * EPS * 8
 
 
+def clock_error(roots: list[float], noise: float, length: float, tolerance: float) -> float:
+    """How far a state that runs with time may be from it, where guards of it that have these roots are met.
+
+    A state is put onto the guard that it meets, so that two events at each simple root move it by as much as an error
+    ``noise`` of the guard's value moves the root, or by as much as the engine allows. A state has its tolerance, too.
+    """
+    simple = np.array([r for r, order in Counter(roots).items() if order == 1 and 0 <= r < length])
+    moved = float(2 * np.minimum(root_errors(simple, roots, noise), ONTO * tolerance * length).sum())
+    if length in roots and moved > tolerance * length:
+        # whether the clock is there before the end of the run is a matter of a last digit
+        raise UnclearError
+    return moved + tolerance * length
+
+
 @cache
 def polynomials(forced: bool) -> Family:
     """A chain of six integrators, and a polynomial of time itself, or of a clock for a run with strobes."""
@@ -483,10 +500,12 @@ def polynomials(forced: bool) -> Family:
             ),
         ):
             sides = signed_roots(roots, sign, length)
+            # of time itself, or of a clock that an event at a root in doubt puts onto its guard
+            late = clock_error(roots, noise, length, tolerance) if forced and "rise" in names else 0.0
             for name, found in zip(
                 names, (sides[1], sides[-1], np.sort(np.concatenate([sides[1], sides[-1]]))), strict=True
             ):
-                lists[name] = found, root_errors(found, roots, noise)
+                lists[name] = found, root_errors(found, roots, noise) + late
         return lists
 
     name = "polynomials of a clock" if forced else "polynomials of time"

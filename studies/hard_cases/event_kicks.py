@@ -88,6 +88,9 @@ class Ruled:
                     after = value(state)
                     if after != before[k] and after * sides[k] < 0 and way not in (0, -sides[k]):
                         sides[k] = -sides[k]
+                    if after == 0 != before[k] and self.speed(value, state) * sides[k] > 0:
+                        # a state that is thrown onto a guard and turns back has crossed it by a last digit or not
+                        raise UnclearError
 
 
 @cache

@@ -124,3 +124,13 @@ def test_a_limit_of_events_ends_a_run(bouncer, function):
     free, bound = (getattr(cd, function)(bouncer, duration=6.0, **extra, **more) for more in ({}, {"max_events": 2}))
     assert cd.Outcome(int(free["outcome"])) == cd.Outcome.OK
     assert cd.Outcome(int(bound["outcome"])) == cd.Outcome.EVENT_LIMIT
+
+
+def test_how_a_run_is_cut_does_not_decide_whether_it_meets_a_limit_of_events(bouncer):
+    settings = {"duration": 6.0, "transient": 1.0, "exponents": 1}
+    events = int(cd.lyapunov_spectrum(bouncer, **settings)["event_count"].sum())
+    assert events > 3
+    for limit, met in ((events, False), (events - 1, True)):
+        for blocks in (1, 4, 64):
+            run = cd.lyapunov_spectrum(bouncer, **settings, blocks=blocks, max_events=limit)
+            assert (cd.Outcome(int(run["outcome"])) == cd.Outcome.EVENT_LIMIT) == met

@@ -39,6 +39,76 @@ def test_a_list_is_the_closed_forms(name, method, number):
     assert lists.check_single(family, numbers, times, method, TOLERANCE) == []
 
 
+NAMES = {
+    "kicks": ("rate", "rate2", "push", "jump", "d1", "d2", "d3", "scale", "x", "v", "clock", "other"),
+    "polynomials of a clock": ("c", "scale", "chain_scale", *(f"{a}{i}" for a in "kx" for i in range(6))),
+}
+
+
+def listed(name, values):
+    """A family and numbers for it, in the order of their names."""
+    return lists.FAMILIES[name](), dict(zip(NAMES[name], map(float, values), strict=True))
+
+
+FOUND = {
+    "a mark is fallen through at the instant of a kick": (
+        "kicks",
+        (0.5, 0.5, -0.5, 0, -0.125, 0.875, 2.375, 1.118438797196081e-06, 0.875, 0.5, 0.5, 0.5),
+    ),
+    "a root of a clock has the time of a root of states that ties with it": (
+        "polynomials of a clock",
+        (
+            *(0, 6.140387091138255e-09, -6.718506095508968e-06),
+            *(-3, 1, 0, 0, 0, 0),
+            *(0, 27.791015625, -108.43359375, 218.15625, -243, 120),
+        ),
+    ),
+    "a clock is moved onto a guard that is met beside a triple root": (
+        "polynomials of a clock",
+        (
+            *(0.125, -2.8307292409138974e-09, -152884.5625207905),
+            *(-63.75, 142.625, -126.3125, 55.21875, -11.875, 1),
+            *(7.09765625, -19.3515625, 36.375, -42.75, 24, 0),
+        ),
+    ),
+}
+"""Lists that were wrong, or said to be."""
+
+LAST_DIGIT = {
+    "thrown onto two marks, from which the motion leads back": (
+        "kicks",
+        (0.5, 0.5, 1.25, -1.875, 0.125, 0.125, -2.5, 198075.81854307035, 1, 1, 0.25, 0.375),
+    ),
+    "the same from below": (
+        "kicks",
+        (1, 2, -1.875, 0.875, 0, -0.375, 0.875, 2.4003442100605857e-07, 0.875, 2, 0.875, 1),
+    ),
+    "a clock that has been moved has a root at the end": (
+        "polynomials of a clock",
+        (
+            *(0, 2.515586512841347e-07, 319733.94280823524),
+            *(-60, 137, -123.5, 54.75, -11.875, 1),
+            *(-1.33941650390625, 8.296630859375, -36.2734375, 103.5, -168, 120),
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("case", FOUND)
+def test_a_list_that_was_wrong_is_the_closed_forms(case, method):
+    family, numbers = listed(*FOUND[case])
+    times = family.times(numbers, family.length(numbers), TOLERANCE)
+    assert lists.check_single(family, numbers, times, method, TOLERANCE) == []
+
+
+@pytest.mark.parametrize("case", LAST_DIGIT)
+def test_a_list_that_depends_on_a_last_digit_is_not_drawn(case):
+    family, numbers = listed(*LAST_DIGIT[case])
+    with pytest.raises(lists.UnclearError):
+        family.times(numbers, family.length(numbers), TOLERANCE)
+
+
 @pytest.mark.parametrize("name", SAME_AT_ANY_CUT)
 @examples(3)
 @given(number=NUMBERS)

@@ -14,7 +14,7 @@ import chaosdrill as cd
 sys.path.insert(0, str(Path(__file__).parents[2] / "studies" / "hard_cases"))
 scales = importlib.import_module("case_14_clocks_ties_and_scales")
 
-X, V, T = sympy.symbols("x v t", real=True)
+X, V, U, T = sympy.symbols("x v u t", real=True)
 METHODS = ("taylor", "dop853")
 
 
@@ -36,6 +36,22 @@ def test_a_factor_before_a_guard_changes_nothing_next_to_a_state_that_decays(met
     found = run["event_time"].values[run["event_kind"].values == names.index("rise")]
     assert len(found) == 32
     np.testing.assert_allclose(found, right, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_state_that_has_decayed_to_nothing_stops_no_tangent(method):
+    """u' = -1000 u is below the smallest number after 0.75."""
+    system = cd.HybridSystem(
+        name="oscillator beside a decay",
+        states=(X, V, U),
+        parameters={},
+        modes={"run": {X: V, V: -X, U: -1000 * U}},
+        period=sympy.Integer(1),
+        initial={X: 1.0, V: 0.0, U: 1.0},
+    )
+    run = cd.lyapunov_spectrum(system, periods=6, blocks=2, method=method)
+    np.testing.assert_allclose(run["lyapunov_exponent"], [0, 0, -1000], rtol=1e-9, atol=0.3)
+    assert outcome(run) not in ("step_underflow", "nonfinite")
 
 
 @pytest.mark.parametrize("power", [3, 7])

@@ -1,0 +1,159 @@
+"""How much slower or faster one commit is than another: both in turn, round by round, in processor time.
+
+    python studies/speed/commits.py BASE HEAD [--rounds N] [--periods N] [--yardstick PROGRAM]
+
+BASE and HEAD are commits of this repository; each is unpacked into ``studies/speed/out/`` and compiles its own kernels
+there, once, which takes minutes. Cases are single runs of the drill at three frequencies without and with two tangents,
+at the tolerance 1e-12, and charts of 64 points with two tangents at 1e-10. The table has the least time of each and the
+ratio of the two: what else the machine does only adds. ``--yardstick`` names a program that takes ``ETA PERIODS
+TOLERANCE [--lyap]`` and prints a line of JSON with ``us_per_period``; it runs in the same rounds. The table goes to
+``studies/speed/out/commits.md``, too.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tarfile
+from io import BytesIO
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+OUT = HERE / "out"
+TOLERANCES = {"run": 1e-12, "chart": 1e-10}
+ETAS = (0.448, 0.63, 0.8)
+SIDE = 8
+
+Case = dict[str, Any]
+
+
+def cases(periods: int) -> dict[str, Case]:
+    """What is measured, by name; single runs last ``periods`` forcing periods, charts as long as one of them."""
+    found: dict[str, Case] = {}
+    for eta in ETAS:
+        for tangents in (0, 2):
+            name = f"run, η {eta}, {tangents or 'no'} tangents"
+            found[name] = {"kind": "run", "eta": eta, "tangents": tangents, "periods": periods}
+    for eta in ETAS:
+        found[f"chart, η {eta}"] = {"kind": "chart", "eta": eta, "side": SIDE, "periods": max(periods // 13, 1)}
+    for case in found.values():
+        case["tolerance"] = TOLERANCES[case["kind"]]
+    return found
+
+
+class Commit:
+    """The package of one commit, in a process of its own.
+
+    Parameters
+    ----------
+    name : str
+        What git knows the commit by.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.number = git("rev-parse", "--short=12", f"{name}^{{commit}}").decode().strip()
+        folder = OUT / self.number
+        if not folder.is_dir():
+            with tarfile.open(fileobj=BytesIO(git("archive", self.number, "chaosdrill"))) as packed:
+                packed.extractall(folder, filter="data")
+        environment = dict(os.environ, PYTHONPATH=str(folder), XDG_CACHE_HOME=str(folder / "cache"))
+        self._worker = subprocess.Popen(
+            [sys.executable, str(HERE / "worker.py")],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            cwd=folder,
+            env=environment,
+            text=True,
+        )
+
+    def measure(self, case: Case) -> float:
+        """Microseconds of processor time a forcing period."""
+        assert self._worker.stdin is not None
+        assert self._worker.stdout is not None
+        self._worker.stdin.write(json.dumps(case) + "\n")
+        self._worker.stdin.flush()
+        answer = self._worker.stdout.readline()
+        if not answer:
+            raise SystemExit(f"{self.number} could not measure {case}")
+        return float(answer)
+
+    def end(self) -> None:
+        """Let the process end."""
+        self._worker.communicate()
+
+
+class Yardstick:
+    """A program that does the same single runs."""
+
+    def __init__(self, program: str) -> None:
+        self._program = program
+
+    def measure(self, case: Case) -> float | None:
+        """Microseconds a forcing period; None for what it does not do."""
+        if case["kind"] != "run":
+            return None
+        command = [self._program, str(case["eta"]), str(case["periods"]), str(case["tolerance"])]
+        command += ["--lyap"] if case["tangents"] else []
+        answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        return float(json.loads(answer)["us_per_period"])
+
+
+def git(*arguments: str) -> bytes:
+    """What git prints."""
+    return subprocess.run(["git", *arguments], cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout
+
+
+def measure(columns: dict[str, Any], wanted: dict[str, Case], rounds: int) -> dict[str, dict[str, list[float]]]:
+    """Times of every column by case; a first round, in which kernels are compiled, does not count."""
+    times: dict[str, dict[str, list[float]]] = {case: {name: [] for name in columns} for case in wanted}
+    for i in range(rounds + 1):
+        # who comes first meets another state of the machine
+        order = list(columns) if i % 2 else list(columns)[::-1]
+        for case, numbers in wanted.items():
+            for name in order:
+                found = columns[name].measure(dict(numbers))
+                if i and found is not None:
+                    times[case][name].append(found)
+        print(f"round {i} of {rounds}", file=sys.stderr, flush=True)
+    return times
+
+
+def table(times: dict[str, dict[str, list[float]]], base: str, head: str) -> str:
+    """Markdown of least times and their ratios; of the ratios of single rounds the median."""
+    others = [name for name in next(iter(times.values())) if name not in (base, head)]
+    lines = [["µs a period", base, head, "head / base", "median of rounds", *(f"head / {name}" for name in others)]]
+    lines.append(["---"] * len(lines[0]))
+    for case, by in times.items():
+        least = {name: min(found, default=float("nan")) for name, found in by.items()}
+        rounds = median(b / a for a, b in zip(by[base], by[head], strict=True))
+        ratios = [least[head] / least[base], rounds, *(least[head] / least[name] for name in others)]
+        lines.append([case, *(f"{least[name]:.3g}" for name in (base, head)), *(f"{ratio:.3f}" for ratio in ratios)])
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def main() -> None:
+    """Measure, print the table, and write it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("base")
+    parser.add_argument("head")
+    parser.add_argument("--rounds", type=int, default=40, help="interleaved rounds (default 40)")
+    parser.add_argument("--periods", type=int, default=4000, help="forcing periods of a single run (default 4000)")
+    parser.add_argument("--yardstick", metavar="PROGRAM")
+    given = parser.parse_args()
+    OUT.mkdir(exist_ok=True)
+    columns: dict[str, Any] = {name: Commit(name) for name in dict.fromkeys((given.base, given.head))}
+    if given.yardstick:
+        columns["yardstick"] = Yardstick(given.yardstick)
+    text = table(measure(columns, cases(given.periods), given.rounds), given.base, given.head)
+    for name in (given.base, given.head):
+        columns[name].end()
+    (OUT / "commits.md").write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

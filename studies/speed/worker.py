@@ -1,0 +1,63 @@
+"""One commit's package measures a case at every line that comes in; started by ``commits.py``.
+
+    python worker.py < cases > answers
+
+A case is a line of JSON, an answer a number: microseconds of processor time a forcing period (of a point).
+"""
+
+import json
+import math
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+import chaosdrill as cd
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.engine.structure import examine
+
+SETTLE = 300
+"""Forcing periods before a single run is measured, and of a chart's transient."""
+
+
+def run(eta: float, tangents: int, tolerance: float, periods: int) -> float:
+    """A single run of the drill from rest, settled."""
+    system = cd.drill(eta=eta)
+    one = Run(
+        system,
+        2 * math.pi / eta,
+        Numerics(tolerance=tolerance),
+        tangents=np.eye(3)[:tangents],
+        deficient=examine(system).deficient,
+    )
+    one.advance(SETTLE)
+    begin = time.process_time()
+    outcome, _ = one.advance(periods)
+    spent = time.process_time() - begin
+    if outcome != cd.Outcome.OK:
+        raise SystemExit(f"the run at eta {eta} ended with {outcome.name}")
+    return spent / periods * 1e6
+
+
+def chart(eta: float, side: int, tolerance: float, periods: int) -> float:
+    """A chart of the drill over eta and the load, all that belongs to it."""
+    sweep = {"eta": np.linspace(eta - 5e-4, eta + 5e-4, side), "b": np.linspace(0.6995, 0.7005, side)}
+    begin = time.process_time()
+    cd.parameter_chart(
+        cd.drill(), sweep, transient=SETTLE, periods=periods, exponents=2, patience=0, tolerance=tolerance
+    )
+    return (time.process_time() - begin) / (side**2 * (SETTLE + periods)) * 1e6
+
+
+def main() -> None:
+    """Answer until the input ends."""
+    kinds: dict[str, Any] = {"run": run, "chart": chart}
+    for line in sys.stdin:
+        case = json.loads(line)
+        print(kinds[case.pop("kind")](**case), flush=True)
+
+
+if __name__ == "__main__":
+    main()
