@@ -363,8 +363,12 @@ def _multiple(functions, tables, settings, state, ws, i, j, n, s, side, h, t, sc
     functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
     off = max(off, ROUNDING * scratch.errors[0])
     doubt = off + 2.0 * EPSILON * size(ws, uint64(i), s, 0) + left
-    if steep * steep > 2.0 * doubt * abs(bend):
+    told = abs(steep) - ROUNDING * scratch.errors[1]
+    if told > 0.0 and told * told > 2.0 * doubt * abs(bend):
         return -1.0, s
+    if bend != 0.0:
+        # by as much as that the value is in doubt where the rate, with its own error, may vanish
+        doubt += ROUNDING * scratch.errors[1] * (abs(steep) + ROUNDING * scratch.errors[1]) / abs(bend)
     third = _third(ws[i], n, s)
     reach = math.inf
     if bend != 0.0:

