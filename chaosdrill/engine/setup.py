@@ -102,18 +102,19 @@ def pins(system: "HybridSystem") -> np.ndarray:
     return table
 
 
-def values_of_pins(system: "HybridSystem", parameters: Mapping[str, Any], mode: int) -> dict[int, Any]:
-    """What a mode pins its states to at the strobe: index of the state -> value, an array if a parameter is one."""
+def values_of_pins(
+    system: "HybridSystem", parameters: Mapping[str, Any], mode: int, time: float = 0.0
+) -> dict[int, Any]:
+    """What a mode pins its states to, by default at the strobe: index -> value, an array if a parameter is one."""
     known = system.shared.setdefault("values of pins", {})
     if mode not in known:
         placed = system.placed
-        symbols = [parameter(name) for name in placed.parameters]
+        symbols = [TIME, *(parameter(name) for name in placed.parameters)]
         known[mode] = {
-            i: sympy.lambdify(symbols, value.xreplace({TIME: sympy.Integer(0)}))
-            for i, value in pinned_values(placed, placed.mode_names[mode]).items()
+            i: sympy.lambdify(symbols, value) for i, value in pinned_values(placed, placed.mode_names[mode]).items()
         }
     numbers = [parameters.get(name, own) for name, own in system.parameters.items()]
-    return {i: value(*numbers) for i, value in known[mode].items()}
+    return {i: value(time, *numbers) for i, value in known[mode].items()}
 
 
 def states_of(

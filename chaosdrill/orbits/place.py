@@ -8,6 +8,7 @@ import numpy as np
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import lap as at
 from chaosdrill.engine.run import Run
+from chaosdrill.engine.setup import values_of_pins
 
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
@@ -78,7 +79,8 @@ def standpoint(family: "Family", orbit: "Orbit") -> tuple[int, float, np.ndarray
 def place_on(family: "Family", orbit: "Orbit", arc: int, time: float, state: np.ndarray) -> Place:
     """A place within an arc of an orbit.
 
-    How the guards stand there is seen by a run from the event at which the arc began.
+    How the guards stand there is seen by a run from the event at which the arc began. States that the mode leaves no
+    freedom are what the mode makes of them: on which side of a guard they lie is not left to their last digit.
 
     Parameters
     ----------
@@ -95,16 +97,26 @@ def place_on(family: "Family", orbit: "Orbit", arc: int, time: float, state: np.
     phase, began = orbit.phase + time, orbit.phase + before
     if forcing:
         phase, began = phase % forcing, began % forcing
+    state, start = (
+        _pinned(system, int(orbit.arcs[arc, at.ARC_MODE]), there, when)
+        for there, when in ((state, phase), (orbit.starts[arc, : family.states], began))
+    )
     came = None
     taken = int(orbit.arcs[arc - 1, at.ARC_OUTCOME])
     if taken >= 0 and time > before:
-        run = Place(started(system, orbit.starts[arc, : family.states], mode), began).run(
-            time - before, family.numerics
-        )
+        run = Place(started(system, start, mode), began).run(time - before, family.numerics)
         run.fix_step(step_of(family, forcing))
         run.just_took(taken)
         came = run if run.advance(1)[0] == Outcome.OK and run.mode == mode else None
     return Place(started(system, state, mode), phase, came)
+
+
+def _pinned(system: "HybridSystem", mode: int, state: np.ndarray, time: float) -> np.ndarray:
+    """A state with what a mode pins put where the mode holds it."""
+    held = state.copy()
+    for i, value in values_of_pins(system, {}, mode, time).items():
+        held[i] = value
+    return held
 
 
 def step_of(family: "Family", forcing: float | None) -> float:

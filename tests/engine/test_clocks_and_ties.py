@@ -10,6 +10,9 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_KIND
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "studies" / "hard_cases"))
 clocks = importlib.import_module("case_14_clocks_ties_and_scales")
@@ -293,3 +296,17 @@ def test_a_reset_that_jumps_over_a_guard_fires_it_at_once(method):
     }
     # a sample that coincides with an event shows the state before it
     np.testing.assert_array_equal(run["state"].values, [[0, 0, 0]] * 3 + [[1, 1, 0]] * 2)
+
+
+@pytest.mark.parametrize("tangents", [0, 3])
+@pytest.mark.parametrize("speed", [0.0, 4.591774807899561e-41, 5e-324])
+def test_a_slip_begins_whatever_is_left_of_its_speed(speed, tangents):
+    """The rock's speed and its rate are zero where the slip begins, to their errors; the second derivative is not."""
+    system = cd.drill(eta=0.4259884424335187, b=0.7725024409931329, xi=0.06)
+    system = system.with_initial(mode="stick", y=0.41059082944431274, u=0.09389970626766601, w=speed)
+    run = Run(system, system.forcing_period(), Numerics(), tangents=np.eye(3)[:tangents], orthonormalise=False)
+    run.begin_at(origin=5.014884892738505)
+    rows = np.zeros((64, EVENT_COLUMNS + 6))
+    assert run.advance(1, events=rows)[0] == cd.Outcome.OK
+    found = rows[: run.filled()[1], EVENT_KIND].astype(int)
+    assert [system.transitions[k].name for k in found] == ["release", "hit", "stick"]

@@ -212,3 +212,25 @@ def test_neighbours_and_workers_do_not_change_a_list_in_lanes(name):
     assert np.isfinite(one).any()
     np.testing.assert_array_equal(one, two)
     np.testing.assert_array_equal(one[::2, ::2], some)
+
+
+def test_an_interruption_does_not_change_a_list(tmp_path):
+    """Guards of a clock, stopped after the first chunk and gone on with."""
+    family, numbers, _ = drawn("kicks", 7)
+    axes = {"scale": numbers["scale"] * np.linspace(1, 2, 40), "d1": np.linspace(-3, 3, 49)}
+    settings = {"transient": 0, "periods": family.periods, "exponents": 0, "patience": 0, "max_period": 1}
+    settings |= {"at": "event", "section_points": 40}
+    calls = {"store": tmp_path / "chart", **settings}
+
+    def stop(done, total, _):
+        if 0 < done < total:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cd.parameter_chart(family.at(numbers), axes, **calls, progress=stop)
+    told: list[int] = []
+    resumed = cd.parameter_chart(family.at(numbers), axes, **calls, progress=lambda done, *_: told.append(done))
+    assert 0 < told[0] < 40 * 49
+    whole = cd.parameter_chart(family.at(numbers), axes, **settings)
+    np.testing.assert_array_equal(resumed["section"], whole["section"])
+    assert np.isfinite(whole["section"]).any()
