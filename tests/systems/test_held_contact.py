@@ -124,8 +124,8 @@ def test_rebounds_on_a_rock_that_gives_way_end_too(contact):
     names, _ = events(run)
     assert cd.Outcome(int(run["outcome"])) is cd.Outcome.OK
     assert {"strong-hit", "stick"} <= set(names)
-    # the last rebounds are lower than the last digit of the place, which decides whether the rock slips once more
-    assert names[-1] in ("hold-stick", "stick-held")
+    # Newton's last rebounds are too low for their tolerance, which decides whether the rock slips once more
+    assert names[-1] in (("hold-stick", "stick-held") if contact == "newton" else ("hold-stick",))
     np.testing.assert_array_equal(run["state"].values[-1, :3], [0.3, 0.0, 0.0])
 
 
