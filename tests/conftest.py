@@ -1,9 +1,12 @@
 """Settings that every test shares."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -21,3 +24,11 @@ def pytest_configure(config):
     """Compile the engine once before several workers start, each of which would compile it, at the others' expense."""
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
         subprocess.run([sys.executable, "-c", COMPILE], check=True)
+
+
+@pytest.fixture
+def interruptible():
+    """Ctrl-C is heard here and in the processes that a test starts, also where it is ignored, as in a background job."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -7,6 +7,7 @@ import click
 
 from chaosdrill.cli.options import changes_option, json_option
 from chaosdrill.cli.output import emit
+from chaosdrill.cli.streams import say
 
 
 @click.command()
@@ -24,7 +25,7 @@ def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
     if as_json:
         emit({"valid": True, **described})
     else:
-        click.echo(check_text(described))
+        say(check_text(described))
 
 
 def check_text(described: dict[str, Any]) -> str:

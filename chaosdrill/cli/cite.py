@@ -4,6 +4,7 @@ import click
 
 from chaosdrill.cli.options import json_option
 from chaosdrill.cli.output import emit
+from chaosdrill.cli.streams import say
 
 
 @click.command()
@@ -23,4 +24,4 @@ def cite(archive: str, bibtex: bool, as_json: bool) -> None:
         emit({"path": archive, "references": [asdict(reference) for reference in found]})
     else:
         texts = (reference.bibtex() if bibtex else reference.text() for reference in found)
-        click.echo(("\n\n" if bibtex else "\n").join(texts))
+        say(("\n\n" if bibtex else "\n").join(texts))

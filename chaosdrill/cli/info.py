@@ -6,6 +6,7 @@ import click
 
 from chaosdrill.cli.options import json_option
 from chaosdrill.cli.output import emit
+from chaosdrill.cli.streams import say
 
 
 @click.command()
@@ -19,7 +20,7 @@ def info(archive: str, as_json: bool) -> None:
     if as_json:
         emit(described)
     else:
-        click.echo(info_text(described))
+        say(info_text(described))
 
 
 def info_text(described: dict[str, Any]) -> str:

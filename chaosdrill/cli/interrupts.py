@@ -4,6 +4,7 @@ The first one is heard when the code under way returns, which for a single long 
 the process at once, as a kill would: what has finished lies on the disk, and nothing else does.
 """
 
+import atexit
 import os
 import signal
 import threading
@@ -21,68 +22,98 @@ COMPILER = "llvmlite"
 
 
 @contextmanager
-def second_one_ends(code: int) -> Iterator[None]:
+def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
     """While the block runs, the second interrupt ends the process with this exit code.
 
     Signals are written to a pipe by the interpreter, whatever the main thread does; a thread of its own reads them,
     which it can since compiled code does not hold the interpreter's lock. Other threads than the main one hear no
-    signals, and for them nothing is done.
+    signals; for them, and for who has set handlers of his own or has a run ignore Ctrl-C, nothing is done.
+
+    Parameters
+    ----------
+    code : int
+        The exit code.
+    last : bool
+        Whether the process ends after the block. Then any interrupt on the way out ends it with this code as well.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
     handled: list[tuple[signal.Signals, Any]] = [
         (signal.SIGINT, signal.default_int_handler),
         (signal.SIGALRM, signal.SIG_DFL),
     ]
-    # who has set handlers of his own, or has a run ignore Ctrl-C, is to have it so
-    ours = all(signal.getsignal(number) is usual for number, usual in handled)
-    if ours:
-        for number, _ in handled:
-            signal.signal(number, _interrupt)
+    if threading.current_thread() is not threading.main_thread() or any(
+        signal.getsignal(number) is not usual for number, usual in handled
+    ):
+        yield
+        return
+    interrupts = _Interrupts(code)
+    for number, _ in handled:
+        signal.signal(number, interrupts.handle)
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
     before = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    over = threading.Event()
-    threading.Thread(target=_listen, args=(reading, code, over), daemon=True).start()
+    threading.Thread(target=interrupts.listen, args=(reading,), daemon=True).start()
     try:
         yield
     finally:
-        over.set()
+        interrupts.over.set()
+        if last:
+            signal.signal(signal.SIGINT, interrupts.end)
+            # nothing is left to be interrupted then, and the interpreter takes its handlers away
+            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+        else:
+            signal.signal(signal.SIGINT, handled[0][1])
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.set_wakeup_fd(before)
         os.close(writing)
-        if ours:
-            signal.setitimer(signal.ITIMER_REAL, 0)
-            for number, usual in handled:
-                signal.signal(number, usual)
 
 
-def _interrupt(_number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt, or come again a little later if this is within the compiler."""
-    while frame is not None:
-        if str(frame.f_globals.get("__name__", "")).partition(".")[0] == COMPILER:
-            signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+class _Interrupts:
+    """The interrupts of one block.
+
+    The handler and the thread count on their own: interrupts that follow each other at once are one for the handler.
+    """
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+        self.over = threading.Event()
+        self.raised = False
+
+    def handle(self, number: int, frame: FrameType | None) -> None:
+        """Raise KeyboardInterrupt once, or come again a little later if this is within the compiler."""
+        if self.raised:
+            if number == signal.SIGINT:
+                self.end()
             return
-        frame = frame.f_back
-    raise KeyboardInterrupt
+        while frame is not None:
+            if str(frame.f_globals.get("__name__", "")).partition(".")[0] == COMPILER:
+                signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+                return
+            frame = frame.f_back
+        self.raised = True
+        raise KeyboardInterrupt
 
+    def listen(self, reading: int) -> None:
+        """Read the signals from a pipe."""
+        heard = 0
+        with os.fdopen(reading, "rb", buffering=0) as pipe:
+            while number := pipe.read(1):
+                if number[0] != signal.SIGINT:
+                    continue
+                heard += 1
+                if heard == 2:
+                    self.end()
+                threading.Thread(target=self.explain, daemon=True).start()
 
-def _listen(reading: int, code: int, over: threading.Event) -> None:
-    heard = 0
-    with os.fdopen(reading, "rb", buffering=0) as pipe:
-        while number := pipe.read(1):
-            if number[0] != signal.SIGINT:
-                continue
-            heard += 1
-            if heard == 2:
-                _say("\ninterrupted at once")
-                os._exit(code)
-            threading.Thread(target=_explain, args=(over,), daemon=True).start()
+    def explain(self) -> None:
+        """Tell of the second Ctrl-C if the first one is not heard soon."""
+        if not self.over.wait(PATIENCE_S):
+            _say("\ninterrupted; waiting for the work under way, a second Ctrl-C ends at once")
 
-
-def _explain(over: threading.Event) -> None:
-    if not over.wait(PATIENCE_S):
-        _say("\ninterrupted; waiting for the work under way, a second Ctrl-C ends at once")
+    def end(self, *_: object) -> None:
+        """End the process."""
+        _say("\ninterrupted at once")
+        os._exit(self.code)
 
 
 def _say(text: str) -> None:

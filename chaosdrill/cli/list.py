@@ -4,6 +4,7 @@ import click
 
 from chaosdrill.cli.options import json_option
 from chaosdrill.cli.output import emit
+from chaosdrill.cli.streams import say
 from chaosdrill.scene.names import TOPICS
 from chaosdrill.scene.names import list_names as names_of
 
@@ -23,4 +24,4 @@ def list_names(topic: str, as_json: bool) -> None:
         }
     width = max(map(len, found))
     for name, summary in found.items():
-        click.echo(f"{name:<{width}}  {summary}")
+        say(f"{name:<{width}}  {summary}")

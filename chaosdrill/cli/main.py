@@ -1,8 +1,8 @@
 """The command ``chaosdrill``: its commands, and what its exit codes mean."""
 
-import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 import click
 
@@ -16,6 +16,7 @@ from chaosdrill.cli.output import emit_error
 from chaosdrill.cli.plot import plot
 from chaosdrill.cli.report import report
 from chaosdrill.cli.run import run
+from chaosdrill.cli.streams import tell, usable_streams
 from chaosdrill.cli.verify import verify
 from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError
 
@@ -54,28 +55,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code.
     """
     given = sys.argv[1:] if arguments is None else list(arguments)
-    try:
-        with second_one_ends(INTERRUPTED):
-            code = chaosdrill.main(given, prog_name="chaosdrill", standalone_mode=False)
-            sys.stdout.flush()
-        return code or DONE
-    except BrokenPipeError:
-        return _reader_left()
-    except (Exception, KeyboardInterrupt) as fault:
-        if (told := _told(fault)) is None:
-            raise
-        code, kind, message = told
+    with usable_streams(), second_one_ends(INTERRUPTED, last=arguments is None):
         try:
-            if "--json" in given:
-                emit_error(code, kind, message, getattr(fault, "problems", None))
-                sys.stdout.flush()
-        except BrokenPipeError:
-            _reader_left()
-        if isinstance(fault, click.ClickException):
-            fault.show()
-        else:
-            click.echo(message, err=True)
-        return code
+            return chaosdrill.main(given, prog_name="chaosdrill", standalone_mode=False) or DONE
+        except (Exception, KeyboardInterrupt) as fault:
+            if (told := _told(fault)) is None:
+                raise
+            code, kind, message = told
+            with suppress(OSError):
+                if "--json" in given:
+                    emit_error(code, kind, message, getattr(fault, "problems", None))
+            if isinstance(fault, click.ClickException):
+                with suppress(OSError):
+                    fault.show()
+            else:
+                tell(message)
+            return code
 
 
 def _told(fault: BaseException) -> tuple[int, str, str] | None:
@@ -95,9 +90,3 @@ def _told(fault: BaseException) -> tuple[int, str, str] | None:
         kind = next(base for base in type(fault).__mro__ if base.__module__ == ChaosdrillError.__module__)
         return code, kind.__name__, str(fault)
     return None
-
-
-def _reader_left() -> int:
-    """Whoever read the output has left; what is still buffered must not raise once more at exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return FAILED

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import click
+from chaosdrill.cli.streams import say
 
 
 def emit(document: Mapping[str, Any]) -> None:
@@ -18,7 +18,7 @@ def emit(document: Mapping[str, Any]) -> None:
     # names of files need not be text
     except UnicodeEncodeError:
         text = json.dumps(plain, indent=2, allow_nan=False)
-    click.echo(text)
+    say(text)
 
 
 def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[str, Any]] | None = None) -> None:

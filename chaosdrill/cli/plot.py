@@ -4,6 +4,7 @@ import click
 
 from chaosdrill.cli.options import json_option
 from chaosdrill.cli.output import emit
+from chaosdrill.cli.streams import say
 
 
 @click.command()
@@ -25,4 +26,4 @@ def plot(archive: str, output: str | None, group: str | None, as_json: bool) -> 
     if as_json:
         emit({"archive": archive, "pictures": paths})
     else:
-        click.echo("\n".join(paths))
+        say("\n".join(paths))

@@ -4,6 +4,7 @@ import shutil
 import sys
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from time import monotonic
 from typing import TextIO
@@ -94,8 +95,10 @@ class Progress:
             self.open_line = False
 
     def _write(self, text: str) -> None:
-        self.stream.write(text)
-        self.stream.flush()
+        # a terminal that is gone, or a full disk, costs what is told and not the work
+        with suppress(OSError):
+            self.stream.write(text)
+            self.stream.flush()
 
 
 def progress_text(name: str, done: int, total: int, pace: Pace, outcomes: dict[str, int] | None, *, bar: bool) -> str:

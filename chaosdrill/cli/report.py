@@ -4,6 +4,7 @@ import click
 
 from chaosdrill.cli.options import json_option
 from chaosdrill.cli.output import emit
+from chaosdrill.cli.streams import say, tell
 
 
 @click.command()
@@ -26,7 +27,7 @@ def report(archive: str, output: str | None, as_json: bool) -> int:
     if as_json:
         emit({**asdict(made), "path": str(made.path), "archive": str(made.archive)})
     else:
-        click.echo(str(made.path))
+        say(str(made.path))
     for fault in made.faults:
-        click.echo(f"could not be shown: {fault}", err=True)
+        tell(f"could not be shown: {fault}")
     return 1 if made.faults else 0

@@ -8,6 +8,7 @@ from chaosdrill.cli.options import changes_option, json_option
 from chaosdrill.cli.orbit_lines import orbit_lines
 from chaosdrill.cli.output import emit
 from chaosdrill.cli.progress import Progress
+from chaosdrill.cli.streams import say, tell
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
 
@@ -64,15 +65,15 @@ def run(
     groups = {name: node.to_dataset() for name, node in tree.children.items()}
     for name, dataset in groups.items():
         for line in advice(dataset):
-            click.echo(f"{name}: {line}", err=True)
+            tell(f"{name}: {line}")
     if as_json:
         root = {name: tree.attrs[name] for name in ("title", "scene_sha256", "wall_time_s")}
         emit({"archive": output, **root, "groups": {name: describe(group) for name, group in groups.items()}})
         return
     for name, dataset in groups.items():
         for line in [*summary(dataset), *orbit_lines(dataset), *dataset.attrs.get("recommendation", "").splitlines()]:
-            click.echo(f"{name}: {line}")
-    click.echo(output)
+            say(f"{name}: {line}")
+    say(output)
 
 
 def describe(dataset: "xr.Dataset") -> dict[str, Any]:

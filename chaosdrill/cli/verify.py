@@ -5,6 +5,7 @@ import click
 from chaosdrill.cli.options import json_option
 from chaosdrill.cli.output import emit
 from chaosdrill.cli.progress import Progress
+from chaosdrill.cli.streams import say, tell
 
 
 @click.command()
@@ -33,13 +34,13 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
         shown |= {"exact": result.exact, "checks": [asdict(check) for check in result.checks]}
         emit(shown)
     elif result.equal:
-        click.echo(f"{archive}: equal, {'bit for bit' if result.exact else 'as far as it can be compared'}")
+        say(f"{archive}: equal, {'bit for bit' if result.exact else 'as far as it can be compared'}")
     else:
-        click.echo(f"{archive}: differs from what is computed again")
-        click.echo(result.table())
+        say(f"{archive}: differs from what is computed again")
+        say(result.table())
     if not as_json:
         if not result.exact:
-            click.echo(result.how())
+            say(result.how())
         for note in result.notes:
-            click.echo(note, err=True)
+            tell(note)
     return 0 if result.equal else 1

@@ -8,6 +8,8 @@ import time
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
 LONG = """\
 [system]
 model = "percussive-drill"

@@ -8,6 +8,8 @@ import pytest
 
 from chaosdrill.cli.interrupts import second_one_ends
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
 CALLED_BACK = """
 def called_back(interrupt, seconds):
     interrupt()

@@ -1,9 +1,13 @@
-"""Work that never hears the first Ctrl-C is left at the second one, which is told."""
+"""The second Ctrl-C ends the process at once, with the exit code of an interrupt, whenever it comes."""
 
 import signal
 import subprocess
 import sys
 import time
+
+import pytest
+
+pytestmark = pytest.mark.usefixtures("interruptible")
 
 # releases the interpreter's lock for half an hour, as a kernel does, and hears no signal meanwhile
 DEAF = """
@@ -31,3 +35,33 @@ def test_second_interrupt():
             process.kill()
     assert process.returncode == 130
     assert told.strip() == "interrupted at once"
+
+
+# Ctrl-C as soon as the command reads its scene, and once more where it says so, or where it ends
+TWICE = """
+import atexit, os, signal, sys, time
+import click
+from chaosdrill.cli import main
+
+def interrupt(*_, **__):
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.2)
+
+class Stream:
+    class buffer:
+        read = interrupt
+
+sys.stdin = Stream
+if sys.argv.pop() == "told":
+    click.echo = interrupt
+else:
+    atexit.register(interrupt)
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("when", ["told", "over"])
+def test_second_interrupt_on_the_way_out(when):
+    done = subprocess.run([sys.executable, "-c", TWICE, "check", "-", when], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130
+    assert done.stderr.strip() in ("interrupted", "interrupted at once")

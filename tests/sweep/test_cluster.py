@@ -87,6 +87,7 @@ def test_a_fault_on_a_worker_comes_through(cluster):
         execute(Faulty(), scheduler=cluster.scheduler_address)
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interruption_ends_soon_and_keeps_what_has_finished(cluster, tmp_path, whole, same):
     task = Logistic(units=2000, pause=0.002)
     timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])

@@ -96,6 +96,7 @@ def test_a_fault_comes_through_and_stops_the_rest(workers):
     assert max(told) < 5000
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_interruption_keeps_what_has_finished(tmp_path, whole, same, workers):
     task = Logistic(units=1200, pause=0.002)
