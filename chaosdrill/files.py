@@ -3,11 +3,13 @@
 import errno
 import os
 import stat
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
 from hashlib import sha256
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import RLock
 from uuid import uuid4
 
@@ -44,12 +46,17 @@ def draft_of(target: Path) -> Path:
     Raises
     ------
     OSError
-        If the target can be no file: it has no name, as a folder, or its name holds a zero byte.
+        If the target can be no file: it has no name, as a folder, or its name holds a zero byte or unknown letters.
     """
     if not target.name:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
     if "\0" in str(target):
         raise OSError(errno.EINVAL, "the name holds a zero byte", str(target))
+    try:
+        os.fsencode(target)
+    except UnicodeEncodeError:
+        letters = f"the name has letters that names of files do not have here ({sys.getfilesystemencoding()})"
+        raise OSError(errno.EILSEQ, letters, ascii(str(target))) from None
     return target.with_name(f"{_stem(target)}.{uuid4().hex[:12]}.part")
 
 
@@ -93,6 +100,47 @@ def flush(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def name_text(name: str) -> str:
+    """A name of a file as text, in any locale: bytes of it that are no UTF-8 appear as ``\\xff``."""
+    try:
+        held = name.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        held = name.encode("utf-8", "backslashreplace")
+    return held.decode("utf-8", "backslashreplace")
+
+
+@contextmanager
+def netcdf_name(file: Path) -> Iterator[Path]:
+    """A name of a file that the NetCDF library takes, which knows those alone that are text in the present locale.
+
+    It is the file's own, or that of a link to it, which is there while the block runs.
+
+    Raises
+    ------
+    OSError
+        If the folder of temporary files cannot be used for the link.
+    """
+    if _is_text(file):
+        yield file
+        return
+    with TemporaryDirectory(prefix="chaosdrill-") as folder:
+        link = Path(folder) / "file.nc"
+        if not _is_text(link):
+            raise OSError(
+                errno.EILSEQ, "neither this name nor that of the folder of temporary files is text", str(file)
+            )
+        link.symlink_to(file.absolute())
+        yield link
+
+
+def _is_text(name: Path) -> bool:
+    try:
+        str(name).encode(sys.getfilesystemencoding())
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 @contextmanager

@@ -28,7 +28,7 @@ def pytest_configure(config):
 
 @pytest.fixture
 def interruptible():
-    """Ctrl-C is heard here and in the processes that a test starts, also where it is ignored, as in a background job."""
+    """Ctrl-C is heard, here and in processes that a test starts, also where it is ignored, as in a background job."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

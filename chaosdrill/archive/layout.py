@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import netcdf
+from chaosdrill.files import netcdf, netcdf_name
 
 if TYPE_CHECKING:
     import netCDF4
@@ -36,7 +36,7 @@ def check_layout(file: Path) -> None:
 
     allowed = FREE_BYTES + COMPRESSION * file.stat().st_size
     total = count = 0
-    with netcdf, netCDF4.Dataset(file) as root:
+    with netcdf, netcdf_name(file) as known, netCDF4.Dataset(known) as root:
         waiting: list[tuple[netCDF4.Dataset, str, int]] = [(root, "/", 0)]
         while waiting:
             group, path, depth = waiting.pop()
@@ -60,7 +60,7 @@ def read_through(file: Path) -> None:
     """Read every attribute and every value once, a block at a time."""
     import netCDF4
 
-    with netcdf, netCDF4.Dataset(file) as root:
+    with netcdf, netcdf_name(file) as known, netCDF4.Dataset(known) as root:
         waiting = [root]
         while waiting:
             group = waiting.pop()

@@ -11,7 +11,7 @@ from chaosdrill.archive.layout import check_layout
 from chaosdrill.archive.seal import is_sealed, try_reading
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import netcdf
+from chaosdrill.files import netcdf, netcdf_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +49,8 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
         with (
             netcdf,
             warnings.catch_warnings(action="ignore"),
-            xr.open_datatree(file, engine="netcdf4", **_AS_STORED) as lazy,
+            netcdf_name(file) as known,
+            xr.open_datatree(known, engine="netcdf4", **_AS_STORED) as lazy,
         ):
             # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
             nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}

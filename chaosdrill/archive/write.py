@@ -10,7 +10,7 @@ from chaosdrill.archive.digest import with_digests
 from chaosdrill.archive.labels import labels_to_file
 from chaosdrill.archive.seal import seal
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import draft_of, followed, replacing, small_netcdf_cache
+from chaosdrill.files import draft_of, followed, netcdf_name, replacing, small_netcdf_cache
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,9 +59,9 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     check_writable(target)
     nodes = {node.path: with_digests(node.to_dataset(inherit=False)) for node in tree.subtree}
     tree = xr.DataTree.from_dict({path: labels_to_file(ds) for path, ds in nodes.items()})
-    with writing(target, "archive") as draft, small_netcdf_cache():
+    with writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:
         try:
-            tree.to_netcdf(draft, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
+            tree.to_netcdf(known, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
         except RuntimeError as fault:
             # of a full disk the NetCDF library knows no more than that it failed
             raise OSError(f"{fault} (is the disk full?)") from fault
@@ -115,21 +115,26 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
         raise ArchiveError(f"{target}: is a folder; name a file, as in {target / f'result{ending}'}")
     if os.path.exists(target) and not os.path.isfile(target):
         raise ArchiveError(f"{target}: is no ordinary file, and is not replaced; name another file")
+    place = followed(target)
+    if os.path.islink(place):
+        raise ArchiveError(f"{target}: is a link that leads to no file; remove it, or name another file")
     try:
-        trial = draft_of(target)
+        trial = draft_of(place)
         # the name of the trial is short, so that it does not tell of one that is too long
         with suppress(FileNotFoundError):
-            target.lstat()
+            place.lstat()
     except OSError as fault:
         raise ArchiveError(f"{target}: cannot be written: {_reason(fault)}; name another file") from fault
-    if not os.path.isdir(target.parent):
-        raise ArchiveError(f"{target}: the folder {target.parent} does not exist; make it first")
+    if not os.path.isdir(place.parent):
+        raise ArchiveError(f"{target}: the folder {place.parent} does not exist; make it first")
     try:
         trial.touch(exist_ok=False)
         trial.unlink()
+        with netcdf_name(trial):
+            pass
     except OSError as fault:
         raise ArchiveError(
-            f"{target}: cannot write into {target.parent}: {_reason(fault)}; name a file in another folder"
+            f"{target}: cannot write into {place.parent}: {_reason(fault)}; name a file in another folder"
         ) from fault
 
 

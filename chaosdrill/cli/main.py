@@ -62,6 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if (told := _told(fault)) is None:
                 raise
             code, kind, message = told
+            if code == INTERRUPTED:
+                # Python ends by the signal if the interrupt has passed through code that was given as text, as those
+                # of numba and sympy, unless such code has run since
+                exec("")
             with suppress(OSError):
                 if "--json" in given:
                     emit_error(code, kind, message, getattr(fault, "problems", None))

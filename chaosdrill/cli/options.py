@@ -7,8 +7,16 @@ import click
 from chaosdrill.scene.changes import parse_change
 
 
+def given_text(text: str) -> str:
+    """Text of the command line, which is UTF-8 whatever the locale."""
+    try:
+        return text.encode("utf-8", "surrogateescape").decode("utf-8")
+    except UnicodeError:
+        return text
+
+
 def _changes(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, Any]:
-    return dict(parse_change(text) for text in given)
+    return dict(parse_change(given_text(text)) for text in given)
 
 
 changes_option = click.option(

@@ -2,7 +2,7 @@
 
 import click
 
-from chaosdrill.cli.options import json_option
+from chaosdrill.cli.options import given_text, json_option
 from chaosdrill.cli.output import emit
 from chaosdrill.cli.streams import say
 
@@ -22,7 +22,7 @@ def plot(archive: str, output: str | None, group: str | None, as_json: bool) -> 
     """Draw the pictures that suit what is in OUT.nc, and print the files written."""
     from chaosdrill.plot import plot_archive
 
-    paths = [str(path) for path in plot_archive(archive, output, group=group)]
+    paths = [str(path) for path in plot_archive(archive, output, group=None if group is None else given_text(group))]
     if as_json:
         emit({"archive": archive, "pictures": paths})
     else:

@@ -4,6 +4,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.files import name_text
 from chaosdrill.reports.html import Html, element, joined, table
 from chaosdrill.reports.scenes import read_json
 
@@ -15,7 +16,7 @@ _APART = ("scene", "versions")
 
 def origin_section(tree: "xr.DataTree", path: Path) -> Html:
     """The file, the versions, and the attributes of the root and of every group."""
-    file = [("name", path.name), ("size in bytes", str(path.stat().st_size)), ("SHA-256", file_hash(path))]
+    file = [("name", name_text(path.name)), ("size in bytes", str(path.stat().st_size)), ("SHA-256", file_hash(path))]
     file.append(("values", _integrity(tree)))
     versions = [(str(name), str(version)) for name, version in read_json(tree.attrs.get("versions")).items()]
     parts = [table("The archive's file", ("what", "value"), file), table("Versions", ("library", "version"), versions)]

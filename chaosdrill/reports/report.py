@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ChaosdrillError, SettingsError
-from chaosdrill.files import followed, remove_drafts
+from chaosdrill.files import followed, name_text, remove_drafts
 from chaosdrill.reports import accuracy, explorer, orbits, points, runs
 from chaosdrill.reports.figures import figure
 from chaosdrill.reports.html import Html, element, joined, table
@@ -127,7 +127,7 @@ class _Writer:
         self.pictures, self.charts, self.faults = 0, 0, list[str]()
 
     def page(self) -> str:
-        title = str(self.tree.attrs.get("title", self.path.name))
+        title = str(self.tree.attrs.get("title", name_text(self.path.name)))
         sections = [
             Section("summary", "Summary", self._try("summary", self._summary)),
             Section("scene", "Scene and equations", self._try("scene", scene_section, self.tree)),
@@ -137,7 +137,7 @@ class _Writer:
             Section("origin", "Provenance", self._try("provenance", origin_section, self.tree, self.path)),
         ]
         made = str(self.tree.attrs.get("history", "")).split("\n")[-1]
-        intro = element("p", f"{self.path.name}. {made}")
+        intro = element("p", f"{name_text(self.path.name)}. {made}")
         intro = joined([intro, self._try("digests", self._altered)])
         if self.faults:
             listed = element("ul", *(element("li", fault) for fault in self.faults))

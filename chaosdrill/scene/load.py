@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from chaosdrill.errors import SceneError
+from chaosdrill.files import name_text
 from chaosdrill.scene.changes import change, toml_value
 from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.lines import key_lines
@@ -108,6 +109,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
     from chaosdrill.scene.document import Document
     from chaosdrill.scene.strict import validate
 
+    name = name_text(name)
     raw = _parse_toml(text, name)
     lines = key_lines(text)
     for key, value in (changes or {}).items():

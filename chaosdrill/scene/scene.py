@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ChaosdrillError, SceneError
+from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.problems import InvalidSceneError, Problem
@@ -132,7 +133,7 @@ class Scene:
     def command(self, *more: str) -> str:
         """The command ``run`` with this scene, what was set in it, and further arguments."""
         sets = [part for key, value in self.changes.items() for part in ("--set", f"{key}={value}")]
-        return shlex.join(["run", STDIN if self.name == PIPED else self.name, *sets, *more])
+        return shlex.join(["run", STDIN if self.name == PIPED else self.name, *sets, *map(name_text, more)])
 
     def run(
         self,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import SceneError
-from chaosdrill.files import replacing
+from chaosdrill.files import followed, replacing
 from chaosdrill.scene.changes import bare_or_quoted, toml_value
 from chaosdrill.scene.load import parse_scene
 
@@ -70,8 +70,10 @@ def save_scene(
     target = Path(path)
     text = "\n".join(_lines({name: value for name, value in document.items() if value != {}}, ())).strip() + "\n"
     parse_scene(text, target.name)
+    if os.path.exists(target) and not os.path.isfile(target):
+        raise SceneError(f"{target}: is no ordinary file, and is not replaced; name another file")
     try:
-        with replacing(target) as draft:
+        with replacing(followed(target)) as draft:
             draft.write_text(text, encoding="utf-8")
     except OSError as fault:
         raise SceneError(f"{target}: cannot write the scene: {fault.strerror}") from fault

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SceneError, SettingsError
-from chaosdrill.files import netcdf, open_own, remove_drafts, replacing, small_netcdf_cache
+from chaosdrill.files import netcdf, netcdf_name, open_own, remove_drafts, replacing, small_netcdf_cache
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.store import kept_points
 
@@ -109,7 +109,8 @@ class Parts:
         except (OSError, ValueError, KeyError, TypeError):
             return None
         # nothing is decoded, so that every bit comes back
-        with netcdf, xr.open_dataset(path, engine="netcdf4", mask_and_scale=False, decode_times=False) as lazy:
+        plain: dict[str, Any] = {"mask_and_scale": False, "decode_times": False}
+        with netcdf, netcdf_name(path) as known, xr.open_dataset(known, engine="netcdf4", **plain) as lazy:
             return lazy.load().drop_encoding()
 
     def keep(self, group: str, dataset: "xr.Dataset") -> None:
@@ -120,8 +121,8 @@ class Parts:
             os.stat(self.folder / _LOCK)
             folder.mkdir(exist_ok=True)
             encoding = {str(name): {"_FillValue": None} for name in dataset.variables}
-            with replacing(folder / _DATASET) as draft, small_netcdf_cache():
-                dataset.to_netcdf(draft, engine="netcdf4", encoding=encoding)
+            with replacing(folder / _DATASET) as draft, small_netcdf_cache(), netcdf_name(draft) as known:
+                dataset.to_netcdf(known, engine="netcdf4", encoding=encoding)
                 seal = {"sha256": _checksum(draft)}
             with replacing(folder / _SEAL) as draft:
                 draft.write_text(json.dumps(seal), encoding="utf-8")

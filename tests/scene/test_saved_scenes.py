@@ -1,5 +1,6 @@
 """A scene written from Python defines the same system and asks for the same analyses."""
 
+import os
 import tomllib
 
 import numpy as np
@@ -94,3 +95,16 @@ def test_faults_are_told_and_the_earlier_file_stays(tmp_path):
         cd.save_scene(path, odd(), {"motion": {"kind": "trajectory", "periods": object()}})
     assert path.read_text() == "earlier"
     assert [p.name for p in tmp_path.iterdir()] == ["own.toml"]
+
+
+def test_a_link_is_followed_and_what_is_no_file_is_refused(tmp_path):
+    system, analyses = cd.build("impact-oscillator"), {"motion": {"kind": "trajectory", "periods": 1}}
+    link, pipe = tmp_path / "link.toml", tmp_path / "pipe"
+    link.symlink_to(tmp_path / "scene.toml")
+    cd.save_scene(link, system, analyses)
+    assert link.is_symlink()
+    assert cd.load_scene(tmp_path / "scene.toml").title == "impact-oscillator"
+    os.mkfifo(pipe)
+    with pytest.raises(cd.SceneError, match="is no ordinary file"):
+        cd.save_scene(pipe, system, analyses)
+    assert pipe.is_fifo()
