@@ -6,6 +6,7 @@ not known, its code is. Output that a full disk loses is a fault; a message on s
 
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from io import TextIOWrapper
@@ -15,7 +16,7 @@ import click
 
 @contextmanager
 def usable_streams() -> Iterator[None]:
-    """While the block runs there are both streams, and standard output takes every letter."""
+    """While the block runs there are both streams, standard output takes every letter, and a warning is a line."""
     with ExitStack() as stack:
         _occupy()
         if sys.stdout is None:
@@ -26,6 +27,9 @@ def usable_streams() -> Iterator[None]:
             stack.callback(sys.stdout.reconfigure, errors=sys.stdout.errors)
             sys.stdout.reconfigure(errors="backslashreplace")
         stack.callback(_settle)
+        stack.callback(setattr, warnings, "formatwarning", warnings.formatwarning)
+        # where in the package a warning comes from is of no use here
+        warnings.formatwarning = lambda message, *_: f"{message}\n"  # type: ignore[assignment]
         yield
 
 

@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import shutil
+import warnings
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hashlib import file_digest
@@ -98,15 +99,18 @@ class Parts:
         return folder
 
     def finished(self, group: str) -> "xr.Dataset | None":
-        """The dataset of an analysis that was kept; None if there is none, or if it is damaged."""
+        """The dataset of an analysis that was kept; None if there is none, or if it is damaged, which is told."""
         import xarray as xr
 
-        path = self.folder / group / _DATASET
+        path, sealed = self.folder / group / _DATASET, self.folder / group / _SEAL
+        if not sealed.exists():
+            return None
         try:
-            seal = json.loads((self.folder / group / _SEAL).read_text(encoding="utf-8"))
-            if seal["sha256"] != _checksum(path):
-                return None
+            whole = json.loads(sealed.read_text(encoding="utf-8"))["sha256"] == _checksum(path)
         except (OSError, ValueError, KeyError, TypeError):
+            whole = False
+        if not whole:
+            warnings.warn(f"{path} is damaged, or its digest; {group} is computed again", stacklevel=2)
             return None
         # nothing is decoded, so that every bit comes back
         plain: dict[str, Any] = {"mask_and_scale": False, "decode_times": False}

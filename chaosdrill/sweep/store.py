@@ -10,6 +10,7 @@ No time of a file or of a clock is ever looked at.
 import errno
 import json
 import os
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from hashlib import sha256
@@ -206,21 +207,25 @@ class Store(Memory):
             )
 
     def _vouched(self, arrays: Arrays) -> list[tuple[int, int]]:
-        """Chunks of which journal and results agree."""
+        """Chunks of which journal and results agree; what others held is told."""
         journal = self.folder / JOURNAL
         if (text := journal.read_bytes()) and not text.endswith(b"\n"):
             # a kill cut the last line short; the next one is not to be appended to it
             _write(self._handles[1], b"\n", None)
-        found = []
-        for first, count, expected in _entries(journal):
-            if first + count > self.units:
-                continue
+        found: list[tuple[int, int]] = []
+        entries = [entry for entry in _entries(journal) if entry[0] + entry[1] <= self.units]
+        for first, count, expected in entries:
             digest = _digest(first, count)
             for array in arrays.values():
                 if array.size:
                     digest.update(array[first : first + count].data.cast("B"))
             if digest.hexdigest() == expected:
                 found.append((first, count))
+        named = [(first, count) for first, count, _ in entries]
+        if lost := Gaps(self.units, found).left - Gaps(self.units, named).left:
+            points = lost * self._manifest["points_per_unit"]
+            told = f"{points} finished points are damaged, or the digests beside them; they are computed again"
+            warnings.warn(f"{self.folder}: {told}", stacklevel=2)
         return found
 
     def _look_for_itself(self) -> None:

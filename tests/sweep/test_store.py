@@ -1,9 +1,11 @@
 """Whatever a kill leaves behind or a disk damages is noticed and computed again; the rest is not."""
 
 import errno
+import json
 import os
 import shutil
 import time
+import warnings
 from dataclasses import replace
 
 import pytest
@@ -28,16 +30,22 @@ def folder(tmp_path):
     return tmp_path / "parts"
 
 
-def resumed(folder, task=TASK):
-    """Results, and the number of units that were there before."""
+def resumed(folder, task=TASK, damaged=None):
+    """Results, and the number of units that were there before; a warning says how many are damaged, if any are."""
     told = []
-    found = execute(task, store=folder, progress=lambda *seen: told.append(seen))
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        found = execute(task, store=folder, progress=lambda *seen: told.append(seen))
+    texts = [str(one.message) for one in heard]
+    if damaged is not None:
+        lost = "finished points are damaged, or the digests beside them; they are computed again"
+        assert texts == ([f"{folder}: {damaged} {lost}"] if damaged else [])
     assert told[-1][0] == task.units
     return found, told[0][0]
 
 
 def test_finished_chunks_are_taken_over(folder, whole, same):
-    found, before = resumed(folder)
+    found, before = resumed(folder, damaged=0)
     assert before == 38
     assert same(found, whole(TASK))
     assert kept_points(folder) == (60, 60)
@@ -80,6 +88,18 @@ def test_a_damaged_byte_of_the_journal_costs_its_chunk_only(folder, whole, same,
     # a damaged end of line costs the two lines that it parted
     assert before in {38, 31, 18, 27, 11}
     assert same(found, whole(TASK))
+
+
+def test_a_false_digest_is_told_once(folder, whole, same):
+    lines = [json.loads(line) for line in (folder / JOURNAL).read_text().splitlines()]
+    first, second, _ = lines
+    first["sha256"], second["sha256"] = second["sha256"], "0" * 64
+    (folder / JOURNAL).write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+    found, before = resumed(folder, damaged=first["count"] + second["count"])
+    assert before == 38 - first["count"] - second["count"]
+    assert same(found, whole(TASK))
+    # the false lines are still there, beside those of what was computed again
+    assert resumed(folder, damaged=0)[1] == TASK.units
 
 
 @pytest.mark.parametrize("left", [0, 100, 1000])
