@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.typed import FUNCTION, PATH, refuse
 
 if TYPE_CHECKING:
     from chaosdrill.engine.run import Run
@@ -186,12 +187,13 @@ def no_forcing(system: "HybridSystem") -> str:
 def settings(values: dict[str, Any]) -> dict[str, Any]:
     """Arguments as provenance keeps them, without what does not change the numbers.
 
-    Every analysis begins with this, so that it is here that what is no system is refused.
+    Every analysis begins with this, so that it is here that what is no system is refused, and what cannot be called or
+    name a folder.
 
     Raises
     ------
     SettingsError
-        If ``values["system"]`` is no system.
+        If ``values["system"]`` is no system, ``"progress"`` no function, or ``"store"`` no name.
     """
     from chaosdrill.model import HybridSystem
 
@@ -202,4 +204,7 @@ def settings(values: dict[str, Any]) -> dict[str, Any]:
             f"system is {system!r:.60}; it must be a HybridSystem: your own, the system of a scene, as in "
             f"load_scene(path).system, or one that has a name, as in {named}"
         )
+    for name, kind in (("progress", FUNCTION), ("store", PATH)):
+        if values.get(name) is not None:
+            refuse(SettingsError, name, values[name], kind)
     return {key: value for key, value in values.items() if key not in _UNRELATED}

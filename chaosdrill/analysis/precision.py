@@ -1,6 +1,6 @@
 """What accuracy costs: errors against time, over methods and tolerances."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -133,8 +133,12 @@ def work_precision(
 def _methods(methods: Any) -> list[str]:
     if methods is None:
         return list(METHODS)
-    listed = [] if isinstance(methods, str) else list(methods)
-    if not listed or any(name not in METHODS for name in listed) or len(set(listed)) != len(listed):
+    listed = _listed(methods)
+    if (
+        not listed
+        or any(not isinstance(name, str) or name not in METHODS for name in listed)
+        or len(set(listed)) != len(listed)
+    ):
         raise SettingsError(f"methods is {methods!r}; it must be a list of different ones of {list(METHODS)}")
     return listed
 
@@ -142,7 +146,7 @@ def _methods(methods: Any) -> list[str]:
 def _tolerances(tolerances: Any) -> list[float]:
     if tolerances is None:
         return list(TOLERANCES)
-    listed = [] if isinstance(tolerances, str) else [real(value) for value in tolerances]
+    listed = [real(value) for value in _listed(tolerances)]
     if not listed or not all(1e-16 <= value <= 1e-2 for value in listed) or len(set(listed)) != len(listed):
         raise SettingsError(
             f"tolerances is {tolerances!r}; it must be a list of different numbers between 1e-16 and 1e-2"
@@ -153,11 +157,17 @@ def _tolerances(tolerances: Any) -> list[float]:
 def _steps(steps: Any, tolerances: list[float]) -> list[int]:
     if steps is None:
         return [int(np.ceil(STEPS_AT_ONE * value**-0.25)) for value in tolerances]
-    if isinstance(steps, str) or len(steps) != len(tolerances):
+    listed = _listed(steps)
+    if len(listed) != len(tolerances):
         raise SettingsError(
             f"steps is {steps!r}; it must be a list of {len(tolerances)} counts, one for each tolerance"
         )
-    return [whole("steps", value, 4) for value in steps]
+    return [whole("steps", value, 4) for value in listed]
+
+
+def _listed(values: Any) -> list[Any]:
+    """The entries of a list, a tuple or an array; none of what is no such thing."""
+    return list(values) if isinstance(values, Collection) and not isinstance(values, str | bytes | Mapping) else []
 
 
 def _numerics(name: str, tolerance: float, steps: int) -> Numerics:

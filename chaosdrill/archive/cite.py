@@ -5,11 +5,14 @@ from typing import TYPE_CHECKING
 
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.references import Reference, package, references
+from chaosdrill.errors import ArchiveError
+from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@expecting(ArchiveError, path=PATH)
 def cite(path: str | os.PathLike[str]) -> list[Reference]:
     """The references of what an archive was made with: this package, analyses, methods and systems.
 

@@ -11,6 +11,8 @@ from chaosdrill.archive.digest import altered
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
+from chaosdrill.errors import ArchiveError
+from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +30,7 @@ _ORIGIN = (
 )
 
 
+@expecting(ArchiveError, path=PATH)
 def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Describe an archive.
 

@@ -12,6 +12,7 @@ from chaosdrill.archive.seal import is_sealed, try_reading
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import netcdf, netcdf_name
+from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
+@expecting(ArchiveError, path=PATH)
 def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
     """Open an archive and read it whole into memory; the file is closed again.
 

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.write import check_writable, save
-from chaosdrill.errors import SettingsError
+from chaosdrill.errors import SceneError, SettingsError
 from chaosdrill.files import followed, remove_drafts
+from chaosdrill.typed import COUNT, FUNCTION, PATH, SWITCH, TABLE, expecting, refuse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from chaosdrill.scene import Scene
 
 
+@expecting(SettingsError, output=PATH, changes=TABLE, workers=COUNT, resume=SWITCH, report=FUNCTION, tell=FUNCTION)
 def run(
     scene: "str | os.PathLike[str] | Scene",
     output: str | os.PathLike[str],
@@ -77,6 +79,7 @@ def run(
             raise SettingsError("changes: a scene that is loaded already is not changed; give them to load_scene")
         loaded = scene
     else:
+        refuse(SceneError, "scene", scene, PATH)
         loaded = load_scene(scene, changes)
         if os.path.exists(output) and os.path.exists(scene) and os.path.samefile(scene, output):
             raise SettingsError(

@@ -13,7 +13,8 @@ from chaosdrill.archive.describe import stored_versions
 from chaosdrill.archive.digest import altered
 from chaosdrill.archive.read import format_of, open_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
-from chaosdrill.errors import ArchiveError, ChaosdrillError
+from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
+from chaosdrill.typed import COUNT, FUNCTION, PATH, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,6 +79,8 @@ class Verification:
         return _columns(rows)
 
 
+@expecting(ArchiveError, path=PATH)
+@expecting(SettingsError, workers=COUNT, report=FUNCTION)
 def verify(
     path: str | os.PathLike[str], *, workers: int = 1, report: Callable[[str], Any] | None = None
 ) -> Verification:

@@ -11,6 +11,7 @@ from chaosdrill.archive.labels import labels_to_file
 from chaosdrill.archive.seal import seal
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, followed, netcdf_name, replacing, small_netcdf_cache
+from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
+@expecting(ArchiveError, path=PATH)
 def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path:
     """Write an archive.
 

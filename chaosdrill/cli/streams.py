@@ -29,7 +29,7 @@ def usable_streams() -> Iterator[None]:
         stack.callback(_settle)
         stack.callback(setattr, warnings, "formatwarning", warnings.formatwarning)
         # where in the package a warning comes from is of no use here
-        warnings.formatwarning = lambda message, *_: f"{message}\n"  # type: ignore[assignment]
+        warnings.formatwarning = lambda message, *_: f"{message}\n"
         yield
 
 

@@ -79,10 +79,13 @@ def read_name(where: str, value: Any) -> str:
 
 def _read(where: str, value: Any, *, condition: bool) -> Any:
     try:
-        return (
-            read_open_text(value, condition=condition) if isinstance(value, str) else sympy.sympify(value, strict=True)
-        )
+        if isinstance(value, str):
+            return read_open_text(value, condition=condition)
+        found = sympy.sympify(value, strict=True)
     except ExpressionError as fault:
         raise ModelError(f"{where}: {fault}") from None
     except _UNREADABLE as fault:
         raise ModelError(f"{where} is {value!r}, which sympy cannot read; give a number or an expression") from fault
+    if not isinstance(found, sympy.Expr | sympy.logic.boolalg.Boolean):
+        raise ModelError(f"{where} is {value!r}; give a number or an expression")
+    return found

@@ -13,6 +13,7 @@ from chaosdrill.model.exponents import exponent_parameters, expressions, special
 from chaosdrill.model.places import UnsupportedError, in_places, parameter, places_of, rewrite
 from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
+from chaosdrill.typed import TEXT, refuse
 
 DEFAULT_BOUND = 1e9
 
@@ -86,6 +87,7 @@ class HybridSystem:
         labels: Mapping[str, str] | None = None,
     ) -> None:
         self.name = read_name("name of the system", name)
+        refuse(ModelError, f"{name}: description", description, TEXT)
         self.description = description
         self.labels = dict(read_mapping(f"{name}: labels", {} if labels is None else labels, "{'v': 'velocity'}"))
         self.states = _read_states(name, states)

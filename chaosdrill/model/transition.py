@@ -57,7 +57,12 @@ class Transition:
         if isinstance(self.direction, bool) or self.direction not in (-1, 0, 1):
             raise ModelError(f"{where}: direction is {self.direction!r}; it must be +1, -1 or 0")
         sources = (self.source,) if isinstance(self.source, str) else self.source
-        if not isinstance(sources, Collection) or not sources or not all(isinstance(mode, str) for mode in sources):
+        if (
+            not isinstance(sources, Collection)
+            or isinstance(sources, Mapping)
+            or not sources
+            or not all(isinstance(mode, str) for mode in sources)
+        ):
             raise ModelError(f"{where}: source is {self.source!r}; it must be a mode's name, or several in a tuple")
         if not isinstance(self.target, str):
             raise ModelError(f"{where}: target is {self.target!r}; it must be the name of a mode")

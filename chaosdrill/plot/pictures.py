@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plot.companions import fits, limits, swept
+from chaosdrill.typed import PATH, TEXT, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -169,6 +170,7 @@ PICTURES = (
 )
 
 
+@expecting(SettingsError, path=PATH, output=PATH, group=TEXT)
 def plot_archive(
     path: str | PathLike[str], output: str | PathLike[str] | None = None, group: str | None = None
 ) -> list[Path]:

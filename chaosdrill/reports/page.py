@@ -1,14 +1,19 @@
 """The page around its sections, in one file: style and script stand in it, and nothing else may run or be loaded."""
 
+import re
 from base64 import b64encode
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib.resources import files
 from string import Template
 
+from chaosdrill.errors import ArchiveError
 from chaosdrill.reports.html import Html, element, joined, text
 
 _SCRIPTS = ("read.js", "scale.js", "draw.js", "tell.js", "explore.js")
+
+_LEADS_AWAY = re.compile(r"<\s*/?\s*(meta|base|link|iframe|frame|object|embed|form)\b", re.IGNORECASE)
+"""Elements that only the frame may hold. No policy of a page keeps browsers from following ``meta`` with a refresh."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,11 @@ def page(title: str, intro: Html, sections: list[Section]) -> str:
     intro : Html
         What stands under the title.
     sections : list of Section
+
+    Raises
+    ------
+    ArchiveError
+        If anything but the frame would lead away from the page, or load something.
     """
     import chaosdrill
 
@@ -51,11 +61,15 @@ def page(title: str, intro: Html, sections: list[Section]) -> str:
         )
         for s in sections
     )
+    body = joined(bodies, "\n")
+    contents = joined((element("li", element("a", s.title, href=f"#{s.key}")) for s in sections), "\n")
+    if found := _LEADS_AWAY.search(f"{intro}{contents}{body}"):
+        raise ArchiveError(f"the report would hold an element {found[1]}, which no page may; it is not written")
     return Template(asset("frame.html")).substitute(
         title=text(title, 200),
         intro=intro,
-        contents=joined((element("li", element("a", s.title, href=f"#{s.key}")) for s in sections), "\n"),
-        body=joined(bodies, "\n"),
+        contents=contents,
+        body=body,
         version=chaosdrill.__version__,
         style=style,
         style_hash=_hash(style),

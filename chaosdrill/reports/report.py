@@ -14,6 +14,7 @@ from chaosdrill.reports.html import Html, element, joined, table
 from chaosdrill.reports.origin import altered_parts, citations_section, origin_section
 from chaosdrill.reports.page import Section, page
 from chaosdrill.reports.scenes import scene_section
+from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +74,7 @@ class Report:
     faults: tuple[str, ...]
 
 
+@expecting(SettingsError, path=PATH, output=PATH)
 def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None = None) -> Report:
     """Write all that an archive tells into one page that needs nothing else, no network and no other file.
 

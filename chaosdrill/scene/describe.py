@@ -4,12 +4,15 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
+from chaosdrill.errors import SceneError
 from chaosdrill.scene.load import load_scene
 from chaosdrill.scene.period import check_period
 from chaosdrill.scene.scene import Scene
 from chaosdrill.scene.si import QUANTITIES
+from chaosdrill.typed import PATH, TABLE, expecting, refuse
 
 
+@expecting(SceneError, changes=TABLE)
 def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Validate a scene and describe what it simulates, as ``chaosdrill check`` does.
 
@@ -32,6 +35,8 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     SceneError
         With every fault of the scene.
     """
+    if not isinstance(scene, Scene):
+        refuse(SceneError, "scene", scene, PATH)
     loaded = scene if isinstance(scene, Scene) else load_scene(scene, changes)
     check_period(loaded)
     return describe_scene(loaded)

@@ -15,6 +15,7 @@ from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.lines import key_lines
 from chaosdrill.scene.problems import NO_LINE, InvalidSceneError
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
+from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 
 MOST_BYTES = 1_000_000
 MOST_KEY_PARTS = 64
@@ -24,6 +25,7 @@ _DOTTED = re.compile(r"""[A-Za-z0-9_"'-][ \t]*+\.""")
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
+@expecting(SceneError, path=PATH, changes=TABLE)
 def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene file.
 
@@ -79,6 +81,7 @@ def _read_stdin() -> bytes:
         raise SceneError(f"{PIPED}: cannot read the scene: {fault.strerror}") from None
 
 
+@expecting(SceneError, text=TEXT, name=TEXT, changes=TABLE)
 def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene from its text.
 

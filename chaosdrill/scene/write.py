@@ -9,6 +9,7 @@ from chaosdrill.errors import SceneError
 from chaosdrill.files import followed, replacing
 from chaosdrill.scene.changes import bare_or_quoted, toml_value
 from chaosdrill.scene.load import parse_scene
+from chaosdrill.typed import PATH, TABLE, TABLES, TEXT, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -17,6 +18,7 @@ _HEADERS = {"system": 4, "analysis": 2, "numerics": 1}
 """Down to which depth tables have a header of their own; what is deeper stands on one line."""
 
 
+@expecting(SceneError, path=PATH, analyses=TABLES, numerics=TABLE, title=TEXT)
 def save_scene(
     path: str | os.PathLike[str],
     system: "HybridSystem",
@@ -55,7 +57,11 @@ def save_scene(
     SettingsError
         If TOML has no such value.
     """
+    from chaosdrill.model import HybridSystem
     from chaosdrill.model.definition import write_definition
+
+    if not isinstance(system, HybridSystem):
+        raise SceneError(f"system is {system!r:.60}; it must be a HybridSystem, as chaosdrill.build returns one")
 
     document = {
         "title": system.name if title is None else title,

@@ -50,7 +50,7 @@ class Memory:
 
     def __init__(self, task: Task) -> None:
         self.columns = {name: (np.dtype(dtype), tuple(shape)) for name, (dtype, shape) in task.columns().items()}
-        self.units = task.units
+        self.units, self.points_per_unit = task.units, task.points_per_unit
         self.finished: list[tuple[int, int]] = []
         size = self.units * self.unit_bytes
         if size > MOST_BYTES:
@@ -223,9 +223,8 @@ class Store(Memory):
                 found.append((first, count))
         named = [(first, count) for first, count, _ in entries]
         if lost := Gaps(self.units, found).left - Gaps(self.units, named).left:
-            points = lost * self._manifest["points_per_unit"]
-            told = f"{points} finished points are damaged, or the digests beside them; they are computed again"
-            warnings.warn(f"{self.folder}: {told}", stacklevel=2)
+            told = f"{lost * self.points_per_unit} finished points are damaged, or the digests beside them"
+            warnings.warn(f"{self.folder}: {told}; they are computed again", stacklevel=2)
         return found
 
     def _look_for_itself(self) -> None:

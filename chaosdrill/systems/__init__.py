@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
 from chaosdrill.systems.drill.effects import OPTIONS, remedy
+from chaosdrill.typed import TABLE, TEXT, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -99,6 +100,7 @@ def states(name: str, effects: Mapping[str, str] | None = None) -> tuple[str, ..
     return module.states(effects) if entry.effects else module.STATES
 
 
+@expecting(ModelError, name=TEXT, parameters=TABLE, effects=TABLE, initial=TABLE)
 def build(
     name: str,
     parameters: Mapping[str, float] | None = None,

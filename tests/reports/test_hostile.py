@@ -15,20 +15,24 @@ from chaosdrill.reports.equations import equations, events
 BAD = (
     """</script></title></style><script>window.hacked = 1</script><img src=x onerror="window.hacked = 2">'"&amp;<!--"""
 )
+REFRESH = "<meta http-equiv=refresh content=0;url=other.html>"
+AWAY = (
+    f"""'"></title></style></script></text>{REFRESH}<base href=x:><link rel=prefetch href=other.html><iframe src=y>"""
+)
 
 
-def hostile():
+def hostile(bad=BAD):
     """Every text of an archive is an attack."""
     groups = {}
     for name, dataset in (("diagram", diagram()), ("chart<b>", chart())):
-        dataset = dataset.assign_coords(state_name=("state", [BAD, "v"]), state_long_name=("state", ["", BAD]))
-        dataset = dataset.assign_coords(seed_name=("seed", [BAD]))
+        dataset = dataset.assign_coords(state_name=("state", [bad, "v"]), state_long_name=("state", ["", bad]))
+        dataset = dataset.assign_coords(seed_name=("seed", [bad]))
         for variable in dataset.variables.values():
-            variable.attrs |= {"long_name": BAD, "comment": BAD, "units": BAD}
+            variable.attrs |= {"long_name": bad, "comment": bad, "units": bad}
         kept = {"kind": dataset.attrs["kind"]}
-        dataset.attrs = {**dict.fromkeys(dataset.attrs, BAD), "a" + BAD.replace("/", ""): BAD, "message": BAD, **kept}
+        dataset.attrs = {**dict.fromkeys(dataset.attrs, bad), "a" + bad.replace("/", ""): bad, "message": bad, **kept}
         groups[name] = dataset
-    root = {"title": BAD, "scene": BAD, "scene_name": BAD, "history": BAD, "versions": json.dumps({BAD: BAD})}
+    root = {"title": bad, "scene": bad, "scene_name": bad, "history": bad, "versions": json.dumps({bad: bad})}
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), **groups})
 
 
@@ -60,6 +64,58 @@ def test_no_script_of_the_archive_runs(made, visit):
     assert browser.execute_script("return window.hacked === undefined")
     assert browser.execute_script("return document.querySelectorAll('.stage:not([hidden])').length") == made.charts
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
+
+
+def asked(browser):
+    """What the page has asked for since it was opened, itself included; a refresh without a delay is due at once."""
+    browser.execute_async_script("setTimeout(arguments[0], 500)")
+    events = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
+    urls = [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+    return [url for url in urls if not url.startswith("data:")]
+
+
+def renamed(bad):
+    """A system in which everything is called by an attack."""
+    names = [f"{bad}{k}" for k in range(3)]
+    x, v = (sympy.Symbol(name, real=True) for name in names[:2])
+    bounce = cd.Transition(names[2], bad, bad, guard=x, direction=-1, reset={v: -v})
+    return cd.HybridSystem(
+        name=bad,
+        states=(x, v),
+        parameters={},
+        modes={bad: {x: v, v: -x}},
+        transitions=[bounce],
+        initial={x: 1.0},
+        description=bad,
+    )
+
+
+def test_no_text_leads_away_from_the_page(write, visit, tmp_path):
+    (tmp_path / "other.html").write_text("<title>another page</title>")
+    tree = hostile(AWAY)
+    cd.save_scene(tmp_path / "scene.toml", renamed(AWAY), {"motion": {"kind": "trajectory", "duration": 1}})
+    tree.attrs["scene"] = (tmp_path / "scene.toml").read_text(encoding="utf-8")
+    made = write(tree, "away")
+    # the equations are there, so that their names are on the page
+    assert "<math" in made.path.read_text(encoding="utf-8")
+    browser = visit(made.path)
+    assert asked(browser) == [made.path.as_uri()]
+    assert browser.current_url == made.path.as_uri()
+
+
+def test_a_refresh_would_be_followed_so_that_no_page_with_one_is_written(write, tree, visit, tmp_path, monkeypatch):
+    other = tmp_path / "other.html"
+    other.write_text("<title>another page</title>")
+    page = write(tree).path
+    page.write_text(page.read_text(encoding="utf-8").replace("<main", f"{REFRESH}<main"), encoding="utf-8")
+    visit(page)
+    browser = visit(page)
+    assert asked(browser)[-1] == browser.current_url == other.as_uri()
+    before = page.read_bytes()
+    monkeypatch.setattr("chaosdrill.reports.html.html.escape", lambda plain: plain)
+    with pytest.raises(cd.ArchiveError, match="an element meta, which no page may"):
+        write(hostile(AWAY))
+    assert page.read_bytes() == before
 
 
 def test_letters_that_are_not_seen_are_shown_by_their_codes(write, tree):

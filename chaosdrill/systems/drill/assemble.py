@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
 from chaosdrill.systems.drill import contact, drive, effects, friction, rock
+from chaosdrill.typed import TABLE, TEXT, expecting
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -41,6 +42,7 @@ LABELS = {
 }
 
 
+@expecting(ModelError, initial=TABLE, name=TEXT)
 def drill(
     *,
     drive: str = "harmonic",

@@ -34,7 +34,7 @@ def complete(effects: Mapping[str, str] | None) -> dict[str, str]:
     for effect, option in effects.items():
         if effect not in OPTIONS:
             raise ModelError(f"unknown effect {effect!r}; {remedy(effect, OPTIONS)}")
-        if option not in OPTIONS[effect]:
+        if not isinstance(option, str) or option not in OPTIONS[effect]:
             raise ModelError(f"{effect}: there is no {option!r}; {remedy(str(option), OPTIONS[effect])}")
     chosen = {**ABSENT, **effects}
     if chosen["rock"] == "fixed" and chosen["friction"] != "none":

@@ -1,0 +1,101 @@
+"""Whatever is given for an argument of a public function, an error of this package says which argument it is."""
+
+import inspect
+from pathlib import Path
+
+import pytest
+
+import chaosdrill as cd
+
+SCENE = '[system]\nmodel = "impact-oscillator"\n[analysis.motion]\nkind = "trajectory"\nperiods = 2\n'
+
+
+class Odd:
+    """What no argument can be."""
+
+    def __repr__(self):
+        return "Odd()"
+
+
+SYSTEM = cd.build("impact-oscillator")
+RIGHT = {
+    "HybridSystem": {"name": "d", "states": ["x"], "parameters": {"k": 1.0}, "modes": {"on": {"x": "-k*x"}}},
+    "Transition": {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": 1},
+    "drill": {},
+    "build": {"name": "impact-oscillator"},
+    "load_scene": {"path": "scene.toml"},
+    "parse_scene": {"text": SCENE},
+    "save_scene": {"path": "new.toml", "system": SYSTEM, "analyses": {}},
+    "check": {"scene": "scene.toml"},
+    "list_names": {"topic": "systems"},
+    "trajectory": {"system": SYSTEM, "periods": 1},
+    "poincare_section": {"system": SYSTEM, "periods": 1},
+    "lyapunov_spectrum": {"system": SYSTEM, "periods": 1},
+    "bifurcation_diagram": {"system": SYSTEM, "sweep": {"omega": [2.5]}, "transient": 1, "periods": 2},
+    "parameter_chart": {"system": SYSTEM, "sweep": {"omega": [2.5], "e": [0.8]}, "transient": 1, "periods": 2},
+    "basins": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
+    "periodic_orbit": {"system": SYSTEM},
+    "continue_orbit": {"system": SYSTEM, "sweep": {"omega": (2.5, 2.6)}},
+    "work_precision": {"system": SYSTEM, "periods": 1},
+    "run": {"scene": "scene.toml", "output": "out.nc"},
+    "info": {"path": "own.nc"},
+    "save": {"tree": None, "path": "own.nc"},
+    "open": {"path": "own.nc"},
+    "verify": {"path": "own.nc"},
+    "cite": {"path": "own.nc"},
+    "cut": {"ds": None, "start": 0.0, "stop": 1.0},
+    "join": {"runs": None},
+    "plot_archive": {"path": "own.nc"},
+    "report": {"path": "own.nc"},
+}
+FUNCTIONS = [
+    name
+    for name in cd.__all__
+    if inspect.isroutine(function := getattr(cd, name)) or name in ("HybridSystem", "Transition")
+]
+
+
+def arguments():
+    """Every argument of every public function, with values that it cannot have."""
+    for name in FUNCTIONS:
+        for argument, parameter in inspect.signature(getattr(cd, name)).parameters.items():
+            if parameter.kind is parameter.VAR_KEYWORD:
+                argument = "eta"
+            yield name, argument, parameter
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """The working folder, with a scene and an archive."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.toml").write_text(SCENE)
+    motion = cd.trajectory(SYSTEM, periods=1, samples=10)
+    cd.save(motion, "own.nc")
+    return {"tree": motion, "ds": motion, "runs": {"one": motion}}
+
+
+def test_the_list_has_every_public_function():
+    assert set(RIGHT) == set(FUNCTIONS)
+
+
+@pytest.mark.parametrize(("name", "argument", "parameter"), [*arguments()], ids=str)
+def test_an_argument_of_another_type_is_named(here, name, argument, parameter):
+    right = {key: here.get(key, value) for key, value in RIGHT[name].items()}
+    wrong = [Odd(), b"raw", [Odd()], {"a": Odd()}, {1: Odd()}]
+    if parameter.default is not None and parameter.annotation is not inspect.Parameter.empty:
+        wrong.append(None)
+    if not any(word in str(parameter.annotation) for word in ("int", "float", "Any")):
+        wrong.append(3)
+    for value in wrong:
+        with pytest.raises(cd.ChaosdrillError) as caught:
+            getattr(cd, name)(**{**right, argument: value})
+        if isinstance(value, Odd) or value in (None, 3):
+            assert argument in str(caught.value)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_an_argument_that_there_is_not_has_pythons_own_error(here, name):
+    right = {key: here.get(key, value) for key, value in RIGHT[name].items()}
+    expected = cd.ModelError if name == "drill" else TypeError
+    with pytest.raises(expected, match="no_such_argument"):
+        getattr(cd, name)(**right, no_such_argument=1)
