@@ -8,6 +8,7 @@ a file comes from: that nobody else can write into the folder is, see `chaosdril
 import contextlib
 import hashlib
 import pickle
+import time
 import warnings
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,13 @@ from numba.core.serialize import dumps
 from chaosdrill.codegen.cache import code_key, write_private
 
 SUFFIX = ".code"
+
+DAY_S = 86400.0
+
+OLD_S = 30 * DAY_S
+"""Seconds for which code is kept that nobody uses, as several versions of the package and of systems share a folder."""
+
+_swept: set[Path] = set()
 
 
 class CodeFiles:
@@ -38,12 +46,18 @@ class CodeFiles:
         return self.folder / f"{self.name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:20]}{SUFFIX}"
 
     def load(self, key: Any) -> Any:
-        """What was saved, or None if there is nothing that is whole."""
+        """What was saved, or None if there is nothing that is whole.
+
+        A file that is used takes the present time, once a day, and so does not become an old one.
+        """
         path = self.path(key)
         try:
             held = path.read_bytes()
         except OSError:
             return None
+        with contextlib.suppress(OSError):
+            if _age(path) > DAY_S:
+                path.touch()
         digest, content = held[:32], held[32:]
         if hashlib.sha256(content).digest() != digest:
             warnings.warn(f"{path} is damaged; it is compiled anew", stacklevel=2)
@@ -53,10 +67,28 @@ class CodeFiles:
         return pickle.loads(content)
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep something, if the disk lets it."""
+        """Keep something, if the disk lets it; what is old in the folder goes."""
         content = dumps(data)
         with contextlib.suppress(OSError):
             write_private(self.path(key), hashlib.sha256(content).digest() + content)
+        if self.folder not in _swept:
+            _swept.add(self.folder)
+            remove_old(self.folder)
+
+
+def remove_old(folder: Path) -> None:
+    """Remove compiled code that nobody has used for long.
+
+    Another process may do so at the same time, or be about to read a file that goes: it then compiles anew.
+    """
+    for path in folder.glob(f"*{SUFFIX}"):
+        with contextlib.suppress(OSError):
+            if _age(path) > OLD_S:
+                path.unlink()
+
+
+def _age(path: Path) -> float:
+    return time.time() - path.stat().st_mtime
 
 
 class CodeCache(FunctionCache):

@@ -220,3 +220,24 @@ def test_a_source_that_was_altered_is_written_anew(folder):
     path.write_text("raise SystemExit(5)")
     assert build._write(text_of(decay())) == path
     assert path.read_text() == text_of(decay())
+
+
+def test_code_that_nobody_uses_goes(tmp_path, monkeypatch):
+    from chaosdrill.codegen import kept
+
+    monkeypatch.setattr(kept, "_swept", set())
+    files = kept.CodeFiles(str(tmp_path), "one")
+    for key in ("used", "old"):
+        files.save(key, key)
+        os.utime(files.path(key), (0, 0))
+    (tmp_path / "mine.txt").touch()
+    os.utime(tmp_path / "mine.txt", (0, 0))
+    assert files.load("used") == "used"
+    monkeypatch.setattr(kept, "_swept", set())
+    # what another process has removed since is no fault
+    found = Path.glob
+    monkeypatch.setattr(Path, "glob", lambda folder, pattern: [tmp_path / "gone.code", *found(folder, pattern)])
+    kept.CodeFiles(str(tmp_path), "another").save("new", "new")
+    assert (files.load("used"), files.load("old")) == ("used", None)
+    assert (tmp_path / "mine.txt").exists()
+    assert kept.CodeFiles(str(tmp_path), "another").load("new") == "new"
