@@ -1,6 +1,7 @@
 """Files that are written whole or not at all."""
 
 import errno
+import json
 import os
 import stat
 import sys
@@ -11,10 +12,15 @@ from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import RLock
+from typing import Any, BinaryIO
 from uuid import uuid4
 
 netcdf = RLock()
 """Held for every call into the NetCDF library, which threads that call it at once bring down."""
+
+MOST_JSON_BYTES = 2**26
+MOST_JSON_DEPTH = 64
+"""Of a file that a stranger may have written."""
 
 
 @contextmanager
@@ -79,18 +85,70 @@ def open_own(path: Path, flags: int) -> int:
     OSError
         Also if it is a link, or no ordinary file: what is written into it would change another file.
     """
-    try:
-        handle = os.open(path, flags | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
-    except OSError as fault:
-        if fault.errno != errno.ELOOP:
-            raise
-        raise OSError(errno.ELOOP, f"{path.name} is a link to another file", str(path)) from None
+    # the opening of a pipe may wait for its other end
+    handle = _opened(path, flags | os.O_CREAT | getattr(os, "O_NONBLOCK", 0))
     found = os.fstat(handle)
     if stat.S_ISREG(found.st_mode) and found.st_nlink <= 1:
         return handle
     os.close(handle)
     what = "a link to another file" if stat.S_ISREG(found.st_mode) else "no ordinary file"
     raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))
+
+
+def read_json(path: Path) -> Any:
+    """What stands in a file of JSON of bounded size and depth.
+
+    Raises
+    ------
+    OSError
+        As `open_ordinary`.
+    ValueError
+        If it is no JSON, or nested too deeply.
+    """
+    with open_ordinary(path, MOST_JSON_BYTES) as file:
+        try:
+            found = json.load(file)
+        except RecursionError:
+            raise ValueError(f"{path}: nested too deeply") from None
+    level = [found]
+    for _ in range(MOST_JSON_DEPTH):
+        level = [
+            inner
+            for part in level
+            if isinstance(part, dict | list)
+            for inner in (part.values() if isinstance(part, dict) else part)
+        ]
+        if not level:
+            return found
+    raise ValueError(f"{path}: nested too deeply")
+
+
+def open_ordinary(path: Path, most: int) -> BinaryIO:
+    """An ordinary file of at most ``most`` bytes, open for reading.
+
+    Raises
+    ------
+    OSError
+        Also if it is larger, or a link, a pipe or a device, which may give bytes without an end, or none for ever.
+    """
+    # the opening of a pipe into which nobody writes does not return
+    handle = _opened(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    found = os.fstat(handle)
+    if stat.S_ISREG(found.st_mode) and found.st_size <= most:
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    what = f"larger than {most} bytes" if stat.S_ISREG(found.st_mode) else "no ordinary file"
+    raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))
+
+
+def _opened(path: Path, flags: int) -> int:
+    """A handle of a file, but not of one that a link leads to."""
+    try:
+        return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    except OSError as fault:
+        if fault.errno != errno.ELOOP:
+            raise
+        raise OSError(errno.ELOOP, f"{path.name} is a link to another file", str(path)) from None
 
 
 def flush(path: Path) -> None:

@@ -83,7 +83,7 @@ def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
     """Versions of the package and its libraries, from the attributes that they wrote; empty if they cannot be read."""
     try:
         return {str(name): str(version) for name, version in json.loads(attributes["versions"]).items()}
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
         return {}
 
 

@@ -64,7 +64,7 @@ _TRIAL = """
 import sys
 from pathlib import Path
 sys.path[:] = [path for path in sys.argv[2:] if path]
-from chaosdrill.archive.layout import check_layout, read_through
+from chaosdrill.dataset.layout import check_layout, read_through
 from chaosdrill.errors import ArchiveError
 file = Path(sys.argv[1])
 try:

@@ -1,9 +1,20 @@
 """What every output variable is, how a run can end, and where a dataset came from."""
 
 from chaosdrill.dataset.branches import BranchEnd, Special
-from chaosdrill.dataset.label import describe, label
+from chaosdrill.dataset.label import describe, described_again, label
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import SCHEMA, Variable
 
-__all__ = ["SCHEMA", "BranchEnd", "Outcome", "Special", "Variable", "count_outcomes", "describe", "label", "provenance"]
+__all__ = [
+    "SCHEMA",
+    "BranchEnd",
+    "Outcome",
+    "Special",
+    "Variable",
+    "count_outcomes",
+    "describe",
+    "described_again",
+    "label",
+    "provenance",
+]

@@ -1,8 +1,10 @@
 """Attributes, checks and provenance of a dataset, all from the one table."""
 
+import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.branches import BranchEnd, Special
@@ -13,6 +15,9 @@ from chaosdrill.errors import ChaosdrillError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+NUMBERS = ("format_version", "tolerance", "random_seed", "wall_time_s")
+"""Attributes of a labelled dataset that are no text."""
 
 
 def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, Any]) -> "xr.Dataset":
@@ -80,6 +85,27 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
         attributes = _attributes(variable, system)
         (coordinates if variable.coordinate else columns)[name] = (variable.dims, values, attributes, encoding)
     return ds.assign_coords(coordinates).assign(columns)
+
+
+def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset | None":
+    """A labelled dataset that a file gave back, with the attributes of its variables from the table.
+
+    Returns
+    -------
+    xarray.Dataset or None
+        None if its variables are not those of the table, or an attribute is of another type than `label` gives it.
+    """
+    texts = {name: value for name, value in ds.attrs.items() if name not in NUMBERS}
+    numbers = [ds.attrs[name] for name in NUMBERS if name in ds.attrs]
+    if not all(isinstance(value, str) for value in texts.values()) or not all(isinstance(n, Real) for n in numbers):
+        return None
+    if texts.get("kind") != kind:
+        return None
+    try:
+        settings = json.loads(texts["settings"])
+        return describe(ds, kind, system=system, sweep=settings.get("sweep") or settings.get("grid") or ())
+    except (ChaosdrillError, AttributeError, KeyError, TypeError, ValueError, RecursionError):
+        return None
 
 
 def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = (), many: bool = False) -> dict[str, Variable]:

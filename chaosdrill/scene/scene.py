@@ -175,7 +175,7 @@ class Scene:
         """
         import xarray as xr
 
-        from chaosdrill.dataset import provenance
+        from chaosdrill.dataset import described_again, provenance
         from chaosdrill.scene.in_si import in_si, si_table
 
         if not self.analyses:
@@ -191,6 +191,8 @@ class Scene:
         for group, analysis in self.analyses.items():
             begin = perf_counter()
             finished = None if parts is None or analysis.parallel else parts.finished(group)
+            if finished is not None:
+                finished = described_again(finished, analysis.kind, system=system)
             if finished is not None:
                 groups[group] = finished
                 continue

@@ -16,10 +16,20 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.dataset.layout import check_layout
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SceneError, SettingsError
-from chaosdrill.files import netcdf, netcdf_name, open_own, remove_drafts, replacing, small_netcdf_cache
+from chaosdrill.files import (
+    netcdf,
+    netcdf_name,
+    open_ordinary,
+    open_own,
+    read_json,
+    remove_drafts,
+    replacing,
+    small_netcdf_cache,
+)
 from chaosdrill.sweep.fingerprint import changes, plain
-from chaosdrill.sweep.store import kept_points
+from chaosdrill.sweep.store import MOST_BYTES, kept_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,6 +69,7 @@ class Parts:
         self._taken = False
 
     def __enter__(self) -> "Parts":
+        self._refuse_link(self.folder)
         with self._told("cannot be used for finished parts"):
             self.folder.mkdir(exist_ok=True)
             self._lock = open_own(self.folder / _LOCK, os.O_RDWR)
@@ -93,10 +104,8 @@ class Parts:
         ArchiveError
             If it is a link: what is written there would change other files.
         """
-        folder = self.folder / group
-        if folder.is_symlink():
-            raise ArchiveError(f"{folder}: is a link; remove it to start over")
-        return folder
+        self._refuse_link(self.folder / group)
+        return self.folder / group
 
     def finished(self, group: str) -> "xr.Dataset | None":
         """The dataset of an analysis that was kept; None if there is none, or if it is damaged, which is told."""
@@ -106,8 +115,10 @@ class Parts:
         if not sealed.exists():
             return None
         try:
-            whole = json.loads(sealed.read_text(encoding="utf-8"))["sha256"] == _checksum(path)
-        except (OSError, ValueError, KeyError, TypeError):
+            whole = read_json(sealed)["sha256"] == _checksum(path)
+            if whole:
+                check_layout(path)
+        except (OSError, ValueError, KeyError, TypeError, ArchiveError):
             whole = False
         if not whole:
             warnings.warn(f"{path} is damaged, or its digest; {group} is computed again", stacklevel=2)
@@ -166,7 +177,7 @@ class Parts:
         path = self.folder / _SCENE
         remove_drafts(path)
         try:
-            read = json.loads(path.read_text(encoding="utf-8"))
+            read = read_json(path)
             if not isinstance(read, dict) or not (read.get("finished") or isinstance(read["scene"]["analysis"], dict)):
                 raise ValueError(path)
         except (FileNotFoundError, ValueError, KeyError, TypeError):
@@ -198,13 +209,17 @@ class Parts:
     def _clear(self, keep: Collection[str]) -> None:
         for entry in self.folder.iterdir():
             if entry.name not in keep:
-                shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+                shutil.rmtree(entry) if entry.is_dir() and not entry.is_symlink() else entry.unlink()
 
     def _remove(self) -> None:
         """Remove the folder, what it says of itself after all else."""
         self._clear(keep={_LOCK, _SCENE})
         self._clear(keep={_LOCK})
         shutil.rmtree(self.folder)
+
+    def _refuse_link(self, folder: Path) -> None:
+        if folder.is_symlink():
+            raise ArchiveError(f"{folder}: is a link; remove it to start over")
 
     def _leave(self) -> None:
         with suppress(OSError):
@@ -229,7 +244,7 @@ class Parts:
 
 
 def _checksum(path: Path) -> str:
-    with path.open("rb") as file:
+    with open_ordinary(path, MOST_BYTES) as file:
         return file_digest(file, "sha256").hexdigest()
 
 

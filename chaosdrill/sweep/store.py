@@ -21,7 +21,7 @@ from typing import Any, Literal
 import numpy as np
 
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.files import open_own, replacing
+from chaosdrill.files import open_ordinary, open_own, read_json, replacing
 from chaosdrill.sweep.chunks import Gaps
 from chaosdrill.sweep.fingerprint import changes, plain
 from chaosdrill.sweep.task import Arrays, Task
@@ -32,6 +32,11 @@ _ALIGNMENT = 64
 
 MOST_BYTES = 16_000_000_000
 """Size of the results of a sweep, at most: a slip of the pen must not fill a disk."""
+
+MOST_JOURNAL_BYTES = 2**28
+
+MOST_LOOKS = 16
+"""How often results are read to compare them with a line of the journal, on average over all of them."""
 
 
 class Memory:
@@ -193,7 +198,7 @@ class Store(Memory):
                 draft.write_text(json.dumps(now), encoding="utf-8")
             return
         try:
-            before = json.loads(path.read_text(encoding="utf-8"))
+            before = read_json(path)
         except (OSError, ValueError):
             raise ArchiveError(
                 f"{path}: missing or damaged, so that nobody can tell what the finished chunks beside it are; "
@@ -209,12 +214,17 @@ class Store(Memory):
     def _vouched(self, arrays: Arrays) -> list[tuple[int, int]]:
         """Chunks of which journal and results agree; what others held is told."""
         journal = self.folder / JOURNAL
-        if (text := journal.read_bytes()) and not text.endswith(b"\n"):
+        size = os.fstat(self._handles[1]).st_size
+        if size and os.pread(self._handles[1], 1, size - 1) != b"\n":
             # a kill cut the last line short; the next one is not to be appended to it
             _write(self._handles[1], b"\n", None)
         found: list[tuple[int, int]] = []
+        looks = MOST_LOOKS * self.units
         entries = [entry for entry in _entries(journal) if entry[0] + entry[1] <= self.units]
         for first, count, expected in entries:
+            if count > looks:
+                continue
+            looks -= count
             digest = _digest(first, count)
             for array in arrays.values():
                 if array.size:
@@ -247,9 +257,9 @@ class Store(Memory):
 def kept_points(folder: Path) -> tuple[int, int]:
     """Points that the journal in a folder names as finished, and points in all; (0, 0) if there is none."""
     try:
-        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        manifest = read_json(folder / MANIFEST)
         units, each = int(manifest["units"]), int(manifest["points_per_unit"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return 0, 0
     spans = [(first, count) for first, count, _ in _entries(folder / JOURNAL) if first + count <= units]
     return (units - Gaps(units, spans).left) * each, units * each
@@ -258,14 +268,19 @@ def kept_points(folder: Path) -> tuple[int, int]:
 def _entries(journal: Path) -> list[tuple[int, int, Any]]:
     """First unit, number of units and checksum of the lines of a journal that can be read."""
     found: list[tuple[int, int, Any]] = []
-    for line in journal.read_bytes().split(b"\n") if journal.exists() else ():
-        try:
-            entry = json.loads(line)
-            first, count, digest = entry["first"], entry["count"], entry["sha256"]
-        except (ValueError, TypeError, KeyError, RecursionError):
-            continue
-        if isinstance(first, int) and isinstance(count, int) and first >= 0 < count:
-            found.append((first, count, digest))
+    try:
+        file = open_ordinary(journal, MOST_JOURNAL_BYTES)
+    except FileNotFoundError:
+        return found
+    with file:
+        for line in file:
+            try:
+                entry = json.loads(line)
+                first, count, digest = entry["first"], entry["count"], entry["sha256"]
+            except (ValueError, TypeError, KeyError, RecursionError):
+                continue
+            if isinstance(first, int) and isinstance(count, int) and first >= 0 < count:
+                found.append((first, count, digest))
     return found
 
 

@@ -1,0 +1,297 @@
+"""Spoilt folders of finished parts, which a run is to go on with.
+
+An input is a list of changes of the folder that an interrupted run has left.
+"""
+
+import copy
+import json
+import os
+import shutil
+from hashlib import sha256
+
+import archives
+import judge
+import trees
+from values import DATA, HOSTILE
+
+from chaosdrill.analysis.points import PointTask
+from chaosdrill.archive import compare
+from chaosdrill.archive import open as open_archive
+
+name, ending = "parts", ".json"
+SOUND = ("0",)
+MOST_EDITS = 8
+ENDLESS = 2**40
+"""Bytes of a file that is larger than any memory, and takes no room on the disk."""
+
+SCENE = """\
+[system]
+model = "impact-oscillator"
+[analysis.spectrum]
+kind = "lyapunov-spectrum"
+transient = 10
+periods = 16
+blocks = 4
+[analysis.diagram]
+kind = "bifurcation-diagram"
+sweep.omega = { start = 2.4, stop = 2.8, num = 20 }
+transient = 5
+periods = 8
+[analysis.chart]
+kind = "parameter-chart"
+sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
+sweep.e = { start = 0.7, stop = 0.8, num = 2 }
+transient = 5
+periods = 4
+"""
+STOP_AT = 12
+NAMES = ("_lock", "_scene.json", "spectrum", "diagram", "chart", "spectrum/result.nc", "spectrum/result.json")
+NAMES += tuple(f"diagram/{name}" for name in ("manifest.json", "results.bin", "journal.txt"))
+NAMES += ("chart/journal.txt", "chart/manifest.json", "chart/results.bin", "other/result.json", "other/journal.txt")
+JSONS = ("_scene.json", "spectrum/result.json", "diagram/manifest.json")
+PRECIOUS = b"of somebody else"
+BASE = {}
+LAYOUT = {}
+
+
+def prepare(folder):
+    """Run the scene whole, and until it is interrupted."""
+    home = folder / "parts"
+    home.mkdir()
+    scene = home / "scene.toml"
+    scene.write_text(SCENE)
+    if any(judge.command(["run", scene, "-o", home / "whole.nc"], (0,))[1]):
+        raise RuntimeError("the scene of the parts cannot be run")
+    run = PointTask.run
+
+    def stopping(self, first, count):
+        if first + count > STOP_AT:
+            raise KeyboardInterrupt
+        return run(self, first, count)
+
+    PointTask.run = stopping
+    judge.command(["run", scene, "-o", home / "out.nc"], (130,))
+    PointTask.run = run
+    BASE["parts"] = home / "out.nc.parts"
+    BASE["whole"] = open_archive(home / "whole.nc")
+    result = open_archive(home / "whole.nc")["spectrum"].to_dataset()
+    LAYOUT["spectrum"] = {"/": (dict(result.attrs), [str(v) for v in result.variables], [str(d) for d in result.sizes])}
+
+
+def seeds(folder):
+    """The folder as it is."""
+    return [_bytes([])]
+
+
+def attempt(data, folder, guard):
+    """Go on with a run."""
+    edits = json.loads(data)
+    output, other = folder / "out" / "out.nc", folder / "in" / "other"
+    scene = folder / "in" / "scene.toml"
+    scene.write_text(SCENE)
+    other.mkdir()
+    (other / "file").write_bytes(PRECIOUS)
+    with (other / "endless").open("wb") as endless:
+        endless.truncate(ENDLESS)
+    parts = folder / "out" / "out.nc.parts"
+    shutil.copytree(BASE["parts"], parts)
+    for entry in edits:
+        try:
+            if _can_be_opened(parts / entry["file"]) and _can_be_opened(parts / entry.get("of", "")):
+                BY_NAME[entry["way"]](parts, entry, other)
+        # what an earlier change removed cannot be changed any more
+        except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError):
+            pass
+    with guard.watching(folder / "out"):
+        code, wrong = judge.command(["run", scene, "-o", output, "--resume", "--json"], (0, 1, 2))
+    if output.exists() != (code == 0):
+        wrong.append(f"exit code {code}, and the archive says otherwise")
+    if code == 0:
+        if parts.exists():
+            wrong.append("the parts are still there")
+        forged = any(entry["way"] == "forge" for entry in edits)
+        if not forged and (found := compare(open_archive(output), BASE["whole"])):
+            wrong.append(f"another archive: {found[0]}")
+    if sorted(os.listdir(other)) != ["endless", "file"] or (other / "file").read_bytes() != PRECIOUS:
+        wrong.append("a file was changed that is none of its own")
+    if (other / "endless").stat().st_size != ENDLESS:
+        wrong.append("a large file was changed that is none of its own")
+    left = {path.name for path in (folder / "out").iterdir()} - {"out.nc", "out.nc.parts"}
+    if left:
+        wrong.append(f"left {sorted(left)}")
+    return str(code), wrong
+
+
+def _can_be_opened(path):
+    """Whether what an earlier change has put there does not make this process wait, or lead to other files."""
+    return not path.is_fifo() and not any(part.is_symlink() for part in (path, path.parent))
+
+
+def mutate(data, chance, other):
+    """A list with one more change, one less, or another value in one."""
+    edits, given = json.loads(data), json.loads(other)
+    way = chance.randrange(8)
+    if way == 0 and edits:
+        edits.pop(chance.randrange(len(edits)))
+    elif way == 1 and given:
+        edits.append(chance.choice(given))
+    elif way == 2 and edits:
+        entry = chance.choice(edits)
+        changeable = [key for key in entry if key not in ("way", "file")]
+        if changeable:
+            entry[chance.choice(changeable)] = copy.deepcopy(chance.choice(DATA))
+    else:
+        edits.append(draw(chance))
+    return _bytes(edits[-MOST_EDITS:])
+
+
+def draw(chance):
+    """One change of the folder."""
+    way = chance.choice(list(BY_NAME))
+    entry = {"way": way, "file": chance.choice(NAMES)}
+    if way == "bytes":
+        return entry | {"at": chance.randrange(100_000), "to": chance.randbytes(chance.choice([1, 1, 8, 200])).hex()}
+    if way == "cut":
+        return entry | {"length": chance.randrange(5000)}
+    if way == "text":
+        texts = ["", "{", "[" * 100_000, "null", "[]", '{"finished": true}', '{"scene": {"analysis": {}}}', "1" * 5000]
+        texts += ['{"sha256": 1}', '{"sha256": "' + "0" * 64 + '"}', *HOSTILE]
+        return entry | {"to": chance.choice(texts)[:100_000]}
+    if way == "line":
+        line = {"first": 0, "count": 8, "sha256": "0" * 64}
+        line = trees.mutated(line, chance) if chance.random() < 0.7 else chance.choice([[], 3, "[" * 3000, line])
+        return {"way": way, "file": chance.choice(["diagram/journal.txt", "chart/journal.txt"]), "line": line, "at": chance.randrange(9)}
+    if way == "json":
+        return {"way": way, "file": chance.choice(JSONS), "tree": _changes(chance)}
+    if way == "link":
+        to = chance.choice(["file", "endless", "", "missing", ".", "../scene.toml"])
+        return entry | {"to": to, "hard": chance.random() < 0.3}
+    if way == "copy":
+        return entry | {"of": chance.choice(NAMES)}
+    if way == "grow":
+        return entry | {"size": chance.choice([10**7, 2**33, ENDLESS])}
+    if way == "forge":
+        content = (BASE["parts"] / "spectrum" / "result.nc").read_bytes()
+        edits = [archives.draw(chance, content, LAYOUT["spectrum"]) for _ in range(chance.choice([1, 1, 2]))]
+        return {"way": way, "file": "spectrum/result.nc", "edits": [edit for edit in edits if edit["way"] not in UNSAFE]}
+    return entry
+
+
+UNSAFE = ("byte", "cut", "fill")
+"""Bytes under a right digest: what they do to the library they do to whoever trusts the digest."""
+
+
+def _changes(chance):
+    """Keys, and what they are to lead to."""
+    keys = ["scene", "analysis", "diagram", "spectrum", "system", "versions", "kind", "format", "units", "columns"]
+    keys += ["points_per_unit", "fingerprint", "sha256", "finished", "section", 0, 1]
+    return [[chance.sample(keys, chance.choice([1, 1, 2, 3])), trees.value(chance)] for _ in range(chance.choice([1, 2]))]
+
+
+def _put(parts, entry, other):
+    path = parts / entry["file"]
+    content = bytearray(path.read_bytes())
+    at, new = entry["at"] % (len(content) + 1), bytes.fromhex(entry["to"])
+    content[at : at + len(new)] = new
+    path.write_bytes(content)
+
+
+def _cut(parts, entry, other):
+    os.truncate(parts / entry["file"], entry["length"])
+
+
+def _text(parts, entry, other):
+    (parts / entry["file"]).parent.mkdir(exist_ok=True)
+    (parts / entry["file"]).write_text(entry["to"], encoding="utf-8", errors="replace")
+
+
+def _line(parts, entry, other):
+    path = parts / entry["file"]
+    path.parent.mkdir(exist_ok=True)
+    lines = path.read_text(errors="replace").splitlines() if path.exists() else []
+    lines.insert(entry["at"] % (len(lines) + 1), entry["line"] if isinstance(entry["line"], str) else json.dumps(entry["line"]))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def _json(parts, entry, other):
+    path = parts / entry["file"]
+    tree = json.loads(path.read_text())
+    for keys, value in entry["tree"]:
+        holder = tree
+        for key in keys[:-1]:
+            holder = holder[key] if key in holder else holder.setdefault(key, {})
+        holder[keys[-1]] = value
+    path.write_text(json.dumps(tree))
+
+
+def _remove(parts, entry, other):
+    path = parts / entry["file"]
+    shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+
+
+def _link(parts, entry, other):
+    _vacate(parts, entry, other)
+    make = os.link if entry["hard"] and entry["to"] in ("file", "endless") else os.symlink
+    make(other / entry["to"], parts / entry["file"])
+
+
+def _folder(parts, entry, other):
+    _vacate(parts, entry, other)
+    (parts / entry["file"]).mkdir(parents=True)
+
+
+def _pipe(parts, entry, other):
+    _vacate(parts, entry, other)
+    os.mkfifo(parts / entry["file"])
+
+
+def _copy(parts, entry, other):
+    of = parts / entry["of"]
+    _vacate(parts, entry, other)
+    (shutil.copytree if of.is_dir() else shutil.copy)(of, parts / entry["file"])
+
+
+def _grow(parts, entry, other):
+    with (parts / entry["file"]).open("r+b") as file:
+        file.truncate(entry["size"] % (ENDLESS + 1))
+
+
+def _extra(parts, entry, other):
+    path = parts / entry["file"]
+    path = path if path.is_dir() else path.parent
+    (path / "extra").mkdir(exist_ok=True)
+    (path / "extra" / "file").write_text("extra")
+
+
+def _forge(parts, entry, other):
+    """A result that is another one, with its right digest."""
+    path = parts / "spectrum" / "result.nc"
+    archives.edit(path, entry["edits"], None)
+    (parts / "spectrum" / "result.json").write_text(json.dumps({"sha256": sha256(path.read_bytes()).hexdigest()}))
+
+
+def _vacate(parts, entry, other):
+    (parts / entry["file"]).parent.mkdir(exist_ok=True)
+    if os.path.lexists(parts / entry["file"]):
+        _remove(parts, entry, other)
+
+
+BY_NAME = {
+    "bytes": _put,
+    "cut": _cut,
+    "text": _text,
+    "line": _line,
+    "json": _json,
+    "remove": _remove,
+    "link": _link,
+    "folder": _folder,
+    "pipe": _pipe,
+    "copy": _copy,
+    "grow": _grow,
+    "extra": _extra,
+    "forge": _forge,
+}
+
+
+def _bytes(edits):
+    return json.dumps(edits).encode()
