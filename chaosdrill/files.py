@@ -9,10 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
 from hashlib import sha256
+from io import BufferedReader
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import RLock
-from typing import Any, BinaryIO
+from typing import Any
 from uuid import uuid4
 
 netcdf = RLock()
@@ -123,7 +124,7 @@ def read_json(path: Path) -> Any:
     raise ValueError(f"{path}: nested too deeply")
 
 
-def open_ordinary(path: Path, most: int) -> BinaryIO:
+def open_ordinary(path: Path, most: int) -> BufferedReader:
     """An ordinary file of at most ``most`` bytes, open for reading.
 
     Raises
@@ -135,7 +136,7 @@ def open_ordinary(path: Path, most: int) -> BinaryIO:
     handle = _opened(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     found = os.fstat(handle)
     if stat.S_ISREG(found.st_mode) and found.st_size <= most:
-        return os.fdopen(handle, "rb")
+        return open(handle, "rb")
     os.close(handle)
     what = f"larger than {most} bytes" if stat.S_ISREG(found.st_mode) else "no ordinary file"
     raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.labels import labels_from_file
-from chaosdrill.dataset.layout import check_layout
 from chaosdrill.archive.seal import is_sealed, try_reading
+from chaosdrill.dataset.layout import check_layout
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import netcdf, netcdf_name

@@ -101,7 +101,10 @@ def short_variables(dataset: "xr.Dataset") -> "dict[str, xr.DataArray]":
 
 def _meaning(code: "xr.DataArray") -> str:
     # a negative code stands for none of them
-    return str(code.attrs["flag_meanings"].split()[int(code)]) if code >= 0 else "none"
+    if code < 0:
+        return "none"
+    meanings = code.attrs["flag_meanings"].split()
+    return str(meanings[int(code)]) if code < len(meanings) else f"code {int(code)}"
 
 
 def summary(dataset: "xr.Dataset") -> list[str]:
@@ -124,7 +127,7 @@ def advice(dataset: "xr.Dataset") -> list[str]:
     lines = dataset.attrs.get("message", "").splitlines()
     lines += [f"disagrees with itself: {line}" for line in dataset.attrs.get("disagreement", "").splitlines()]
     for name, count in count_outcomes(dataset["outcome"].values).items() if "outcome" in dataset else ():
-        outcome = Outcome[name.upper()]
+        outcome = Outcome.__members__.get(name.upper(), Outcome.OK)
         if outcome > Outcome.CHAOTIC and outcome.advice not in dataset.attrs.get("message", ""):
             lines.append(f"{name} ({count} of {dataset['outcome'].size}): {outcome.advice}")
     return lines

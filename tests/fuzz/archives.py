@@ -6,6 +6,8 @@ seal again, as whoever means harm would give it.
 
 import copy
 import json
+from importlib import import_module
+from unittest.mock import patch
 from zlib import crc32
 
 import definitions
@@ -16,7 +18,6 @@ import scenes
 import trees
 from values import DATA, HOSTILE, OWNED
 
-import chaosdrill.archive.verify as verifying
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
 from chaosdrill.archive.again import system_of
@@ -24,6 +25,9 @@ from chaosdrill.archive.digest import altered
 from chaosdrill.archive.seal import LENGTH, seal
 from chaosdrill.errors import ArchiveError
 from chaosdrill.scene import Scene, parse_scene
+
+# the package has a function of that name
+verifying = import_module("chaosdrill.archive.verify")
 
 name, ending = "archive", ".json"
 SOUND = ("0", "0 0 0", "0 0 1")
@@ -97,9 +101,12 @@ repeats = 1
 BASES = {}
 """By name: bytes, and of every group its attributes, its variables and its dimensions."""
 
+RESULTS = {}
+"""By name, what is taken where an input asks for it to be computed again."""
+
 
 def prepare(folder):
-    """Run the scenes once; what an input asks to be computed again is taken from there."""
+    """Run the scenes once."""
     trees_of = {key: parse_scene(HEAD + text, f"{key}.toml").run() for key, text in SCENES.items()}
     # saved from Python, groups are computed again from their definitions
     trees_of["python"] = trees_of["runs"]["motion"].to_dataset()
@@ -110,22 +117,24 @@ def prepare(folder):
             ds = node.to_dataset(inherit=False)
             layout[node.path] = (dict(ds.attrs), [str(v) for v in ds.variables], [str(d) for d in ds.sizes])
         BASES[key] = (path.read_bytes(), layout)
-    results = {node.attrs["kind"]: node.to_dataset() for key in SCENES for node in trees_of[key].children.values()}
-
-    def run_again(ds, **_):
-        system_of(ds)
-        return results[ds.attrs["kind"]]
-
-    def run(scene, **_):
-        found = trees_of["runs"].copy()
-        found.attrs |= {"scene": scene.text}
-        return found
-
     # what is loaded once is no fault of any input
     judge.command(["report", folder / "points.nc", "-o", folder / "page.html"], (0,))
     judge.command(["plot", folder / "points.nc", "-o", folder / "picture.png"], (0,))
-    verifying.run_again = run_again
-    Scene.run = run
+    RESULTS.update(trees_of)
+
+
+def _run(scene, **_):
+    """What a scene has given, with another text."""
+    found = RESULTS["runs"].copy()
+    found.attrs |= {"scene": scene.text}
+    return found
+
+
+def _run_again(ds, **_):
+    """What an analysis has given, once its system has been read."""
+    system_of(ds)
+    groups = (node for key in SCENES for node in RESULTS[key].children.values())
+    return next(node.to_dataset() for node in groups if node.attrs["kind"] == ds.attrs["kind"])
 
 
 def seeds(folder):
@@ -141,7 +150,11 @@ def attempt(data, folder, guard):
     edit(path, recipe["edits"], recipe["sealed"])
     before = path.read_bytes()
     codes, wrong, turn = [], [], crc32(data)
-    with guard.watching(folder / "out"):
+    with (
+        guard.watching(folder / "out"),
+        patch.object(Scene, "run", _run),
+        patch.object(verifying, "run_again", _run_again),
+    ):
         # what has no seal is first read by another process, which takes a while
         for command in ("info", "cite", "verify") if recipe["sealed"] else (("info", "cite", "verify")[turn % 3],):
             code, found = judge.command([command, path], (0, 1))
@@ -149,7 +162,9 @@ def attempt(data, folder, guard):
             wrong += found
         if turn % DRAW_ONE_IN == 0:
             for group in _altered(path):
-                wrong += judge.command(["plot", path, "-o", folder / "out" / "picture.png", "--group", group], (0, 1))[1]
+                wrong += judge.command(["plot", path, "-o", folder / "out" / "picture.png", "--group", group], (0, 1))[
+                    1
+                ]
         if turn % REPORT_ONE_IN == 0:
             page = folder / "out" / "page.html"
             wrong += judge.command(["report", path, "-o", page], (0, 1))[1]
@@ -168,7 +183,9 @@ def _loads(page):
     class Reader(HTMLParser):
         def handle_starttag(self, tag, attributes):
             for key, value in attributes:
-                foreign = key in ("src", "href", "data", "action") and not (value or "").startswith(("data:image/", "data:,", "#"))
+                foreign = key in ("src", "href", "data", "action") and not (value or "").startswith(
+                    ("data:image/", "data:,", "#")
+                )
                 if key.startswith("on") or foreign or tag in ("iframe", "object", "embed", "base", "form"):
                     wrong.append(f"the page has <{tag} {key}={value!r:.80}>")
 
@@ -200,7 +217,17 @@ def edit(path, edits, sealed):
             else:
                 with netCDF4.Dataset(path, "a") as file:
                     way(file, entry)
-        except (RuntimeError, OSError, ValueError, TypeError, IndexError, KeyError, AttributeError, OverflowError, MemoryError):
+        except (
+            RuntimeError,
+            OSError,
+            ValueError,
+            TypeError,
+            IndexError,
+            KeyError,
+            AttributeError,
+            OverflowError,
+            MemoryError,
+        ):
             pass
     if sealed:
         seal(path)
@@ -238,7 +265,11 @@ def draw(chance, content, layout):
     entry = {"way": way, "group": place}
     if way == "byte":
         reach = chance.choice([len(content), 2000, 50_000])
-        return {"way": way, "at": [chance.randrange(reach) for _ in range(chance.choice([1, 1, 5, 50]))], "to": chance.randrange(256)}
+        return {
+            "way": way,
+            "at": [chance.randrange(reach) for _ in range(chance.choice([1, 1, 5, 50]))],
+            "to": chance.randrange(256),
+        }
     if way in ("cut", "fill"):
         fill = chance.choice([0, 255, 1])
         return {"way": way, "at": chance.randrange(len(content)), "length": chance.choice([16, 512, 8192]), "to": fill}
@@ -265,7 +296,11 @@ def draw(chance, content, layout):
         what = chance.choice(["variable", "dimension", "group", "attribute"])
         names = {"variable": variables, "dimension": dimensions, "group": [place], "attribute": list(attributes)}[what]
         old = chance.choice(names) if names else ""
-        return entry | {"what": what, "name": old, "to": chance.choice([f"{old}_2", "-o", "é", "a b", "x", "kind", OWNED])}
+        return entry | {
+            "what": what,
+            "name": old,
+            "to": chance.choice([f"{old}_2", "-o", "é", "a b", "x", "kind", OWNED]),
+        }
     if way == "remove":
         return entry | {"name": chance.choice(list(attributes)) if attributes else "kind"}
     if way == "huge":
@@ -297,8 +332,12 @@ def _fill(content, entry):
     content[at : at + length] = bytes([entry["to"] % 256]) * length
 
 
+def _group(file, entry):
+    return file if entry["group"] == "/" else file[entry["group"]]
+
+
 def _set_attribute(file, entry):
-    holder = file[entry["group"]]
+    holder = _group(file, entry)
     if entry["variable"] is not None:
         holder = holder[entry["variable"]]
     if entry["name"] != "_FillValue":
@@ -307,15 +346,15 @@ def _set_attribute(file, entry):
 
 
 def _set_json(file, entry):
-    file[entry["group"]].setncattr(entry["name"], json.dumps(entry["to"]))
+    _group(file, entry).setncattr(entry["name"], json.dumps(entry["to"]))
 
 
 def _remove(file, entry):
-    file[entry["group"]].delncattr(entry["name"])
+    _group(file, entry).delncattr(entry["name"])
 
 
 def _variable(file, entry):
-    group = file[entry["group"]]
+    group = _group(file, entry)
     group.renameVariable(entry["name"], "was_something_else")
     kind = str if entry["type"] == "str" else entry["type"]
     variable = group.createVariable(entry["name"], kind, tuple(entry["dimensions"]))
@@ -328,7 +367,7 @@ def _variable(file, entry):
 
 
 def _value(file, entry):
-    variable = file[entry["group"]][entry["name"]]
+    variable = _group(file, entry)[entry["name"]]
     variable.set_auto_mask(False)
     values = variable[...]
     if entry["at"] is None:
@@ -339,7 +378,7 @@ def _value(file, entry):
 
 
 def _rename(file, entry):
-    group, what, old, new = file[entry["group"]], entry["what"], entry["name"], entry["to"]
+    group, what, old, new = _group(file, entry), entry["what"], entry["name"], entry["to"]
     if what == "variable":
         group.renameVariable(old, new)
     elif what == "dimension":
@@ -351,7 +390,7 @@ def _rename(file, entry):
 
 
 def _huge(file, entry):
-    group = file[entry["group"]]
+    group = _group(file, entry)
     group.createDimension("huge", entry["length"])
     group.createVariable("huge", "f8", ("huge",), chunksizes=(1000,), zlib=True)
     if entry["wide"]:
@@ -360,7 +399,7 @@ def _huge(file, entry):
 
 
 def _deep(file, entry):
-    group = file[entry["group"]]
+    group = _group(file, entry)
     for _ in range(min(entry["depth"], 1000)):
         group = group.createGroup("g")
     group.kind = "trajectory"

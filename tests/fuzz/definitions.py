@@ -22,7 +22,9 @@ PATIENCE_S = 6.0
 def seeds(folder):
     """The systems of the shelf."""
     built = [systems.build(name) for name in systems.REGISTRY]
-    return [_bytes({"definition": write_definition(s), "parameters": s.parameters, "initial": s.initial}) for s in built]
+    return [
+        _bytes({"definition": write_definition(s), "parameters": s.parameters, "initial": s.initial}) for s in built
+    ]
 
 
 def prepare(folder):
@@ -32,7 +34,9 @@ def prepare(folder):
 def attempt(data, folder, guard):
     """Build a system, write its definition and its code."""
     given = json.loads(data)
-    parts = [given.get(key) for key in ("definition", "parameters", "initial")] if isinstance(given, dict) else [given] * 3
+    parts = (
+        [given.get(key) for key in ("definition", "parameters", "initial")] if isinstance(given, dict) else [given] * 3
+    )
     with guard.watching():
         try:
             system = build_defined(*(part if isinstance(part, dict) else {} for part in parts))

@@ -26,6 +26,7 @@ CHANGES = {
 }
 """Events by which files change: which of their arguments name them, and which the folder that these names lie in."""
 
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
 
@@ -73,7 +74,7 @@ class Guard:
         wrong = None
         if event == "open":
             path, _, flags = given
-            if isinstance(path, str | bytes | os.PathLike) and flags & WRITING and not self._is_inside(path):
+            if isinstance(path, str | bytes | os.PathLike) and flags & WRITING and not self._is_inside(path, flags):
                 wrong = f"opens {os.fsdecode(path)!r} for writing"
         elif event in CHANGES:
             entries = [_entry(given[i], -1 if j is None else given[j]) for i, j in CHANGES[event]]
@@ -88,16 +89,20 @@ class Guard:
             wrong = f"imports {given[0]!r:.200}" if OWNED in given[0] else None
         elif event == "compile":
             source = given[0] if isinstance(given[0], str | bytes) else b""
-            wrong = "compiles text of the input" if (OWNED if isinstance(source, str) else OWNED.encode()) in source else None
+            wrong = (
+                "compiles text of the input"
+                if (OWNED if isinstance(source, str) else OWNED.encode()) in source
+                else None
+            )
         elif event == "exec":
             wrong = "runs text of the input" if _holds(given[0]) else None
         if wrong:
             os.write(self._writing, f"{wrong}\n".encode(errors="replace")[:500])
             raise Forbidden(wrong)
 
-    def _is_inside(self, path):
-        real = os.path.realpath(os.fsdecode(path))
-        return self._lies_inside(real)
+    def _is_inside(self, path, flags):
+        # what is not to follow a link stays where it is
+        return self._lies_inside(_entry(path, -1) if flags & NO_LINK else os.path.realpath(os.fsdecode(path)))
 
     def _lies_inside(self, real):
         return any(real == folder or real.startswith(folder + os.sep) for folder in self.folders)

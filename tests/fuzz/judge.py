@@ -36,7 +36,7 @@ def command(arguments, codes):
 
 def command_apart(arguments, codes, folder, patience):
     """The same in a process of its own, which is interrupted as by Ctrl-C after ``patience`` seconds."""
-    return apart(lambda: _main(arguments), folder, patience, lambda *told: _judged(arguments, *told, codes))
+    return apart(lambda: _main(arguments), folder, patience, lambda *told: _judged(arguments, *told, codes, apart=True))
 
 
 def apart(work, folder, patience, judged):
@@ -66,7 +66,7 @@ def _main(arguments):
     return main([str(argument) for argument in arguments])
 
 
-def _judged(arguments, code, out, err, codes):
+def _judged(arguments, code, out, err, codes, apart=False):
     wrong = []
     if code not in codes:
         wrong.append(f"exit code {code}: {err[-1000:]}")
@@ -75,6 +75,9 @@ def _judged(arguments, code, out, err, codes):
     # verify tells differences where others tell results
     if code and not (err + out).strip():
         wrong.append(f"exit code {code} without a word")
+    # nothing that is done in this process computes more than a sound input does
+    if "not enough memory" in err and not apart:
+        wrong.append(err[-1000:])
     if len(err) > LONGEST_MESSAGE:
         wrong.append(f"a message of {len(err)} letters: {err[:500]}")
     if "--json" in arguments:

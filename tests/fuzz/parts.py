@@ -34,15 +34,9 @@ periods = 16
 blocks = 4
 [analysis.diagram]
 kind = "bifurcation-diagram"
-sweep.omega = { start = 2.4, stop = 2.8, num = 20 }
+sweep.omega = { start = 2.4, stop = 2.8, num = 16 }
 transient = 5
 periods = 8
-[analysis.chart]
-kind = "parameter-chart"
-sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
-sweep.e = { start = 0.7, stop = 0.8, num = 2 }
-transient = 5
-periods = 4
 """
 STOP_AT = 12
 NAMES = ("_lock", "_scene.json", "spectrum", "diagram", "chart", "spectrum/result.nc", "spectrum/result.json")
@@ -107,7 +101,7 @@ def attempt(data, folder, guard):
     if output.exists() != (code == 0):
         wrong.append(f"exit code {code}, and the archive says otherwise")
     if code == 0:
-        if parts.exists():
+        if os.path.lexists(parts):
             wrong.append("the parts are still there")
         forged = any(entry["way"] == "forge" for entry in edits)
         if not forged and (found := compare(open_archive(output), BASE["whole"])):
@@ -160,7 +154,12 @@ def draw(chance):
     if way == "line":
         line = {"first": 0, "count": 8, "sha256": "0" * 64}
         line = trees.mutated(line, chance) if chance.random() < 0.7 else chance.choice([[], 3, "[" * 3000, line])
-        return {"way": way, "file": chance.choice(["diagram/journal.txt", "chart/journal.txt"]), "line": line, "at": chance.randrange(9)}
+        return {
+            "way": way,
+            "file": chance.choice(["diagram/journal.txt", "chart/journal.txt"]),
+            "line": line,
+            "at": chance.randrange(9),
+        }
     if way == "json":
         return {"way": way, "file": chance.choice(JSONS), "tree": _changes(chance)}
     if way == "link":
@@ -173,7 +172,11 @@ def draw(chance):
     if way == "forge":
         content = (BASE["parts"] / "spectrum" / "result.nc").read_bytes()
         edits = [archives.draw(chance, content, LAYOUT["spectrum"]) for _ in range(chance.choice([1, 1, 2]))]
-        return {"way": way, "file": "spectrum/result.nc", "edits": [edit for edit in edits if edit["way"] not in UNSAFE]}
+        return {
+            "way": way,
+            "file": "spectrum/result.nc",
+            "edits": [edit for edit in edits if edit["way"] not in UNSAFE],
+        }
     return entry
 
 
@@ -185,7 +188,9 @@ def _changes(chance):
     """Keys, and what they are to lead to."""
     keys = ["scene", "analysis", "diagram", "spectrum", "system", "versions", "kind", "format", "units", "columns"]
     keys += ["points_per_unit", "fingerprint", "sha256", "finished", "section", 0, 1]
-    return [[chance.sample(keys, chance.choice([1, 1, 2, 3])), trees.value(chance)] for _ in range(chance.choice([1, 2]))]
+    return [
+        [chance.sample(keys, chance.choice([1, 1, 2, 3])), trees.value(chance)] for _ in range(chance.choice([1, 2]))
+    ]
 
 
 def _put(parts, entry, other):
@@ -209,7 +214,9 @@ def _line(parts, entry, other):
     path = parts / entry["file"]
     path.parent.mkdir(exist_ok=True)
     lines = path.read_text(errors="replace").splitlines() if path.exists() else []
-    lines.insert(entry["at"] % (len(lines) + 1), entry["line"] if isinstance(entry["line"], str) else json.dumps(entry["line"]))
+    lines.insert(
+        entry["at"] % (len(lines) + 1), entry["line"] if isinstance(entry["line"], str) else json.dumps(entry["line"])
+    )
     path.write_text("\n".join(lines) + "\n")
 
 
@@ -263,9 +270,17 @@ def _extra(parts, entry, other):
     (path / "extra" / "file").write_text("extra")
 
 
+def _elsewhere(parts, entry, other):
+    """All of it behind a link."""
+    shutil.rmtree(parts)
+    parts.symlink_to(other, target_is_directory=True)
+
+
 def _forge(parts, entry, other):
     """A result that is another one, with its right digest."""
     path = parts / "spectrum" / "result.nc"
+    if not _can_be_opened(path.with_suffix(".json")):
+        return
     archives.edit(path, entry["edits"], None)
     (parts / "spectrum" / "result.json").write_text(json.dumps({"sha256": sha256(path.read_bytes()).hexdigest()}))
 
@@ -289,6 +304,7 @@ BY_NAME = {
     "copy": _copy,
     "grow": _grow,
     "extra": _extra,
+    "elsewhere": _elsewhere,
     "forge": _forge,
 }
 

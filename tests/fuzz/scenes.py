@@ -149,7 +149,9 @@ def _token(text, chance, _):
     """A piece of the text that stands somewhere else in it, or is left out."""
     tokens = TOKEN.findall(text[:20_000]) or [""]
     at = chance.randrange(len(tokens))
-    tokens[at : at + chance.choice([0, 1, 1, 3])] = chance.choice([[], [chance.choice(tokens)], [chance.choice(NUMBERS)]])
+    tokens[at : at + chance.choice([0, 1, 1, 3])] = chance.choice(
+        [[], [chance.choice(tokens)], [chance.choice(NUMBERS)]]
+    )
     return "".join(tokens)
 
 

@@ -70,7 +70,9 @@ def expression(text, chance):
             tokens[at:at] = tokens[at:end] * chance.choice([1, 2, 5, 40])
         elif way == 4:
             word = chance.choice([word for word in WORDS if word.endswith("(")])
-            tokens = [word, *tokens, ")"] if chance.random() < 0.5 else ["(", *tokens, ")", "**", chance.choice(CONSTANTS)]
+            tokens = (
+                [word, *tokens, ")"] if chance.random() < 0.5 else ["(", *tokens, ")", "**", chance.choice(CONSTANTS)]
+            )
         else:
             other = chance.randrange(len(tokens))
             tokens[at], tokens[other] = tokens[other], tokens[at]

@@ -1,4 +1,4 @@
-"""Processes in which inputs are tried, many one after the other, with bounded memory; they tell what code was reached."""
+"""Processes in which inputs are tried, one after the other, with bounded memory; they tell what code was reached."""
 
 import os
 import resource
@@ -12,10 +12,11 @@ from contextlib import nullcontext
 from multiprocessing.connection import Pipe
 from pathlib import Path
 
-import chaosdrill
-from chaosdrill.codegen.cache import cache_folder
 from guard import Guard
 from matplotlib import get_cachedir, get_configdir
+
+import chaosdrill
+from chaosdrill.codegen.cache import cache_folder
 
 PACKAGE = str(Path(chaosdrill.__file__).parent) + os.sep
 PATIENCE_S = 30.0
