@@ -6,8 +6,8 @@ tries so many inputs (default 20000), or as many as there is time for: scenes, d
 finished parts, by ``tests/fuzz``, where a minute of the same is a test. Then runs of a scene are killed so many times
 (default 100), each gone on with, and what they write is compared with an uninterrupted run. Writes
 ``studies/fuzz/out/fuzz.md`` and, of every input with which something was wrong, a file beside it, which
-``python tests/fuzz/fuzzer.py --replay FILE`` tries again. It belongs into ``tests/fuzz/corpus``, under a name that says what
-it is. The exit code is 1 if anything was wrong.
+``python tests/fuzz/fuzzer.py --replay FILE`` tries again. It belongs into ``tests/fuzz/corpus``, under a name that says
+what it is. The exit code is 1 if anything was wrong.
 """
 
 import argparse

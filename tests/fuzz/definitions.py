@@ -56,15 +56,15 @@ def attempt(data, folder, guard):
     if OWNED in source.text + source.lanes:
         wrong.append("a word of the definition is in the code")
     if crc32(data) % RUN_ONE_IN == 0:
-        with guard.watching(folder):
-            length = {"duration": 1.0} if system.period is None else {"periods": 1}
-            wrong += judge.apart(lambda: _run(system, length), folder, PATIENCE_S, _judged)[1]
+        wrong += judge.apart(lambda: _run(system, guard), folder, PATIENCE_S, _judged)[1]
     return "built", wrong
 
 
-def _run(system, length):
+def _run(system, guard):
+    length = {"duration": 1.0} if system.period is None else {"periods": 1}
     try:
-        trajectory(system, **length, samples=2, max_events=50)
+        with guard.watching():
+            trajectory(system, **length, samples=2, max_events=50)
     except ChaosdrillError:
         return 2
     return 0

@@ -163,8 +163,9 @@ def run(home, *, seed, seconds=None, inputs=None, names=tuple(SHARES), keep=None
             if not open_ones:
                 break
             campaign = min(open_ones, key=lambda c: c.spent_s)
-            if (wrong := campaign.step()) and tell:
-                tell(f"{campaign.kind.name} {campaign.tried}: {wrong[0][-300:]}")
+            wrong = campaign.step()
+            if tell and (wrong or campaign.tried % 500 == 0):
+                tell(f"{campaign.kind.name} {campaign.tried}: {wrong[0][-300:] if wrong else 'inputs'}")
     finally:
         for campaign in campaigns:
             campaign.close()

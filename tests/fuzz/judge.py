@@ -34,9 +34,14 @@ def command(arguments, codes):
     return code, [f"{arguments[0]}: {text}" for text in _judged(arguments, code, out.getvalue(), err.getvalue(), codes)]
 
 
-def command_apart(arguments, codes, folder, patience):
-    """The same in a process of its own, which is interrupted as by Ctrl-C after ``patience`` seconds."""
-    return apart(lambda: _main(arguments), folder, patience, lambda *told: _judged(arguments, *told, codes, apart=True))
+def command_apart(arguments, codes, folder, patience, watching):
+    """The same in a process of its own, which is watched, and interrupted as by Ctrl-C after ``patience`` seconds."""
+
+    def watched():
+        with watching:
+            return _main(arguments)
+
+    return apart(watched, folder, patience, lambda *told: _judged(arguments, *told, codes, apart=True))
 
 
 def apart(work, folder, patience, judged):

@@ -24,6 +24,9 @@ MOST_EDITS = 8
 ENDLESS = 2**40
 """Bytes of a file that is larger than any memory, and takes no room on the disk."""
 
+LARGE = 10**7
+"""Bytes of the largest file that is copied."""
+
 SCENE = """\
 [system]
 model = "impact-oscillator"
@@ -94,7 +97,17 @@ def attempt(data, folder, guard):
             if _can_be_opened(parts / entry["file"]) and _can_be_opened(parts / entry.get("of", "")):
                 BY_NAME[entry["way"]](parts, entry, other)
         # what an earlier change removed cannot be changed any more
-        except (OSError, ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError, RecursionError):
+        except (
+            OSError,
+            ValueError,
+            TypeError,
+            KeyError,
+            IndexError,
+            AttributeError,
+            OverflowError,
+            RecursionError,
+            MemoryError,
+        ):
             pass
     with guard.watching(folder / "out"):
         code, wrong = judge.command(["run", scene, "-o", output, "--resume", "--json"], (0, 1, 2))
@@ -254,6 +267,8 @@ def _pipe(parts, entry, other):
 
 def _copy(parts, entry, other):
     of = parts / entry["of"]
+    if any(path.stat().st_size > LARGE for path in (of, *of.rglob("*"))):
+        return
     _vacate(parts, entry, other)
     (shutil.copytree if of.is_dir() else shutil.copy)(of, parts / entry["file"])
 

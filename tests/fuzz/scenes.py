@@ -40,9 +40,9 @@ def attempt(data, folder, guard):
     with guard.watching():
         code, wrong = judge.command(["check", scene, *as_json, *sets], (0, 2))
     if code == 0 and crc32(data) % RUN_ONE_IN == 0:
-        with guard.watching(folder / "out"):
-            arguments = ["run", scene, "-o", output, "--json", *sets]
-            code, found = judge.command_apart(arguments, (0, 1, 2, 130), folder, PATIENCE_S)
+        arguments = ["run", scene, "-o", output, "--json", *sets]
+        watching = guard.watching(folder / "out")
+        code, found = judge.command_apart(arguments, (0, 1, 2, 130), folder, PATIENCE_S, watching)
         wrong += found
         if output.exists() != (code == 0) and not (code == 130 and output.exists()):
             wrong.append(f"run: exit code {code}, and the archive says otherwise")

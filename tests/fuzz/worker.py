@@ -11,6 +11,7 @@ import traceback
 from contextlib import nullcontext
 from multiprocessing.connection import Pipe
 from pathlib import Path
+from typing import ClassVar
 
 from guard import Guard
 from matplotlib import get_cachedir, get_configdir
@@ -40,6 +41,9 @@ class Worker:
     home : pathlib.Path
         Folder that it may fill; it is emptied before every input.
     """
+
+    lines: ClassVar[set] = set()
+    """Of all workers of this process."""
 
     def __init__(self, kind, home):
         self.kind, self.home = kind, home
@@ -74,26 +78,30 @@ class Worker:
             os.kill(self._child, signal.SIGKILL)
         except (EOFError, ConnectionResetError):
             wrong = "the process died"
-        code = os.waitstatus_to_exitcode(os.waitpid(self._child, 0)[1])
-        self._child = None
-        self._line.close()
+        code = self.close()
         return "none", [f"{wrong}, exit code {code}"], []
 
     def close(self):
-        """End the process."""
-        if self._child is not None:
-            self._line.close()
-            os.waitpid(self._child, 0)
-            self._child = None
+        """End the process; its exit code, or None if there is none."""
+        if self._child is None:
+            return None
+        self.lines.remove(self._line)
+        self._line.close()
+        code = os.waitstatus_to_exitcode(os.waitpid(self._child, 0)[1])
+        self._child = None
+        return code
 
     def _start(self):
         self._line, theirs = Pipe()
         self._tried = 0
         self._child = os.fork()
+        self.lines.add(self._line)
         if self._child:
             theirs.close()
             return
-        self._line.close()
+        # a process ends when nobody holds the other end of its line any more
+        for line in self.lines:
+            line.close()
         try:
             _serve(self.kind, self.home, theirs)
         except BaseException:
@@ -102,7 +110,7 @@ class Worker:
 
 
 def _serve(kind, home, line):
-    guard = Guard(_is_trial, [cache_folder(), Path(PACKAGE, "engine", "__pycache__"), get_configdir(), get_cachedir()])
+    guard = Guard(_is_trial, [cache_folder(), *Path(PACKAGE).rglob("__pycache__"), get_configdir(), get_cachedir()])
     size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (size + MOST_BYTES, size + MOST_BYTES))
     reached = Reached()
