@@ -42,7 +42,7 @@ JOBS = {
     "charts": ("", ["studies/charts/make.py"]),
     "orbits": ("", ["studies/orbits/make.py"]),
     "archives": ("", ["studies/archives/make.py"]),
-    "fuzz": ("", ["-W", "ignore", "studies/fuzz/make.py"]),
+    "fuzz": ("", ["studies/fuzz/make.py"]),
     "docs": ("[docs]", ["-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"]),
     "tests": ("[test]", [*SUITE]),
     "coverage": ("[test]", [*SUITE, "--cov", "--cov-report", "term", "--cov-fail-under", "90"]),

@@ -17,6 +17,7 @@ import signal
 import sys
 import tempfile
 import time
+import warnings
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -167,11 +168,12 @@ def main() -> int:
     given = parser.parse_args()
     import fuzzer
 
+    # what readers of spoilt files warn of is no news
+    warnings.simplefilter("ignore")
     OUT.mkdir(exist_ok=True)
     text, bad = "", 0
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         home = Path(name).resolve()
-        # first, since the fuzzer has archives computed no more that are to be verified
         if given.kills:
             (home / "kills").mkdir()
             count, archives, states, wrong = kills(given.kills, given.seed, home / "kills")

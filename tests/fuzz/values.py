@@ -2,7 +2,7 @@
 
 import re
 
-OWNED = "owned"
+OWNED = "zzowned"
 """Word of every text that would be code if it were run; it stands in no code of the package."""
 
 NUMBERS = ["1e308", "-1e308", "1e400", "9" * 30, "-" + "9" * 30, "1" * 5000, "0", "-1", "-0.0", "nan", "inf", "-inf"]
