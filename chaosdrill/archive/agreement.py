@@ -116,7 +116,7 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     whole = one.dtype.kind in "iub" and name not in LOOSE
     if not loose.any():
         return ("exactly", apart > 0) if whole else (f"within {bound:.0e}", apart > allowed)
-    if name in ERROR_BARS and ERROR_BARS[name] in first:
+    if name in ERROR_BARS and _in_both(ERROR_BARS[name], first, second):
         bars = _spread(ERROR_BARS[name], first, second, one)
         return f"within {DEVIATIONS:g} standard errors", apart > allowed + np.where(loose, DEVIATIONS * bars, 0.0)
     if name in ERROR_BARS.values():
@@ -141,6 +141,14 @@ def _stated(ds: "xr.Dataset") -> float:
     return max(STATED, PER_TOLERANCE * tolerance)
 
 
+def _in_both(name: str, first: "xr.Dataset", second: "xr.Dataset") -> bool:
+    """Whether both have numbers of that name and of one shape, as an altered archive may not."""
+    if name not in first or name not in second:
+        return False
+    one, other = first[name].variable, second[name].variable
+    return one.sizes == other.sizes and one.dims == other.dims and {one.dtype.kind, other.dtype.kind} <= set("iufb")
+
+
 def _settled(first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable") -> Any:
     """Where both runs are known to be regular, in the shape of a variable as far as its dimensions go."""
     import numpy as np
@@ -148,7 +156,7 @@ def _settled(first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable")
     if second.attrs.get("kind") in _ORBITS:
         return True
     name = "attractor_outcome" if "attractor_number" in variable.dims else "outcome"
-    if name not in first or name not in second or first[name].shape != second[name].shape:
+    if not _in_both(name, first, second):
         return False
     outcome = second[name].variable
     regular = ~np.isin(outcome.values, _UNDECIDED) & ~np.isin(first[name].values, _UNDECIDED)
@@ -177,7 +185,7 @@ def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) 
     import numpy as np
 
     name = LEADERS[dim]
-    if name not in first or name not in second or first[name].dims != second[name].dims:
+    if not _in_both(name, first, second):
         return None, None
     leader = second[name].variable
     a, b = first[name].values, leader.values

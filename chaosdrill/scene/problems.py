@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from chaosdrill.errors import SceneError
+from chaosdrill.names import shortened
 from chaosdrill.scene.lines import Path
 
 SHOWN = 50
@@ -62,6 +63,7 @@ def show(path: Path) -> str:
         if isinstance(part, int):
             text += f"[{part}]"
         else:
+            part = shortened(part)
             name = part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part, ensure_ascii=False)
             text += f".{name}" if text else name
     return text

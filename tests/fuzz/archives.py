@@ -6,6 +6,7 @@ seal again, as whoever means harm would give it.
 
 import copy
 import json
+from contextlib import suppress
 from importlib import import_module
 from unittest.mock import patch
 from zlib import crc32
@@ -202,33 +203,26 @@ def _altered(path):
     return [node.path for node in groups if altered(node.to_dataset(inherit=False)) != []][:2]
 
 
+FAULTS = (RuntimeError, OSError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError, MemoryError)
+
+
 def edit(path, edits, sealed):
     """Change an archive; what the library refuses to write is passed over. With ``sealed=None`` there is no seal."""
-    if sealed is not None:
-        path.write_bytes(path.read_bytes()[:-LENGTH])
-    # the library is not to write into what it cannot read
-    for entry in sorted(edits, key=lambda entry: BY_NAME[entry["way"]] in IN_BYTES):
-        way = BY_NAME[entry["way"]]
-        try:
-            if way in IN_BYTES:
-                content = bytearray(path.read_bytes())
-                way(content, entry)
-                path.write_bytes(content)
-            else:
-                with netCDF4.Dataset(path, "a") as file:
-                    way(file, entry)
-        except (
-            RuntimeError,
-            OSError,
-            ValueError,
-            TypeError,
-            IndexError,
-            KeyError,
-            AttributeError,
-            OverflowError,
-            MemoryError,
-        ):
-            pass
+    work = path.with_name("work.nc")
+    content = path.read_bytes()
+    work.write_bytes(content if sealed is None else content[:-LENGTH])
+    in_bytes = [entry for entry in edits if BY_NAME[entry["way"]] in IN_BYTES]
+    for entry in edits:
+        if entry not in in_bytes:
+            with suppress(*FAULTS), netCDF4.Dataset(work, "a") as file:
+                BY_NAME[entry["way"]](file, entry)
+    # the library is not to write into what it cannot read, and may still hold what it could not close
+    content = bytearray(work.read_bytes())
+    work.unlink()
+    for entry in in_bytes:
+        with suppress(*FAULTS):
+            BY_NAME[entry["way"]](content, entry)
+    path.write_bytes(content)
     if sealed:
         seal(path)
 

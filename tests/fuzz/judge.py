@@ -10,7 +10,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
 
-LONGEST_MESSAGE = 200_000
+LONGEST_MESSAGE = 50_000
 GRACE_S = 5.0
 
 

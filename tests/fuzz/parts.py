@@ -171,7 +171,7 @@ def draw(chance):
     if way == "copy":
         return entry | {"of": chance.choice(NAMES)}
     if way == "grow":
-        return entry | {"size": chance.choice([10**7, 2**33, ENDLESS])}
+        return entry | {"size": chance.choice([10**7, 2**28, ENDLESS])}
     if way == "forge":
         content = (BASE["parts"] / "spectrum" / "result.nc").read_bytes()
         edits = [archives.draw(chance, content, LAYOUT["spectrum"]) for _ in range(chance.choice([1, 1, 2]))]
