@@ -31,6 +31,9 @@ MOST_BYTES = 20_000
 TRACED_ONE_IN = 4
 """How many inputs come on one of which it is told what lines it reaches: that takes up to five times as long."""
 
+LEAST = 10
+"""Inputs of a kind that are spoilt, however long its corpus has taken."""
+
 
 class Campaign:
     """Inputs of one kind.
@@ -53,6 +56,7 @@ class Campaign:
         self.chance = random.Random(f"{seed} {kind.name}")
         self.corpus = sorted((CORPUS / kind.name).glob(f"*{kind.ending}"))
         self.waiting = [*kind.seeds(home), *(path.read_bytes() for path in self.corpus)]
+        self.given = len(self.waiting)
         self.pool = []
         self.sound = []
         self.lines = set()
@@ -94,6 +98,7 @@ class Campaign:
         """What there is to tell."""
         return {
             "inputs": self.tried,
+            "of the corpus": self.given,
             "outcomes": dict(self.outcomes.most_common()),
             "spoilt further": len(self.pool),
             "lines reached": len(self.lines),
@@ -134,7 +139,7 @@ def run(home, *, seed, seconds=None, inputs=None, names=tuple(SHARES), keep=None
     seed : int
         Number that the random generators start from.
     seconds : float, optional
-        For how long; the kinds share the time equally, and the corpus is tried in any case.
+        For how long; the kinds share the time equally. The corpus is tried in any case, and some inputs more.
     inputs : int, optional
         How many, instead.
     names : sequence of str
@@ -159,7 +164,7 @@ def run(home, *, seed, seconds=None, inputs=None, names=tuple(SHARES), keep=None
                 open_ones = [c for c in campaigns if c.waiting or c.tried < wanted[c.kind.name]]
             else:
                 over = time.monotonic() - start > seconds
-                open_ones = [c for c in campaigns if c.waiting or not over]
+                open_ones = [c for c in campaigns if not over or c.waiting or c.tried < c.given + LEAST]
             if not open_ones:
                 break
             campaign = min(open_ones, key=lambda c: c.spent_s)
