@@ -102,6 +102,9 @@ repeats = 1
 BASES = {}
 """By name: bytes, and of every group its attributes, its variables and its dimensions."""
 
+JSONS = ("definition", "parameters", "initial", "settings", "versions", "digests")
+"""Attributes that hold JSON."""
+
 RESULTS = {}
 """By name, what is taken where an input asks for it to be computed again."""
 
@@ -272,7 +275,7 @@ def draw(chance, content, layout):
         of = variable if chance.random() < 0.5 else None
         return entry | {"variable": of, "name": name, "to": _attribute(name, attributes.get(name), chance)}
     if way == "json":
-        held = [key for key, value in attributes.items() if isinstance(value, str) and value[:1] in "{["]
+        held = [key for key in JSONS if key in attributes]
         key = chance.choice(held or ["settings"])
         old = json.loads(attributes[key]) if held else {}
         return entry | {"name": key, "to": trees.mutated(old, chance)}
