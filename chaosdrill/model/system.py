@@ -1,5 +1,6 @@
 """A hybrid dynamical system as its user writes it: modes that flow, guards, resets."""
 
+from collections import OrderedDict
 from collections.abc import Iterable, Mapping
 from copy import copy
 from threading import RLock
@@ -20,9 +21,14 @@ DEFAULT_BOUND = 1e9
 # several threads may ask for the kernels of one system at once, and each would compile them
 _compiling = RLock()
 
+_LATELY = 32
+"""Systems of which what was derived is kept for others of the same equations."""
+
+_derived: "OrderedDict[Any, Shared]" = OrderedDict()
+
 
 class Shared(dict[Any, Any]):
-    """What copies of a system have in common: compiled kernels and what was derived from the equations.
+    """What systems of the same equations have in common: compiled kernels and what was derived from the equations.
 
     Another process, to which a system is sent, begins with an empty one, shared again by the copies sent together.
     """
@@ -108,7 +114,22 @@ class HybridSystem:
         start = read_mapping(f"{name}: initial", {} if initial is None else initial, "{'mode': 'free', x: 0.1}")
         self._set_initial({str(key): value for key, value in start.items()})
         self.exponent_parameters = exponent_parameters(self)
-        self.shared = Shared()
+        self.shared = self._shared_with_others()
+
+    def _shared_with_others(self) -> Shared:
+        """What a system that differs in numbers alone, made not long ago, has derived; else an empty place for it."""
+        key = (
+            *(self.name, self.description, repr(self.labels), self.states, self.time, tuple(self.parameters)),
+            tuple((name, tuple(rates.items())) for name, rates in self.modes.items()),
+            tuple(t.content() for t in self.transitions),
+            *(self.period, tuple(self.quadratures.items()), repr(self.bounds)),
+        )
+        with _compiling:
+            shared = _derived.setdefault(key, Shared())
+            _derived.move_to_end(key)
+            while len(_derived) > _LATELY:
+                _derived.popitem(last=False)
+        return shared
 
     @property
     def state_names(self) -> tuple[str, ...]:

@@ -83,6 +83,11 @@ class Transition:
         object.__setattr__(self, "condition", read_condition(f"{where}: condition", self.condition))
         object.__setattr__(self, "kind", self.kind or self.name)
 
+    def content(self) -> tuple[Any, ...]:
+        """All that makes this transition, to be compared and looked up by."""
+        return (*(self.name, self.source, self.target, self.guard, self.direction, tuple(self.reset.items())),
+                *(self.condition, self.priority, self.completes, self.kind))  # fmt: skip
+
     def marks_only(self) -> bool:
         """Whether the transition changes neither mode nor state: it marks a section."""
         return not self.reset and self.source == (self.target,)
