@@ -169,7 +169,9 @@ def what_changed(family: "Family", border: Border, after: "Orbit") -> tuple[Spec
     """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
     system, before = family.plain, border.good
     old, new = (Counter(o.events(system).split()) for o in (before, after))
-    appeared, vanished = list((new - old).elements()), list((old - new).elements())
+    # in the order of declaration: where an orbit's sequence begins may be a matter of the last digit
+    declared = [t.name for t in system.transitions]
+    appeared, vanished = (sorted(changed.elements(), key=declared.index) for changed in (new - old, old - new))
     if len(before) == len(after) and not before.eventless and not after.eventless:
         if not appeared and not vanished:
             return Special.EVENT_SWAP, "two events trade places"

@@ -59,7 +59,7 @@ def test_the_doubled_branch_goes_on_behind_the_collision(converter, limits):
     doubling, border = result.events
     assert doubling.code == Special.PERIOD_DOUBLING
     assert border.code == Special.BORDER_COLLISION
-    assert border.text == "skip appears, clock and switch_off vanish; the branch continues"
+    assert border.text == "skip appears, switch_off and clock vanish; the branch continues"
     assert border.values[0] == pytest.approx(collision(), rel=1e-10)
     assert [b.period for b in result.branches] == [1, 2]
     beyond = (result.branch == 1) & (result.values[:, 0] > border.values[0])
