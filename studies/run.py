@@ -8,6 +8,7 @@
     python3 studies/run.py charts         charts of the drill, two ways to drill, basins; does chaos drill faster?
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, held against simulations
     python3 studies/run.py archives       every scene of the studies is run, and its archive verified
+    python3 studies/run.py start          how long a new system waits for its first spectrum and diagram
     python3 studies/run.py fuzz           spoilt scenes, archives and parts; runs that are killed and gone on with
     python3 studies/run.py docs           the documentation, into docs/_build/html, every example in it run
     python3 studies/run.py tests          the test suite
@@ -42,6 +43,7 @@ JOBS = {
     "charts": ("", ["studies/charts/make.py"]),
     "orbits": ("", ["studies/orbits/make.py"]),
     "archives": ("", ["studies/archives/make.py"]),
+    "start": ("", ["studies/start/make.py"]),
     "fuzz": ("", ["studies/fuzz/make.py"]),
     "docs": ("[docs]", ["-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"]),
     "tests": ("[test]", [*SUITE]),
