@@ -1,5 +1,5 @@
 """Expressions become compiled kernels."""
 
-from chaosdrill.codegen.build import Kernels, compile_system
+from chaosdrill.codegen.kernels import Kernels, compile_system
 
 __all__ = ["Kernels", "compile_system"]

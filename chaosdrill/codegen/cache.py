@@ -36,7 +36,7 @@ def _others_who_write(folder: Path) -> str:
     """Who but the user can write into a folder, in words; empty if nobody can."""
     if not hasattr(os, "getuid"):
         return ""
-    for place in (folder, folder / "kernels", folder / "kernels" / "__pycache__"):
+    for place in (folder, folder / "kernels"):
         try:
             found = place.stat()
         except FileNotFoundError:
@@ -71,12 +71,11 @@ def cache_folder() -> Path:
 
 @cache
 def code_key() -> str:
-    """Key of the package's own numerical code: a change of any of it invalidates what was compiled before."""
+    """Key of the engine's code: a change of any of it, or of how it calls a system, invalidates what was compiled."""
     import llvmlite
     import numba
 
     digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
-    for folder in ("codegen", "engine"):
-        for path in sorted((PACKAGE / folder).glob("*.py")):
-            digest.update(path.read_bytes())
+    for path in (PACKAGE / "codegen" / "signatures.py", *sorted((PACKAGE / "engine").glob("*.py"))):
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

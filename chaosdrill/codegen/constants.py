@@ -1,36 +1,58 @@
 """Expressions of parameters alone, which a run evaluates once."""
 
-import re
+import math
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.model.places import parameter
+
 if TYPE_CHECKING:
-    from chaosdrill.codegen.expression import ExpressionPrinter
+    from chaosdrill.codegen.emitter import Function, Number, Row
     from chaosdrill.model.system import HybridSystem
 
 
 class Constants:
-    """Parameter-only expressions, computed once a run into the array that every kernel receives."""
+    """The parameters, then expressions of them, computed once a run into the array that every kernel receives."""
 
-    def __init__(self, system: "HybridSystem", printer: "ExpressionPrinter") -> None:
-        self.printer = printer
-        self.first = len(system.parameters)
-        self.expressions: list[Any] = []
+    def __init__(self, system: "HybridSystem") -> None:
+        self.symbols = [parameter(name) for name in system.parameters]
+        self.places: dict[Any, int] = {symbol: i for i, symbol in enumerate(self.symbols)}
 
-    def text(self, expression: Any) -> str:
-        """Source text that stands for the value of the expression."""
-        expression = sympy.sympify(expression)
-        if not expression.free_symbols:
-            return self.printer.doprint(expression)
-        if expression.is_Symbol:
-            return self.printer.doprint(expression).replace("[", "").replace("]", "")
-        if expression not in self.expressions:
-            self.expressions.append(expression)
-        return f"c{self.first + self.expressions.index(expression)}"
+    def place(self, expression: Any) -> int:
+        """Where the value of an expression of parameters stands."""
+        return self.places.setdefault(expression, len(self.places))
+
+    def derived(self) -> list[tuple[int, Any]]:
+        """Places and expressions of all that are no parameters."""
+        return [(place, e) for e, place in self.places.items() if place >= len(self.symbols)]
+
+    def loaded(self, function: "Function", row: "Row") -> "Loaded":
+        """The constants as numbers of a function."""
+        return Loaded(self, function, row)
 
 
-def with_constants(lines: list[str]) -> list[str]:
-    """The lines after those that load the constants which they name."""
-    used = sorted({int(i) for line in lines for i in re.findall(r"\bc(\d+)\b", line)})
-    return [*(f"c{i} = c[{i}]" for i in used), *lines]
+class Loaded:
+    """Numbers of one function that stand for expressions of parameters, each loaded once."""
+
+    def __init__(self, constants: Constants, function: "Function", row: "Row") -> None:
+        self._constants, self._function, self._row = constants, function, row
+        self._numbers: dict[Any, Number] = {}
+
+    def __getitem__(self, expression: Any) -> "Number":
+        if expression not in self._numbers:
+            expression = sympy.sympify(expression)
+            if not expression.free_symbols:
+                self._numbers[expression] = self._function.number(double(expression))
+            else:
+                with self._function.at_entry():
+                    self._numbers[expression] = self._row[self._constants.place(expression)]
+        return self._numbers[expression]
+
+
+def double(expression: Any) -> float:
+    """The number that is nearest to an expression without symbols; NaN if it has no real value."""
+    if expression.is_Float or expression.is_Rational:
+        return float(expression)
+    value = expression.evalf(25)
+    return float(value) if value.is_number and value.is_extended_real else math.nan

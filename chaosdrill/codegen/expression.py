@@ -1,104 +1,176 @@
-"""Expressions printed as Python source for numba."""
+"""Expressions as numbers of a function that is being written."""
 
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy
 from sympy.core.sorting import default_sort_key
-from sympy.printing.precedence import PRECEDENCE
-from sympy.printing.pycode import PythonCodePrinter
 
-from chaosdrill.model.places import UnsupportedError, parameter
+from chaosdrill.codegen.constants import double
+from chaosdrill.codegen.mathematics import LIBRARY, START, power, remainder, root, special
+from chaosdrill.model.places import UnsupportedError
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
-    from chaosdrill.model.system import HybridSystem
+    from chaosdrill.codegen.emitter import Function, Number, Test
+
+_RELATIONS = {
+    sympy.StrictLessThan: "<",
+    sympy.LessThan: "<=",
+    sympy.StrictGreaterThan: ">",
+    sympy.GreaterThan: ">=",
+    sympy.Equality: "==",
+    sympy.Unequality: "!=",
+}
+_MULTIPLIED = 4
+"""Largest whole exponent that is written as products."""
 
 
-class ExpressionPrinter(PythonCodePrinter):
-    """Prints states as ``x0``, time as ``t`` and parameters as ``c[0]``; exact numbers become doubles."""
+class Expressions:
+    """Values of expressions, each of whose parts is computed once, where it is first needed.
 
-    def __init__(self, system: "HybridSystem") -> None:
-        super().__init__({"fully_qualified_modules": True})
-        self.names = {s: f"x{i}" for i, s in enumerate(system.states)}
-        self.names.update({parameter(p): f"c[{i}]" for i, p in enumerate(system.parameters)})
-        if system.time is not None:
-            self.names[system.time] = "t"
+    Parameters
+    ----------
+    function : Function
+    values : mapping of symbol to Number
+        What is known.
+    expressions : iterable of expression
+        All that will be asked for, so that parts which they have in common are found.
+    """
 
-    def _print_Symbol(self, expr: Any) -> str:
-        return self.names.get(expr, expr.name)
+    def __init__(self, function: "Function", values: "Mapping[Any, Number]", expressions: Iterable[Any] = ()) -> None:
+        self.function = function
+        self.known: dict[Any, Number] = dict(values)
+        wanted = list(dict.fromkeys(sympy.sympify(e) for e in expressions))
+        shared, reduced = sympy.cse(wanted, symbols=sympy.numbered_symbols("s_", real=True))
+        self.definitions = dict(shared)
+        self.reduced = dict(zip(wanted, reduced, strict=True))
 
-    def _print_Integer(self, expr: Any) -> str:
-        return f"{int(expr)}.0"
+    def inside(self) -> "Expressions":
+        """The same in a branch: what is computed there is not known outside of it."""
+        other = Expressions.__new__(Expressions)
+        other.function, other.known = self.function, dict(self.known)
+        other.definitions, other.reduced = self.definitions, self.reduced
+        return other
 
-    def _print_Rational(self, expr: Any) -> str:
-        return repr(float(expr))
+    def __getitem__(self, expression: Any) -> "Number":
+        expression = sympy.sympify(expression)
+        return self._value(self.reduced.get(expression, expression))
 
-    def _print_Float(self, expr: Any) -> str:
-        return repr(float(expr))
+    def _value(self, e: Any) -> "Number":
+        if e not in self.known:
+            self.known[e] = self._value(self.definitions[e]) if e in self.definitions else self._made(e)
+        return self.known[e]
 
-    def _print_NumberSymbol(self, expr: Any) -> str:
-        return repr(float(expr))
+    def _made(self, e: Any) -> "Number":
+        if not e.free_symbols and not e.has(sympy.Function):
+            return self.function.number(double(e))
+        if e.is_Add:
+            first, *rest = (self._value(a) for a in e.as_ordered_terms())
+            for term in rest:
+                first = first + term
+            return first
+        if e.is_Mul:
+            return self._product(e)
+        if e.is_Pow:
+            return self._power(e.base, e.exp)
+        if isinstance(e, sympy.Piecewise):
+            return self._piecewise(e)
+        return self._function(e)
 
-    def _print_Pow(self, expr: Any, **kwargs: Any) -> str:
-        base = self.parenthesize(expr.base, 1000)
-        if expr.exp == -1:
-            return f"(1.0/{base})"
-        if expr.exp.is_Integer and 2 <= expr.exp <= 4:
-            return "(" + "*".join([base] * int(expr.exp)) + ")"
-        if expr.exp == sympy.Rational(1, 2):
-            return f"math.sqrt({self._print(expr.base)})"
-        return f"({base}**{self.parenthesize(expr.exp, 1000)})"
+    def _product(self, e: Any) -> "Number":
+        factors = e.as_ordered_factors()
+        above = [f for f in factors if not _is_below(f)]
+        below = [f.base**-f.exp for f in factors if _is_below(f)]
+        top = self._chain(above) if above else self.function.number(1.0)
+        return top / self._chain(below) if below else top
 
-    def _print_Mod(self, expr: Any) -> str:
-        return f"(({self._print(expr.args[0])}) % ({self._print(expr.args[1])}))"
+    def _chain(self, factors: list[Any]) -> "Number":
+        signs = [f for f in factors if f == -1]
+        first, *rest = (self._value(f) for f in factors if f != -1) if len(signs) < len(factors) else (1.0,)
+        for factor in rest:
+            first = first * factor
+        return -first if len(signs) % 2 else first
 
-    def _print_floor(self, expr: Any) -> str:
-        return f"math.floor({self._print(expr.args[0])})"
+    def _power(self, base: Any, exponent: Any) -> "Number":
+        if base == sympy.E:
+            return START["exp"](self._value(exponent))
+        if exponent.is_number and exponent < 0:
+            return 1.0 / self._value(base**-exponent)
+        value = self._value(base)
+        if exponent.is_Integer and exponent <= _MULTIPLIED:
+            result = value
+            for _ in range(int(exponent) - 1):
+                result = result * value
+            return result
+        return root(value) if exponent == sympy.Rational(1, 2) else power(value, self._value(exponent))
 
-    def _print_Abs(self, expr: Any) -> str:
-        return f"abs({self._print(expr.args[0])})"
+    def _piecewise(self, e: Any) -> "Number":
+        *others, (last, condition) = e.args
+        result = self._value(last)
+        if condition != sympy.true:
+            result = self.function.choose(self.test(condition), result, float("nan"))
+        for value, condition in reversed(others):
+            result = self.function.choose(self.test(condition), self._value(value), result)
+        return result
 
-    def _print_sign(self, expr: Any) -> str:
-        return f"math.copysign(1.0, {self._print(expr.args[0])})"
+    def _function(self, e: Any) -> "Number":
+        f, name = self.function, type(e).__name__
+        a = [self._value(argument) for argument in e.args]
+        if name in START:
+            return START[name](a[0])
+        if name in SPECIAL:
+            return special(f, name, a)
+        if isinstance(e, (sympy.Max, sympy.Min)):
+            symbol, result = (">" if isinstance(e, sympy.Max) else "<"), a[0]
+            for other in a[1:]:
+                result = f.choose(other.compare(symbol, result), other, result)
+            return result
+        if isinstance(e, sympy.Mod):
+            return remainder(*a)
+        if isinstance(e, sympy.Abs):
+            return f.intrinsic("fabs", a[0])
+        if isinstance(e, sympy.sign):
+            return f.intrinsic("copysign", 1.0, a[0])
+        if isinstance(e, (sympy.floor, sympy.ceiling)):
+            return f.intrinsic("floor" if isinstance(e, sympy.floor) else "ceil", a[0])
+        if name in LIBRARY:
+            return f.external(LIBRARY[name], *a)
+        raise UnsupportedError(
+            e, f": no numerical code for the function {name!r}; known special ones: {sorted(SPECIAL)}"
+        )
 
-    def _print_And(self, expr: Any) -> str:
-        return self._tests(expr, "and")
+    def test(self, condition: Any) -> "Test":
+        """Whether a condition holds; parts that call a special function are computed only if they are needed."""
+        if condition in (sympy.true, sympy.false):
+            return self.function.truth(condition == sympy.true)
+        if isinstance(condition, sympy.Not):
+            return ~self.test(condition.args[0])
+        if isinstance(condition, (sympy.And, sympy.Or)):
+            both = isinstance(condition, sympy.And)
+            parts = sorted(condition.args, key=lambda e: (_is_special(e), default_sort_key(e)))
+            result = self.test(parts[0])
+            for part in parts[1:]:
+                result = self.joined(result, part, both)
+            return result
+        left, right = (self._value(self.reduced.get(side, side)) for side in condition.args)
+        return left.compare(_RELATIONS[type(condition)], right)
 
-    def _print_Or(self, expr: Any) -> str:
-        return self._tests(expr, "or")
-
-    def _tests(self, expr: Any, word: str) -> str:
-        """Tests that call a special function come last: often they are not needed."""
-        tests = sorted(expr.args, key=lambda e: (bool(_special_functions(e)), default_sort_key(e)))
-        return f" {word} ".join(self.parenthesize(e, PRECEDENCE[type(expr).__name__]) for e in tests)
-
-    def _print_Function(self, expr: Any) -> str:
-        name = type(expr).__name__
-        if name not in SPECIAL:
-            raise UnsupportedError(
-                expr, f": no numerical code for the function {name!r}; known special ones: {sorted(SPECIAL)}"
-            )
-        return f"{name}({', '.join(self._print(a) for a in expr.args)})"
-
-    _print_not_supported = _print_Function
-
-
-def statements(printer: ExpressionPrinter, targets: list[str], expressions: list[Any]) -> list[str]:
-    """Assignments ``target = expression`` after those of their common subexpressions."""
-    shared, reduced = sympy.cse(expressions, symbols=sympy.numbered_symbols("s_", real=True))
-    lines = [f"{symbol.name} = {printer.doprint(value)}" for symbol, value in shared]
-    return lines + [f"{target} = {printer.doprint(value)}" for target, value in zip(targets, reduced, strict=True)]
-
-
-def _special_functions(expression: Any) -> set[str]:
-    return {type(f).__name__ for f in expression.atoms(sympy.Function)} & set(SPECIAL)
+    def joined(self, first: "Test", part: Any, both: bool) -> "Test":
+        """Both tests hold, or one of them does; what takes long is done only where the first leaves it open."""
+        f = self.function
+        if not _is_special(part):
+            other = self.test(part)
+            return first & other if both else first | other
+        held = f.variable(f.choose(first, 1.0, 0.0))
+        with f.when(first if both else ~first):
+            held.become(f.choose(self.inside().test(part), 1.0, 0.0))
+        return held.now.compare("!=", 0.0)
 
 
-def special_imports(expressions: list[Any]) -> list[str]:
-    """Import lines for the special functions that the expressions name."""
-    names = sorted({name for e in expressions for name in _special_functions(e)})
-    lines = []
-    for name in names:
-        module, function = SPECIAL[name].split(":")
-        lines.append(f"from {module} import {function}" + ("" if function == name else f" as {name}"))
-    return lines
+def _is_below(factor: Any) -> bool:
+    return bool(factor.is_Pow and factor.exp.is_number and factor.exp.is_negative and factor.base != sympy.E)
+
+
+def _is_special(expression: Any) -> bool:
+    return any(type(f).__name__ in SPECIAL for f in expression.atoms(sympy.Function))

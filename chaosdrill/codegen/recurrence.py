@@ -1,221 +1,266 @@
-"""The recurrences of a tape's nodes, four orders a pass, as Python source.
+"""The recurrences of a tape's nodes, four orders a pass.
 
 After Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904. A product of series costs a sum that grows with the order,
 and every order waits for the one before it. So the orders 4 m to 4 m + 3 are done in one pass: what they need of orders
 below 4 m is summed for all four of them at once, in chains that depend on nothing new, and what they need of each other
-stays in registers.
+stays in registers. Of a large system this would be too much code: there the orders are done one by one, and a product
+of series is a call.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Number
+from chaosdrill.codegen.mathematics import START, power
+
 if TYPE_CHECKING:
-    from chaosdrill.codegen.constants import Constants
+    from chaosdrill.codegen.constants import Loaded
+    from chaosdrill.codegen.emitter import Module, Row, Variable
     from chaosdrill.codegen.tape import Tape
 
 PASS = 4
 """Orders done in one pass."""
 
-_START = {"asinh": "math.asinh", "acos": "math.acos", "asin": "math.asin", "atan": "math.atan", "atanh": "math.atanh"}
+CHAINS = 4
+"""Sums that a product of series is added up in, so that none waits for the one before it."""
 
 
-@dataclass(frozen=True)
+def convolve(function: "Function", left: "Row", right: "Row", k: "Index") -> "Number":
+    """Sum of left[j] * right[k - j] over 0 < j < k, by a call."""
+    called = function.module.once("convolve", lambda name: _convolution(function.module, name))
+    return Number(function, function.builder.call(called, [left.data, right.data, k.value]))
+
+
+def _convolution(module: "Module", name: str) -> Any:
+    row = DOUBLE.as_pointer()
+    f = Function(module, name, {"left": row, "right": row, "k": INT}, module.type, fast=True, own=True, stays=True)
+    left, right = (f.row(argument) for argument in f.arguments[:2])
+    k = Index(f, f.arguments[2])
+    sums = [f.variable() for _ in range(CHAINS)]
+    whole = f.whole_part(k - 1, CHAINS)
+    with f.loop(0, whole, CHAINS) as j:
+        for i, total in enumerate(sums):
+            total.grow(left[j + (i + 1)] * right[k - j - (i + 1)])
+    with f.loop(whole, k - 1) as j:
+        sums[0].grow(left[j + 1] * right[k - j - 1])
+    f.give((sums[0].now + sums[1].now) + (sums[2].now + sums[3].now))
+    f.end()
+    return f.made
+
+
+def total(terms: list[Number]) -> Number:
+    """Their sum, from the left."""
+    result = terms[0]
+    for term in terms[1:]:
+        result = result + term
+    return result
+
+
 class Convolution:
     """Sum of left[j] * right[k - j] over 0 < j < k, of two rows of the workspace.
 
-    ``newest_left`` and ``newest_right`` are the expressions of their coefficients of the order at hand.
+    ``newest`` gives the coefficients of both of the order at hand.
     """
 
-    left: str
-    right: str
-    newest_left: str
-    newest_right: str
+    def __init__(self, function: "Function", left: "Row", right: "Row", newest: Callable[[], "list[Number]"]) -> None:
+        self.function, self.rows, self.newest = function, (left, right), newest
+        self.last = [[function.variable() for _ in range(3)] for _ in range(2)]
+        self.first_three: list[list[Number]] = []
+        self.sums: list[Variable] = []
 
-    @property
-    def name(self) -> str:
-        """What its variables begin with."""
-        return f"{self.left}{self.right}"
-
-    def begin(self) -> list[str]:
-        """Registers of the last three coefficients of either side."""
-        return [f"{self.name}{side}{i} = 0.0" for side in "lr" for i in (1, 2, 3)]
-
-    def shift(self) -> list[str]:
+    def shift(self) -> None:
         """The order is over: what was newest is one order old."""
-        lines = []
-        for side, newest in (("l", self.newest_left), ("r", self.newest_right)):
-            lines += [f"{self.name}{side}3 = {self.name}{side}2", f"{self.name}{side}2 = {self.name}{side}1"]
-            lines.append(f"{self.name}{side}1 = {newest}")
-        return lines
+        for last, newest in zip(self.last, self.newest(), strict=True):
+            last[2].become(last[1].now)
+            last[1].become(last[0].now)
+            last[0].become(newest)
 
-    def keep(self) -> list[str]:
+    def keep(self) -> None:
         """After the orders 1, 2, 3: the coefficients that every later order multiplies."""
-        return [f"{self.name}{side.upper()}{i} = {self.name}{side}{PASS - i}" for side in "lr" for i in (1, 2, 3)]
+        self.first_three = [[v.now for v in reversed(last)] for last in self.last]
 
-    def old(self) -> list[str]:
+    def old(self, base: "Index") -> None:
         """Sums of the pass over all pairs of which neither is among the first three or of this pass."""
-        lanes = range(PASS)
-        lines = [f"{self.name}_{i} = 0.0" for i in lanes]
-        lines += ["for i in range(base - 8):", f"    e = {self.left}[uint64(base - 5 - i)]"]
-        lines += [f"    {self.name}_{i} += e * {self.right}[i + {5 + i}]" for i in lanes]
-        lines.append("if base > 4:")
-        for age in (4, 3, 2, 1):
-            lines.append(f"    e = {self.left}[uint64(base - {age})]")
-            lines += [f"    {self.name}_{i} += e * {self.right}[{age + i}]" for i in lanes]
-        return lines
+        left, right = self.rows
+        self.sums = [self.function.variable() for _ in range(PASS)]
+        with self.function.loop(0, base - 8) as i:
+            e = left[base - 5 - i]
+            for lane, total in enumerate(self.sums):
+                total.grow(e * right[i + 5 + lane])
+        with self.function.when(base.compare(">", 4)):
+            for age in (4, 3, 2, 1):
+                e = left[base - age]
+                for lane, total in enumerate(self.sums):
+                    total.grow(e * right[age + lane])
 
-    def first(self, k: int) -> str:
+    def first(self, k: int) -> "Number":
         """The sum at order k = 1, 2, 3."""
-        n = self.name
-        return {1: "0.0", 2: f"{n}l1 * {n}r1", 3: f"{n}l2 * {n}r1 + {n}l1 * {n}r2"}[k]
+        l, r = ([v.now for v in last] for last in self.last)  # noqa: E741
+        if k == 1:
+            return self.function.number(0.0)
+        return l[0] * r[0] if k == 2 else l[1] * r[0] + l[0] * r[1]
 
-    def later(self, lane: int) -> str:
+    def later(self, lane: int) -> "Number":
         """The sum at order base + lane, the youngest terms last."""
-        n = self.name
-        terms = [f"{n}_{lane}", f"{n}L3 * {n}r3", f"{n}L2 * {n}r2"]
-        terms += [f"{n}l{i} * {n}R{i}" for i in range(lane, 0, -1)]
-        return " + ".join([*terms, f"{n}L1 * {n}r1"])
+        l, r = ([v.now for v in last] for last in self.last)  # noqa: E741
+        low, high = self.first_three
+        result = self.sums[lane].now + low[2] * r[2] + low[1] * r[1]
+        for i in range(lane, 0, -1):
+            result = result + l[i - 1] * high[i - 1]
+        return result + low[0] * r[0]
 
 
 class Recurrences:
-    """Source of single nodes.
+    """What computes single nodes in one function.
 
     Parameters
     ----------
+    function : Function
     tape : Tape
         The operations.
-    rows, slope_rows : dict of int to int
-        Workspace rows of the coefficients of a node, and of those of its derivative.
-    constants : Constants
-        What stands for expressions of parameters.
+    rows, slope_rows : dict of int to Row
+        Coefficients of a node, and those of its derivative.
+    constants : Loaded
+        Numbers that stand for expressions of parameters.
+    called : bool
+        Whether products of series are calls.
     """
 
-    def __init__(self, tape: "Tape", rows: dict[int, int], slope_rows: dict[int, int], constants: "Constants") -> None:
-        self.tape = tape
-        self.rows = rows
-        self.slope_rows = slope_rows
-        self.constants = constants
+    def __init__(
+        self,
+        function: "Function",
+        tape: "Tape",
+        rows: "dict[int, Row]",
+        slope_rows: "dict[int, Row]",
+        constants: "Loaded",
+        *,
+        called: bool,
+    ) -> None:
+        self.called = called
+        self.function, self.tape, self.constants = function, tape, constants
+        self.rows, self.slope_rows = rows, slope_rows
+        self.now: dict[int, Variable] = {}
+        """Coefficients of the order at hand."""
+        self.slope_now: dict[int, Variable] = {}
+        """Those of derivatives."""
+        self.begun: dict[int, Number] = {}
+        """Coefficients 0."""
+        self.before: dict[int, Number] = {}
+        """Coefficients of the order before."""
+        self.ratio: dict[int, Number] = {}
+        """See `scaled`."""
 
-    def affine(self, index: int) -> Any:
-        """Rate of the argument of a sine or cosine that is linear in time; None for any other node."""
-        node = self.tape.nodes[index]
-        return self.tape.affine_rate(node.args[0]) if node.op == "integral" and node.name in ("sin", "cos") else None
+    def value(self, index: int) -> "Number":
+        """A node's coefficient of the order at hand."""
+        return self.constants[self.tape.nodes[index].value] if self.tape.is_number(index) else self.now[index].now
 
-    def is_number(self, index: int) -> bool:
-        """Whether a node depends on parameters only."""
-        node = self.tape.nodes[index]
-        return node.op == "linear" and not node.args
+    def become(self, index: int, value: "Number") -> None:
+        """Give a node its coefficient."""
+        if index in self.now:
+            self.now[index].become(value)
+        else:
+            self.now[index] = self.function.variable(value)
 
-    def value(self, index: int) -> str:
-        """What stands for a node's coefficient of the order at hand."""
-        return self.constants.text(self.tape.nodes[index].value) if self.is_number(index) else f"v{index}"
+    def times(self, weight: Any, value: "Number") -> "Number":
+        """A weighted number."""
+        return value if weight == 1 else self.constants[weight] * value
 
-    def times(self, weight: Any) -> str:
-        """A factor and its multiplication sign."""
-        return "" if weight == 1 else f"{self.constants.text(weight)} * "
-
-    def factor(self, weight: Any) -> str:
-        """A multiplication sign and a factor."""
-        return "" if weight == 1 else f" * {self.constants.text(weight)}"
-
-    def start(self, index: int) -> str:
-        """Source of coefficient 0."""
+    def start(self, index: int, x: "Row", t: "Number") -> "Number":
+        """Coefficient 0."""
         node = self.tape.nodes[index]
         a = [self.value(i) for i in node.args]
         if node.op == "state":
-            return f"x[{node.value}]"
+            return x[node.value]
         if node.op == "time":
-            return "t"
+            return t
         if node.op == "linear":
-            terms = [f"{self.times(w)}{v}" for w, v in zip(node.weights, a, strict=True)]
-            return " + ".join([self.constants.text(node.value), *terms] if node.value != 0 else terms)
-        if node.op == "mul":
-            return f"{a[0]} * {a[1]}"
-        if node.op == "square":
-            return f"{a[0]} * {a[0]}"
+            terms = [self.times(w, v) for w, v in zip(node.weights, a, strict=True)]
+            return total([self.constants[node.value], *terms] if node.value != 0 else terms)
+        if node.op in ("mul", "square"):
+            return a[0] * a[-1]
         if node.op == "div":
-            return f"{a[0]} / {a[1]}"
+            return a[0] / a[1]
         if node.op == "power":
-            return f"{a[0]} ** {self.constants.text(node.value)}"
-        if node.op == "log":
-            return f"math.log({a[0]})"
-        return f"{_START.get(node.name, 'math.' + node.name)}({a[0]})"
+            return power(a[0], self.constants[node.value])
+        return START[node.name or node.op](a[0])
 
-    def convolution(self, index: int) -> Convolution | None:
-        """The convolution in a node's recurrence, if it has one."""
+    def factors(self, index: int) -> "tuple[tuple[bool, int], int] | None":
+        """The series whose product a node's recurrence has, if it has one: whether the first is a derivative; nodes."""
         node = self.tape.nodes[index]
         if node.op in ("mul", "square"):
-            a, b = node.args[0], node.args[-1]
-            return Convolution(f"h{self.rows[a]}", f"h{self.rows[b]}", f"v{a}", f"v{b}")
+            return (False, node.args[0]), node.args[-1]
         if node.op == "div":
-            return Convolution(f"h{self.rows[node.args[1]]}", f"h{self.rows[index]}", f"v{node.args[1]}", f"v{index}")
-        if node.op == "integral" and self.affine(index) is None:
-            slope, a = self.tape.slopes[index][0], node.args[0]
-            return Convolution(f"h{self.slope_rows[a]}", f"h{self.rows[slope]}", f"m{a}", f"v{slope}")
+            return (False, node.args[1]), index
+        if node.op == "integral" and self.tape.turning(index) is None:
+            return (True, node.args[0]), self.tape.slopes[index][0]
         return None
 
-    def factors(self, index: int) -> list[int]:
-        """Nodes whose coefficient 0 multiplies newer ones in a node's recurrence."""
-        node = self.tape.nodes[index]
-        if node.op in ("mul", "square"):
-            return list(node.args)
-        if node.op in ("div", "power"):
-            return [index, node.args[-1]]
-        if node.op == "log":
-            return list(node.args)
-        return [self.tape.slopes[index][0]] if node.op == "integral" and self.affine(index) is None else []
+    def _rows_of(self, factors: "tuple[tuple[bool, int], int]") -> "tuple[Row, Row]":
+        (derived, a), b = factors
+        return (self.slope_rows if derived else self.rows)[a], self.rows[b]
 
-    def order(self, index: int, inner: str, time: str) -> list[str]:
-        """Source of coefficient k >= 1; ``inner`` is the value of its convolution, ``time`` coefficient k of time."""
+    def _convolution(self, factors: "tuple[tuple[bool, int], int]") -> Convolution:
+        (derived, a), b = factors
+        first = self.slope_now if derived else self.now
+        return Convolution(self.function, *self._rows_of(factors), lambda: [first[a].now, self.now[b].now])
+
+    def order(self, index: int, k: Any, ik: "Number", inner: "Number | None", time: float) -> "Number":
+        """Coefficient k >= 1; ``inner`` is the value of the node's convolution, ``time`` coefficient k of time."""
         node = self.tape.nodes[index]
-        out = f"v{index}"
-        row = f"h{self.rows[index]}" if index in self.rows else ""
-        a = [f"h{self.rows[i]}" if i in self.rows else "" for i in node.args]
-        if node.op == "state":
-            return [f"{out} = y{node.value}"]
+        now = [None if self.tape.is_number(i) else self.now[i].now for i in node.args]
         if node.op == "time":
-            return [f"{out} = {time}"]
+            return self.function.number(time) if isinstance(time, float) else time
         if node.op == "linear":
-            return [f"{out} = {' + '.join(f'{self.times(w)}v{i}' for w, i in self.terms(index))}"]
+            return total([self.times(w, self.now[i].now) for w, i in self.terms(index)])
         if node.op in ("mul", "square"):
-            b = node.args[-1]
-            return [f"{out} = {inner} + z{node.args[0]} * v{b} + v{node.args[0]} * z{b}"]
+            a, b = node.args[0], node.args[-1]
+            return inner + self.begun[a] * now[-1] + now[0] * self.begun[b]
         if node.op == "div":
-            above = "0.0" if self.is_number(node.args[0]) else f"v{node.args[0]}"
-            return [f"{out} = ({above} - ({inner}) - v{node.args[1]} * z{index}) / z{node.args[1]}"]
+            above = self.function.number(0.0) if now[0] is None else now[0]
+            return (above - inner - now[1] * self.begun[index]) / self.begun[node.args[1]]
         if node.op == "power":
-            exponent = self.constants.text(node.value)
-            return [
-                *_sum(f"({exponent} * (k - j) - j) * {a[0]}[uint64(k - j)] * {row}[j]"),
-                f"{out} = (ik * s + {exponent} * v{node.args[0]} * z{index}) / z{node.args[0]}",
-            ]
+            exponent, (a,) = self.constants[node.value], node.args
+            old = self._sum(
+                k, lambda j, rest: (exponent * rest.number() - j.number()) * self.rows[a][rest] * self.rows[index][j]
+            )
+            return (ik * old + exponent * now[0] * self.begun[index]) / self.begun[a]
         if node.op == "log":
-            return [
-                *_sum(f"j * {row}[j] * {a[0]}[uint64(k - j)]"),
-                f"{out} = (v{node.args[0]} - ik * s) / z{node.args[0]}",
-            ]
+            (a,) = node.args
+            old = self._sum(k, lambda j, rest: j.number() * self.rows[index][j] * self.rows[a][rest])
+            return (now[0] - ik * old) / self.begun[a]
+        return self._integral(index, ik, inner, now)
+
+    def _integral(self, index: int, ik: "Number", inner: "Number | None", now: "list[Any]") -> "Number":
         slope, sign = self.tape.slopes[index]
-        minus = "-" if sign < 0 else ""
-        rate = self.affine(index)
+        rate = self.tape.turning(index)
         if rate is not None:
-            return [f"{out} = {minus}ik * {self.constants.text(rate)} * o{slope}"]
-        scaled = self.scaled(index)
-        newest = f"v{node.args[0]} * z{slope}" if scaled is None else f"v{scaled[0]} * w{index}"
-        return [f"{out} = {minus}(ik * ({inner}) + {newest})"]
+            found = ik * self.constants[rate] * self.before[slope]
+        else:
+            scaled = self.scaled(index)
+            newest = now[0] * self.begun[slope] if scaled is None else self.now[scaled[0]].now * self.ratio[index]
+            found = ik * inner + newest
+        return -found if sign < 0 else found
 
-    def scaled(self, index: int) -> tuple[int, str] | None:
-        """Of a function of a multiple of one node: that node, and the factor between their newest coefficients.
+    def _sum(self, k: Any, term: "Callable[[Index, Index], Number]") -> "Number":
+        total = self.function.variable()
+        k = self.function.index(k)
+        with self.function.loop(1, k) as j:
+            total.grow(term(j, k - j))
+        return total.now
 
-        The factor, the multiple times the slope at the start, is the same at every order, so that the function need not
-        wait for its argument.
+    def scaled(self, index: int) -> tuple[int, Any] | None:
+        """Of a function of a multiple of one node: that node, and the multiple.
+
+        The multiple times the slope at the start is the factor between their newest coefficients, the same at every
+        order, so that the function need not wait for its argument.
         """
         node = self.tape.nodes[index]
-        if node.op != "integral" or self.affine(index) is not None:
+        if node.op != "integral" or self.tape.turning(index) is not None:
             return None
         argument = self.tape.nodes[node.args[0]]
         if argument.op != "linear" or len(argument.args) != 1:
             return None
-        return argument.args[0], f"{self.times(argument.weights[0])}z{self.tape.slopes[index][0]}"
+        return argument.args[0], argument.weights[0]
 
     def terms(self, index: int) -> list[tuple[Any, int]]:
         """Weights and nodes of a sum, those that come late at the end."""
@@ -224,59 +269,74 @@ class Recurrences:
 
     def depth(self, index: int) -> int:
         """How many operations a node's newest coefficient waits for."""
-        node = self.tape.nodes[index]
-        if node.op in ("state", "time") or self.affine(index) is not None or self.is_number(index):
-            return 0
-        scaled = self.scaled(index)
-        return 1 + max(self.depth(a) for a in (node.args if scaled is None else scaled[:1]))
+        if index not in self._depths:
+            node = self.tape.nodes[index]
+            if node.op in ("state", "time") or self.tape.turning(index) is not None or self.tape.is_number(index):
+                self._depths[index] = 0
+            else:
+                scaled = self.scaled(index)
+                self._depths[index] = 1 + max(self.depth(a) for a in (node.args if scaled is None else scaled[:1]))
+        return self._depths[index]
 
+    def passes(
+        self,
+        nodes: list[int],
+        order: "Index",
+        before: "Callable[[Any], None]",
+        after: "Callable[[Any], None]",
+        store: "Callable[[int, Any], None]",
+    ) -> None:
+        """All orders from 1 to the multiple of four above ``order``, less one.
 
-def _sum(term: str) -> list[str]:
-    return ["s = 0.0", "for j in range(1, k):", f"    s += {term}"]
+        Parameters
+        ----------
+        nodes : list of int
+            Nodes in the order of their evaluation; states are no nodes to evaluate.
+        order : Index
+        before, after : callable
+            What is done at the beginning and at the end of every order, given its number.
+        store : callable
+            What keeps a node's coefficient, given the node and the number of the order.
+        """
+        function, tape = self.function, self.tape
+        self.begun = {i: v.now for i, v in self.now.items()}
+        self.ratio = {
+            i: self.times(scaled[1], self.begun[tape.slopes[i][0]])
+            for i in nodes
+            if (scaled := self.scaled(i)) is not None
+        }
+        factors = {i: f for i in nodes if (f := self.factors(i)) is not None}
+        products = list(dict.fromkeys(factors.values()))
+        found = {} if self.called else {f: self._convolution(f) for f in products}
+        turned = sorted({tape.slopes[i][0] for i in nodes if tape.turning(i) is not None})
 
+        def one_order(k: Any, ik: Any, time: Any, inner: "Callable[[Any], Number]") -> None:
+            before(k)
+            self.before = {i: self.now[i].now for i in turned}
+            for index in nodes:
+                own = inner(factors[index]) if index in factors else None
+                self.become(index, self.order(index, k, ik, own, time))
+                store(index, k)
+            after(k)
+            for c in found.values():
+                c.shift()
 
-def passes(
-    nodes: list[int],
-    recurrences: Recurrences,
-    before: list[str],
-    after: list[str],
-    store: dict[int, list[str]],
-) -> list[str]:
-    """Lines that run all orders from 1 to the multiple of four above ``order``, less one.
+        if not found:
+            with function.loop(1, order + 1) as k:
+                time = function.choose(k.compare("==", 1), 1.0, 0.0)
+                one_order(k, function.reciprocal(k), time, lambda f, k=k: convolve(function, *self._rows_of(f), k))
+            return
+        for k in range(1, PASS):
+            one_order(k, function.number(1.0 / k), float(k == 1), lambda f, k=k: found[f].first(k))
+        for c in found.values():
+            c.keep()
+        with function.loop(PASS, order + 1, PASS) as base:
+            for c in found.values():
+                c.old(base)
+            for lane in range(PASS):
+                k = base + lane
+                one_order(k, function.reciprocal(k), 0.0, lambda f, lane=lane: found[f].later(lane))
 
-    Parameters
-    ----------
-    nodes : list of int
-        Nodes in the order of their evaluation.
-    recurrences : Recurrences
-        Their recurrences.
-    before, after : list of str
-        Lines at the beginning and at the end of every order.
-    store : dict of int to list of str
-        Lines that keep a node's coefficient.
-    """
-    found = {index: c for index in nodes if (c := recurrences.convolution(index)) is not None}
-    convolutions = {c.name: c for c in found.values()}.values()
-    turning = [recurrences.tape.slopes[i][0] for i in nodes if recurrences.affine(i) is not None]
-
-    def one_order(k: int | None, lane: int, time: str) -> list[str]:
-        lines = [*before, *(f"o{i} = v{i}" for i in turning)]
-        for index in nodes:
-            c = found.get(index)
-            inner = "" if c is None else c.first(k) if k is not None else c.later(lane)
-            lines += [*recurrences.order(index, inner, time), *store.get(index, [])]
-        return lines + after + [line for c in convolutions for line in c.shift()]
-
-    lines = [f"z{i} = v{i}" for i in sorted({i for index in nodes for i in recurrences.factors(index)})]
-    lines += [f"w{i} = {scaled[1]}" for i in nodes if (scaled := recurrences.scaled(i)) is not None]
-    if not convolutions:
-        loop = ["ik = RECIPROCAL[uint64(k)]", *one_order(None, 0, "1.0 if k == 1 else 0.0")]
-        return [*lines, "for k in range(1, order + 1):", *(f"    {line}" for line in loop)]
-    lines += [line for c in convolutions for line in c.begin()]
-    for k in range(1, PASS):
-        lines += [f"k = {k}", f"ik = {1.0 / k!r}", *one_order(k, k, "1.0" if k == 1 else "0.0")]
-    lines += [line for c in convolutions for line in c.keep()]
-    loop = [line for c in convolutions for line in c.old()]
-    for lane in range(PASS):
-        loop += [f"k = base + {lane}", "ik = RECIPROCAL[uint64(k)]", *one_order(None, lane, "0.0")]
-    return [*lines, f"for base in range({PASS}, order + 1, {PASS}):", *(f"    {line}" for line in loop)]
+    @property
+    def _depths(self) -> dict[int, int]:
+        return self.tape.depths

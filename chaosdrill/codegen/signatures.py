@@ -17,7 +17,7 @@ SIGNATURES = {
     "variation": void(int64, float64, vector, vector, vector, vector),
     "guard": float64(int64, int64, float64, vector, vector, vector),
     "guard_error": void(int64, int64, float64, vector, vector, vector),
-    "transit": int64(int64, int64, int64, float64, vector, vector, vector, float64, vector),
+    "transit": int64(int64, int64, float64, vector, vector, int64, vector, float64, vector),
 }
 """name -> signature of the eight functions that make a system, in the order in which the engine takes them
 
@@ -29,11 +29,14 @@ SIGNATURES = {
 * ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative
 * ``guard_error(mode, j, t, c, x, out)`` how far rounding may take that value, and the rate of the guard along the flow,
   from the exact ones, in units of the rounding unit
-* ``transit(mode, j, tangents, t, c, x, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
+* ``transit(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
   with it stands in ``event``, see `event_places`. Where ``tangents`` is 0 that is not all: what only tangents need is
   left out
 """
+
+POINTWISE = ("field", "variation", "guard", "guard_error", "transit")
+"""Those that are no series."""
 
 
 class EventPlaces(NamedTuple):
@@ -57,6 +60,9 @@ def event_places(n: int) -> EventPlaces:
     """
     return EventPlaces(0, n + 1, n + 2, 2 * n + 2, 3 * n + 2, 4 * n + 2, 4 * n + 2 + n * (n + 1))
 
+
+LANES = 8
+"""Trajectories that are stepped side by side."""
 
 LANE_SIGNATURES = {
     "jet": void(int64, int64, vector, matrix, matrix, block),

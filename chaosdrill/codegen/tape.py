@@ -12,6 +12,9 @@ import sympy
 from chaosdrill.model.places import UnsupportedError
 from chaosdrill.model.special import positive_power
 
+POSITIVE = "positive"
+"""Name of a power that is zero where its base is not positive."""
+
 
 @dataclass(frozen=True)
 class Node:
@@ -28,6 +31,10 @@ class Node:
     weights: tuple[Any, ...] = ()
 
 
+Entry = dict[int | None, Any]
+Gradient = dict[int, Entry]
+
+
 @dataclass
 class Tape:
     """A list of nodes in the order of their evaluation."""
@@ -37,6 +44,8 @@ class Tape:
     nodes: list[Node] = field(default_factory=list)
     slopes: dict[int, tuple[int, int]] = field(default_factory=dict)
     _seen: dict[Any, int] = field(default_factory=dict)
+    depths: dict[int, int] = field(default_factory=dict)
+    _gradients: dict[int, "Gradient"] = field(default_factory=dict)
 
     def add(self, node: Node) -> int:
         """Index of the node, new or already there."""
@@ -66,6 +75,90 @@ class Tape:
         if expression.is_Pow:
             return self._power(expression.base, expression.exp)
         return self._function(expression)
+
+    def is_number(self, index: int) -> bool:
+        """Whether a node depends on parameters only."""
+        node = self.nodes[index]
+        return node.op == "linear" and not node.args
+
+    def turning(self, index: int) -> Any:
+        """Rate of the argument of a sine or cosine that is linear in time; None for any other node."""
+        node = self.nodes[index]
+        return self.affine_rate(node.args[0]) if node.op == "integral" and node.name in ("sin", "cos") else None
+
+    def gradient(self, index: int) -> "Gradient":
+        """Derivatives of a node by the states that it depends on.
+
+        Returns
+        -------
+        dict of int to dict
+            For each of these states its derivative as weights of nodes; the weight of ``None`` stands alone.
+        """
+        if index not in self._gradients:
+            self._gradients[index] = self._gradient(self.nodes[index], index)
+        return self._gradients[index]
+
+    def _gradient(self, node: Node, index: int) -> "Gradient":
+        if node.op == "state":
+            return {node.value: {None: sympy.Integer(1)}}
+        if node.op == "time":
+            return {}
+        result: Gradient = {}
+        for part, factor in self._partials(node, index):
+            for state, entry in self.gradient(part).items():
+                total = result.setdefault(state, {})
+                for found, weight in self._times(entry, factor).items():
+                    total[found] = total.get(found, sympy.Integer(0)) + weight
+        kept = {state: {k: w for k, w in entry.items() if w != 0} for state, entry in result.items()}
+        return {state: entry for state, entry in kept.items() if entry}
+
+    def _partials(self, node: Node, index: int) -> list[tuple[int, "Entry"]]:
+        """What a node is made of, and its derivative by each."""
+        one, a = sympy.Integer(1), node.args
+        if node.op == "linear":
+            return [(i, {None: w}) for i, w in zip(a, node.weights, strict=True)]
+        if node.op == "mul":
+            return [(a[0], {a[1]: one}), (a[1], {a[0]: one})]
+        if node.op == "square":
+            return [(a[0], {a[0]: 2 * one})]
+        if node.op == "integral":
+            slope, sign = self.slopes[index]
+            return [(a[0], {slope: sign * one})]
+        if node.op == "power":
+            return [(a[0], {self._power_of(a[0], node.value - 1, node.name): node.value})]
+        inverse = self._divide(self.lower(one), a[-1])
+        if node.op == "log":
+            return [(a[0], {inverse: one})]
+        return [(a[0], {inverse: one}), (a[1], {self._multiply(index, inverse): -one})]
+
+    def _times(self, entry: "Entry", factor: "Entry") -> "Entry":
+        """The product of a weighted sum of nodes and of one weighted node."""
+        ((node, weight),) = factor.items()
+        result: Entry = {}
+        for other, own in entry.items():
+            constant, parts = sympy.Integer(0), {None if node is None else node: sympy.Integer(1)}
+            if node is None:
+                parts = {other: sympy.Integer(1)}
+            elif other is not None:
+                parts = {self._multiply(node, other): sympy.Integer(1)}
+            elif len(self.nodes[node].args) <= 1:
+                constant, parts = self._parts(node)  # type: ignore[assignment]
+            for found, part in {None: constant, **parts}.items():
+                if part != 0:
+                    result[found] = result.get(found, sympy.Integer(0)) + own * weight * part
+        return result
+
+    def entry(self, terms: "Entry") -> tuple[Any, int | None, Any]:
+        """A weighted sum of nodes as a constant, one node and its weight."""
+        constant = terms.get(None, sympy.Integer(0))
+        nodes = {index: weight for index, weight in terms.items() if index is not None}
+        if not nodes:
+            return constant, None, sympy.Integer(0)
+        if len(nodes) == 1:
+            ((index, weight),) = nodes.items()
+            return constant, index, weight
+        made = Node("linear", tuple(nodes), value=sympy.Integer(0), weights=tuple(nodes.values()))
+        return constant, self.add(made), sympy.Integer(1)
 
     def affine_rate(self, index: int) -> Any:
         """The rate of a node that is linear in time and names no state; None for any other node."""
@@ -131,7 +224,7 @@ class Tape:
     def _divide(self, above: int, below: int) -> int:
         return self.add(Node("div", (above, below)))
 
-    def _power(self, base: Any, exponent: Any) -> int:
+    def _power(self, base: Any, exponent: Any, name: str = "") -> int:
         if not self.is_constant(exponent):
             return self.lower(sympy.exp(exponent * sympy.log(base)))
         if base == sympy.E:
@@ -151,7 +244,12 @@ class Tape:
             return result  # type: ignore[return-value]
         if exponent.is_Integer:
             return self._divide(self.lower(sympy.Integer(1)), self.lower(base**-exponent))
-        return self.add(Node("power", (self.lower(base),), value=exponent))
+        return self._power_of(self.lower(base), exponent, name)
+
+    def _power_of(self, base: int, exponent: Any, name: str = "") -> int:
+        if exponent == 0:
+            return self.lower(sympy.Integer(1))
+        return base if exponent == 1 else self.add(Node("power", (base,), name, exponent))
 
     def _function(self, expression: Any) -> int:
         if isinstance(expression, sympy.exp):
@@ -159,7 +257,7 @@ class Tape:
         if isinstance(expression, sympy.log):
             return self.add(Node("log", (self.lower(expression.args[0]),)))
         if isinstance(expression, positive_power):
-            return self._power(*expression.args)
+            return self._power(*expression.args, POSITIVE)
         name = type(expression).__name__
         if name not in _SLOPE or len(expression.args) != 1:
             raise UnsupportedError(
@@ -194,7 +292,7 @@ class Tape:
         inner = self.add(Node("linear", (square,), value=one, weights=(sign,)))
         if name in ("atan", "atanh"):
             return self._divide(self.lower(one), inner)
-        root = self.add(Node("power", (inner,), value=-sympy.Rational(1, 2)))
+        root = self._power_of(inner, -sympy.Rational(1, 2))
         if name == "acos":
             return self.add(Node("linear", (root,), value=sympy.Integer(0), weights=(-one,)))
         return root

@@ -273,7 +273,7 @@ def _constants(system: "HybridSystem", parameters: Mapping[str, np.ndarray], poi
     given = np.zeros((points, len(system.parameters) + 1))
     for column, (name, value) in enumerate(system.parameters.items()):
         given[:, column] = parameters.get(name, value)
-    c = np.empty((points, max(system.kernels.constant_count, 1)))
+    c = np.empty((points, max(system.kernels.written.constants, 1)))
     fill = system.kernels.fill_constants
     for values, row in zip(given, c, strict=True):
         fill(values, row)

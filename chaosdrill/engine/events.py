@@ -99,10 +99,10 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     transition = functions.transit(
         mode,
         j,
-        run.live + recorded,
         t,
         state.c,
         x,
+        run.live + recorded,
         scale,
         settings.tolerance,
         event,

@@ -21,25 +21,19 @@ from chaosdrill.codegen.kept import CodeCache
 RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
 """1/k, a table because every order of every series divides by its number."""
 
-FAST = {"contract", "nsz", "arcp"}
-"""Rounding freedom in Taylor recurrences; never in events, resets or saltation, where exact zeros carry the rank."""
-
-
 _rare: set[str] = set()
 """Parts of the compiled names of functions that stay calls."""
 
 
 @contextlib.contextmanager
-def _alone(name: str, packed: bool) -> Iterator[None]:
+def _alone(name: str) -> Iterator[None]:
     """Compile one function so that its code depends on nothing that was compiled or loaded before it.
 
     The helpers that numba links into a function stay visible to all others, and the copy that was loaded first serves
     everybody: it is rounded as suited the function that it came with. Here each function keeps its helpers to itself.
     They are optimised in one way, whoever asked for them first, and once more with the function that they are part of.
 
-    With ``packed`` the compiler may put equal operations on neighbouring numbers into vector instructions, as it always
-    may in helpers; numba leaves this off. It pays where sums of fixed length are added up, and costs where a number is
-    read soon after it was written, as from order to order of a Taylor series.
+    Equal operations on neighbouring numbers become vector instructions, which numba leaves off.
     """
     optimise = CPUCodeLibrary._optimize_final_module
 
@@ -54,7 +48,6 @@ def _alone(name: str, packed: bool) -> Iterator[None]:
                 function.linkage = "internal"
                 # under its own name a search for the helper itself would find this copy, which has no address to give
                 function.name = f"{name}.{function.name}"
-        numba.config.SLP_VECTORIZE = int(packed or not own)
         optimise(library)
 
     with global_compiler_lock:
@@ -68,14 +61,14 @@ def _alone(name: str, packed: bool) -> Iterator[None]:
             numba.config.SLP_VECTORIZE = before
 
 
-def compiled(signature: Any, packed: bool = True) -> Callable[[Any], Any]:
+def compiled(signature: Any) -> Callable[[Any], Any]:
     """Compile for one signature, from the disk cache if it is there; releases the interpreter lock."""
 
     def decorate(function: Any) -> Any:
         dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
         with contextlib.suppress(RuntimeError):
             dispatcher._cache = CodeCache(function)
-        with warnings.catch_warnings(), _alone(function.__qualname__, packed):
+        with warnings.catch_warnings(), _alone(function.__qualname__):
             warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
             dispatcher.compile(signature)
         dispatcher.disable_compile()
@@ -86,16 +79,6 @@ def compiled(signature: Any, packed: bool = True) -> Callable[[Any], Any]:
         return dispatcher
 
     return decorate
-
-
-def kernel(signature: Any, packed: bool = False) -> Callable[[Any], Any]:
-    """Compile one function of a system."""
-    return compiled(signature, packed)
-
-
-def helper(function: Any) -> Any:
-    """A Taylor recurrence, compiled into the kernel that calls it."""
-    return numba.njit(fastmath=FAST, error_model="numpy", _nrt=False)(function)
 
 
 def inlined(function: Any) -> Any:

@@ -1,8 +1,8 @@
 """Eight doubles in one vector register, as a type that compiled functions can compute with.
 
-A generated Taylor recurrence is the same text for one trajectory and for eight at once: what it does with numbers is
-defined here for lanes too. No operation lets one lane see another, so that a trajectory's numbers do not depend on
-which others share its register. Where the processor has shorter registers the compiler splits them.
+What compiled functions of the engine do with numbers is defined here for lanes too. No operation lets one lane see
+another, so that a trajectory's numbers do not depend on which others share its register. Where the processor has
+shorter registers the compiler splits them.
 """
 
 import math
@@ -18,11 +18,9 @@ from numba.core.imputils import lower_cast
 from numba.core.typeconv import Conversion
 from numba.extending import intrinsic, models, overload, register_model
 
-LANES = 8
-"""Trajectories in a register."""
+from chaosdrill.codegen.signatures import LANES
 
 _VECTOR = ir.VectorType(ir.DoubleType(), LANES)
-_INTEGERS = ir.VectorType(ir.IntType(64), LANES)
 _INT = ir.IntType(64)
 _NUMBER = (types.Float, types.Integer)
 
@@ -262,19 +260,6 @@ def _operation(builder: Any, name: str) -> Any:
     return builder.module.declare_intrinsic(f"{name}.v{LANES}f64", (), ir.FunctionType(_VECTOR, [_VECTOR]))
 
 
-@intrinsic
-def any_beyond(typingctx: Any, value: Any, limit: Any) -> Any:
-    """Whether a lane is larger than ``limit`` or below its negative, or no number."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        limits = _as_lanes(context, builder, signature.args[1], arguments[1])
-        size = builder.call(_operation(builder, "llvm.fabs"), [arguments[0]])
-        mask = builder.bitcast(builder.fcmp_unordered(">", size, limits), ir.IntType(LANES))
-        return builder.icmp_unsigned("!=", mask, ir.Constant(ir.IntType(LANES), 0))
-
-    return types.boolean(value, limit), code
-
-
 def _unary(name: str) -> Any:
     """A compiled function of lanes that is an operation of the compiler's own."""
 
@@ -290,81 +275,3 @@ def _unary(name: str) -> Any:
 
 magnitude = _unary("llvm.fabs")
 """Absolute values."""
-
-floor = _unary("llvm.floor")
-"""Largest whole numbers not above."""
-
-nearest = _unary("llvm.rint")
-"""Nearest whole numbers."""
-
-
-@intrinsic
-def power_of_two(typingctx: Any, exponent: Any) -> Any:
-    """2**n for whole numbers n of a size below 1022."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        biased = builder.add(builder.fptosi(arguments[0], _INTEGERS), ir.Constant(_INTEGERS, [1023] * LANES))
-        return builder.bitcast(builder.shl(biased, ir.Constant(_INTEGERS, [52] * LANES)), _VECTOR)
-
-    return lanes(exponent), code
-
-
-@intrinsic
-def lane_of(typingctx: Any, value: Any, index: Any) -> Any:
-    """The number in one lane."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.extract_element(arguments[0], arguments[1])
-
-    return types.float64(value, index), code
-
-
-@intrinsic
-def with_lane(typingctx: Any, value: Any, index: Any, number: Any) -> Any:
-    """The same lanes with another number in one."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.insert_element(arguments[0], arguments[2], arguments[1])
-
-    return lanes(value, index, number), code
-
-
-def _lane_by_lane(function: Any) -> None:
-    """Let a function of the standard library take lanes, one after the other."""
-
-    @overload(function)
-    def _overloaded(value):  # type: ignore[no-untyped-def]
-        if value != lanes:
-            return None
-
-        def each(value):
-            result = value
-            for i in range(LANES):
-                result = with_lane(result, i, function(lane_of(value, i)))
-            return result
-
-        return each
-
-
-for _name in ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "log", "sqrt"):
-    _lane_by_lane(getattr(math, _name))
-
-
-_first = _binary(lambda builder, a, b: a)
-_second = _binary(lambda builder, a, b: b)
-
-
-@overload(operator.pow)
-def _pow(base, exponent):  # type: ignore[no-untyped-def]
-    if not _pair(base, exponent):
-        return None
-
-    def each(base, exponent):
-        result = _first(base, exponent)
-        bases = result
-        powers = _second(base, exponent)
-        for i in range(LANES):
-            result = with_lane(result, i, lane_of(bases, i) ** lane_of(powers, i))
-        return result
-
-    return each

@@ -213,7 +213,7 @@ def lap(
                 step[0, r] = x[r]
             # a guess may end far from its guard
             scratch.image[:] = FAR
-            came = transit(mode, end, 1, te, c, x, scratch.image, settings.tolerance, event)
+            came = transit(mode, end, te, c, x, 1, scratch.image, settings.tolerance, event)
             seen[i, CAME] = came
             if came < 0:
                 return FAILED, math.inf

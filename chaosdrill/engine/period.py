@@ -95,7 +95,7 @@ def check_period(system: "HybridSystem", period: float) -> None:
                 for j in range(len(events)):
                     values.append(kernels.functions[5](mode, j, instant, c, x, event))
                     event[place.image : place.jacobian] = x
-                    values.append(kernels.functions[7](mode, j, 0, instant, c, x.copy(), np.ones(n), 0.0, event))
+                    values.append(kernels.functions[7](mode, j, instant, c, x.copy(), 0, np.ones(n), 0.0, event))
                     values.extend(event[place.image : place.jacobian])
             seen.append(np.array(values))
         here, later = seen

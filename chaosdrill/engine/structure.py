@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy
+from numba import float64, void
 
-from chaosdrill.codegen.signatures import event_places
+from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
+from chaosdrill.engine.jit import compiled
 from chaosdrill.model.derive import rate, shift_directions
 
 if TYPE_CHECKING:
@@ -43,16 +45,21 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
-                transition = transit(mode, j, 1, t, c, x, np.ones(n), 0.0, event)
+                transition = transit(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
                 speed = normal_speed.py_func(event, n)
                 if transition < 0 or speed * events[j].direction < 0 or speed == 0:
                     continue
                 columns = np.eye(n)
                 if not kernels.transition_table[transition, 1]:
-                    saltation_jump.py_func(event, jump)
-                    saltate.py_func(columns, n, event, speed, jump, scratch)
+                    _map(columns, event, speed, jump, scratch)
                 if np.isfinite(columns).all():
                     yield transition, columns.T
+
+
+@compiled(void(matrix, vector, float64, vector, vector))
+def _map(vectors, event, speed, jump, scratch):
+    saltation_jump(event, jump)
+    saltate(vectors, vectors.shape[0], event, speed, jump, scratch)
 
 
 def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-untyped-def]
@@ -113,7 +120,7 @@ def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np
     x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
     if not _onto_guard(guard, mode, j, t, c, x, gradient):
         return False
-    transition = transit(mode, j, 1, t, c, x, np.ones(n), 0.0, event)
+    transition = transit(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
     if not normal_speed.py_func(event, n) * direction > 0:
         return False
     target, after = mode, x.copy()

@@ -7,6 +7,8 @@ import sympy
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from chaosdrill.model.system import HybridSystem
     from chaosdrill.model.transition import Transition
 
@@ -26,10 +28,27 @@ def differentiate(expression: Any, symbol: Any) -> Any:
     return sympy.diff(opened, symbol).replace(_Floor, sympy.floor)
 
 
+def jacobian_entries(system: "HybridSystem", mode: str) -> dict[tuple[int, int], Any]:
+    """Derivatives of the field of one mode by the states, without those that are zero everywhere."""
+    return _entries(system, [system.modes[mode][s] for s in system.states])
+
+
+def _entries(system: "HybridSystem", expressions: list[Any]) -> dict[tuple[int, int], Any]:
+    """Derivatives of expressions by the states, without those that are zero everywhere."""
+    column = {x: j for j, x in enumerate(system.states)}
+    found = {}
+    for i, e in enumerate(expressions):
+        for j in sorted(column[x] for x in sympy.sympify(e).free_symbols & column.keys()):
+            slope = differentiate(e, system.states[j])
+            if slope != 0:
+                found[i, j] = slope
+    return found
+
+
 def jacobian(system: "HybridSystem", mode: str) -> sympy.Matrix:
     """Derivative of the field of one mode, shape (n, n)."""
-    field = system.modes[mode]
-    return sympy.Matrix([[differentiate(field[s], x) for x in system.states] for s in system.states])
+    n = len(system.states)
+    return sympy.SparseMatrix(n, n, jacobian_entries(system, mode)).as_mutable()
 
 
 def time_derivative(system: "HybridSystem", expression: Any) -> Any:
@@ -39,12 +58,23 @@ def time_derivative(system: "HybridSystem", expression: Any) -> Any:
 
 def guard_gradient(system: "HybridSystem", guard: Any) -> list[Any]:
     """Derivatives of a guard with respect to the states and, last, to time: n + 1 expressions."""
-    return [*(differentiate(guard, x) for x in system.states), time_derivative(system, guard)]
+    known = sympy.sympify(guard).free_symbols
+    zero = sympy.Integer(0)
+    return [*(differentiate(guard, x) if x in known else zero for x in system.states), time_derivative(system, guard)]
 
 
 def reset_map(system: "HybridSystem", transition: "Transition") -> list[Any]:
     """The n states after the event as expressions of those before it."""
     return [transition.reset.get(x, x) for x in system.states]
+
+
+def reset_entries(system: "HybridSystem", transition: "Transition") -> dict[tuple[int, int], Any]:
+    """Derivatives of the reset map by states and, in column n, by time, where they are not those of the identity."""
+    n, image = len(system.states), reset_map(system, transition)
+    reset = [i for i, x in enumerate(system.states) if image[i] != x]
+    found = {(reset[k], j): e for (k, j), e in _entries(system, [image[i] for i in reset]).items()}
+    found |= {(i, n): slope for i in reset if (slope := time_derivative(system, image[i])) != 0}
+    return {(i, i): sympy.Integer(0) for i in reset} | found
 
 
 def reset_jacobian(system: "HybridSystem", transition: "Transition") -> list[list[Any]]:
@@ -94,17 +124,22 @@ def _functions(expression: Any) -> set[Any]:
     return sympy.sympify(expression).atoms(sympy.Function)
 
 
+Sparse = dict[int, Any]
+"""Entries of a row that are not zero everywhere, by column."""
+
+
 def shift_directions(system: "HybridSystem") -> list[list[float]]:
     """Directions along which nothing ever changes, whatever the parameters: n numbers each, linearly independent.
 
     They are the common null space of all Jacobians, guard gradients and reset Jacobians (less the identity).
     """
     n = len(system.states)
-    rows = [list(jacobian(system, mode).row(i)) for mode in system.modes for i in range(n)]
+    rows: list[Sparse] = []
+    for mode in system.modes:
+        rows += _lines(jacobian_entries(system, mode), 0)
     for transition in system.transitions:
-        rows.append(guard_gradient(system, transition.guard)[:n])
-        slopes = reset_jacobian(system, transition)
-        rows += [[slopes[i][j] - int(i == j) for j in range(n)] for i in range(n)]
+        rows.append({j: e for j, e in enumerate(guard_gradient(system, transition.guard)[:n]) if e != 0})
+        rows += _lines(_moved(system, transition), 0)
     return _null_directions(rows, n)
 
 
@@ -115,41 +150,49 @@ def conserved_combinations(system: "HybridSystem") -> list[list[float]]:
     what the flow jumps by at an event: the saltation matrix leaves them as they are.
     """
     n = len(system.states)
-    rows = [list(jacobian(system, mode).col(j)) for mode in system.modes for j in range(n)]
+    rows: list[Sparse] = []
+    for mode in system.modes:
+        rows += _lines(jacobian_entries(system, mode), 1)
     for transition in system.transitions:
-        slopes = reset_jacobian(system, transition)
-        rows += [[slopes[i][j] - int(i == j) for i in range(n)] for j in range(n)]
+        rows += _lines(_moved(system, transition), 1)
         image = dict(zip(system.states, reset_map(system, transition), strict=True))
+        by_time = {i: e for (i, j), e in reset_entries(system, transition).items() if j == n}
         for source in transition.source:
             before, after = system.modes[source], system.modes[transition.target]
-            rows.append(
-                [
-                    sympy.sympify(after[x]).subs(image, simultaneous=True) - before[x] - row[n]
-                    for x, row in zip(system.states, slopes, strict=True)
-                ]
+            jumps = (
+                sympy.sympify(after[x]).xreplace(image) - before[x] - by_time.get(i, 0)
+                for i, x in enumerate(system.states)
             )
+            rows.append({i: jump for i, jump in enumerate(jumps) if jump != 0})
     return _null_directions(rows, n)
 
 
-def _null_directions(rows: list[list[Any]], n: int) -> list[list[float]]:
+def _moved(system: "HybridSystem", transition: "Transition") -> dict[tuple[int, int], Any]:
+    """The reset's derivatives by the states, less the identity, without those that are zero everywhere."""
+    n = len(system.states)
+    found = {(i, j): e - int(i == j) for (i, j), e in reset_entries(system, transition).items() if j < n}
+    return {place: e for place, e in found.items() if e != 0}
+
+
+def _lines(entries: dict[tuple[int, int], Any], axis: int) -> list[Sparse]:
+    """The rows (axis 0) or columns (axis 1) of a matrix of which some entries are given."""
+    lines: dict[int, Sparse] = {}
+    for place, e in entries.items():
+        lines.setdefault(place[axis], {})[place[1 - axis]] = e
+    return list(lines.values())
+
+
+def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
     """Constant vectors that all rows of expressions vanish on.
 
     Candidates are the null space at random numbers; only those for which every row vanishes as an expression count.
     """
     import numpy as np
 
-    rows = [row for row in rows if any(entry != 0 for entry in row)]
     special = tuple(SPECIAL)
-    plain = [row for row in rows if not any(type(f).__name__ in special for e in row for f in _functions(e))]
-    names = sorted({s for row in plain for entry in row for s in sympy.sympify(entry).free_symbols}, key=str)
-    evaluate = sympy.lambdify(names, plain, modules="numpy")
-    rng = np.random.default_rng(20260103)
-    # where an expression is no number its row tells nothing, and is left out
-    with np.errstate(all="ignore"):
-        samples = [np.array(evaluate(*rng.uniform(0.1, 1.5, len(names))), dtype=float).reshape(-1, n) for _ in range(4)]
-    stacked = np.vstack([s[np.isfinite(s).all(axis=1)] for s in samples] + [np.zeros((1, n))])
-    _, weights, directions = np.linalg.svd(stacked)
-    weights = np.concatenate([weights, np.zeros(n - len(weights))])
+    plain = [row for row in rows if not any(type(f).__name__ in special for e in row.values() for f in _functions(e))]
+    matrix = np.vstack([*_samples(plain, n), np.zeros((n, n))])
+    _, weights, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"))
     null = sympy.Matrix(np.round(directions[weights <= 1e-9 * max(weights.max(), 1e-300)], 9).tolist())
     if null.rows == 0:
         return []
@@ -157,9 +200,28 @@ def _null_directions(rows: list[list[Any]], n: int) -> list[list[float]]:
     for row in np.array(null.rref(iszerofunc=lambda e: abs(e) < 1e-6)[0].tolist(), dtype=float):
         direction = [sympy.nsimplify(round(entry, 7), rational=True) for entry in row]
         if any(direction) and all(
-            sympy.simplify(sum(e * d for e, d in zip(r, direction, strict=True))) == 0 for r in rows
+            sympy.simplify(sum((e * direction[j] for j, e in r.items()), sympy.Integer(0))) == 0 for r in rows
         ):
             found.append([float(d) for d in direction])
+    return found
+
+
+def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":
+    """The rows at four times random numbers for their symbols; where one is no number it is left out."""
+    import numpy as np
+
+    entries = list(dict.fromkeys(e for row in rows for e in row.values()))
+    names = sorted({symbol for e in entries for symbol in sympy.sympify(e).free_symbols}, key=str)
+    evaluate = sympy.lambdify(names, entries, modules="numpy")
+    rng, place = np.random.default_rng(20260103), {e: k for k, e in enumerate(entries)}
+    found = []
+    for _ in range(4):
+        with np.errstate(all="ignore"):
+            values = np.array(evaluate(*rng.uniform(0.1, 1.5, len(names))), dtype=float)
+        matrix = np.zeros((len(rows), n))
+        for line, row in zip(matrix, rows, strict=True):
+            line[list(row)] = [values[place[e]] for e in row.values()]
+        found.append(matrix[np.isfinite(matrix).all(axis=1)])
     return found
 
 

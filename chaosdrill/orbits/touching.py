@@ -150,7 +150,7 @@ def taken(family: "Family", orbit: "Orbit", arc: int, guard: int, after: float) 
     constants = system.kernels.constants(system.parameters)
     mode = int(orbit.arcs[arc, at.ARC_MODE])
     transit = system.kernels.functions[7]
-    return int(transit(mode, guard, 0, orbit.phase + instant, constants, x, np.ones(n), 0.0, room))
+    return int(transit(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
 
 
 def _guard(

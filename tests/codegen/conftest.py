@@ -1,7 +1,5 @@
 """Taylor coefficients from outside: Cauchy's integral in many digits, of expressions that mpmath evaluates."""
 
-import re
-
 import mpmath
 import numpy as np
 import pytest
@@ -66,18 +64,3 @@ def agree():
         np.testing.assert_array_less(np.abs(np.asarray(found, dtype=float) - expected), bound)
 
     return check
-
-
-@pytest.fixture(scope="session")
-def interpreted():
-    """The functions of a generated source as plain Python, without a compiler: name -> function."""
-
-    def load(text):
-        head, body = text[: text.index("@helper")], text[text.index("@helper") :]
-        names = {}
-        exec(head, names)
-        names["uint64"] = int
-        exec(re.sub(r"^@(helper|kernel).*$", "", body, flags=re.MULTILINE), names)
-        return names
-
-    return load

@@ -1,4 +1,4 @@
-"""Generated sources are kept by content, in a folder that the user can name, or in a temporary one."""
+"""Compiled code is kept by content, in a folder that the user can name, or in a temporary one."""
 
 import errno
 import os
@@ -11,7 +11,8 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import ahead, build, cache
+from chaosdrill.codegen import ahead, cache, kept
+from chaosdrill.codegen.kernels import write
 
 X, K = sympy.symbols("x k", real=True)
 
@@ -21,9 +22,15 @@ def decay(rate=K, name="decay", k=1.0):
 
 
 def text_of(system):
-    from chaosdrill.codegen.source import write_source
+    return [code.text for code in write(system).single]
 
-    return write_source(system).text
+
+def keep(system):
+    """Compile the code of a system's field and guards, and give the file in which it is kept."""
+    code = write(system).single[-1]
+    compiled = kept.object_code(code.text, packed=code.packed)
+    (path,) = [p for p in cache.cache_folder().rglob("*.code") if kept.read(p) == compiled]
+    return path
 
 
 @pytest.fixture
@@ -36,37 +43,40 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_the_named_folder_is_used(folder):
-    path = build._write(text_of(decay()))
-    assert path.parent == folder / "kernels"
-    assert path.read_text() == text_of(decay())
+    assert keep(decay()).parent == folder / "kernels"
 
 
 def test_the_path_changes_with_the_content(folder):
-    first = build._write(text_of(decay()))
-    assert build._write(text_of(decay(rate=2 * K))) != first
-    assert build._write(text_of(decay())) == first
+    first = keep(decay())
+    assert keep(decay(rate=2 * K)) != first
+    assert keep(decay()) == first
 
 
 def test_numbers_are_no_part_of_the_content(folder):
-    assert build._write(text_of(decay(k=1.0))) == build._write(text_of(decay(k=2.5)))
+    assert keep(decay(k=1.0)) == keep(decay(k=2.5))
 
 
-def test_the_path_changes_with_the_package(folder, monkeypatch):
-    first = build._write(text_of(decay()))
-    monkeypatch.setattr(build, "code_key", lambda: "another version")
-    assert build._write(text_of(decay())) != first
+def test_the_path_changes_with_the_processor(folder, monkeypatch):
+    first = keep(decay())
+    monkeypatch.setattr(kept, "processor", lambda: ("another", ""))
+    code = write(decay()).single[-1]
+    kept.object_code(code.text, packed=code.packed)
+    assert {first} < set(first.parent.iterdir())
 
 
 def test_nothing_is_left_beside_the_file(folder):
-    path = build._write(text_of(decay()))
+    path = keep(decay())
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_a_file_that_is_there_is_not_written_again(folder):
-    path = build._write(text_of(decay()))
-    os.utime(path, (1, 1))
-    build._write(text_of(decay()))
-    assert path.stat().st_mtime == 1
+def test_code_that_is_there_is_not_compiled_again(folder, monkeypatch):
+    path = keep(decay())
+
+    def never(*given, **more):
+        raise AssertionError("compiled")
+
+    monkeypatch.setattr(kept, "compile_object", never)
+    assert keep(decay()) == path
 
 
 def test_the_user_cache_is_the_default(tmp_path, monkeypatch):
@@ -89,8 +99,7 @@ def test_a_folder_that_cannot_be_made_falls_back(tmp_path, monkeypatch, broken):
     try:
         fallen = cache.cache_folder()
         assert fallen.name.startswith("chaosdrill-")
-        path = build._write(text_of(decay()))
-        assert path.is_relative_to(fallen)
+        assert keep(decay()).is_relative_to(fallen)
         assert blocker.read_text() == "not a folder"
     finally:
         cache.cache_folder.cache_clear()
@@ -100,7 +109,9 @@ SCRIPT = """
 import sympy, chaosdrill as cd
 x, k = sympy.symbols("x k", real=True)
 system = cd.HybridSystem(name="decay", states=(x,), parameters={"k": 1.0}, modes={"on": {x: -k * x}})
-print(system.kernels.path)
+assert system.kernels.functions
+from chaosdrill.codegen.cache import cache_folder
+print(cache_folder())
 """
 
 
@@ -109,13 +120,9 @@ def test_a_fresh_process_compiles_with_and_without_a_cache(tmp_path, home):
     (tmp_path / "blocker").write_text("")
     environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(tmp_path / home), "TMPDIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True)
-    path = Path(done.stdout.strip())
-    assert path.is_file()
-    expected = tmp_path / "cache" if home == "cache" else tmp_path
-    assert path.is_relative_to(expected)
-    if home == "cache":
-        # the compiled code lies beside the source
-        assert list(path.parent.glob("__pycache__/*.code"))
+    used = Path(done.stdout.strip())
+    assert used == tmp_path / "cache" if home == "cache" else used.parent == tmp_path
+    assert len(list(used.glob("kernels/*.code"))) == 3
 
 
 def test_the_name_of_a_system_is_no_code(folder, tmp_path):
@@ -156,7 +163,7 @@ warnings.simplefilter("always")
 x, k = sympy.symbols("x k", real=True)
 system = cd.HybridSystem(name="decay", states=(x,), parameters={"k": 1.0}, modes={"on": {x: -k * x}}, initial={x: 1.0})
 system.kernels
-print(system.kernels.functions[3].py_func.__name__)
+print(len(system.kernels.functions))
 """
 
 
@@ -170,7 +177,7 @@ def test_damaged_code_is_noticed_and_compiled_anew(tmp_path, damage):
         return subprocess.run([sys.executable, "-c", ENDS], env=environment, capture_output=True, text=True, check=True)
 
     first = run()
-    files = sorted(tmp_path.glob("kernels/__pycache__/*.code"))
+    files = sorted(tmp_path.glob("kernels/*.code"))
     assert files
     assert "damaged" not in first.stderr
     for path in files:
@@ -178,7 +185,7 @@ def test_damaged_code_is_noticed_and_compiled_anew(tmp_path, damage):
     again = run()
     assert again.stdout == first.stdout
     assert all(again.stderr.count(f"{path} is damaged") == 1 for path in files)
-    assert sorted(tmp_path.glob("kernels/__pycache__/*.code")) == files
+    assert sorted(tmp_path.glob("kernels/*.code")) == files
     assert "damaged" not in run().stderr
 
 
@@ -192,9 +199,9 @@ def test_a_full_disk_costs_the_keeping_alone(folder, monkeypatch):
 
     monkeypatch.setattr(tempfile, "mkstemp", full)
     system = decay(rate=K / 3)
-    assert not system.kernels.path.is_relative_to(folder)
     run = cd.trajectory(system.with_initial(x=1.0), duration=3.0)
     assert float(run["state"].values[-1, 0]) == pytest.approx(2.718281828459045**-1, rel=1e-11)
+    assert not list(folder.rglob("*.code"))
 
 
 @pytest.mark.parametrize("place", ["", "kernels"])
@@ -203,7 +210,7 @@ def test_a_folder_that_others_can_write_is_not_used(folder, place, mode):
     (folder / "kernels").mkdir(parents=True)
     (folder / place).chmod(mode)
     with pytest.warns(UserWarning, match="others can write into"):
-        path = build._write(text_of(decay()))
+        path = keep(decay())
     assert not path.is_relative_to(folder)
     assert list((folder / "kernels").iterdir()) == []
 
@@ -212,14 +219,28 @@ def test_a_folder_that_only_the_user_can_enter_is_used_whatever_is_open_in_it(fo
     (folder / "kernels").mkdir(parents=True)
     folder.chmod(0o700)
     (folder / "kernels").chmod(0o777)
-    assert build._write(text_of(decay())).parent == folder / "kernels"
+    assert keep(decay()).parent == folder / "kernels"
 
 
-def test_a_source_that_was_altered_is_written_anew(folder):
-    path = build._write(text_of(decay()))
-    path.write_text("raise SystemExit(5)")
-    assert build._write(text_of(decay())) == path
-    assert path.read_text() == text_of(decay())
+WRITTEN = """
+import hashlib, chaosdrill as cd
+from chaosdrill.codegen.kernels import write
+written = write(cd.drill().placed)
+text = "".join(code.text for code in (*written.single, *written.lanes()))
+print(hashlib.sha256(text.encode()).hexdigest())
+"""
+
+
+def test_the_code_is_the_same_in_every_process():
+    """Nothing in it follows the order of a set, which another process has otherwise."""
+    told = set()
+    for seed in ("1", "2", "3"):
+        environment = {**os.environ, "PYTHONHASHSEED": seed}
+        done = subprocess.run(
+            [sys.executable, "-c", WRITTEN], env=environment, capture_output=True, text=True, check=True
+        )
+        told.add(done.stdout)
+    assert len(told) == 1
 
 
 def test_code_that_nobody_uses_goes(tmp_path, monkeypatch):

@@ -5,8 +5,8 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.codegen.events import mode_events
 from chaosdrill.codegen.signatures import event_places
-from chaosdrill.codegen.source import mode_events
 
 X, V, LIMIT = sympy.symbols("x v limit", real=True)
 
@@ -17,7 +17,7 @@ def outcome(name, target="a", **more):
 
 def outcome_of(system, c, speed):
     event = np.empty(event_places(2).size)
-    return system.kernels.functions[7](0, 0, 0, 0.0, c, np.array([0.0, speed]), np.ones(2), 0.0, event)
+    return system.kernels.functions[7](0, 0, 0.0, c, np.array([0.0, speed]), 0, np.ones(2), 0.0, event)
 
 
 @pytest.fixture(scope="module")

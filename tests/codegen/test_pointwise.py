@@ -1,5 +1,6 @@
 """Field, variation, guards and resets of the compiled kernels against mpmath, derivatives against differences."""
 
+import ctypes
 from itertools import pairwise
 
 import mpmath
@@ -8,7 +9,11 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.codegen.emitter import DOUBLE, Function, Module
+from chaosdrill.codegen.expression import Expressions
+from chaosdrill.codegen.machine import compile_object, load
 from chaosdrill.codegen.signatures import event_places
+from chaosdrill.model.special import positive_power
 
 X, Y, Z, T, P = sympy.symbols("x y z t p", real=True)
 FIELD = {X: Y * sympy.exp(-P * Z), Y: sympy.sin(X) - sympy.sqrt(1 + Z**2) * sympy.cos(P * T), Z: X**3 / (2 + Y**2)}
@@ -93,7 +98,7 @@ def crossed(kernels, place, tangents=1):
     functions, c = kernels[0].functions, kernels[1]
     x, places = np.array(place[:3]), event_places(3)
     event = np.full(places.size, np.nan)
-    transition = functions[7](1, 0, tangents, place[3], c, x, np.ones(3), 1.0, event)
+    transition = functions[7](1, 0, place[3], c, x, tangents, np.ones(3), 1.0, event)
     first = places._asdict()
     order = sorted(first, key=first.get)
     ends = {name: first[later] for name, later in pairwise(order)}
@@ -126,7 +131,7 @@ def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
     functions, c = kernels[0].functions, kernels[1]
     x, places = np.array([1.0, 0.4, -0.3]), event_places(3)
     event = np.empty(places.size)
-    assert functions[7](0, 0, 1, 0.9, c, x, np.ones(x.size), 0.0, event) == 0
+    assert functions[7](0, 0, 0.9, c, x, 1, np.ones(x.size), 0.0, event) == 0
     expected = [float(value(e, x, 0.9)) for e in FIELD.values()]
     np.testing.assert_allclose(event[places.after : places.image], expected, rtol=1e-14, atol=1e-15)
 
@@ -134,9 +139,63 @@ def test_the_rate_after_an_event_is_that_of_the_mode_reached(kernels):
 def test_a_mode_or_guard_that_is_not_there_chooses_nothing(kernels):
     functions, c = kernels[0].functions, kernels[1]
     event = np.empty(event_places(3).size)
-    assert functions[7](1, 1, 0, 0.0, c, np.zeros(3), np.ones(3), 0.0, event) == -1
-    assert functions[7](7, 0, 0, 0.0, c, np.zeros(3), np.ones(3), 0.0, event) == -1
+    assert functions[7](1, 1, 0.0, c, np.zeros(3), 0, np.ones(3), 0.0, event) == -1
+    assert functions[7](7, 0, 0.0, c, np.zeros(3), 0, np.ones(3), 0.0, event) == -1
 
 
 def test_constants_are_parameters_first(kernels):
     assert kernels[1][0] == NUMBER
+
+
+FUNCTIONS = {
+    **{name: getattr(sympy, name) for name in ("sin", "cos", "tan", "asin", "atan", "sinh", "cosh", "tanh", "asinh")},
+    **{name: getattr(sympy, name) for name in ("exp", "log", "sqrt", "erf", "erfc", "gamma", "ceiling", "floor")},
+    "acos": sympy.acos,
+    "atanh": sympy.atanh,
+    "acosh": lambda x: sympy.acosh(1 + x),
+    "loggamma": lambda x: sympy.loggamma(3 + x),
+    "atan2": lambda x: sympy.atan2(x, -1),
+    "larger": lambda x: sympy.Max(x, Y, P),
+    "smaller": lambda x: sympy.Min(x, Y, P),
+    "branches": lambda x: sympy.Piecewise((x, (x < Y) | (Y > 3)), (-x, x < 2), (Y, True)),
+    "sign": lambda x: sympy.sign(Y - x),
+    "remainder of a negative number": lambda x: sympy.Mod(-x, P),
+    "remainder by a negative number": lambda x: sympy.Mod(x, -P),
+    "negative power": lambda x: 3 * Y / (x**2 * (1 + x) ** sympy.Rational(3, 2)),
+    "parameter's power": lambda x: x**P - P**x,
+}
+
+
+def test_every_function_of_resets_and_conditions():
+    module, row = Module(), DOUBLE.as_pointer()
+    f = Function(module, "every", {"x": row, "out": row})
+    x, out = (f.row(argument) for argument in f.arguments)
+    made = [function(X) for function in FUNCTIONS.values()]
+    values = Expressions(f, {symbol: x[i] for i, symbol in enumerate((X, Y, P))}, made)
+    for i, e in enumerate(made):
+        out[i] = values[e]
+    f.end()
+    library = load(compile_object(str(module), packed=False), {})
+    call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(library.address("every"))
+    for place in ((0.37, 0.81, NUMBER), (0.62, 0.15, NUMBER)):
+        given, found = np.array(place), np.empty(len(made))
+        call(given.ctypes.data, found.ctypes.data)
+        for name, e, value in zip(FUNCTIONS, made, found, strict=True):
+            expected = float(sympy.N(e.subs(dict(zip((X, Y, P), place, strict=True))), 30))
+            assert value == pytest.approx(expected, rel=4e-15), name
+
+
+def test_the_force_of_a_contact_that_has_just_begun():
+    """At depths of a rounding below zero the force and its derivative are zero, not what is no number."""
+    d, k, n = sympy.symbols("d k n", real=True)
+    system = cd.HybridSystem(
+        name="contact",
+        states=(d, X),
+        parameters={"k": 3.0, "n": 1.5},
+        modes={"touch": {d: X, X: -k * positive_power(d, n)}},
+    )
+    kernels, c = system.kernels, system.kernels.constants(system.parameters)
+    out = np.empty(2)
+    for depth, slope in ((-1e-300, 0.0), (0.0, 0.0), (0.25, -3.0 * 1.5 * 0.5)):
+        kernels.functions[4](0, 0.0, c, np.array([depth, 1.0]), np.array([1.0, 2.0]), out)
+        np.testing.assert_allclose(out, [2.0, slope], rtol=1e-15)

@@ -2,8 +2,7 @@
 
 One mode an expression: x' = f(x, y, t), y' = x - y/3, a guard g = f + x y in the same mode. If X(s) is the computed
 polynomial of the state, the coefficients of f(X(s), t + s) up to the order below must be (k + 1) times the next ones of
-X itself: that is the differential equation, and it has one solution. The generated code runs as plain Python, and once
-more, for one expression of each kind, compiled.
+X itself: that is the differential equation, and it has one solution.
 """
 
 import mpmath
@@ -12,7 +11,9 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen.source import write_source
+from chaosdrill.codegen import series
+from chaosdrill.codegen.signatures import LANES
+from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.layout import COLUMNS
 
 X, Y, T, P, Q, W = sympy.symbols("x y t p q w", real=True)
@@ -67,25 +68,18 @@ EXPRESSIONS = {
     "float exponent": X**1.5,
     "zero": sympy.Integer(0),
 }
-COMPILED = [
-    "log",
-    "tan",
-    "cube",
-    "symbolic power",
-    "quotient by a product",
-    "affine sine of time",
-    "sine of time squared",
-]
-NAMES = [f"{name} (compiled)" for name in COMPILED] + list(EXPRESSIONS)
+NAMES = list(EXPRESSIONS)
+BESIDE = " (side by side)"
+SIDE_BY_SIDE = ["exp", "log", "sin", "tan", "cube", "symbolic power", "quotient by a product", "sine of time squared"]
 NUMBERS = {"p": 1.3, "q": 0.45, "w": 2.1}
 PLACE = (0.7, 0.6)
 TIME = 0.85
 ORDER = 23
 
 
-def system(names):
+def system(names, title):
     return cd.HybridSystem(
-        name="every operation",
+        name=title,
         states=(X, Y),
         time=T,
         parameters=NUMBERS,
@@ -98,36 +92,45 @@ def system(names):
     )
 
 
-@pytest.fixture(scope="module")
-def compiled():
-    return system(COMPILED).kernels
-
-
-@pytest.fixture(scope="module")
-def plain(interpreted):
-    source = write_source(system(EXPRESSIONS))
-    return interpreted(source.text), source
+@pytest.fixture(scope="module", params=["in line", "called"])
+def kernels(request):
+    """Small systems have their products of series in line; large ones call them."""
+    with pytest.MonkeyPatch.context() as patched:
+        if request.param == "called":
+            patched.setattr(series, "CALLED", -1)
+        return system(NAMES, f"every operation {request.param}").kernels
 
 
 @pytest.fixture
-def expand(request):
-    def run(name):
-        if name.endswith(" (compiled)"):
-            kernels = request.getfixturevalue("compiled")
-            mode, rows = COMPILED.index(name.removesuffix(" (compiled)")), kernels.rows
-            jet, jacobian_jet, tangent = kernels.functions[:3]
-            c = kernels.constants(NUMBERS)
-        else:
-            functions, source = request.getfixturevalue("plain")
-            mode, rows = list(EXPRESSIONS).index(name), source.rows
-            jet, jacobian_jet, tangent = (functions[f] for f in ("jet", "jacobian_jet", "tangent"))
-            c = np.empty(source.constants)
-            functions["constants"](np.array([*NUMBERS.values()]), c)
+def expand(kernels):
+    def one(mode, c, rows):
         ws = np.full((rows + 4, COLUMNS), np.nan)
+        jet, jacobian_jet, tangent = kernels.functions[:3]
         jet(mode, ORDER, TIME, c, np.array(PLACE), ws)
         jacobian_jet(mode, ORDER, c, ws)
         tangent(mode, ORDER, c, np.array([1.0, -0.4]), np.array([0.3, 2.0]), ws, rows)
-        return ws, rows
+        return ws
+
+    def side_by_side(mode, c, rows):
+        """The same in one of eight lanes, whose neighbours start elsewhere."""
+
+        def lanes(numbers, spread=0.0):
+            filled = aligned(*np.shape(numbers), LANES)
+            filled[:] = np.asarray(numbers)[..., np.newaxis] * (1 - spread * np.arange(LANES))
+            return filled
+
+        ws = aligned(rows + 4, COLUMNS, LANES)
+        ws[:] = np.nan
+        jet, jacobian_jet, tangent = kernels.lanes
+        jet(mode, ORDER, lanes(TIME), lanes(c), lanes(PLACE, 0.01), ws)
+        jacobian_jet(mode, ORDER, lanes(c), ws)
+        tangent(mode, ORDER, lanes(c), lanes([1.0, -0.4]), lanes([0.3, 2.0]), ws, rows)
+        return np.ascontiguousarray(ws[..., 0])
+
+    def run(name):
+        plain = name.removesuffix(BESIDE)
+        run_one = one if plain == name else side_by_side
+        return run_one(NAMES.index(plain), kernels.constants(NUMBERS), kernels.rows), kernels.rows
 
     return run
 
@@ -139,13 +142,13 @@ def exact(values):
 @pytest.fixture
 def rate(numeric):
     def make(name):
-        f = numeric((X, Y, T, P, Q, W), EXPRESSIONS[name.removesuffix(" (compiled)")])
+        f = numeric((X, Y, T, P, Q, W), EXPRESSIONS[name.removesuffix(BESIDE)])
         return lambda x, y, s: f(x, y, mpmath.mpf(TIME) + s, *exact(NUMBERS.values()))
 
     return make
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
 def test_state(name, expand, rate, coefficients, polynomial, agree):
     ws, _ = expand(name)
     x, y, f = polynomial(ws[0, : ORDER + 1]), polynomial(ws[1, : ORDER + 1]), rate(name)
@@ -154,7 +157,7 @@ def test_state(name, expand, rate, coefficients, polynomial, agree):
     agree(ws[0, : ORDER + 1], expected, 2e-14)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
 def test_guard(name, expand, rate, coefficients, polynomial, agree):
     ws, _ = expand(name)
     x, y, f = polynomial(ws[0, : ORDER + 1]), polynomial(ws[1, : ORDER + 1]), rate(name)
@@ -162,7 +165,7 @@ def test_guard(name, expand, rate, coefficients, polynomial, agree):
     agree(ws[3, : ORDER + 1], expected, 2e-14)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *(name + BESIDE for name in SIDE_BY_SIDE)])
 def test_tangents(name, expand, rate, coefficients, polynomial, agree):
     """d' = J d, with J d as a difference of the field along the tangent in 160 digits."""
     ws, row = expand(name)

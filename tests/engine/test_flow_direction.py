@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from chaosdrill import systems
+from chaosdrill.codegen.events import mode_events
 from chaosdrill.codegen.signatures import event_places
-from chaosdrill.codegen.source import mode_events
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 
 GUARDS = [
@@ -62,7 +62,7 @@ def test_the_flow_goes_over_into_the_flow(augmented, name, mode, j, seed, size):
     x = np.random.default_rng(seed).normal(size=n) * size
     assume(put_on_guard(guard, mode, j, c, x, np.empty(n + 1)))
     event = np.empty(places.size)
-    taken = transit(mode, j, 1, 0.0, c, x, np.ones(n), 0.0, event)
+    taken = transit(mode, j, 0.0, c, x, 1, np.ones(n), 0.0, event)
     assume(taken >= 0)
     assert taken in kernels.events[mode][j].outcomes
     assume(not system.transitions[taken].marks_only())

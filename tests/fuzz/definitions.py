@@ -4,12 +4,13 @@ import json
 from zlib import crc32
 
 import judge
+import llvmlite.binding as llvm
 import trees
 from values import OWNED
 
 from chaosdrill import systems
 from chaosdrill.analysis import trajectory
-from chaosdrill.codegen.source import write_source
+from chaosdrill.codegen.kernels import write
 from chaosdrill.errors import ChaosdrillError
 from chaosdrill.model.definition import build_defined, write_definition
 
@@ -48,12 +49,13 @@ def attempt(data, folder, guard):
             return "not written", []
         again = write_definition(build_defined(definition, system.parameters, system.initial))
         try:
-            source = write_source(system)
+            codes = [code.text for code in write(system).single]
         except ChaosdrillError:
             return "no code", []
-        compile(source.text, "system.py", "exec")
+        for code in codes:
+            llvm.parse_assembly(code).verify()
     wrong = [] if again == definition else [f"written as {definition}, and then as {again}"]
-    if OWNED in source.text + source.lanes:
+    if any(OWNED in code for code in codes):
         wrong.append("a word of the definition is in the code")
     if crc32(data) % RUN_ONE_IN == 0:
         wrong += judge.apart(lambda: _run(system, guard), folder, PATIENCE_S, _judged)[1]

@@ -13,6 +13,7 @@ from hypothesis import settings as runs
 from hypothesis import strategies as st
 
 import chaosdrill as cd
+from chaosdrill.dataset.schema import RESERVED
 
 NASTY = (
     *("y0", "y1", "d_0", "d_1", "s_0", "s_1", "x0", "x_0", "x_1", "p_0", "p_1", "c", "c[0]", "t", "event", "value"),
@@ -28,7 +29,7 @@ names = st.lists(
     min_size=len(WORDS),
     max_size=len(WORDS),
     unique=True,
-)
+).filter(lambda words: words[8] not in RESERVED and "mode" not in words[:3])
 
 
 def oscillator(words=WORDS, forced=True):

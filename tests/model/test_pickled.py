@@ -8,7 +8,7 @@ import pytest
 
 import chaosdrill as cd
 from chaosdrill import systems
-from chaosdrill.codegen.source import write_source
+from chaosdrill.codegen.kernels import write
 
 SPECTRUM = """
 import pickle, sys
@@ -23,7 +23,7 @@ sys.stdout.buffer.write(ds["lyapunov_exponent"].values.tobytes())
 def test_generated_code_is_the_same(name):
     system = systems.build(name)
     other = pickle.loads(pickle.dumps(system))
-    assert write_source(other).text == write_source(system).text
+    assert write(other.placed).single == write(system.placed).single
     assert other.parameters == system.parameters
     assert other.initial == system.initial
     assert other.bounds == system.bounds
@@ -35,7 +35,7 @@ def test_kernels_are_left_out_and_shared_again_by_copies_that_are_sent_together(
     one, other = pickle.loads(pickle.dumps((system, system.with_parameters(omega=2.6))))
     assert not one.shared
     assert one.kernels is other.kernels
-    assert one.kernels.path == system.kernels.path
+    assert one.kernels.written.single == system.kernels.written.single
 
 
 def test_another_process_gets_the_same_bits():
@@ -44,3 +44,11 @@ def test_another_process_gets_the_same_bits():
     command = [sys.executable, "-c", SPECTRUM]
     done = subprocess.run(command, input=pickle.dumps(system), capture_output=True, timeout=120, check=True)
     assert done.stdout == here.tobytes()
+
+
+def test_systems_that_differ_in_numbers_alone_share_what_was_derived():
+    one, other = cd.drill(eta=0.63), cd.drill(eta=0.45)
+    assert one.kernels is other.kernels
+    assert one.parameters["eta"] == 0.63
+    assert other.parameters["eta"] == 0.45
+    assert cd.drill(friction="none").kernels is not one.kernels

@@ -131,6 +131,6 @@ def of_size(terms):
 
 
 def test_a_mode_that_would_be_compiled_for_minutes_is_refused_at_once(faults):
-    assert parse_scene(of_size(49)).system.state_names == ("x", "v")
-    (message,) = faults(of_size(50))
-    assert message.startswith("scene.toml:9: system.definition.modes.free: has 102 products, powers and functions")
+    assert parse_scene(of_size(499)).system.state_names == ("x", "v")
+    (message,) = faults(of_size(500))
+    assert message.startswith("scene.toml:9: system.definition.modes.free: has 1002 products, powers and functions")

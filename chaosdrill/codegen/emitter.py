@@ -1,0 +1,447 @@
+"""Functions written as LLVM code: numbers to compute with, rows of numbers in memory, loops and branches.
+
+A number is a double or, in a module of greater width, as many doubles side by side; what is written for one trajectory
+serves several. No operation lets one of them see another.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from llvmlite import ir
+
+DOUBLE = ir.DoubleType()
+INT = ir.IntType(64)
+_BYTES = ir.IntType(8).as_pointer()
+
+FAST = ("contract", "nsz", "arcp")
+"""Rounding freedom in Taylor recurrences; never in events, resets or saltation, where exact zeros carry the rank."""
+
+RECIPROCALS = 64
+"""Length of the table of 1/k: every order of every series divides by its number."""
+
+
+def array(dimensions: int) -> ir.Type:
+    """An array of doubles as compiled functions of the engine hand it on."""
+    places = ir.ArrayType(INT, dimensions)
+    return ir.LiteralStructType([_BYTES, _BYTES, INT, INT, DOUBLE.as_pointer(), places, places])
+
+
+class Number:
+    """A value that is computed with."""
+
+    __slots__ = ("function", "value")
+
+    def __init__(self, function: "Function", value: Any) -> None:
+        self.function = function
+        self.value = value
+
+    def __add__(self, other: Any) -> "Number":
+        return self.function.operate("fadd", self, other)
+
+    def __radd__(self, other: Any) -> "Number":
+        return self.function.operate("fadd", other, self)
+
+    def __sub__(self, other: Any) -> "Number":
+        return self.function.operate("fsub", self, other)
+
+    def __rsub__(self, other: Any) -> "Number":
+        return self.function.operate("fsub", other, self)
+
+    def __mul__(self, other: Any) -> "Number":
+        return self.function.operate("fmul", self, other)
+
+    def __rmul__(self, other: Any) -> "Number":
+        return self.function.operate("fmul", other, self)
+
+    def __truediv__(self, other: Any) -> "Number":
+        return self.function.operate("fdiv", self, other)
+
+    def __rtruediv__(self, other: Any) -> "Number":
+        return self.function.operate("fdiv", other, self)
+
+    def __neg__(self) -> "Number":
+        return Number(self.function, self.function.builder.fneg(self.value))
+
+    def compare(self, symbol: str, other: Any) -> "Test":
+        """Whether the relation holds; with a number that is none only ``!=`` does."""
+        builder = self.function.builder
+        compared = builder.fcmp_unordered if symbol == "!=" else builder.fcmp_ordered
+        return Test(self.function, compared(symbol, self.value, self.function.number(other).value))
+
+
+class Index:
+    """A whole number, for places in memory."""
+
+    __slots__ = ("function", "value")
+
+    def __init__(self, function: "Function", value: Any) -> None:
+        self.function = function
+        self.value = value
+
+    def __add__(self, other: Any) -> "Index":
+        return Index(self.function, self.function.builder.add(self.value, self.function.index(other).value))
+
+    def __sub__(self, other: Any) -> "Index":
+        return Index(self.function, self.function.builder.sub(self.value, self.function.index(other).value))
+
+    def __mul__(self, other: Any) -> "Index":
+        return Index(self.function, self.function.builder.mul(self.value, self.function.index(other).value))
+
+    def compare(self, symbol: str, other: Any) -> "Test":
+        """Whether the relation holds."""
+        value = self.function.builder.icmp_signed(symbol, self.value, self.function.index(other).value)
+        return Test(self.function, value)
+
+    def number(self) -> Number:
+        """The same as a number."""
+        return self.function.spread(self.function.builder.sitofp(self.value, DOUBLE))
+
+
+class Test:
+    """A truth value."""
+
+    __slots__ = ("function", "value")
+
+    def __init__(self, function: "Function", value: Any) -> None:
+        self.function = function
+        self.value = value
+
+    def __and__(self, other: "Test") -> "Test":
+        return Test(self.function, self.function.builder.and_(self.value, other.value))
+
+    def __or__(self, other: "Test") -> "Test":
+        return Test(self.function, self.function.builder.or_(self.value, other.value))
+
+    def __invert__(self) -> "Test":
+        return Test(self.function, self.function.builder.not_(self.value))
+
+
+class Variable:
+    """A number that changes."""
+
+    __slots__ = ("function", "slot")
+
+    def __init__(self, function: "Function", slot: Any) -> None:
+        self.function = function
+        self.slot = slot
+
+    @property
+    def now(self) -> Number:
+        """Its value."""
+        return Number(self.function, self.function.builder.load(self.slot))
+
+    def become(self, value: Any) -> Number:
+        """Give it a value."""
+        number = self.function.number(value)
+        self.function.builder.store(number.value, self.slot)
+        return number
+
+    def grow(self, value: Number) -> None:
+        """Add to it."""
+        self.become(self.now + value)
+
+
+class Row:
+    """Numbers that stand side by side in memory."""
+
+    __slots__ = ("data", "function")
+
+    def __init__(self, function: "Function", data: Any) -> None:
+        self.function = function
+        self.data = data
+
+    def _place(self, index: Any) -> Any:
+        function = self.function
+        place = function.builder.gep(self.data, [function.places(index)])
+        return place if function.width == 1 else function.builder.bitcast(place, function.type.as_pointer())
+
+    def __getitem__(self, index: Any) -> Number:
+        value = self.function.builder.load(self._place(index))
+        value.align = 8 * self.function.width
+        return Number(self.function, value)
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        stored = self.function.builder.store(self.function.number(value).value, self._place(index))
+        stored.align = 8 * self.function.width
+
+    def after(self, count: Any) -> "Row":
+        """The row without its first numbers."""
+        function = self.function
+        return Row(function, function.builder.gep(self.data, [function.places(count)]))
+
+
+class Table:
+    """Rows of equal length."""
+
+    __slots__ = ("data", "function", "length")
+
+    def __init__(self, function: "Function", data: Any, length: Index) -> None:
+        self.function = function
+        self.data = data
+        self.length = length
+
+    def __getitem__(self, index: Any) -> Row:
+        return Row(self.function, self.data).after(self.length * index)
+
+
+class Module:
+    """Functions that are compiled together.
+
+    Parameters
+    ----------
+    width : int
+        How many doubles a number has.
+    """
+
+    def __init__(self, width: int = 1) -> None:
+        self.width = width
+        self.type = DOUBLE if width == 1 else ir.VectorType(DOUBLE, width)
+        self.module = ir.Module()
+        self.written: dict[Any, Any] = {}
+
+    def __str__(self) -> str:
+        return str(self.module)
+
+    def declared(self, name: str, types: Sequence[ir.Type], result: ir.Type) -> Any:
+        """A pure function that is somewhere else."""
+        found = self.module.globals.get(name)
+        if found is None:
+            found = ir.Function(self.module, ir.FunctionType(result, types), name)
+            found.attributes.add("nounwind")
+            found.attributes.add("readnone")
+        return found
+
+    def reciprocals(self) -> Any:
+        """The table of 1/k; its first number is infinite."""
+        found = self.module.globals.get("reciprocals")
+        if found is None:
+            kind = ir.ArrayType(DOUBLE, RECIPROCALS)
+            found = ir.GlobalVariable(self.module, kind, "reciprocals")
+            found.linkage = "internal"
+            found.global_constant = True
+            found.initializer = ir.Constant(kind, [float("inf"), *(1.0 / k for k in range(1, RECIPROCALS))])
+        return found
+
+    def once(self, name: str, write: Callable[[str], Any]) -> Any:
+        """What ``write`` makes under a name, which is written when it is first asked for."""
+        if name not in self.written:
+            self.written[name] = write(name)
+        return self.written[name]
+
+
+class Function:
+    """One function that is being written.
+
+    Parameters
+    ----------
+    module : Module
+    name : str
+    arguments : mapping of str to llvmlite type
+        Names of its arguments with their types.
+    result : llvmlite type, optional
+    fast : bool, optional
+        Whether its operations have the rounding freedom of `FAST`.
+    own : bool, optional
+        Whether only its module sees it.
+    stays : bool, optional
+        Whether it stays a call in whatever calls it.
+    apart : bool, optional
+        Whether no two of its pointers lead to the same memory, of which one is written through.
+    """
+
+    def __init__(
+        self,
+        module: Module,
+        name: str,
+        arguments: Mapping[str, ir.Type],
+        result: ir.Type | None = None,
+        *,
+        fast: bool = False,
+        own: bool = False,
+        stays: bool = False,
+        apart: bool = False,
+    ) -> None:
+        self.module = module
+        self.width = module.width
+        self.type = module.type
+        self.flags = FAST if fast else ()
+        kind = ir.FunctionType(ir.VoidType() if result is None else result, list(arguments.values()))
+        self.made = ir.Function(module.module, kind, name)
+        for argument, named in zip(self.made.args, arguments, strict=True):
+            argument.name = named
+        self.made.attributes.add("nounwind")
+        if stays:
+            self.made.attributes.add("noinline")
+        if own:
+            self.made.linkage = "internal"
+        for argument in self.made.args if apart else ():
+            if isinstance(argument.type, ir.PointerType):
+                argument.add_attribute("noalias")
+        self.entry = self.made.append_basic_block("entry")
+        self.builder = ir.IRBuilder(self.made.append_basic_block("body"))
+        self._slots = ir.IRBuilder(self.entry)
+        self._start = self.builder.block
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """The arguments as they are in the code."""
+        return tuple(self.made.args)
+
+    def number(self, value: Any) -> Number:
+        """A number from a number of Python, or from itself."""
+        if isinstance(value, Number):
+            return value
+        constant = float(value)
+        return Number(self, ir.Constant(self.type, constant if self.width == 1 else [constant] * self.width))
+
+    def index(self, value: Any) -> Index:
+        """A whole number from one of Python, or from itself."""
+        return value if isinstance(value, Index) else Index(self, ir.Constant(INT, int(value)))
+
+    def places(self, count: Any) -> Any:
+        """How far this many numbers reach in memory, in doubles."""
+        if not isinstance(count, Index):
+            return ir.Constant(INT, int(count) * self.width)
+        return count.value if self.width == 1 else (count * self.width).value
+
+    def whole_part(self, count: Index, size: int) -> Index:
+        """The largest multiple of a power of two that is not above."""
+        return Index(self, self.builder.and_(count.value, ir.Constant(INT, -size)))
+
+    def spread(self, value: Any) -> Number:
+        """A double of the code as a number: as often as a number has doubles."""
+        if self.width == 1:
+            return Number(self, value)
+        zero = ir.Constant(ir.IntType(32), 0)
+        one = self.builder.insert_element(ir.Constant(self.type, ir.Undefined), value, zero)
+        places = ir.Constant(ir.VectorType(ir.IntType(32), self.width), [0] * self.width)
+        return Number(self, self.builder.shuffle_vector(one, one, places))
+
+    def operate(self, name: str, first: Any, second: Any) -> Number:
+        """A sum, difference, product or quotient."""
+        a, b = self.number(first).value, self.number(second).value
+        return Number(self, getattr(self.builder, name)(a, b, flags=self.flags))
+
+    def intrinsic(self, name: str, *arguments: Any) -> Number:
+        """A function that the compiler knows, of all doubles of a number at once."""
+        values = [self.number(a).value for a in arguments]
+        kind = "f64" if self.width == 1 else f"v{self.width}f64"
+        called = self.module.declared(f"llvm.{name}.{kind}", [self.type] * len(values), self.type)
+        return Number(self, self.builder.call(called, values))
+
+    def external(self, name: str, *arguments: Any) -> Number:
+        """A function of doubles that is found by its name when the code is loaded."""
+        numbers = [self.number(a) for a in arguments]
+        called = self.module.declared(name, [DOUBLE] * len(numbers), DOUBLE)
+        return self.one_by_one(lambda *values: self.builder.call(called, values), *numbers)
+
+    def one_by_one(self, call: Callable[..., Any], *numbers: Number) -> Number:
+        """What a function of doubles gives for every double of numbers."""
+        if self.width == 1:
+            return Number(self, call(*(n.value for n in numbers)))
+        result = ir.Constant(self.type, ir.Undefined)
+        for i in range(self.width):
+            place = ir.Constant(ir.IntType(32), i)
+            one = call(*(self.builder.extract_element(n.value, place) for n in numbers))
+            result = self.builder.insert_element(result, one, place)
+        return Number(self, result)
+
+    def truth(self, value: bool) -> Test:
+        """A test whose result is known."""
+        return Test(self, ir.Constant(ir.IntType(1), int(value)))
+
+    def choose(self, test: Test, first: Any, second: Any) -> Number:
+        """The first number where the test holds, else the second."""
+        return Number(self, self.builder.select(test.value, self.number(first).value, self.number(second).value))
+
+    def any_beyond(self, x: Number, limit: float) -> Test:
+        """Whether one of the doubles is larger than ``limit`` or below its negative, or no number."""
+        outside = ~self.intrinsic("fabs", x).compare("<=", limit)
+        if self.width == 1:
+            return outside
+        mask = self.builder.bitcast(outside.value, ir.IntType(self.width))
+        return Test(self, self.builder.icmp_unsigned("!=", mask, ir.Constant(ir.IntType(self.width), 0)))
+
+    def power_of_two(self, exponent: Number) -> Number:
+        """2**n for whole numbers n of a size below 1022."""
+        whole = INT if self.width == 1 else ir.VectorType(INT, self.width)
+
+        def constant(value: int) -> Any:
+            return ir.Constant(whole, value if self.width == 1 else [value] * self.width)
+
+        biased = self.builder.add(self.builder.fptosi(exponent.value, whole), constant(1023))
+        return Number(self, self.builder.bitcast(self.builder.shl(biased, constant(52)), self.type))
+
+    def reciprocal(self, k: Index) -> Number:
+        """1/k from the table."""
+        place = self.builder.gep(self.module.reciprocals(), [ir.Constant(INT, 0), k.value])
+        return self.spread(self.builder.load(place))
+
+    def variable(self, value: Any = 0.0) -> Variable:
+        """A new variable with this value."""
+        made = Variable(self, self._slots.alloca(self.type))
+        made.become(value)
+        return made
+
+    def row(self, argument: Any) -> Row:
+        """The row that a pointer or an array leads to."""
+        pointer = isinstance(argument.type, ir.PointerType)
+        return Row(self, argument if pointer else self.builder.extract_value(argument, 4))
+
+    def table(self, argument: Any, length: Any = None) -> Table:
+        """The rows that an array, or a pointer and the length of a row, lead to."""
+        if length is not None:
+            return Table(self, argument, Index(self, length))
+        return Table(self, self.builder.extract_value(argument, 4), self.row_length(argument))
+
+    def row_length(self, argument: Any) -> Index:
+        """How many numbers a row of an array of rows has."""
+        return Index(self, self.builder.extract_value(argument, [5, 1]))
+
+    @contextmanager
+    def at_entry(self) -> Iterator[None]:
+        """Write at the beginning of the function, so that what is made holds everywhere in it."""
+        builder, self.builder = self.builder, self._slots
+        yield
+        self.builder = builder
+
+    @contextmanager
+    def loop(self, start: Any, stop: Any, step: int = 1) -> Iterator[Index]:
+        """Write what is done for every whole number from ``start`` to below ``stop``."""
+        slot = self._slots.alloca(INT)
+        self.builder.store(self.index(start).value, slot)
+        head, body, after = (self.made.append_basic_block(name) for name in ("head", "loop", "done"))
+        self.builder.branch(head)
+        self.builder.position_at_end(head)
+        at = Index(self, self.builder.load(slot))
+        self.builder.cbranch(at.compare("<", stop).value, body, after)
+        self.builder.position_at_end(body)
+        yield at
+        self.builder.store((at + step).value, slot)
+        self.builder.branch(head)
+        self.builder.position_at_end(after)
+
+    @contextmanager
+    def when(self, test: Test) -> Iterator[None]:
+        """Write what is done where the test holds."""
+        body, after = (self.made.append_basic_block(name) for name in ("then", "after"))
+        self.builder.cbranch(test.value, body, after)
+        self.builder.position_at_end(body)
+        yield
+        if not self.builder.block.is_terminated:
+            self.builder.branch(after)
+        self.builder.position_at_end(after)
+
+    def give(self, result: Any = None) -> None:
+        """End here, with a result."""
+        if result is None:
+            self.builder.ret_void()
+        else:
+            self.builder.ret(result.value)
+
+    def end(self) -> None:
+        """Nothing more is written."""
+        if not self.builder.block.is_terminated:
+            self.builder.ret_void()
+        self._slots.branch(self._start)

@@ -1,0 +1,94 @@
+"""The events that the modes of a system watch."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.model.derive import guard_gradient, reset_entries
+from chaosdrill.model.places import UnsupportedError
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+
+
+@dataclass(frozen=True)
+class Event:
+    """A guard that one mode watches: its outcomes are transitions in the order in which they are tried."""
+
+    guard: Any
+    direction: int
+    outcomes: tuple[int, ...]
+    affine: bool
+    """Whether it is linear in the states and free of time."""
+    entire: bool
+    """Whether its series reaches as far as that of the states: sums, products, sines, cosines, and what drives them."""
+    timed: bool
+    """Whether it depends on time alone."""
+    key: int
+    """Number of the guard with its direction, the same in all modes that watch it."""
+    surface: int
+    """Number of the surface on which it is zero, the same for both directions and for the guard with the other sign."""
+
+
+def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
+    """The events that a mode watches, larger priority first, then in order of declaration."""
+    groups: dict[tuple[Any, int], list[int]] = {}
+    for index, transition in enumerate(system.transitions):
+        if mode in transition.source:
+            groups.setdefault((transition.guard, transition.direction), []).append(index)
+    moving = {*system.states, system.time}
+    in_rates = {part for rate in system.modes[mode].values() for part in sympy.preorder_traversal(rate)}
+    keys = guard_keys(system)
+    surfaces = list(dict.fromkeys(_unsigned(g) for g, _ in keys))
+    events = [
+        Event(
+            guard,
+            direction,
+            tuple(found),
+            affine=not any(g.free_symbols & moving for g in guard_gradient(system, guard)),
+            entire=_is_entire(guard, moving, in_rates),
+            timed=not guard.free_symbols & set(system.states),
+            key=keys.index((guard, direction)),
+            surface=surfaces.index(_unsigned(guard)),
+        )
+        for (guard, direction), found in groups.items()
+    ]
+    return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
+
+
+def guard_keys(system: "HybridSystem") -> list[tuple[Any, int]]:
+    """The guards of a system with their directions, each once."""
+    return list(dict.fromkeys((t.guard, t.direction) for t in system.transitions))
+
+
+def _unsigned(guard: Any) -> Any:
+    return -guard if guard.could_extract_minus_sign() else guard
+
+
+def _is_entire(expression: Any, moving: set[Any], in_rates: set[Any]) -> bool:
+    if not expression.free_symbols & moving or expression.is_Symbol or expression in in_rates:
+        return True
+    power = expression.is_Pow and expression.exp.is_Integer and expression.exp > 0
+    if not (power or expression.is_Add or expression.is_Mul or expression.func in (sympy.sin, sympy.cos)):
+        return False
+    return all(_is_entire(part, moving, in_rates) for part in expression.args)
+
+
+def check_functions(system: "HybridSystem") -> None:
+    """Kinks inside of a flow would be stepped over in silence; they belong into modes."""
+    for mode, field in system.modes.items():
+        for state, slope in field.items():
+            if slope.has(sympy.Abs, sympy.Piecewise, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Mod):
+                raise UnsupportedError(
+                    *(f"mode {mode!r}, d", state, "/dt = ", slope, " has a kink or a jump; "),
+                    "write its branches as modes with a guard between them",
+                )
+    for transition in system.transitions:
+        rows = [guard_gradient(system, transition.guard), reset_entries(system, transition).values()]
+        unprintable = (sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs)
+        if any(value.has(*unprintable) for row in rows for value in row):
+            raise UnsupportedError(
+                f"transition {transition.name!r}: guard or reset has no derivative; write its "
+                "branches as transitions of their own with a condition each"
+            )

@@ -1,0 +1,149 @@
+"""LLVM code becomes machine code of this processor, and functions that can be called."""
+
+import ctypes
+import itertools
+import threading
+from functools import cache
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba import types
+
+_lock = threading.RLock()
+_numbers = itertools.count()
+
+
+FROM_PYTHON = "_from_python"
+"""Behind the name of a function: the same with pointers for vectors."""
+
+
+class NativeFunction(types.WrapperAddressProtocol):  # type: ignore[misc]
+    """A function of machine code, which the engine calls without anything in between and Python can call, too.
+
+    Parameters
+    ----------
+    name : str
+    signature : numba signature
+    library : Library
+        Where it is.
+    """
+
+    def __init__(self, name: str, signature: Any, library: "Library") -> None:
+        self.address = library.address(name)
+        self.library = library
+        self._signature = signature
+        # else whoever calls a function with this one among its arguments would have its type made anew
+        self._numba_type_ = types.FunctionType(signature)
+        self._dimensions = [kind.ndim if isinstance(kind, types.Array) else 0 for kind in signature.args]
+        self._at = library.address(name + FROM_PYTHON) if max(self._dimensions) == 1 else 0
+        kinds = [kind for argument in signature.args for kind in _kinds(argument, whole=self._at == 0)]
+        result = None if signature.return_type == types.void else _kinds(signature.return_type, whole=False)[0]
+        self._call = ctypes.CFUNCTYPE(result, *kinds)(self._at or self.address)
+
+    def __wrapper_address__(self) -> int:
+        return self.address
+
+    def signature(self) -> Any:
+        """Types of arguments and result."""
+        return self._signature
+
+    def __call__(self, *arguments: Any) -> Any:
+        flat: list[Any] = []
+        for dimensions, value in zip(self._dimensions, arguments, strict=True):
+            if dimensions == 0:
+                flat.append(value)
+                continue
+            if value.ndim != dimensions or value.dtype.char != "d" or not value.flags.c_contiguous:
+                raise TypeError(f"expected an array of {dimensions} dimensions of doubles in order, not {value!r}")
+            data = _address(_bytes_of(value)) if value.size and value.flags.writeable else value.ctypes.data
+            flat += [data] if self._at else [None, None, value.size, 8, data, *value.shape, *value.strides]
+        return self._call(*flat)
+
+
+_address, _bytes_of = ctypes.addressof, ctypes.c_char.from_buffer
+
+
+def _kinds(kind: Any, *, whole: bool) -> list[Any]:
+    if isinstance(kind, types.Array):
+        places = [ctypes.c_int64] * kind.ndim
+        head = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p]
+        return [*head, *places, *places] if whole else [ctypes.c_void_p]
+    return [ctypes.c_double if kind == types.float64 else ctypes.c_int64]
+
+
+@cache
+def processor() -> tuple[str, str]:
+    """Name and features of this machine's processor."""
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+@cache
+def _target() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    name, features = processor()
+    target = llvm.Target.from_default_triple()
+    return target.create_target_machine(name, features, opt=3, reloc="pic", codemodel="jitdefault", jit=True)
+
+
+@cache
+def _loader() -> Any:
+    return llvm.create_lljit_compiler(_target(), use_jit_link=False, suppress_errors=False)
+
+
+def compile_object(text: str, *, packed: bool, level: int = 3) -> bytes:
+    """Machine code of a module of LLVM code.
+
+    Parameters
+    ----------
+    text : str
+    packed : bool
+        Whether equal operations on neighbouring numbers become vector instructions. It pays where sums of fixed length
+        are added up, and costs where a number is read soon after it was written, as from order to order of a series.
+    level : int, optional
+        How much the compiler may do, up to 3.
+    """
+    with _lock:
+        machine = _target()
+        module = llvm.parse_assembly(text)
+        module.verify()
+        module.triple = llvm.get_process_triple()
+        options = llvm.create_pipeline_tuning_options(level)
+        options.slp_vectorization = packed
+        options.loop_vectorization = False
+        builder = llvm.create_pass_builder(machine, options)
+        passes = builder.getModulePassManager()
+        passes.run(module, builder)
+        return machine.emit_object(module)
+
+
+class Library:
+    """Machine code in memory, which stays there as long as this does."""
+
+    def __init__(self, name: str, tracker: Any) -> None:
+        self._name = name
+        self._trackers = [tracker]
+
+    def address(self, function: str) -> int:
+        """Where a function is."""
+        with _lock:
+            found = _loader().lookup(self._name, function)
+        self._trackers.append(found)
+        return int(found[function])
+
+
+def load(code: bytes, imports: dict[str, int]) -> Library:
+    """Machine code is put into memory.
+
+    Parameters
+    ----------
+    code : bytes
+    imports : dict of str to int
+        Addresses of functions that the code calls and the process does not know by name.
+    """
+    with _lock:
+        builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
+        for name, address in imports.items():
+            builder.import_symbol(name, address)
+        name = f"system_{next(_numbers)}"
+        return Library(name, builder.link(_loader(), name))

@@ -1,0 +1,158 @@
+"""Functions of numbers as LLVM code.
+
+One double takes those of the standard library. Several side by side have a sine, cosine and exponential of their own:
+reduction and polynomials of sine and cosine are those of Sun's fdlibm, within one unit in the last place of the result,
+or of 1 where it is near zero; arguments out of range go to the standard library.
+"""
+
+import importlib
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from chaosdrill.codegen.emitter import DOUBLE, Function, Module, Number
+from chaosdrill.model.special import SPECIAL
+
+_TURNS = 1e5
+"""Largest argument of a sine or cosine for which the reduction is exact enough."""
+
+_EXPONENT = 700.0
+"""Largest argument of an exponential that neither overflows nor is subnormal."""
+
+_PREFIX = "chaosdrill_"
+
+
+def _sine(r: Number) -> Number:
+    z = r * r
+    low = -1.66666666666666324348e-01 + z * (8.33333333332248946124e-03 + z * -1.98412698298579493134e-04)
+    high = 2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
+    return r + (r * z) * (low + (z * z * z) * high)
+
+
+def _cosine(r: Number) -> Number:
+    z = r * r
+    low = 4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05)
+    high = -2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)
+    return (1.0 - 0.5 * z) + (z * z) * (low + (z * z * z) * high)
+
+
+def _turned(x: Number, quarters: float) -> Number:
+    """Sine of x + quarters * pi / 2."""
+    f = x.function
+    n = f.intrinsic("rint", x * 0.6366197723675814)
+    r = (x - n * 1.57079632673412561417e00) - n * 6.07710050650619224932e-11
+    n = n + quarters
+    odd = n - 2.0 * f.intrinsic("floor", 0.5 * n)
+    beyond = n - 4.0 * f.intrinsic("floor", 0.25 * n) - odd
+    return f.choose(odd.compare("!=", 0.0), _cosine(r), _sine(r)) * (1.0 - beyond)
+
+
+def _power_of_e(x: Number) -> Number:
+    f = x.function
+    n = f.intrinsic("rint", x * 1.4426950408889634)
+    r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10
+    value = f.number(1.0 / 6227020800.0)
+    for c in (479001600.0, 39916800.0, 3628800.0, 362880.0, 40320.0, 5040.0, 720.0, 120.0, 24.0, 6.0, 2.0, 1.0, 1.0):
+        value = value * r + 1.0 / c
+    return value * f.power_of_two(n)
+
+
+_SIDE_BY_SIDE: dict[str, tuple[Callable[[Number], Number], float]] = {
+    "sin": (lambda x: _turned(x, 0.0), _TURNS),
+    "cos": (lambda x: _turned(x, 1.0), _TURNS),
+    "exp": (_power_of_e, _EXPONENT),
+}
+
+
+def _known_to_compiler(name: str) -> Callable[[Number], Number]:
+    def single(x: Number) -> Number:
+        f = x.function
+        called = f.module.declared(f"llvm.{name}.f64", [DOUBLE], DOUBLE)
+        return f.one_by_one(lambda value: f.builder.call(called, [value]), x)
+
+    def number(x: Number) -> Number:
+        if x.function.width == 1 or name not in _SIDE_BY_SIDE:
+            return single(x)
+        made = x.function.module.once(name, lambda _: _written(x.function.module, name, single))
+        return Number(x.function, x.function.builder.call(made, [x.value]))
+
+    return number
+
+
+def _written(module: Module, name: str, single: Callable[[Number], Number]) -> Any:
+    """A function of several doubles side by side, one by one where an argument is out of range."""
+    inside, limit = _SIDE_BY_SIDE[name]
+    f = Function(module, name, {"x": module.type}, module.type, fast=True, own=True)
+    x = Number(f, f.arguments[0])
+    with f.when(f.any_beyond(x, limit)):
+        beyond = ~f.intrinsic("fabs", x).compare("<=", limit)
+        f.give(f.choose(beyond, single(x), inside(f.choose(beyond, 0.0, x))))
+    f.give(inside(x))
+    f.end()
+    return f.made
+
+
+def _from_library(name: str) -> Callable[[Number], Number]:
+    return lambda x: x.function.external(name, x)
+
+
+START: dict[str, Callable[[Number], Number]] = {
+    **{name: _known_to_compiler(name) for name in ("sin", "cos", "exp", "log")},
+    **{
+        name: _from_library(name)
+        for name in ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")
+    },
+}
+"""The functions by name."""
+
+LIBRARY = {"atan2": "atan2", "erf": "erf", "erfc": "erfc", "gamma": "tgamma", "loggamma": "lgamma"}
+"""Other functions that resets and conditions may hold, and what the standard library calls them."""
+
+
+def root(x: Number) -> Number:
+    """Square root."""
+    return x.function.intrinsic("sqrt", x)
+
+
+def power(base: Number, exponent: Number) -> Number:
+    """``base`` to the power ``exponent``."""
+    f = base.function
+    called = f.module.declared("llvm.pow.f64", [DOUBLE, DOUBLE], DOUBLE)
+    return f.one_by_one(lambda a, b: f.builder.call(called, [a, b]), base, exponent)
+
+
+def remainder(x: Number, m: Number) -> Number:
+    """x modulo m, with the sign of m."""
+    f = x.function
+    rest = f.operate("frem", x, m)
+    other_side = rest.compare("!=", 0.0) & f.choose(rest.compare("<", 0.0), 1.0, 0.0).compare(
+        "!=", f.choose(m.compare("<", 0.0), 1.0, 0.0)
+    )
+    return f.choose(other_side, rest + m, f.choose(rest.compare("==", 0.0), f.intrinsic("copysign", 0.0, m), rest))
+
+
+def special(f: Function, name: str, arguments: list[Number]) -> Number:
+    """One of the functions of `chaosdrill.model.special`."""
+    if name == "positive_power":
+        d, n = arguments
+        return f.choose(d.compare(">", 0.0), power(d, n), 0.0)
+    return f.external(_PREFIX + name, *arguments)
+
+
+def imports(module: Module) -> list[str]:
+    """Names of the special functions that a module calls."""
+    declared = (function.name for function in module.module.functions if function.is_declaration)
+    return [name for name in declared if name.startswith(_PREFIX)]
+
+
+@cache
+def address(name: str) -> int:
+    """Where the code of a special function is."""
+    import numba
+    from numba import float64
+
+    module, function = SPECIAL[name.removeprefix(_PREFIX)].split(":")
+    found = getattr(importlib.import_module(module), function)
+    count = found.py_func.__code__.co_argcount
+    made = numba.cfunc(float64(*[float64] * count), cache=True, error_model="numpy")(found.py_func)
+    return int(made.address)

@@ -1,0 +1,236 @@
+"""Rates, guards and whole events at one point, as LLVM code.
+
+An event has few numbers to compute and many that several of its parts share (the load at its time, above all), so that
+one function of which the parts share their subexpressions costs a fraction of a function a part. What only one outcome
+needs is computed in that outcome's branch.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Row, Test
+from chaosdrill.codegen.expression import Expressions
+from chaosdrill.codegen.rounding import rounding_bound
+from chaosdrill.codegen.signatures import event_places
+from chaosdrill.model.derive import guard_gradient, rate, rebound, reset_entries, reset_map
+
+if TYPE_CHECKING:
+    from chaosdrill.codegen.constants import Constants
+    from chaosdrill.codegen.events import Event
+    from chaosdrill.model.system import HybridSystem
+
+ONTO = 100.0
+"""Tolerances, in scales of the states, within which a state is put onto the guard that it has met."""
+
+_ROW = DOUBLE.as_pointer()
+
+
+class Pointwise:
+    """Writes the functions of one mode that are evaluated at a point: ``name(t, c, x, ...)``.
+
+    Parameters
+    ----------
+    module : Module
+    system : HybridSystem
+    constants : Constants
+    mode : str
+    """
+
+    def __init__(self, module: Module, system: "HybridSystem", constants: "Constants", mode: str) -> None:
+        self.module, self.system, self.constants, self.mode = module, system, constants, mode
+        self.n = len(system.states)
+
+    def _begin(self, name: str, more: dict[str, Any], result: Any = None) -> tuple[Function, Row, list[Any]]:
+        """A function, its states, and its arguments after these."""
+        f = Function(self.module, name, {"t": DOUBLE, "c": _ROW, "x": _ROW, **more}, result, own=True)
+        return f, f.row(f.arguments[2]), list(f.arguments[3:])
+
+    def _expressions(self, f: Function, x: Row, expressions: list[Any], more: dict[Any, Number]) -> Expressions:
+        expressions = [sympy.sympify(e) for e in expressions]
+        constants = self.constants.loaded(f, f.row(f.arguments[1]))
+        needed = set().union(*(e.free_symbols for e in expressions)) if expressions else set()
+        values: dict[Any, Number] = dict(more)
+        for i, state in enumerate(self.system.states):
+            if state in needed and state not in values:
+                values[state] = x[i]
+        if self.system.time is not None:
+            values[self.system.time] = Number(f, f.arguments[0])
+        values |= {symbol: constants[symbol] for symbol in self.constants.symbols if symbol in needed}
+        return Expressions(f, values, expressions)
+
+    def field(self, name: str) -> Any:
+        """Write ``(t, c, x, out)``: rates of the states, then integrands of the quadratures."""
+        f, x, (out,) = self._begin(name, {"out": _ROW})
+        rates = [self.system.modes[self.mode][s] for s in self.system.states]
+        return self._fill(f, x, out, [*rates, *self.system.quadratures.values()])
+
+    def guard_error(self, name: str, event: "Event") -> Any:
+        """Write ``(t, c, x, out)``: rounding bounds of a guard's value and of its rate along the flow."""
+        f, x, (out,) = self._begin(name, {"out": _ROW})
+        bounds = [rounding_bound(e) for e in (event.guard, rate(self.system, self.mode, event.guard))]
+        return self._fill(f, x, out, bounds)
+
+    def _fill(self, f: Function, x: Row, out: Any, expressions: list[Any]) -> Any:
+        values, target = self._expressions(f, x, expressions, {}), f.row(out)
+        for i, number in enumerate([values[e] for e in expressions]):
+            target[i] = number
+        f.end()
+        return f.made
+
+    def guard(self, name: str, event: "Event") -> Any:
+        """Write ``(t, c, x, gradient)``: a guard's value; its gradient and, last, its time derivative."""
+        f, x, (out,) = self._begin(name, {"gradient": _ROW}, DOUBLE)
+        gradient, target = guard_gradient(self.system, event.guard), f.row(out)
+        values = self._expressions(f, x, [event.guard, *gradient], {})
+        self._store_sparse(f, target, gradient, values)
+        f.give(values[event.guard])
+        f.end()
+        return f.made
+
+    def _store_sparse(self, f: Function, target: Row, expressions: list[Any], values: Expressions) -> None:
+        if any(e == 0 for e in expressions):
+            with f.loop(0, len(expressions)) as i:
+                target[i] = 0.0
+        for i, e in enumerate(expressions):
+            if e != 0:
+                target[i] = values[e]
+
+    def transit(self, name: str, event: "Event") -> Any:
+        """Write ``(t, c, x, tangents, scale, tolerance, event)``: one guard's event, whole."""
+        return _Transit(self, name, event).write()
+
+
+class _Transit:
+    """The code of one event: onto the guard, which outcome, and all that its reset and its saltation need."""
+
+    def __init__(self, mode: Pointwise, name: str, event: "Event") -> None:
+        self.mode, self.system, self.event, self.n = mode, mode.system, event, mode.n
+        self.places = event_places(self.n)
+        more = {"tangents": INT, "scale": _ROW, "tolerance": DOUBLE, "event": _ROW}
+        self.f, self.x, (tangents, scale, self.tolerance, out) = mode._begin(name, more, INT)
+        self.tangents = Test(self.f, self.f.builder.icmp_signed("!=", tangents, INT(0)))
+        self.scale, self.out = self.f.row(scale), self.f.row(out)
+        system, transitions = self.system, self.system.transitions
+        named = {t.name: t for t in transitions}
+        self.outcomes = [(i, transitions[i]) for i in event.outcomes]
+        self.completed = {i: named[t.completes] for i, t in self.outcomes if t.completes is not None}
+        self.rebounds = {i: rebound(system, t) for i, t in self.completed.items()}
+        self.conditions = {i: sympy.sympify(True if t.condition is None else t.condition) for i, t in self.outcomes}
+        self.maps = {i: reset_map(system, t) for i, t in self.outcomes}
+        self.slopes = {i: reset_entries(system, t) for i, t in self.outcomes}
+        self.gradient = guard_gradient(system, event.guard)
+        self.rates = [system.modes[mode.mode][x] for x in system.states]
+        # rates after the event are those of the target mode at the images of the states
+        self.images = [sympy.Symbol(f"y_{i}", real=True) for i in range(self.n)]
+        to_image = dict(zip(system.states, self.images, strict=True))
+        self.after = {
+            i: [system.modes[t.target][x].xreplace(to_image) for x in system.states] for i, t in self.outcomes
+        }
+
+    def write(self) -> Any:
+        """The whole function."""
+        f = self.f
+        states = self._onto_guard()
+        shared = self.mode._expressions(
+            f, self.x, self._everything(), dict(zip(self.system.states, states, strict=True))
+        )
+        self.mode._store_sparse(f, self.out.after(self.places.gradient), self.gradient, shared)
+        self.mode._store_sparse(f, self.out.after(self.places.before), self.rates, shared)
+        self.out[self.places.rest] = -1.0
+        for index, _ in sorted(self.outcomes, key=lambda found: found[0] not in self.rebounds):
+            condition = self.conditions[index]
+            if index in self.rebounds:
+                test = self._completes(index, shared)
+            elif condition == sympy.true:
+                self._branch(index, shared, states)
+                break
+            else:
+                test = shared.test(condition)
+            with f.when(test):
+                self._branch(index, shared.inside(), states)
+            if index in self.rebounds:
+                self.out[self.places.rest] = -1.0
+        else:
+            f.builder.ret(INT(-1))
+        f.end()
+        return f.made
+
+    def _everything(self) -> list[Any]:
+        conditions = [side for c in self.conditions.values() for r in _relations(c) for side in r.args]
+        found = [*self.gradient, *self.rates, *conditions]
+        for index, _ in self.outcomes:
+            found += [
+                *self.rebounds.get(index, ()),
+                *self.maps[index],
+                *self.slopes[index].values(),
+                *self.after[index],
+            ]
+        return found
+
+    def _onto_guard(self) -> list[Number]:
+        """Put the state on the guard, along its gradient in the scales of the states; returns the states.
+
+        A guard that is met at a multiple root tells nothing about how far away it is: there the state stays.
+        """
+        f, guard = self.f, self.event.guard
+        moving = [i for i in range(self.n) if self.gradient[i] != 0]
+        states = {i: f.variable(self.x[i]) for i in moving}
+        if moving:
+            values = self.mode._expressions(f, self.x, [guard, *(self.gradient[i] for i in moving)], {})
+            value = values[guard]
+            slopes = {i: values[self.gradient[i]] for i in moving}
+            ways = {i: slopes[i] * self.scale[i] * self.scale[i] for i in moving}
+            square = f.number(0.0)
+            for i in moving:
+                square = square + ways[i] * slopes[i]
+            near = ONTO * Number(f, self.tolerance)
+            close = (value * value).compare("<=", near * near * square)
+            with f.when(square.compare(">", 0.0) & close):
+                for i in moving:
+                    self.x[i] = states[i].become(states[i].now - value * ways[i] / square)
+        return [states[i].now if i in states else self.x[i] for i in range(self.n)]
+
+    def _branch(self, index: int, shared: Expressions, states: list[Number]) -> None:
+        """What is done where an outcome is taken."""
+        f, n = self.f, self.n
+        if not self.system.transitions[index].marks_only():
+            images = [shared[e] for e in self.maps[index]]
+            for i, value in enumerate(images):
+                self.out[self.places.image + i] = value
+            with f.when(~self.tangents):
+                f.builder.ret(INT(index))
+            slopes = self.out.after(self.places.jacobian)
+            with f.loop(0, n * (n + 1)) as i:
+                slopes[i] = 0.0
+            with f.loop(0, n) as i:
+                slopes[i * (n + 2)] = 1.0
+            for (i, j), entry in self.slopes[index].items():
+                slopes[i * (n + 1) + j] = shared[entry]
+            shared.known.update(zip(self.images, images, strict=True))
+            self.mode._store_sparse(f, self.out.after(self.places.after), self.after[index], shared)
+        f.builder.ret(INT(index))
+
+    def _completes(self, index: int, shared: Expressions) -> Test:
+        """Whether the rebounds to come take a negligible time, which goes into the event.
+
+        With the normal speeds v before and w after a rebound and the acceleration a they last 2 w/a (1 + e + ..),
+        e = -w/v.
+        """
+        f = self.f
+        incoming, outgoing, pull = (shared[e] for e in self.rebounds[index])
+        last = -2.0 * outgoing * incoming / (pull * (incoming + outgoing))
+        last = f.choose(outgoing.compare("==", 0.0), 0.0, last)
+        self.out[self.places.rest] = last
+        up = self.completed[index].direction > 0
+        signed_pull, signed_out = (pull, outgoing) if up else (-pull, -outgoing)
+        total = incoming + outgoing
+        result = signed_pull.compare(">", 0.0) & signed_out.compare("<=", 0.0)
+        result = result & (total if up else -total).compare(">=", 0.0)
+        result = result & (last * last * f.intrinsic("fabs", pull)).compare("<=", Number(f, self.tolerance))
+        condition = self.conditions[index]
+        return result if condition == sympy.true else shared.joined(result, condition, both=True)
+
+
+def _relations(condition: Any) -> list[Any]:
+    return sorted(condition.atoms(sympy.core.relational.Relational), key=sympy.default_sort_key)
