@@ -70,6 +70,14 @@ class Number:
         return Test(self.function, compared(symbol, self.value, self.function.number(other).value))
 
 
+def total(terms: Sequence[Number]) -> Number:
+    """Their sum, from the left."""
+    result = terms[0]
+    for term in terms[1:]:
+        result = result + term
+    return result
+
+
 class Index:
     """A whole number, for places in memory."""
 

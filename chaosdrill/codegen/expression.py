@@ -1,12 +1,14 @@
 """Expressions as numbers of a function that is being written."""
 
 from collections.abc import Iterable, Mapping
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
 import sympy
 from sympy.core.sorting import default_sort_key
 
 from chaosdrill.codegen.constants import double
+from chaosdrill.codegen.emitter import total
 from chaosdrill.codegen.mathematics import LIBRARY, START, power, remainder, root, special
 from chaosdrill.model.places import UnsupportedError
 from chaosdrill.model.special import SPECIAL
@@ -48,9 +50,8 @@ class Expressions:
 
     def inside(self) -> "Expressions":
         """The same in a branch: what is computed there is not known outside of it."""
-        other = Expressions.__new__(Expressions)
-        other.function, other.known = self.function, dict(self.known)
-        other.definitions, other.reduced = self.definitions, self.reduced
+        other = copy(self)
+        other.known = dict(self.known)
         return other
 
     def __getitem__(self, expression: Any) -> "Number":
@@ -66,10 +67,7 @@ class Expressions:
         if not e.free_symbols and not e.has(sympy.Function):
             return self.function.number(double(e))
         if e.is_Add:
-            first, *rest = (self._value(a) for a in e.as_ordered_terms())
-            for term in rest:
-                first = first + term
-            return first
+            return total([self._value(a) for a in e.as_ordered_terms()])
         if e.is_Mul:
             return self._product(e)
         if e.is_Pow:

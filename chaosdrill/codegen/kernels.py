@@ -124,9 +124,7 @@ def _by_number(f: Function, number: Any, calls: dict[int, Any], arguments: list[
         else:
             builder.ret(result)
     builder.position_at_end(last)
-    if otherwise is None:
-        builder.ret_void()
-    else:
+    if otherwise is not None:
         builder.ret(otherwise)
     f.end()
 
@@ -140,7 +138,7 @@ def _pointwise(
     """The functions of one point."""
     module = Module()
     modes = [Pointwise(module, system, constants, mode) for mode in system.modes]
-    most = max(1, *(len(watched) for watched in events)) if events else 1
+    most = max((len(watched) for watched in events), default=0)
 
     def passed(f: Function, arguments: Sequence[Any]) -> list[Any]:
         return [a if a.type in (INT, DOUBLE) else f.row(a).data for a in arguments]
@@ -191,11 +189,9 @@ def _from_python(module: Module, name: str) -> None:
         for given, own in zip(f.arguments, called.args, strict=True)
     ]
     value = f.builder.call(called, passed)
-    if result == ir.VoidType():
-        f.end()
-    else:
+    if result != ir.VoidType():
         f.builder.ret(value)
-        f.end()
+    f.end()
 
 
 def _constants(module: Module, constants: Constants) -> None:

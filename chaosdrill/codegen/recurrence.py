@@ -10,7 +10,7 @@ of series is a call.
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Number
+from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Number, total
 from chaosdrill.codegen.mathematics import START, power
 
 if TYPE_CHECKING:
@@ -46,14 +46,6 @@ def _convolution(module: "Module", name: str) -> Any:
     f.give((sums[0].now + sums[1].now) + (sums[2].now + sums[3].now))
     f.end()
     return f.made
-
-
-def total(terms: list[Number]) -> Number:
-    """Their sum, from the left."""
-    result = terms[0]
-    for term in terms[1:]:
-        result = result + term
-    return result
 
 
 class Convolution:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from llvmlite import ir
 
-from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row
-from chaosdrill.codegen.recurrence import PASS, Recurrences, total
+from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, total
+from chaosdrill.codegen.recurrence import PASS, Recurrences
 from chaosdrill.codegen.tape import POSITIVE, Tape
 
 if TYPE_CHECKING:
