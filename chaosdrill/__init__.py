@@ -6,6 +6,8 @@ The public names are resolved on first use, so that importing the package costs 
 from importlib import import_module
 from typing import Any
 
+from chaosdrill.analysis.registry import FUNCTIONS
+
 __version__ = "0.1.0"
 
 _HOME = {
@@ -18,15 +20,6 @@ _HOME = {
     "save_scene": "chaosdrill.scene",
     "check": "chaosdrill.scene",
     "list_names": "chaosdrill.scene",
-    "trajectory": "chaosdrill.analysis",
-    "poincare_section": "chaosdrill.analysis",
-    "lyapunov_spectrum": "chaosdrill.analysis",
-    "bifurcation_diagram": "chaosdrill.analysis",
-    "parameter_chart": "chaosdrill.analysis",
-    "basins": "chaosdrill.analysis",
-    "periodic_orbit": "chaosdrill.analysis",
-    "continue_orbit": "chaosdrill.analysis",
-    "work_precision": "chaosdrill.analysis",
     "run": "chaosdrill.archive",
     "info": "chaosdrill.archive",
     "save": "chaosdrill.archive",
@@ -44,6 +37,8 @@ _HOME = {
     "SceneError": "chaosdrill.errors",
     "ArchiveError": "chaosdrill.errors",
 }
+
+_HOME |= dict.fromkeys(FUNCTIONS, "chaosdrill.analysis")
 
 __all__ = [*_HOME, "__version__"]
 

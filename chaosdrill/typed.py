@@ -48,6 +48,7 @@ TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)
 TABLES = Kind("a mapping of names to mappings, as in {'motion': {'kind': 'trajectory'}}", _is_nested)
 FUNCTION = Kind("a function", callable)
 COUNT = Kind("a whole number from 1 on", lambda value: isinstance(value, Integral) and int(value) >= 1)
+LISTENER = Kind("True, False or a function", lambda value: isinstance(value, bool) or callable(value))
 SWITCH = Kind("True or False", lambda value: isinstance(value, bool))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from nbclient import NotebookClient
 
 import chaosdrill
-from chaosdrill.analysis.registry import ANALYSES, METHODS
+from chaosdrill.analysis.registry import METHODS, analyses
 from chaosdrill.dataset import SCHEMA, Outcome
 from chaosdrill.plot import PICTURES
 from chaosdrill.scene.in_si import UNITS
@@ -28,8 +28,11 @@ extensions = [
     "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",
     "sphinx.ext.viewcode",
     "executed",
+    "offline",
     "thumbnails",
     "public_names",
 ]
@@ -52,10 +55,10 @@ numpydoc_validation_checks = {
 }
 # arguments of Python's own enumerations
 numpydoc_validation_exclude = {r"\.Outcome$"}
-exclude_patterns = ["_build", "jupyter_execute", "_examples"]
+exclude_patterns = ["_build", "generated/analyses.md", "jupyter_execute", "_examples"]
 html_theme = "furo"
 html_static_path = ["_static"]
-html_css_files = ["gallery.css"]
+html_css_files = ["pages.css"]
 html_title = f"chaosdrill {release}"
 
 GENERATED = Path(__file__).parent / "generated"
@@ -69,31 +72,34 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 def write_tables() -> None:
     """Write the pages of names and of variables from the registries."""
     GENERATED.mkdir(exist_ok=True)
-    names = ["# What a scene can name\n", "## Systems\n"]
-    names.append(_table(["`model`", "is"], [[f"`{key}`", entry.summary] for key, entry in REGISTRY.items()]))
-    names.append("## Effects of the drill\n\nAn effect that a scene leaves out is not simulated and costs nothing.\n")
+    names = ["# Names in scenes\n", "## Systems\n"]
+    names.append(_table(["`model`", "description"], [[f"`{key}`", entry.summary] for key, entry in REGISTRY.items()]))
+    names.append("## Effects of the drill\n\nEffects that a scene leaves out are not simulated and cost nothing.\n")
     rows = [[f"`{effect}`", f"`{key}`", text] for effect, options in EFFECTS.items() for key, text in options.items()]
-    names.append(_table(["effect", "option", "is"], rows))
+    names.append(_table(["effect", "option", "description"], rows))
     names.append("## Analyses\n")
-    names.append(_table(["`kind`", "gives"], [[f"`{key}`", entry.summary] for key, entry in ANALYSES.items()]))
+    names.append(_table(["`kind`", "result"], [[f"`{key}`", entry.summary] for key, entry in analyses().items()]))
     names.append("## Methods\n")
-    names.append(_table(["`method`", "is"], [[f"`{key}`", text] for key, text in METHODS.items()]))
-    names.append("## Pictures\n\n`chaosdrill plot` draws every picture that suits what is in an archive.\n")
-    names.append(_table(["`kind`", "picture", "shows"], [[f"`{p.kind}`", p.name, p.summary] for p in PICTURES]))
+    names.append(_table(["`method`", "description"], [[f"`{key}`", text] for key, text in METHODS.items()]))
+    names.append("## Plots\n\n`chaosdrill plot` draws every plot that suits the contents of an archive.\n")
+    names.append(_table(["`kind`", "plot", "shows"], [[f"`{p.kind}`", p.name, p.summary] for p in PICTURES]))
     (GENERATED / "names.md").write_text("\n".join(names), encoding="utf-8")
 
+    functions = "\n".join(f".. autofunction:: chaosdrill.{entry.function}\n" for entry in analyses().values())
+    (GENERATED / "analyses.md").write_text(f"```{{eval-rst}}\n{functions}```\n", encoding="utf-8")
+
     variables = ["# Variables of an archive\n"]
-    variables.append("Every group of an archive is one analysis; its attribute `kind` says which.\n")
+    variables.append("Each group of an archive is the result of one analysis, named by the attribute `kind`.\n")
     for kind, table in SCHEMA.items():
         rows = [[f"`{v.name}`", ", ".join(v.dims), v.units, v.long_name, v.doc] for v in table.values()]
-        variables += [f"## {kind}\n", _table(["variable", "dimensions", "units", "is", "note"], rows)]
-    variables.append("## Root, of a scene in SI units\n\nScalars: as given, and as simulated.\n")
+        variables += [f"## {kind}\n", _table(["variable", "dimensions", "units", "description", "note"], rows)]
+    variables.append("## Root group of a scene in SI units\n\nScalars as given, and as simulated.\n")
     rows = [[f"`si_{name}`", entry.units, entry.label] for name, entry in QUANTITIES.items()]
     rows += [[f"`si_unit_of_{what}`", units, f"one dimensionless unit: {text}"] for units, what, text in UNITS.values()]
     rows += [[f"`dimensionless_{name}`", "1", formula] for name, formula in FORMULAS.items()]
-    variables.append(_table(["variable", "units", "is"], rows))
-    variables.append("## Outcomes\n\nA run that ends early is a result with a name, not an error.\n")
-    variables.append(_table(["code", "outcome", "means"], [[str(int(o)), o.meaning, o.advice] for o in Outcome]))
+    variables.append(_table(["variable", "units", "description"], rows))
+    variables.append("## Outcomes\n\nA run that ends early has an outcome; it is not an error.\n")
+    variables.append(_table(["code", "outcome", "advice"], [[str(int(o)), o.meaning, o.advice] for o in Outcome]))
     (GENERATED / "variables.md").write_text("\n".join(variables), encoding="utf-8")
 
 

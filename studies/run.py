@@ -1,21 +1,21 @@
 """Run a study, or the tests, on a machine that has only Python 3.11 or newer.
 
     python3 studies/run.py paper          the paper's figures, table of regimes and bifurcation diagram
-    python3 studies/run.py silent_error   what the exponents lose when events are left out of the tangents
-    python3 studies/run.py hard_cases     fourteen cases on which hybrid codes break, here and elsewhere
-    python3 studies/run.py accuracy       what accuracy costs, beside other programs and the paper's method
-    python3 studies/run.py throughput     how fast charts are, beside other programs, with two workers, with more points
-    python3 studies/run.py charts         charts of the drill, two ways to drill, basins; does chaos drill faster?
-    python3 studies/run.py orbits         branches, cascades and grazing of the drill, held against simulations
-    python3 studies/run.py archives       every scene of the studies is run, and its archive verified
-    python3 studies/run.py start          how long a new system waits for its first spectrum and diagram
-    python3 studies/run.py fuzz           spoilt scenes, archives and parts; runs that are killed and gone on with
-    python3 studies/run.py docs           the documentation, into docs/_build/html, every example in it run
+    python3 studies/run.py silent_error   the error of the exponents when tangents ignore events
+    python3 studies/run.py hard_cases     fourteen cases on which hybrid-system codes fail
+    python3 studies/run.py accuracy       accuracy versus run time, with other programs and the method of the paper
+    python3 studies/run.py throughput     speed of charts: other programs, two workers, number of points, memory
+    python3 studies/run.py charts         charts of the drill, slow and fast drilling, basins; does chaos drill faster?
+    python3 studies/run.py orbits         branches, cascades and grazing of the drill, validated by simulations
+    python3 studies/run.py archives       runs every scene of the studies and verifies its archive
+    python3 studies/run.py start          the time to the first spectrum and diagram of a new system
+    python3 studies/run.py fuzz           corrupted scenes, archives and parts; runs that are killed and resumed
+    python3 studies/run.py docs           builds the documentation into docs/_build/html and runs every example in it
     python3 studies/run.py tests          the test suite
-    python3 studies/run.py coverage       the same with its coverage, which takes a third longer
+    python3 studies/run.py coverage       the test suite with coverage, which takes a third longer
 
-The first run makes ``.venv`` beside ``pyproject.toml`` and installs the package into it. Further arguments go to the
-study (or to pytest) as they are.
+The first run creates ``.venv`` next to ``pyproject.toml`` and installs the package into it. Further arguments are
+passed on to the study (or to pytest).
 """
 
 import hashlib
@@ -78,9 +78,9 @@ def install(extra):
         return 0
     started = time.monotonic()
     if not PYTHON.is_file():
-        say(f"making {ENVIRONMENT}")
+        say(f"creating {ENVIRONMENT}")
         if subprocess.call([sys.executable, "-m", "venv", str(ENVIRONMENT)]):
-            say("Python's venv module could not make the environment; Debian and Ubuntu keep it in python3-venv.")
+            say("the venv module could not create the environment; on Debian and Ubuntu, install python3-venv.")
             return 1
     say("installing chaosdrill and its dependencies (once, about a minute)")
     pip = [str(PYTHON), "-m", "pip", "install", "--disable-pip-version-check", "--quiet"]

@@ -1,21 +1,38 @@
-"""What the analyses have in common before they start: their arguments are checked and become counts of periods."""
+"""What analyses are told about runs: lengths, sections, swept values, initial states, methods."""
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
+from chaosdrill.analysis.registry import METHODS
+from chaosdrill.dataset.schema import unfit
 from chaosdrill.errors import SettingsError
-from chaosdrill.typed import FUNCTION, PATH, refuse
+from chaosdrill.names import remedy
+from chaosdrill.settings import (
+    Amount,
+    Faults,
+    Known,
+    ListOf,
+    Number,
+    Path,
+    Settings,
+    Text,
+    Value,
+    Whole,
+    entries,
+    long,
+    positive,
+    real,
+    setting,
+    told,
+    whole,
+    within,
+)
 
 if TYPE_CHECKING:
     from chaosdrill.engine.run import Run
     from chaosdrill.model import HybridSystem
-
-Progress = Callable[[int, int, dict[str, int] | None], None]
-"""Called with (done, total, outcomes so far)."""
-
 
 SLICE = 2000
 """Periods of a transient between two moments at which an interruption is heard."""
@@ -23,13 +40,16 @@ SLICE = 2000
 SLICES = 64
 """Parts of a transient given as time."""
 
-LARGEST = 2**53
-"""Largest count: the integers up to here are exact as doubles."""
-
-_UNRELATED = {"system", "progress", "workers", "scheduler", "store"}
-
 MOST_NUMBERS = 2_000_000_000
 """Doubles that a record may hold, 16 GB."""
+
+MOST_POINTS = 1_000_000
+"""Values of a swept parameter."""
+
+LONGEST_PERIOD = 1000
+"""Longest period of an orbit, in forcing periods: longer ones have too many unknowns to be solved together."""
+
+MOST_SEEDS = 10_000
 
 
 @dataclass(frozen=True)
@@ -83,47 +103,27 @@ def span(system: "HybridSystem", periods: Any, duration: Any, transient: Any, *,
         )
     if period is not None and duration is not None:
         about = real(duration) / period
-        hint = f" (about {max(1, round(about))})" if 0 < about < np.inf else ""
+        hint = f" (about {max(1, round(about))})" if 0 < about < inf else ""
         raise SettingsError(
             f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r}{hint}"
         )
     if period is not None:
         count = whole("periods", periods, 1)
         return Span(period, count, whole("transient", transient, 0), True)
-    length, settle = positive("duration", duration), real(transient)
-    if not 0 <= settle < np.inf:
-        raise SettingsError(f"transient is {transient!r}; it must be a finite time >= 0")
-    return Span(length / units, units, settle, False)
+    return Span(positive("duration", duration) / units, units, _time("transient", transient), False)
 
 
-def whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
-    """An integer from ``least`` to ``most``, or an error that names the argument."""
-    number = real(value)
-    if number != np.floor(number) or not least <= number < np.inf:
-        raise SettingsError(f"{name} is {value!r}; it must be an integer >= {least}")
-    if number > most:
-        raise SettingsError(f"{name} is {value!r}; it must be an integer from {least} to {most}")
-    return int(value)
+def settling(system: "HybridSystem", transient: Any) -> int:
+    """Forcing periods to run before an orbit is looked for; without forcing units of time, rounded up."""
+    time = transient if system.period is not None else _time("transient", transient)
+    return whole("transient", time if system.period is not None else -(-time // 1), 0)
 
 
-def positive(name: str, value: Any) -> float:
-    """A finite number above 0, or an error that names the argument."""
-    number = real(value)
-    if not 0 < number < np.inf:
-        raise SettingsError(f"{name} is {value!r}; it must be a finite number > 0")
-    return number
-
-
-def real(value: Any) -> float:
-    """The value as a float; NaN for what is no real number, texts and truth values among it."""
-    if isinstance(value, (str, bytes, bool, np.bool_)) or (isinstance(value, np.ndarray) and value.ndim):
-        return float("nan")
-    try:
-        return float(value)
-    except OverflowError:
-        return float("inf")
-    except (TypeError, ValueError):
-        return float("nan")
+def _time(name: str, value: Any) -> float:
+    time = real(value)
+    if not 0 <= time < inf:
+        raise SettingsError(f"{name} is {value!r}; it must be a finite time >= 0")
+    return time
 
 
 def check_record(samples: int, columns: int, names: str) -> None:
@@ -184,27 +184,325 @@ def no_forcing(system: "HybridSystem") -> str:
     )
 
 
-def settings(values: dict[str, Any]) -> dict[str, Any]:
-    """Arguments as provenance keeps them, without what does not change the numbers.
+class Periods(Whole):
+    """A count of forcing periods, which `span` reads: of another system it is a fault of its own kind."""
 
-    Every analysis begins with this, so that it is here that what is no system is refused, and what cannot be called or
-    name a folder.
+    def read(self, name: str, value: Any, system: Any) -> Any:
+        return value
 
-    Raises
-    ------
-    SettingsError
-        If ``values["system"]`` is no system, ``"progress"`` no function, or ``"store"`` no name.
+
+class Time(Amount):
+    """A time, or a count of forcing periods where there is a forcing, which `span` or `settling` reads."""
+
+    def read(self, name: str, value: Any, system: Any) -> Any:
+        return value
+
+
+@dataclass(frozen=True)
+class Exponents(Whole):
+    """How many Lyapunov exponents; a system has as many as states."""
+
+    def read(self, name: str, value: Any, system: Any) -> int:
+        return tangent_count(system, value)
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        if known.states is not None and isinstance(value, int) and value > len(known.states):
+            yield (), f"the system has {len(known.states)} states and as many exponents, received {value}"
+
+
+class Method(Text):
+    """A numerical method."""
+
+    @property
+    def plural(self) -> str:
+        return f"ones of {list(METHODS)}"
+
+    def read(self, name: str, value: Any, system: Any) -> str:
+        if not isinstance(value, str) or value not in METHODS:
+            raise SettingsError(f"{name} is {value!r}; expected one of {sorted(METHODS)}")
+        return value
+
+    def faults(self, value: Any) -> Faults:
+        if isinstance(value, str) and value not in METHODS:
+            yield (), f"unknown method {value!r:.60}; {remedy(value, METHODS)}"
+        yield from super().faults(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Range(Settings):
+    """Equally spaced values, both ends included."""
+
+    start: float = setting(Number())
+    stop: float = setting(Number())
+    num: int = setting(Whole(1, MOST_POINTS))
+
+    @classmethod
+    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+        if table["start"] == table["stop"] and table["num"] > 1:
+            yield (), "start and stop are equal; give num = 1, or another stop"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Between(Settings):
+    """From where to where a parameter is followed."""
+
+    start: float = setting(Number())
+    stop: float = setting(Number())
+
+    @classmethod
+    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+        if table["start"] == table["stop"]:
+            yield (), "start and stop are equal; a branch needs a range between them"
+
+
+_LIST = ListOf(Number(), distinct=True)
+
+
+@dataclass(frozen=True)
+class Axes(Value):
+    """Swept parameters, or states that span a grid, each with its values.
+
+    Attributes
+    ----------
+    of : {"parameter", "state"}
+    least, most : int
+        How many there may be.
+    rule : str
+        What is said of another number of them.
     """
-    from chaosdrill.model import HybridSystem
 
-    system = values["system"]
-    if not isinstance(system, HybridSystem):
-        named = f"chaosdrill.build({system!r:.60})" if isinstance(system, str) else "chaosdrill.drill()"
-        raise SettingsError(
-            f"system is {system!r:.60}; it must be a HybridSystem: your own, the system of a scene, as in "
-            f"load_scene(path).system, or one that has a name, as in {named}"
-        )
-    for name, kind in (("progress", FUNCTION), ("store", PATH)):
-        if values.get(name) is not None:
-            refuse(SettingsError, name, values[name], kind)
-    return {key: value for key, value in values.items() if key not in _UNRELATED}
+    of: str
+    least: int
+    most: int
+    rule: str
+
+    def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
+        names = system.parameters if self.of == "parameter" else system.state_names
+        example = self._example(list(names))
+        if not isinstance(value, Mapping):
+            raise SettingsError(f"{name} is {value!r}; it must be {self._words()}, as in {example}")
+        if not self.least <= len(value) <= self.most:
+            raise SettingsError(f"{name} names {sorted(map(str, value))}; {self.rule}, as in {example}")
+        found = {}
+        for key, values in value.items():
+            if (axis := str(key)) not in names:
+                raise SettingsError(f"{name} names {axis!r}, which is no {self.of} of {system.name}: {sorted(names)}")
+            if reason := unfit(axis):
+                raise SettingsError(f"{name} names {axis!r:.60}, which {reason}; rename the {self.of}")
+            found[axis] = self._read(f"{name} of {axis!r}", axis, values, system, example)
+        return found
+
+    def _words(self) -> str:
+        return "one parameter with its values" if self.most == 1 else f"two {self.of}s with their values"
+
+    def _example(self, names: list[str]) -> dict[str, Any]:
+        values = [0.5, 0.6] if self.of == "parameter" else [-1.0, 0.0, 1.0]
+        return dict.fromkeys(names[: self.most], values)
+
+    def _read(self, place: str, name: str, given: Any, system: Any, example: dict[str, Any]) -> Any:
+        import numpy as np
+
+        values = np.array([real(one) for one in entries(given)])
+        if not len(values) or not np.isfinite(values).all():
+            raise SettingsError(f"{place} is {given!r}; it must be a list of finite numbers, at least one")
+        if len(np.unique(values)) != len(values):
+            raise SettingsError(f"{place} holds a value twice; every value may stand there once")
+        return values
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, Mapping):
+            yield (), told("expected a table", value)
+            return
+        yield from long(value, self.least, self.most)
+        for name, values in value.items():
+            yield from within((name,), self._faults(values))
+
+    def _faults(self, values: Any) -> Faults:
+        return _LIST.faults(values) if isinstance(values, list) else Range.faults(values)
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        names = known.known if self.of == "parameter" else known.states
+        if not isinstance(value, Mapping) or names is None:
+            return
+        for name, values in value.items():
+            if name not in names:
+                yield (name,), f"unknown {self.of}; {remedy(name, names)}"
+                continue
+            if name and (reason := unfit(name)):
+                cannot = "be swept" if self.of == "parameter" else "span a grid"
+                yield (name,), f"{reason}, and cannot {cannot}; rename the {self.of}"
+            ends = [values.get("start"), values.get("stop")] if isinstance(values, Mapping) else values
+            refused = (known.refuses(name, one) for one in ends) if isinstance(ends, list) else ()
+            if self.of == "parameter" and (fault := next(filter(None, refused), None)):
+                yield (name,), fault
+
+    def argument(self, value: Any) -> dict[str, Any]:
+        import numpy as np
+
+        return {
+            name: np.array(values, dtype=float)
+            if isinstance(values, list)
+            else np.linspace(values["start"], values["stop"], values["num"])
+            for name, values in value.items()
+        }
+
+
+class Ranges(Axes):
+    """One parameter or two, each with the limits within which it is followed from the system's own value."""
+
+    def _words(self) -> str:
+        return "a parameter with its two limits"
+
+    def _example(self, names: list[str]) -> dict[str, Any]:
+        return dict.fromkeys(names[:1], (0.4, 0.9))
+
+    def _read(self, place: str, name: str, given: Any, system: Any, example: dict[str, Any]) -> list[float]:
+        ends = [real(one) for one in entries(given)]
+        if len(ends) != 2 or not all(map(isfinite, ends)):
+            raise SettingsError(f"{place} is {given!r}; it must be two finite numbers, as in {example}")
+        low, high = sorted(ends)
+        if low == high:
+            raise SettingsError(f"{place} is {given!r}; its two limits must differ")
+        if not low <= system.parameters[name] <= high:
+            raise SettingsError(
+                f"{name} is {system.parameters[name]:g}, where the branch starts, but its limits are {given!r}; "
+                "give the system a value between them"
+            )
+        return [low, high]
+
+    def _faults(self, values: Any) -> Faults:
+        return Between.faults(values)
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        yield from super().misfits(value, known)
+        usual = known.known
+        for name, limits in value.items() if isinstance(value, Mapping) and usual is not None else ():
+            ends = limits if isinstance(limits, Mapping) else {}
+            own = real(known.parameters.get(name, usual.get(name) if usual else None))
+            start, stop = real(ends.get("start")), real(ends.get("stop"))
+            if isfinite(own + start + stop) and start != stop and not min(start, stop) <= own <= max(start, stop):
+                at = f"{name} = {own:g}, which is not between start and stop"
+                yield (name,), f"the branch starts at the value of the system, {at}"
+
+    def argument(self, value: Any) -> dict[str, Any]:
+        return {name: (float(ends["start"]), float(ends["stop"])) for name, ends in value.items()}
+
+
+class Start(Value):
+    """Initial values of states, and ``mode``; what they do not name is the system's own."""
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, Mapping):
+            yield (), told("expected a table", value)
+            return
+        for name, one in value.items():
+            if name == "mode" and not isinstance(one, str):
+                yield (name,), f"expected the name of a mode, received {one!r:.60}"
+            elif name != "mode" and not isinstance(one, str):
+                yield from within((name,), Number().faults(one))
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        if not isinstance(value, Mapping) or known.states is None:
+            return
+        for name, one in value.items():
+            if name != "mode" and name not in known.states:
+                yield (name,), f"unknown state; {remedy(name, ('mode', *known.states))}"
+            elif name != "mode" and isinstance(one, str):
+                yield (name,), f"expected a number, received {one!r:.60}"
+
+    def argument(self, value: Any) -> dict[str, Any]:
+        return {name: one if isinstance(one, str) else float(one) for name, one in value.items()}
+
+
+class Seeds(ListOf):
+    """Initial states, as a list of tables."""
+
+    def read(self, name: str, value: Any, system: Any) -> list[dict[str, Any]]:
+        listed = entries(value)
+        if not listed and isinstance(value, Sequence) and not isinstance(value, str):
+            raise SettingsError(f"{name} is empty; give at least one initial state, or leave {name} out")
+        if not listed or not all(isinstance(seed, Mapping) for seed in listed):
+            raise SettingsError(f"{name} is {value!r}; it must be a list of initial values, as in [{{'x': 0.1}}]")
+        return [{str(key): one for key, one in seed.items()} for seed in listed]
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        for index, seed in enumerate(value if isinstance(value, list) else ()):
+            yield from within((index,), Start().misfits(seed, known))
+
+
+SEEDS = Seeds(Start())
+
+_BOX = ListOf(Number(), least=2, most=2)
+
+
+class Random(Value):
+    """Random initial states: how many, the number of their generator, and the range of each state that is drawn."""
+
+    _own: ClassVar[dict[str, Value]] = {"count": Whole(1, MOST_SEEDS), "seed": Whole(0, 2**53), "mode": Text()}
+
+    def read(self, name: str, value: Any, system: Any) -> Any:
+        return {str(key): one for key, one in value.items()} if isinstance(value, Mapping) else value
+
+    def box(self, system: "HybridSystem", random: Any) -> dict[str, Any]:
+        """Count, seed, mode if there is one, and the pair of bounds of each state.
+
+        Raises
+        ------
+        SettingsError
+            If something is missing, or is no range of a state.
+        """
+        example = {"count": 4, "seed": 1, system.state_names[0]: (-1, 1)}
+        if not isinstance(random, Mapping):
+            raise SettingsError(f"random is {random!r}; it must be a mapping, as in {example}")
+        given = {str(key): value for key, value in random.items()}
+        for key in ("count", "seed"):
+            if key not in given:
+                raise SettingsError(f"random lacks {key!r}; give it as in {example}")
+        found: dict[str, Any] = {
+            key: whole(f"random: {key}", given.pop(key), least, 2**53) for key, least in (("count", 1), ("seed", 0))
+        }
+        if found["count"] > MOST_SEEDS:
+            raise SettingsError(f"random: count is {found['count']}; at most {MOST_SEEDS} random seeds can be drawn")
+        found |= {"mode": given.pop("mode")} if "mode" in given else {}
+        for name, bounds in given.items():
+            if name not in system.state_names:
+                raise SettingsError(f"random names {name!r}; expected count, seed, mode or one of {system.state_names}")
+            pair = [real(bound) for bound in entries(bounds)] if hasattr(bounds, "__getitem__") else []
+            if len(pair) != 2 or not all(map(isfinite, pair)) or pair[0] >= pair[1]:
+                raise SettingsError(
+                    f"random: {name} is {bounds!r}; it must be a pair of numbers (low, high), low < high"
+                )
+            found[name] = pair
+        if not given:
+            raise SettingsError(f"random names no state; give the range of at least one, as in {example}")
+        return found
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, Mapping):
+            yield (), told("expected a table", value)
+            return
+        found: list[tuple[Path, str]] = [((key,), "missing") for key in ("count", "seed") if key not in value]
+        for name, one in value.items():
+            found += within((name,), self._own.get(name, _BOX).faults(one))
+        yield from found
+        boxes = {name: one for name, one in value.items() if name not in self._own}
+        if found:
+            return
+        if not boxes:
+            yield (), "names no state; give the range of at least one, as in y = [-1, 1]"
+        falling = [name for name, (low, high) in boxes.items() if not low < high]
+        for name in falling[:1]:
+            yield (), f"the range of {name} must increase: [low, high] with low < high"
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        if not isinstance(value, Mapping) or known.states is None:
+            return
+        for name in value:
+            if name not in self._own and name not in known.states:
+                yield (name,), f"unknown state; {remedy(name, known.states)}"
+
+    def argument(self, value: Any) -> dict[str, Any]:
+        return {name: one if name in self._own else [float(end) for end in one] for name, one in value.items()}
+
+
+RANDOM = Random()

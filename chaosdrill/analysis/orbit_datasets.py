@@ -9,7 +9,7 @@ import xarray as xr
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, rate_names
-from chaosdrill.orbits.stability import is_stable
+from chaosdrill.orbits.multipliers import is_stable
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem

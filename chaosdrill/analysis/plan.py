@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.analysis.arguments import no_forcing, section_transitions, tangent_count, whole
+from chaosdrill.analysis.arguments import section_transitions, tangent_count
+from chaosdrill.analysis.base import Points
 from chaosdrill.codegen.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import Structure, examine
-from chaosdrill.errors import SettingsError
 from chaosdrill.sweep.fingerprint import of_system, origin
 
 if TYPE_CHECKING:
@@ -125,29 +125,15 @@ def block_ends(periods: int, unit: int = 1) -> np.ndarray:
 
 
 def make_plan(
-    system: "HybridSystem",
-    swept: tuple[str, ...],
-    *,
-    transient: Any,
-    periods: Any,
-    exponents: Any,
-    at: Any,
-    max_period: Any,
-    patience: Any,
-    numerics: Numerics,
-    rows: int = 0,
+    system: "HybridSystem", given: Points, numerics: Numerics, *, swept: tuple[str, ...] = (), rows: int = 0
 ) -> Plan:
-    """Check the arguments that all analyses of points share; ``swept`` are the parameters that a sweep changes.
+    """What is done at every point of an analysis; ``swept`` are the parameters that differ between the points.
 
     So many ``rows`` of the section are kept at every point.
     """
-    if system.period is None:
-        raise SettingsError(
-            f"{system.name} has no forcing period, in which a sweep counts its length; {no_forcing(system)}"
-        )
-    strobe = isinstance(at, str) and at == "strobe"
-    chosen = None if strobe else frozenset(section_transitions(system, at) or ())
-    count = tangent_count(system, exponents)
+    section = section_transitions(system, given.at)
+    chosen = None if section is None else frozenset(section)
+    count = tangent_count(system, given.exponents)
     if numerics.method == "taylor":
         compile_ahead(LANES)
     structure = examine(system)
@@ -159,14 +145,13 @@ def make_plan(
         for i, t in enumerate(system.transitions)
         if any(s.name in swept for value in t.reset.values() for s in value.free_symbols)
     }
-    periods = whole("periods", periods, 2)
     return Plan(
         system=system,
-        transient=whole("transient", transient, 0),
-        periods=periods,
+        transient=given.transient,
+        periods=given.periods,
         section=chosen,
-        max_period=whole("max_period", max_period, 1),
-        patience=whole("patience", patience, 0),
+        max_period=given.max_period,
+        patience=given.patience,
         numerics=numerics,
         exponents=count,
         computed=enough,

@@ -5,6 +5,7 @@ A point that is undecided after its record is not believed. First the cycle to w
 times the length asked for. Only undecided points pay for that.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -41,8 +42,31 @@ class Axis:
     of_start: bool = False
 
 
+class _Task(ABC):
+    """What tasks of points have in common; a unit is a part of them that is computed together."""
+
+    @property
+    @abstractmethod
+    def units(self) -> int:
+        """How many there are."""
+
+    @property
+    @abstractmethod
+    def points_per_unit(self) -> int:
+        """Points of each."""
+
+    @property
+    def total(self) -> int:
+        """Points in all."""
+        return self.units * self.points_per_unit
+
+    def counts(self, arrays: Mapping[str, np.ndarray]) -> dict[str, int]:
+        """Points by outcome."""
+        return count_outcomes(arrays["outcome"])
+
+
 @dataclass(frozen=True)
-class PointTask:
+class PointTask(_Task):
     """All points of a grid, each with every seed; a unit is a point with its seeds.
 
     Attributes
@@ -83,11 +107,6 @@ class PointTask:
         """Seeds."""
         return len(self.starts)
 
-    @property
-    def total(self) -> int:
-        """Runs in all."""
-        return self.units * self.points_per_unit
-
     def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
         """Dtype and shape of one unit of each array."""
         declared = point_columns(self.plan)
@@ -119,16 +138,83 @@ class PointTask:
             kept["attractor_count"] = count_attractors(found).astype("i2")
         return kept
 
-    def counts(self, arrays: Mapping[str, np.ndarray]) -> dict[str, int]:
-        """Points by outcome."""
-        return count_outcomes(arrays["outcome"])
-
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
         return self.plan.fingerprint() | {
             "grid": {axis.name: axis.values.tolist() for axis in self.axes},
             "seeds": self.starts.tolist(),
             "modes": self.modes.tolist(),
+            "keeps": list(self.keeps),
+        }
+
+
+@dataclass(frozen=True)
+class LineTask(_Task):
+    """Lines of points, forward or backward along a parameter; a unit is a whole line.
+
+    Where a run ends early, as one that escapes, the next point starts from the line's own initial state.
+
+    Attributes
+    ----------
+    plan : Plan
+        How a point is measured.
+    axis : Axis
+        The swept parameter.
+    directions : tuple of str
+        ``"forward"`` or ``"backward"``, for each line.
+    start : ndarray, shape (n,)
+        Initial state of all lines.
+    mode : int
+        Their initial mode.
+    keeps : tuple of str
+        Arrays that are kept of every point.
+    """
+
+    plan: Plan
+    axis: Axis
+    directions: tuple[str, ...]
+    start: np.ndarray
+    mode: int
+    keeps: tuple[str, ...]
+
+    @property
+    def units(self) -> int:
+        """Lines."""
+        return len(self.directions)
+
+    @property
+    def points_per_unit(self) -> int:
+        """Points of a line."""
+        return len(self.axis.values)
+
+    def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """Dtype and shape of one line of each array, in the order of the values."""
+        declared = point_columns(self.plan)
+        return {name: (declared[name][0], (self.points_per_unit, *declared[name][1])) for name in self.keeps}
+
+    def run(self, first: int, count: int) -> Arrays:
+        """Results of some lines."""
+        lines = [self._line(direction) for direction in self.directions[first : first + count]]
+        return {name: np.stack([line[name] for line in lines]) for name in self.keeps}
+
+    def _line(self, direction: str) -> Arrays:
+        points = self.points_per_unit
+        kept = {name: np.zeros(shape, dtype) for name, (dtype, shape) in self.columns().items()}
+        before: Batch | None = None
+        for index in range(points) if direction == "forward" else range(points - 1, -1, -1):
+            parameters = {self.axis.name: self.axis.values[[index]]}
+            found, before = measure(self.plan, parameters, self.start[np.newaxis], np.array([self.mode]), before)
+            for name in self.keeps:
+                kept[name][index] = found[name][0]
+        return kept
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Everything that determines the numbers."""
+        return self.plan.fingerprint() | {
+            "line": {self.axis.name: self.axis.values.tolist()},
+            "directions": list(self.directions),
+            "start": self.start.tolist(),
+            "mode": self.mode,
             "keeps": list(self.keeps),
         }
 

@@ -1,6 +1,5 @@
 """The special functions of the contact laws in extended precision, from other formulas than the compiled ones use."""
 
-from collections.abc import Callable
 from typing import Any
 
 import mpmath
@@ -74,12 +73,3 @@ def _speed(left: Any, lam: Any, way: int) -> Any:
 def positive_power(d: Any, n: Any) -> Any:
     """max(d, 0)^n."""
     return d**n if d > 0 else mpmath.mpf(0)
-
-
-EXACT: dict[str, Callable[..., Any]] = {
-    "hunt_crossley_exit": hunt_crossley_exit,
-    "hunt_crossley_peak": hunt_crossley_peak,
-    "hunt_crossley_duration": hunt_crossley_duration,
-    "positive_power": positive_power,
-}
-"""Name of the sympy function -> its evaluation with mpmath."""

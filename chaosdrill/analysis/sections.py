@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Progress, section_transitions, settings, span, whole
+from chaosdrill.analysis.arguments import Span
+from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import record
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
-from chaosdrill.dataset import Outcome, label
+from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
@@ -18,61 +19,13 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 
-def poincare_section(
-    system: "HybridSystem",
-    *,
-    periods: int | None = None,
-    duration: float | None = None,
-    transient: float = 0,
-    at: str = "strobe",
-    max_period: int = 64,
-    method: str = "taylor",
-    tolerance: float = 1e-12,
-    steps: int | None = None,
-    max_events: int | None = None,
-    max_stalls: int = 50,
-    progress: Progress | None = None,
-) -> xr.Dataset:
-    """States at every strobe, or at every event of one name.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    periods, duration : int or float
-        Forcing periods to record, or time for systems that have none.
-    transient : int or float, default 0
-        Periods (or time) to run before the record starts.
-    at : str, default "strobe"
-        ``"strobe"`` (forcing phase zero), or the name or kind of a transition; then the states are those before it.
-    max_period : int, default 64
-        Longest period looked for.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``section`` (iterate, state), ``time``, ``mode`` and quadratures (iterate), ``period``; with a period found at
-        the strobe ``multiplier_real`` and ``multiplier_imag`` (multiplier): eigenvalues of the tangent map over the
-        cycle, saltation included, those of lost rank exactly 0; mean rates, over one cycle if there is a period, and
-        ``outcome``.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
-    """
-    given = settings(dict(locals()))
-    plan = span(system, periods, duration, transient)
-    chosen = section_transitions(system, at)
-    max_period = whole("max_period", max_period, 1)
-    numerics = Numerics(method, tolerance, steps, max_events, max_stalls)
+def section(system: "HybridSystem", plan: Span, chosen: set[int] | None, max_period: int, job: Job) -> xr.Dataset:
+    """States at every strobe, or before every event of the ``chosen`` transitions; see `poincare_section`."""
+    numerics = job.numerics
     run = Run(system, plan.unit, numerics)
     outcome = plan.settle(run)
-    report = None if progress is None else lambda done: progress(done, plan.count, None)
-    first = run.strobes
-    found = record(run, plan.count if outcome == Outcome.OK else 0, events=chosen is not None, report=report)
+    first, count = run.strobes, plan.count if outcome == Outcome.OK else 0
+    found = record(run, count, events=chosen is not None, report=job.report(plan.count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
     if chosen is None:
         points, modes = found.samples[:, :-1], found.samples[:, -1]
@@ -108,7 +61,7 @@ def poincare_section(
         "state_name": ("state", list(system.state_names)),
         "multiplier": np.arange(1, n + 1, dtype=np.int32),
     }
-    return label(xr.Dataset(variables, coords=coords), "poincare-section", system=system, settings=given)
+    return xr.Dataset(variables, coords=coords)
 
 
 def cycle_rates(

@@ -5,81 +5,32 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Progress, Span, settings, span, tangent_count, whole
+from chaosdrill.analysis.arguments import Span, tangent_count
+from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
 from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
-from chaosdrill.dataset import Outcome, label
-from chaosdrill.engine.numerics import Numerics
+from chaosdrill.dataset import Outcome
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+ALL = 32
+"""States up to which all exponents are computed, however few are asked for. Beyond, tangents take most of the time."""
 
-def lyapunov_spectrum(
-    system: "HybridSystem",
-    *,
-    periods: int | None = None,
-    duration: float | None = None,
-    transient: float = 0,
-    exponents: int | None = None,
-    blocks: int = 256,
-    method: str = "taylor",
-    tolerance: float = 1e-12,
-    steps: int | None = None,
-    max_events: int | None = None,
-    max_stalls: int = 50,
-    progress: Progress | None = None,
-) -> xr.Dataset:
-    """Lyapunov exponents with saltation at every event, their error bars and their history.
 
-    Tangents follow the variational equation, jump by the saltation matrix, and are orthonormalised as often as their
-    growth asks for (Benettin et al. 1980, doi:10.1007/BF02128237; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). The
-    rank that resets destroy is counted, and the exponents that go with it are -inf.
-
-    All exponents are computed, however few are asked for: what the motion is, its rank and its dimension then do not
-    depend on how many are.
-
-    Parameters
-    ----------
-    system : HybridSystem
-        System with its parameters and initial state.
-    periods, duration : int or float
-        Forcing periods to average over, or time for systems that have none.
-    transient : int or float, default 0
-        Periods (or time) to run before the averages start.
-    exponents : int, optional
-        Number of exponents that are reported, the largest first; default all, 0: no tangents at all.
-    blocks : int, default 256
-        Blocks of the history, from which the standard errors are taken.
-    method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``lyapunov_exponent``, ``lyapunov_error`` (exponent), ``lyapunov_history`` (block, exponent),
-        ``kaplan_yorke_dimension``, mean rates, ``event_count`` (transition), ``tie_count``, ``closest_grazing``,
-        ``rank`` and ``outcome``; exponents per unit of time, NaN if the run came to an early end.
-
-    Raises
-    ------
-    SettingsError
-        An argument that cannot be used.
-    """
-    given = settings(dict(locals()))
-    blocks = whole("blocks", blocks, 1)
-    plan = span(system, periods, duration, transient, units=blocks)
+def spectrum(system: "HybridSystem", plan: Span, exponents: int | None, blocks: int, job: Job) -> xr.Dataset:
+    """Exponents over a span, with a history of so many blocks; see `lyapunov_spectrum`."""
     count = tangent_count(system, exponents)
     structure = examine(system)
-    m = len(system.states) if count else 0
+    m = computed_exponents(structure, count)
     frame, shifts = structure.tangents(m) if m else (None, 0)
     samples = 1 if plan.periodic else -(-LENGTH // plan.count)
     run = Run(
         system,
         plan.unit,
-        Numerics(method, tolerance, steps, max_events, max_stalls),
+        job.numerics,
         tangents=frame,
         shifts=shifts,
         deficient=structure.deficient,
@@ -99,15 +50,16 @@ def lyapunov_spectrum(
         if outcome == Outcome.OK:
             sums[block] = np.where(run.dead[:m] == 1, -np.inf, run.logs[:m])
             drilled[block] = run.integrals()
-        if progress:
-            progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
+        if job.progress:
+            job.progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
     complete = outcome == Outcome.OK
     values = errors = np.full(m, np.nan)
     history = np.full((len(ends) - 1, m), np.nan)
     if complete and m:
         values, errors, history = mean_exponents(sums, ends, plan.unit)
         flow = flow_of(run)
-        outcome = classify(values, errors, int(structure.neutral(flow)), plan.length)
+        every = m == len(system.states)
+        outcome = classify(values, errors, int(structure.neutral(flow)), plan.length, complete=every)
         window = np.concatenate(path)[np.newaxis, -LENGTH:]
         if outcome == Outcome.UNDECIDED:
             outcome = _by_its_path(run, structure, window, plan.periodic)
@@ -128,8 +80,19 @@ def lyapunov_spectrum(
             "block_time": ("block", ends[1:] * plan.unit),
         },
     )
-    ds = ds.assign(_averages(system, run, plan, ends, drilled, complete)).set_coords("transition_name")
-    return label(ds, "lyapunov-spectrum", system=system, settings=given)
+    return ds.assign(_averages(system, run, plan, ends, drilled, complete)).set_coords("transition_name")
+
+
+def computed_exponents(structure: Structure, count: int) -> int:
+    """How many exponents are computed if ``count`` are asked for.
+
+    A rank that events may lower is known from all tangents alone.
+    """
+    n = len(structure.frame)
+    if count == 0 or n <= ALL or structure.deficient:
+        return n if count else 0
+    # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
+    return min(max(count, structure.most_neutral + 2), n)
 
 
 def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
@@ -204,7 +167,8 @@ def _averages(
         of_blocks = np.diff(drilled[:, index]) / (np.diff(ends) * plan.unit)
         variables["progression_error"] = ((), float(standard_error(of_blocks)))
     if len(run.vectors):
-        variables["rank"] = ((), np.int32(run.live))
+        all_of_them = len(run.vectors) == len(system.states)
+        variables["rank"] = ((), np.int32(run.live if all_of_them else len(system.states)))
     if plan.periodic:
         variables["forcing_period"] = ((), plan.unit)
     return variables

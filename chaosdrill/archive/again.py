@@ -2,10 +2,9 @@
 
 import json
 from collections.abc import Callable, Mapping
-from inspect import signature
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.registry import ANALYSES
+from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.dataset.provenance import DERIVED
 from chaosdrill.errors import ArchiveError
 
@@ -15,23 +14,22 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 _NEEDED = ("definition", "parameters", "initial", "settings")
-_OF_THE_CALLER = {"system", "progress", "workers", "scheduler", "store"}
 
 
 def hindrance(ds: "xr.Dataset") -> str | None:
     """Why a dataset cannot be computed again from what it holds; None if nothing speaks against it."""
     kind = ds.attrs.get("kind")
-    if not isinstance(kind, str) or kind not in ANALYSES:
-        return "it is no result of an analysis"
+    if not isinstance(kind, str) or kind not in analyses():
+        return "it is not the result of an analysis"
     if DERIVED in ds.attrs:
-        return f"it is no longer what the analysis gave: {ds.attrs[DERIVED]!s:.200}"
+        return f"it was derived from the result of an analysis: {ds.attrs[DERIVED]!s:.200}"
     if any(str(name).endswith("_si") for name in ds.variables):
-        return "it holds SI units, which only the archive of its scene can give again"
+        return "it contains SI units, which only the archive of its scene can reproduce"
     if "definition" not in ds.attrs and "definition_missing" in ds.attrs:
-        return f"no text can hold its system: {ds.attrs['definition_missing']!s:.500}"
+        return f"its system cannot be written as text: {ds.attrs['definition_missing']!s:.500}"
     missing = [name for name in _NEEDED if name not in ds.attrs]
     if missing:
-        return f"it has no attribute {missing[0]!r}, as archives have that were made by {_who(ds)}"
+        return f"it has no attribute {missing[0]!r}, as in archives written by {_who(ds)}"
     return None
 
 
@@ -70,17 +68,13 @@ def run_again(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., Non
     ChaosdrillError
         If the system cannot be read, or the analysis cannot be run with its arguments.
     """
-    import chaosdrill.analysis
-
-    function = getattr(chaosdrill.analysis, ANALYSES[ds.attrs["kind"]].function)
-    taken = signature(function).parameters
+    entry = analyses()[ds.attrs["kind"]]
     keywords = _table(ds, "settings")
-    unknown = [name for name in keywords if name not in taken or name in _OF_THE_CALLER]
-    if unknown:
-        raise ArchiveError(f"settings: {function.__name__} of this version has no argument {unknown[0]!r:.60}")
-    if "workers" in taken:
+    if unknown := [name for name in keywords if name not in entry.told()]:
+        raise ArchiveError(f"settings: {entry.function} of this version has no argument {unknown[0]!r:.60}")
+    if entry.settings.parallel:
         keywords["workers"] = workers
-    result: xr.Dataset = function(system_of(ds), **keywords, progress=progress)
+    result: xr.Dataset = function(entry.function)(system_of(ds), **keywords, progress=progress)
     return result
 
 
@@ -93,7 +87,7 @@ def _table(ds: "xr.Dataset", name: str) -> dict[str, Any]:
     try:
         found = json.loads(ds.attrs[name])
     except (TypeError, ValueError, RecursionError) as fault:
-        raise ArchiveError(f"{name}: no JSON: {fault!s:.200}") from None
+        raise ArchiveError(f"{name}: not JSON: {fault!s:.200}") from None
     if not isinstance(found, Mapping):
         raise ArchiveError(f"{name}: expected a table, received {found!r:.60}")
     return dict(found)

@@ -7,6 +7,7 @@ the error of the method all the same; in chaos two runs part, and only averages 
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.outcomes import Outcome
+from chaosdrill.dataset.schema import SCHEMA
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,50 +24,6 @@ DEVIATIONS = 8.0
 
 BAR = 30.0
 """Factor within which the error bars of two runs agree: with so few frequencies ten is passed in one of 500."""
-
-ERROR_BARS = {
-    "lyapunov_exponent": "lyapunov_error",
-    "lyapunov_history": "lyapunov_error",
-    "progression_rate": "progression_error",
-    "attractor_exponent": "attractor_error",
-    "fraction": "fraction_error",
-    "special_value": "special_error",
-    "accumulation": "accumulation_error",
-}
-"""Averages and estimates, and their standard errors."""
-
-LOOSE = {
-    "kaplan_yorke_dimension",
-    "progression_rate_si",
-    "attractor_rate",
-    "events_per_period",
-    "impacts_per_period",
-    "slips_per_period",
-    "events_per_time",
-    "impacts_per_time",
-    "slips_per_time",
-    "event_count",
-}
-"""Averages without an error bar of their own."""
-
-SAMPLED = {"closest_grazing", "tie_count", "smallest_speed", "attractor_state"}
-"""In chaos these depend on which stretch of the attractor was seen."""
-
-MAGNITUDES = {
-    "error",
-    "reference_error",
-    "exponent_error_spread",
-    "horizon",
-    "horizon_expected",
-    "residual",
-    "newton_residual",
-    "exponent_difference",
-    "determinant_difference",
-    "recurrence_difference",
-    "special_error",
-    "accumulation_error",
-}
-"""Errors: of these the order of magnitude means something, and below round-off not even that."""
 
 LEADERS = {"time": "state", "iterate": "section", "event": "event_state_before"}
 """Dimensions along which a run is recorded, and the variable that tells from where on two runs have parted."""
@@ -98,6 +55,9 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     """
     import numpy as np
 
+    table = SCHEMA.get(str(second.attrs.get("kind")), {})
+    declared = table.get(name)
+    rule, bar = ("", "") if declared is None else (declared.rule, declared.bar)
     one, other = first[name].variable, second[name].variable
     if one.dtype.kind in "OUT" or other.dtype.kind in "OUT":
         return "exactly", np.asarray(one.values, dtype=str) != np.asarray(other.values, dtype=str)
@@ -110,22 +70,22 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
         apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
     apart = np.where(np.isnan(apart), np.inf, apart)
     allowed = bound * np.maximum(1.0, np.where(np.isfinite(b), np.abs(b), 1.0))
-    if name in MAGNITUDES:
+    if rule == "magnitude":
         least = np.minimum(np.abs(a), np.abs(b))
         return "order of magnitude", apart > np.maximum(9 * np.where(np.isfinite(least), least, 0.0), _ROUND_OFF)
-    whole = one.dtype.kind in "iub" and name not in LOOSE
+    whole = one.dtype.kind in "iub" and rule != "average"
     if not loose.any():
         return ("exactly", apart > 0) if whole else (f"within {bound:.0e}", apart > allowed)
-    if name in ERROR_BARS and _in_both(ERROR_BARS[name], first, second):
-        bars = _spread(ERROR_BARS[name], first, second, one)
+    if bar and _in_both(bar, first, second):
+        bars = _spread(bar, first, second, one)
         return f"within {DEVIATIONS:g} standard errors", apart > allowed + np.where(loose, DEVIATIONS * bars, 0.0)
-    if name in ERROR_BARS.values():
+    if name in {variable.bar for variable in table.values()}:
         least = np.minimum(np.abs(a), np.abs(b))
         allowed = allowed + np.where(loose & np.isfinite(least), (BAR - 1) * least, 0.0)
         return f"within a factor of {BAR:g}", apart > allowed
-    if name in LOOSE:
+    if rule == "average":
         return "within a tenth", apart > allowed + np.where(loose, 0.1 * np.abs(np.nan_to_num(b)) + 0.1, 0.0)
-    if name in SAMPLED:
+    if rule == "sampled":
         return "not in chaos", (apart > allowed) & ~loose
     wrong = apart > (0.0 if whole else allowed)
     if not axis and any(dim in LEADERS for dim in one.dims):

@@ -40,5 +40,5 @@ def blaming(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]", what
         if all(names == [] for names in changed):
             raise
         names = ", ".join(name for found in changed for name in found or ())
-        told = f"altered since it was written: {names}" if names else "not written by this version of chaosdrill"
+        told = f"altered after it was written: {names}" if names else "not written by this version of chaosdrill"
         raise ArchiveError(f"{path}: cannot be {what} ({fault}); it is {told}") from fault

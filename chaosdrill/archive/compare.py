@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.digest import DIGESTS
+from chaosdrill.dataset.references import mapping
 from chaosdrill.dataset.schema import SCHEMA
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ DESCRIPTIVE = frozenset(
 )
 """Attributes in words of the version that wrote them."""
 
-CLOCKED = "not compared: a clock measured it"
+CLOCKED = "not compared: measured time"
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def examine(
         if path in others:
             found += _group(path, group, others[path], exact, passing, checks)
         else:
-            found.append(Difference(path, "", "group does not belong here"))
+            found.append(Difference(path, "", "unexpected group"))
     return found, checks
 
 
@@ -169,8 +170,9 @@ def _attributes(
     import numpy as np
 
     def same(one: Any, other: Any) -> bool:
-        # NetCDF gives back a list of one entry as that entry
-        return np.array_equal(np.atleast_1d(one), np.atleast_1d(other))
+        # NetCDF gives back a list of one entry as that entry, and a table in JSON is the same in any order
+        tables = mapping(one), mapping(other)
+        return np.array_equal(np.atleast_1d(one), np.atleast_1d(other)) or (tables[0] == tables[1] != {})
 
     return [
         Difference(path, f"{name}:{key}", "attribute differs")

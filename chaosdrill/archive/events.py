@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.arguments import real
 from chaosdrill.dataset.provenance import DERIVED, now, signature
 from chaosdrill.errors import ArchiveError
+from chaosdrill.settings import real
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +83,7 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     for name, ds in runs.items():
         _check_trajectory(f"runs[{name!r}]", ds)
         if "run" in ds.dims:
-            raise ArchiveError(f"runs[{name!r}] is joined already; join all runs at once")
+            raise ArchiveError(f"runs[{name!r}] is already joined; join all runs at once")
         for axis in ("time", "state_name"):
             if not np.array_equal(ds[axis].values, first[axis].values):
                 raise ArchiveError(
@@ -115,7 +115,7 @@ def _check_trajectory(argument: str, ds: "xr.Dataset") -> None:
     if missing:
         kind = ds.attrs.get("kind", "dataset")
         raise ArchiveError(
-            f"{argument}: a {kind} without {', '.join(missing)}, which is no trajectory; use plain xarray"
+            f"{argument}: a {kind} without {', '.join(missing)}, which is not a trajectory; use plain xarray"
         )
 
 

@@ -68,7 +68,7 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
         raise ArchiveError(f"{file}: NetCDF, but not an archive of chaosdrill: no group has the attribute 'kind'")
     if (number := format_of(tree.attrs)) > FORMAT:
         raise ArchiveError(
-            f"{file}: an archive of format {number}, written by a later version of chaosdrill "
+            f"{file}: format {number}, written by a later version of chaosdrill "
             f"({tree.attrs.get('versions', 'unknown')}); this one reads formats up to {FORMAT}: install that one, or "
             "read the file with plain xarray"
         )

@@ -64,19 +64,18 @@ def run(
         If the archive or a part of it cannot be written.
     """
     from chaosdrill.scene import load_scene
-    from chaosdrill.scene.period import check_period
     from chaosdrill.scene.scene import Scene
     from chaosdrill.sweep import Parts
 
     if scheduler is not None and workers != 1:
         raise SettingsError(
-            f"--workers is {workers}, but the scheduler at {scheduler} has workers of its own; give one of the two"
+            f"--workers is {workers}, but the scheduler at {scheduler} has its own workers; give only one of the two"
         )
     if os.fspath(output) == "-":
-        raise SettingsError("--output is '-', but an archive is a file and no stream; name one, such as result.nc")
+        raise SettingsError("--output is '-', but an archive is a file, not a stream; name one, such as result.nc")
     if isinstance(scene, Scene):
         if changes:
-            raise SettingsError("changes: a scene that is loaded already is not changed; give them to load_scene")
+            raise SettingsError("changes: a loaded scene cannot be changed; pass them to load_scene")
         loaded = scene
     else:
         refuse(SceneError, "scene", scene, PATH)
@@ -85,7 +84,7 @@ def run(
             raise SettingsError(
                 f"--output is {os.fspath(output)!r}, which is the scene itself; name another file, such as result.nc"
             )
-    check_period(loaded)
+    loaded.check_period()
     check_writable(output)
     with Parts(f"{os.fspath(output)}.parts", loaded.fingerprint(), resume=resume) as parts:
         remove_drafts(followed(Path(output)))
@@ -103,7 +102,7 @@ def run(
             save(tree, output)
         except BaseException:
             if tell and parts.kept():
-                tell(f"what has finished is kept in {parts.folder}; --resume goes on with it")
+                tell(f"finished parts are kept in {parts.folder}; continue with --resume")
             raise
         parts.finish()
     return tree

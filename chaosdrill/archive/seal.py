@@ -18,6 +18,9 @@ LENGTH = len(_MARK) + 64 + 1
 PATIENCE = 60.0
 """Seconds that a file may take to be read, and as many more for every gigabyte."""
 
+AT_WORK = 20
+"""The same of the processor's time: on some damaged files the library goes round for ever."""
+
 _BLOCK = 2**20
 
 
@@ -47,26 +50,29 @@ def try_reading(file: Path) -> None:
     ArchiveError
         If it cannot be read there.
     """
-    command = [sys.executable, "-I", "-c", _TRIAL, str(file), *map(str, sys.path)]
-    patience = PATIENCE * (1 + file.stat().st_size / 2**30)
+    size = 1 + file.stat().st_size / 2**30
+    patience, at_work = PATIENCE * size, int(AT_WORK * size)
+    command = [sys.executable, "-I", "-c", _TRIAL, str(at_work), str(file), *map(str, sys.path)]
     try:
         trial = subprocess.run(command, capture_output=True, timeout=patience, check=False, stdin=subprocess.DEVNULL)
     except subprocess.TimeoutExpired as fault:
         raise ArchiveError(f"{file}: truncated or damaged: it cannot be read to its end") from fault
     if trial.returncode:
         lines = trial.stdout.decode(errors="replace").strip().splitlines()
-        reason = lines[-1] if lines else "the NetCDF library fails on it"
+        reason = lines[-1] if lines else "the NetCDF library crashes on it, or never ends"
         raise ArchiveError(f"{file}: {reason}")
 
 
-# -I keeps the working directory off the path; what follows the file are the paths of this process
+# -I keeps the working directory off the path; what follows the file are the paths of this process. The limit holds also
+# where nobody is left to end the trial
 _TRIAL = """
-import sys
+import resource, sys
 from pathlib import Path
-sys.path[:] = [path for path in sys.argv[2:] if path]
+resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]),) * 2)
+sys.path[:] = [path for path in sys.argv[3:] if path]
 from chaosdrill.dataset.layout import check_layout, read_through
 from chaosdrill.errors import ArchiveError
-file = Path(sys.argv[1])
+file = Path(sys.argv[2])
 try:
     check_layout(file)
     read_through(file)

@@ -136,7 +136,7 @@ def _from_scene(
         scene = parse_scene(text, str(tree.attrs.get("scene_name", "scene.toml")))
         again = scene.run(workers=workers, report=report)
     except ChaosdrillError as fault:
-        raise ArchiveError(f"{path}: the scene it holds cannot be run:\n{fault}") from fault
+        raise ArchiveError(f"{path}: the scene in it cannot be run:\n{fault}") from fault
     notes = _notes(tree.attrs, again.attrs)
     differences, checks = examine(tree, again, exact=not notes, older=_is_older(tree.attrs))
     return differences, checks, notes
@@ -169,7 +169,7 @@ def _from_definitions(
         notes += [note for note in ours if note not in notes]
     if len(refused) == len(groups):
         reasons = "\n".join(f"{place}: {reason}" for place, reason in refused.items())
-        raise ArchiveError(f"{path}: holds no scene, and nothing in it can be computed again:\n{reasons}")
+        raise ArchiveError(f"{path}: contains no scene, and nothing in it can be computed again:\n{reasons}")
     differences += [Difference(place, "", f"cannot be computed again: {reason}") for place, reason in refused.items()]
     return differences, checks, notes
 
@@ -223,7 +223,7 @@ def _with_digests(
             if (node.path, name.split(":")[0]) not in named:
                 found.append(Difference(node.path, name, "is not as it was written, by its digest"))
     checks = [
-        replace(check, how="by the digest of its values alone: a clock measured it", agrees=True)
+        replace(check, how="by the checksum of its values alone: measured time", agrees=True)
         if check.how == CLOCKED and (check.group, check.variable) in clocked
         else check
         for check in checks

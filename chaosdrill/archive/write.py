@@ -116,10 +116,10 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
     if os.path.isdir(target):
         raise ArchiveError(f"{target}: is a folder; name a file, as in {target / f'result{ending}'}")
     if os.path.exists(target) and not os.path.isfile(target):
-        raise ArchiveError(f"{target}: is no ordinary file, and is not replaced; name another file")
+        raise ArchiveError(f"{target}: not an ordinary file, and will not be replaced; name another file")
     place = followed(target)
     if os.path.islink(place):
-        raise ArchiveError(f"{target}: is a link that leads to no file; remove it, or name another file")
+        raise ArchiveError(f"{target}: a broken link; remove it, or name another file")
     try:
         trial = draft_of(place)
         # the name of the trial is short, so that it does not tell of one that is too long
@@ -128,7 +128,7 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
     except OSError as fault:
         raise ArchiveError(f"{target}: cannot be written: {_reason(fault)}; name another file") from fault
     if not os.path.isdir(place.parent):
-        raise ArchiveError(f"{target}: the folder {place.parent} does not exist; make it first")
+        raise ArchiveError(f"{target}: the folder {place.parent} does not exist; create it first")
     try:
         trial.touch(exist_ok=False)
         trial.unlink()

@@ -15,7 +15,7 @@ from chaosdrill.cli.streams import say
 @changes_option
 @json_option
 def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
-    """Validate SCENE and print the states, modes, events and equations that it simulates; runs nothing.
+    """Validate SCENE without running it, and print its states, modes, events and equations.
 
     SCENE is a TOML file, or - for standard input.
     """

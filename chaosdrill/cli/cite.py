@@ -12,13 +12,13 @@ from chaosdrill.cli.streams import say
 @click.option("--bibtex", is_flag=True, help="Print BibTeX.")
 @json_option
 def cite(archive: str, bibtex: bool, as_json: bool) -> None:
-    """Print what to cite for OUT.nc: this package, and the sources of the analyses, methods and systems in it."""
+    """Print what to cite for OUT.nc: this package, and the references of its analyses, methods and systems."""
     from dataclasses import asdict
 
     from chaosdrill.archive import cite as references
 
     if bibtex and as_json:
-        raise click.UsageError("--bibtex and --json are two formats; give one of them")
+        raise click.UsageError("--bibtex and --json are different formats; choose one")
     found = references(archive)
     if as_json:
         emit({"path": archive, "references": [asdict(reference) for reference in found]})

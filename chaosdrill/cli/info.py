@@ -13,7 +13,7 @@ from chaosdrill.cli.streams import say
 @click.argument("archive", metavar="OUT.nc")
 @json_option
 def info(archive: str, as_json: bool) -> None:
-    """Tell what is in OUT.nc and where it came from."""
+    """Show the contents and provenance of OUT.nc."""
     from chaosdrill.archive import info as describe
 
     described = describe(archive)

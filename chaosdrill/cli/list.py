@@ -13,7 +13,7 @@ from chaosdrill.scene.names import list_names as names_of
 @click.argument("topic", type=click.Choice(TOPICS))
 @json_option
 def list_names(topic: str, as_json: bool) -> None:
-    """List what can be named in a scene: systems, effects, analyses or methods, with a line each."""
+    """List the systems, effects, analyses or methods that a scene can name, with one line each."""
     found = names_of(topic)
     if as_json:
         emit(found)

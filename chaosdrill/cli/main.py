@@ -26,14 +26,14 @@ DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="chaosdrill")
 def chaosdrill() -> None:
-    """Chaos in systems that flow, hit, stick and slip.
+    """Simulate and analyse hybrid systems: impacts, stick-slip and jumps.
 
-    A scene (a TOML file) goes in, an archive (NetCDF) comes out.
+    The input is a scene (a TOML file), the output an archive (NetCDF).
 
-    Exit codes: 0 done, whatever the outcome of the runs; 1 an archive cannot be read or written, memory is short,
-    or a comparison differs; 2 the scene or the command line is wrong; 130 interrupted.
+    Exit codes: 0 success, whatever the outcome of the runs; 1 an archive cannot be read or written, memory ran out,
+    or a comparison failed; 2 the scene or the command line is invalid; 130 interrupted.
 
-    With --json every command prints one JSON document on stdout; a fault is {"error": {...}}.
+    With --json every command prints one JSON document to stdout; an error is {"error": {...}}.
     """
 
 
@@ -87,7 +87,7 @@ def _told(fault: BaseException) -> tuple[int, str, str] | None:
         # whatever file it is, its fault is none of the program's
         return FAILED, "OSError", f"{fault.filename}: {fault.strerror}" if fault.filename else str(fault)
     if isinstance(fault, MemoryError):
-        text = f"not enough memory for the result; ask for fewer periods, samples or points ({fault})"
+        text = f"not enough memory for the result; reduce the number of periods, samples or points ({fault})"
         return FAILED, "MemoryError", text
     if isinstance(fault, ChaosdrillError):
         code = WRONG_INPUT if isinstance(fault, SceneError | SettingsError | ModelError) else FAILED

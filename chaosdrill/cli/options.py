@@ -25,6 +25,6 @@ changes_option = click.option(
     multiple=True,
     metavar="KEY=VALUE",
     callback=_changes,
-    help="Value that the scene is to have, as in system.parameters.eta=0.5; may be given several times.",
+    help="Set a value of the scene, as in system.parameters.eta=0.5; may be repeated.",
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document, errors too.")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document, also for errors.")

@@ -20,7 +20,7 @@ def orbit_lines(dataset: "xr.Dataset") -> list[str]:
         lines = [line for number in dataset["branch_number"].values for line in _branch(dataset, int(number))]
         lines += _cascade(dataset)
     more = len(lines) - MOST_LINES
-    return lines if more <= 0 else [*lines[:MOST_LINES], f"and {more} more lines, which the archive holds"]
+    return lines if more <= 0 else [*lines[:MOST_LINES], f"and {more} more lines; see the archive"]
 
 
 def _orbit(orbit: "xr.Dataset") -> str:

@@ -13,13 +13,13 @@ from chaosdrill.cli.streams import say
     "-o",
     "--output",
     metavar="FIG.png",
-    help="Picture to write (png, pdf, svg); of several, each gets its own name before the suffix. "
-    "Default: beside the archive.",
+    help="Plot to write (png, pdf, svg); if there are several, each name is inserted before the suffix. "
+    "Default: next to the archive.",
 )
 @click.option("--group", metavar="NAME", help="Only this group of the archive.")
 @json_option
 def plot(archive: str, output: str | None, group: str | None, as_json: bool) -> None:
-    """Draw the pictures that suit what is in OUT.nc, and print the files written."""
+    """Draw every plot that suits the contents of OUT.nc, and print the files written."""
     from chaosdrill.plot import plot_archive
 
     paths = [str(path) for path in plot_archive(archive, output, group=None if group is None else given_text(group))]

@@ -9,15 +9,15 @@ from chaosdrill.cli.streams import say, tell
 
 @click.command()
 @click.argument("archive", metavar="OUT.nc")
-@click.option("-o", "--output", metavar="REPORT.html", help="Page to write. Default: beside the archive.")
+@click.option("-o", "--output", metavar="REPORT.html", help="Page to write. Default: next to the archive.")
 @json_option
 def report(archive: str, output: str | None, as_json: bool) -> int:
-    """Write a page with all that OUT.nc tells, and print its name.
+    """Write the contents of OUT.nc to one page, and print its name.
 
-    The page is one file that loads nothing: scene and equations, pictures, charts in which one points at a parameter
-    and sees its section and exponents, tables, accuracy and cost, and where the numbers came from.
+    The page is one file that loads nothing: scene and equations, plots, charts in which one selects a parameter
+    and sees its section and exponents, tables, accuracy and cost, and the provenance of the numbers.
 
-    Exit code 1 if a part could not be shown, as an altered archive may have; the page then says which.
+    Exit code 1 if a part could not be shown, for example of an altered archive; the page then says which.
     """
     from dataclasses import asdict
 

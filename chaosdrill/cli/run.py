@@ -7,10 +7,10 @@ import click
 from chaosdrill.cli.options import changes_option, json_option
 from chaosdrill.cli.orbit_lines import orbit_lines
 from chaosdrill.cli.output import emit
-from chaosdrill.cli.progress import Progress
 from chaosdrill.cli.streams import say, tell
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
+from chaosdrill.progress import Display
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,11 +22,11 @@ _SHORT_LENGTH = 8
 
 @click.command()
 @click.argument("scene")
-@click.option("-o", "--output", required=True, metavar="OUT.nc", help="Archive to write; an earlier one is replaced.")
+@click.option("-o", "--output", required=True, metavar="OUT.nc", help="Archive to write; an existing one is replaced.")
 @changes_option
-@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
-@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute the points instead.")
-@click.option("--resume", is_flag=True, help="Go on with a run that did not end; begin one if there is none.")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at once.")
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute the points.")
+@click.option("--resume", is_flag=True, help="Continue an unfinished run, or start a new one.")
 @json_option
 def run(
     scene: str,
@@ -37,21 +37,21 @@ def run(
     resume: bool,
     as_json: bool,
 ) -> None:
-    """Run every analysis of SCENE and write one archive, whole or not at all.
+    """Run every analysis of SCENE and write one archive, completely or not at all.
 
-    SCENE is a TOML file, or - for standard input. What --set gives becomes part of the scene that the archive holds.
+    SCENE is a TOML file, or - for standard input. Values from --set become part of the scene stored in the archive.
 
-    What has finished is kept in the folder OUT.nc.parts until the archive is written. After an interruption, a kill or
-    a full disk the same command with --resume goes on from there and writes the same archive, bit for bit, also with
-    other workers. Without --resume a folder with finished parts is left alone, and nothing is run.
+    Finished parts are kept in the folder OUT.nc.parts until the archive is written. After an interruption, a kill or
+    a full disk the same command with --resume continues from there and writes the same archive, bit for bit, also with
+    other workers. Without --resume a folder with finished parts is left untouched, and nothing is run.
 
     The exit code is 0 also for a run that ends early: how it ended (escaped, stalled, invalid_start, ...) is its
-    outcome, a result that the archive holds, with a line of advice on stderr. It is 1 if the archive cannot be
-    written, and 2 if the scene or the command line is wrong.
+    outcome, which the archive contains, with a line of advice on stderr. It is 1 if the archive cannot be
+    written, and 2 if the scene or the command line is invalid.
     """
     from chaosdrill.archive import run as run_scene
 
-    with Progress() as progress:
+    with Display() as progress:
         tree = run_scene(
             scene,
             output,
@@ -125,7 +125,7 @@ def summary(dataset: "xr.Dataset") -> list[str]:
 def advice(dataset: "xr.Dataset") -> list[str]:
     """What to say of points that have no result, and of results that need a word."""
     lines = dataset.attrs.get("message", "").splitlines()
-    lines += [f"disagrees with itself: {line}" for line in dataset.attrs.get("disagreement", "").splitlines()]
+    lines += [f"consistency check failed: {line}" for line in dataset.attrs.get("disagreement", "").splitlines()]
     for name, count in count_outcomes(dataset["outcome"].values).items() if "outcome" in dataset else ():
         outcome = Outcome.__members__.get(name.upper(), Outcome.OK)
         if outcome > Outcome.CHAOTIC and outcome.advice not in dataset.attrs.get("message", ""):

@@ -4,29 +4,29 @@ import click
 
 from chaosdrill.cli.options import json_option
 from chaosdrill.cli.output import emit
-from chaosdrill.cli.progress import Progress
 from chaosdrill.cli.streams import say, tell
+from chaosdrill.progress import Display
 
 
 @click.command()
 @click.argument("archive", metavar="OUT.nc")
-@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at a time.")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at once.")
 @json_option
 def verify(archive: str, workers: int, as_json: bool) -> int:
-    """Run the scene that OUT.nc holds once more and compare, variable by variable.
+    """Run the scene stored in OUT.nc again and compare every variable.
 
-    An archive that was saved from Python has no scene: each of its analyses is run again from the definition of its
-    system, which it holds, and the arguments.
+    An archive saved from Python has no scene: each of its analyses is run again from the stored definition of its
+    system and the arguments.
 
-    With the same versions on the same platform: bit by bit. With others: cycles, multipliers and whatever attracts
-    within the error of the method, averages in chaos within their standard errors; how each variable was compared is
-    printed. What a clock measured is held to the archive's own digest. Exit code 1 and a table if anything differs.
+    With the same versions on the same platform: bit by bit. Otherwise: cycles, multipliers and attractors
+    within the error of the method, averages in chaos within their standard errors; the criterion of each variable is
+    printed. Measured times are compared with their checksums. Exit code 1 and a table if anything differs.
     """
     from dataclasses import asdict
 
     from chaosdrill.archive import verify as verify_archive
 
-    with Progress() as progress:
+    with Display() as progress:
         result = verify_archive(archive, workers=workers, report=progress.report)
     if as_json:
         differences = [asdict(item) for item in result.differences]
@@ -34,9 +34,9 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
         shown |= {"exact": result.exact, "checks": [asdict(check) for check in result.checks]}
         emit(shown)
     elif result.equal:
-        say(f"{archive}: equal, {'bit for bit' if result.exact else 'as far as it can be compared'}")
+        say(f"{archive}: equal, {'bit for bit' if result.exact else 'by the criterion of each variable'}")
     else:
-        say(f"{archive}: differs from what is computed again")
+        say(f"{archive}: differs from the repeated run")
         say(result.table())
     if not as_json:
         if not result.exact:

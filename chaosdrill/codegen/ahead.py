@@ -1,8 +1,7 @@
 """The engine is compiled by a process of its own while a system's kernels are compiled by this one.
 
 Both take seconds with empty caches, and compilation runs one at a time in a process; the memory that it takes is that
-process's, too. A mark beside the generated sources tells that a part's code is in the disk cache; where that process
-cannot be started or fails, this one compiles everything.
+process's, too. Where that process cannot be started or fails, this one compiles everything.
 """
 
 import contextlib
@@ -10,7 +9,9 @@ import os
 import subprocess
 import sys
 
-from chaosdrill.codegen.cache import code_key, lasting_folder
+from chaosdrill.codegen.cache import lasting_folder
+from chaosdrill.codegen.kept import engine_path
+from chaosdrill.progress import compiling
 
 ONE_RUN = "chaosdrill.engine.flow"
 """What steps a single run."""
@@ -18,23 +19,33 @@ ONE_RUN = "chaosdrill.engine.flow"
 LANES = "chaosdrill.engine.lane_flow"
 """What steps many at once."""
 
+_WITH = {LANES: ("chaosdrill.engine.first_event",)}
+"""What a part calls by address, which is compiled beside it."""
+
 _started: dict[str, subprocess.Popen[bytes]] = {}
 
 
 def compile_ahead(part: str) -> None:
-    """Begin to compile a part of the engine, unless it is loaded or cached, or nothing of it would last."""
-    folder = lasting_folder()
-    if folder is None:
+    """Begin to compile a part of the engine and what it calls by address, unless they are kept already.
+
+    A part is a module and its function of the same name. Nothing is begun where nothing would last.
+    """
+    for one in (part, *_WITH.get(part, ())):
+        _begin(one)
+
+
+def _begin(part: str) -> None:
+    if part in _started or (os.cpu_count() or 1) < 2 or not sys.executable or lasting_folder() is None:
         return
-    mark = folder / f"{part.rpartition('.')[2]}-{code_key()}"
-    if part in _started or part in sys.modules or mark.exists() or (os.cpu_count() or 1) < 2 or not sys.executable:
+    function = part.rpartition(".")[2]
+    if engine_path(part, function).exists():
         return
-    script = f"import {part}, pathlib, sys; pathlib.Path(sys.argv[1]).touch()"
+    script = f"import {part}; {part}.{function}.code"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     with contextlib.suppress(OSError):
         quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         # nothing is imported from the working directory, whose files may be anybody's
-        command = [sys.executable, "-P", "-c", script, str(mark)]
+        command = [sys.executable, "-P", "-c", script]
         _started[part] = subprocess.Popen(command, env=environment, **quiet)  # type: ignore[call-overload]
 
 
@@ -45,7 +56,9 @@ def compile_one_run_ahead() -> None:
 
 
 def await_part(part: str) -> None:
-    """Wait for the process that compiles a part, if there is one."""
-    process = _started.get(part)
-    if process is not None:
-        process.wait()
+    """Wait for the processes that compile a part, if there are any."""
+    for one in (part, *_WITH.get(part, ())):
+        process = _started.get(one)
+        if process is not None and process.poll() is None:
+            with compiling():
+                process.wait()

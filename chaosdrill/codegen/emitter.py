@@ -12,6 +12,7 @@ from llvmlite import ir
 
 DOUBLE = ir.DoubleType()
 INT = ir.IntType(64)
+_SHORT = ir.IntType(32)
 _BYTES = ir.IntType(8).as_pointer()
 
 FAST = ("contract", "nsz", "arcp")
@@ -231,6 +232,16 @@ class Module:
             found.initializer = ir.Constant(kind, [float("inf"), *(1.0 / k for k in range(1, RECIPROCALS))])
         return found
 
+    def whole_numbers(self, name: str, values: Sequence[int]) -> Any:
+        """A constant table of whole numbers."""
+        kind = ir.ArrayType(_SHORT, max(len(values), 1))
+        found = ir.GlobalVariable(self.module, kind, name)
+        found.linkage = "internal"
+        found.global_constant = True
+        # as text: an object a number takes longer than all else that a large table needs
+        found.initializer = ir.FormattedConstant(kind, f"[{', '.join(f'{_SHORT} {value}' for value in values or [0])}]")
+        return found
+
     def once(self, name: str, write: Callable[[str], Any]) -> Any:
         """What ``write`` makes under a name, which is written when it is first asked for."""
         if name not in self.written:
@@ -317,6 +328,10 @@ class Function:
         """The largest multiple of a power of two that is not above."""
         return Index(self, self.builder.and_(count.value, ir.Constant(INT, -size)))
 
+    def half(self, count: Index) -> Index:
+        """Half of a whole number that is not negative, without its rest."""
+        return Index(self, self.builder.lshr(count.value, ir.Constant(INT, 1)))
+
     def spread(self, value: Any) -> Number:
         """A double of the code as a number: as often as a number has doubles."""
         if self.width == 1:
@@ -386,6 +401,19 @@ class Function:
         place = self.builder.gep(self.module.reciprocals(), [ir.Constant(INT, 0), k.value])
         return self.spread(self.builder.load(place))
 
+    def entry_of(self, table: Any, place: Index) -> Index:
+        """A number of a constant table of whole numbers."""
+        found = self.builder.load(self.builder.gep(table, [ir.Constant(INT, 0), place.value]))
+        return Index(self, self.builder.sext(found, INT))
+
+    def either(self, test: Test, first: Any, second: Any) -> Index:
+        """The first whole number where the test holds, else the second."""
+        return Index(self, self.builder.select(test.value, self.index(first).value, self.index(second).value))
+
+    def scratch(self, count: int) -> Row:
+        """A row of the function's own."""
+        return Row(self, self._slots.alloca(DOUBLE, max(count, 1) * self.width))
+
     def variable(self, value: Any = 0.0) -> Variable:
         """A new variable with this value."""
         made = Variable(self, self._slots.alloca(self.type))
@@ -438,6 +466,18 @@ class Function:
         self.builder.position_at_end(body)
         yield
         if not self.builder.block.is_terminated:
+            self.builder.branch(after)
+        self.builder.position_at_end(after)
+
+    def switch(self, number: Index, cases: Mapping[int, Callable[[], None]]) -> None:
+        """Write what is done for each of these numbers."""
+        after = self.made.append_basic_block("after")
+        switch = self.builder.switch(number.value, after)
+        for value, write in cases.items():
+            block = self.made.append_basic_block("case")
+            switch.add_case(ir.Constant(INT, value), block)
+            self.builder.position_at_end(block)
+            write()
             self.builder.branch(after)
         self.builder.position_at_end(after)
 

@@ -7,18 +7,18 @@ a file comes from: that nobody else can write into the folder is, see `chaosdril
 
 import contextlib
 import hashlib
-import pickle
+import os
 import time
 import warnings
+from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import llvmlite
-from numba.core.caching import FunctionCache
-from numba.core.serialize import dumps
 
 from chaosdrill.codegen.cache import cache_folder, code_key, write_private
 from chaosdrill.codegen.machine import compile_object, processor
+from chaosdrill.progress import compiling
 
 SUFFIX = ".code"
 
@@ -82,49 +82,33 @@ def object_code(text: str, *, packed: bool) -> bytes:
     path = cache_folder() / "kernels" / f"{key.hexdigest()[:32]}{SUFFIX}"
     code = read(path)
     if code is None:
-        code = compile_object(text, packed=packed)
+        with compiling():
+            code = compile_object(text, packed=packed)
         keep(path, code)
     return code
 
 
-class CodeFiles:
-    """Compiled code of one function of the engine by signature, in the place of numba's index and data files.
+def engine_path(module: str, name: str) -> Path:
+    """Where the code of a compiled function of the package is kept: beside the module, or in the user's folder.
 
-    Parameters
-    ----------
-    folder : str
-    name : str
-        What the names of the files begin with.
+    Its name has the content of the package's numerical code, the processor, and what compiles.
     """
-
-    def __init__(self, folder: str, name: str) -> None:
-        self.folder, self.name = Path(folder), name
-
-    def path(self, key: Any) -> Path:
-        """The file of a key."""
-        return self.folder / f"{self.name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:20]}{SUFFIX}"
-
-    def load(self, key: Any) -> Any:
-        """What was saved, or None if there is nothing that is whole."""
-        content = read(self.path(key))
-        return None if content is None else pickle.loads(content)
-
-    def save(self, key: Any, data: Any) -> None:
-        """Keep something, if the disk lets it."""
-        keep(self.path(key), dumps(data))
+    spec = find_spec(module)
+    assert spec is not None
+    assert spec.origin is not None
+    source = Path(spec.origin)
+    key = hashlib.sha256("\n".join((code_key(), *processor())).encode() + source.read_bytes())
+    beside = source.parent / "__pycache__"
+    writable = os.access(beside if beside.exists() else source.parent, os.W_OK)
+    folder = beside if writable else cache_folder() / "engine"
+    return folder / f"{source.stem}.{name}.{key.hexdigest()[:20]}{SUFFIX}"
 
 
-class CodeCache(FunctionCache):
-    """numba's disk cache, with the content of the package's numerical code in its key and files that tell damage."""
-
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        self._cache_file = CodeFiles(self._cache_path, self._impl.filename_base)
-
-    def _index_key(self, sig: Any, codegen: Any) -> Any:
-        return (*super()._index_key(sig, codegen), code_key())
-
-    def _save_overload(self, sig: Any, data: Any) -> None:
-        # the folder may have become one that cannot be written
-        with contextlib.suppress(OSError):
-            super()._save_overload(sig, data)
+def engine_code(module: str, name: str, compile_it: Callable[[], bytes]) -> bytes:
+    """Object code of a compiled function of the package, from the disk or compiled."""
+    path = engine_path(module, name)
+    code = read(path)
+    if code is None:
+        code = compile_it()
+        keep(path, code)
+    return code

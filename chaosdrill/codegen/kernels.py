@@ -137,7 +137,8 @@ def _pointwise(
 ) -> Code:
     """The functions of one point."""
     module = Module()
-    modes = [Pointwise(module, system, constants, mode) for mode in system.modes]
+    large = {mode: f"field_{i}" for i, mode in enumerate(system.modes) if series[i].tables is not None}
+    modes = [Pointwise(module, system, constants, mode, large) for mode in system.modes]
     most = max((len(watched) for watched in events), default=0)
 
     def passed(f: Function, arguments: Sequence[Any]) -> list[Any]:
@@ -166,7 +167,7 @@ def _pointwise(
         number = f.builder.add(f.builder.mul(mode, INT(most)), j)
         _by_number(f, number, calls, passed(f, rest), otherwise)
 
-    of_modes("field", {"out": _VECTOR}, lambda i, name: modes[i].field(name))
+    of_modes("field", {"out": _VECTOR}, lambda i, name: (series[i].tables or modes[i]).field(module, name))
     of_modes("variation", {"d": _VECTOR, "out": _VECTOR}, lambda i, name: series[i].variation(module, name))
     of_guards("guard", {"gradient": _VECTOR}, Pointwise.guard, DOUBLE(0.0))
     of_guards("guard_error", {"out": _VECTOR}, Pointwise.guard_error)

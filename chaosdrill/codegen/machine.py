@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 import llvmlite.binding as llvm
+import numpy as np
 from numba import types
 
 _lock = threading.RLock()
@@ -17,8 +18,8 @@ FROM_PYTHON = "_from_python"
 """Behind the name of a function: the same with pointers for vectors."""
 
 
-class NativeFunction(types.WrapperAddressProtocol):  # type: ignore[misc]
-    """A function of machine code, which the engine calls without anything in between and Python can call, too.
+class NativeFunction:
+    """A function of machine code, which the engine calls by its address and Python can call, too.
 
     Parameters
     ----------
@@ -32,16 +33,11 @@ class NativeFunction(types.WrapperAddressProtocol):  # type: ignore[misc]
         self.address = library.address(name)
         self.library = library
         self._signature = signature
-        # else whoever calls a function with this one among its arguments would have its type made anew
-        self._numba_type_ = types.FunctionType(signature)
         self._dimensions = [kind.ndim if isinstance(kind, types.Array) else 0 for kind in signature.args]
         self._at = library.address(name + FROM_PYTHON) if max(self._dimensions) == 1 else 0
         kinds = [kind for argument in signature.args for kind in _kinds(argument, whole=self._at == 0)]
         result = None if signature.return_type == types.void else _kinds(signature.return_type, whole=False)[0]
         self._call = ctypes.CFUNCTYPE(result, *kinds)(self._at or self.address)
-
-    def __wrapper_address__(self) -> int:
-        return self.address
 
     def signature(self) -> Any:
         """Types of arguments and result."""
@@ -55,12 +51,17 @@ class NativeFunction(types.WrapperAddressProtocol):  # type: ignore[misc]
                 continue
             if value.ndim != dimensions or value.dtype.char != "d" or not value.flags.c_contiguous:
                 raise TypeError(f"expected an array of {dimensions} dimensions of doubles in order, not {value!r}")
-            data = _address(_bytes_of(value)) if value.size and value.flags.writeable else value.ctypes.data
+            data = address_of(value)
             flat += [data] if self._at else [None, None, value.size, 8, data, *value.shape, *value.strides]
         return self._call(*flat)
 
 
 _address, _bytes_of = ctypes.addressof, ctypes.c_char.from_buffer
+
+
+def address_of(array: np.ndarray) -> int:
+    """Where the numbers of an array are."""
+    return _address(_bytes_of(array)) if array.size and array.flags.writeable else int(array.ctypes.data)
 
 
 def _kinds(kind: Any, *, whole: bool) -> list[Any]:
@@ -104,17 +105,24 @@ def compile_object(text: str, *, packed: bool, level: int = 3) -> bytes:
         How much the compiler may do, up to 3.
     """
     with _lock:
-        machine = _target()
         module = llvm.parse_assembly(text)
         module.verify()
+        return object_of(module, packed=packed, loops=False, level=level)
+
+
+def object_of(module: Any, *, packed: bool, loops: bool, level: int = 3) -> bytes:
+    """Machine code of a module; ``loops`` says whether those of independent turns become vector instructions, too."""
+    with _lock:
+        machine = _target()
         module.triple = llvm.get_process_triple()
         options = llvm.create_pipeline_tuning_options(level)
         options.slp_vectorization = packed
-        options.loop_vectorization = False
+        options.loop_vectorization = loops
         builder = llvm.create_pass_builder(machine, options)
         passes = builder.getModulePassManager()
         passes.run(module, builder)
-        return machine.emit_object(module)
+        code: bytes = machine.emit_object(module)
+        return code
 
 
 class Library:

@@ -5,7 +5,6 @@ reduction and polynomials of sine and cosine are those of Sun's fdlibm, within o
 or of 1 where it is near zero; arguments out of range go to the standard library.
 """
 
-import importlib
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -151,8 +150,7 @@ def address(name: str) -> int:
     import numba
     from numba import float64
 
-    module, function = SPECIAL[name.removeprefix(_PREFIX)].split(":")
-    found = getattr(importlib.import_module(module), function)
+    found = SPECIAL[name.removeprefix(_PREFIX)].code()
     count = found.py_func.__code__.co_argcount
     made = numba.cfunc(float64(*[float64] * count), cache=True, error_model="numpy")(found.py_func)
     return int(made.address)

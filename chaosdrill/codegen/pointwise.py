@@ -5,6 +5,7 @@ one function of which the parts share their subexpressions costs a fraction of a
 needs is computed in that outcome's branch.
 """
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -35,10 +36,14 @@ class Pointwise:
     system : HybridSystem
     constants : Constants
     mode : str
+    large : mapping of str to str
+        Modes whose operations stand in tables, and the functions of their rates: an event calls these.
     """
 
-    def __init__(self, module: Module, system: "HybridSystem", constants: "Constants", mode: str) -> None:
-        self.module, self.system, self.constants, self.mode = module, system, constants, mode
+    def __init__(
+        self, module: Module, system: "HybridSystem", constants: "Constants", mode: str, large: Mapping[str, str]
+    ) -> None:
+        self.module, self.system, self.constants, self.mode, self.large = module, system, constants, mode, large
         self.n = len(system.states)
 
     def _begin(self, name: str, more: dict[str, Any], result: Any = None) -> tuple[Function, Row, list[Any]]:
@@ -59,7 +64,7 @@ class Pointwise:
         values |= {symbol: constants[symbol] for symbol in self.constants.symbols if symbol in needed}
         return Expressions(f, values, expressions)
 
-    def field(self, name: str) -> Any:
+    def field(self, module: Module, name: str) -> Any:
         """Write ``(t, c, x, out)``: rates of the states, then integrands of the quadratures."""
         f, x, (out,) = self._begin(name, {"out": _ROW})
         rates = [self.system.modes[self.mode][s] for s in self.system.states]
@@ -120,12 +125,14 @@ class _Transit:
         self.maps = {i: reset_map(system, t) for i, t in self.outcomes}
         self.slopes = {i: reset_entries(system, t) for i, t in self.outcomes}
         self.gradient = guard_gradient(system, event.guard)
-        self.rates = [system.modes[mode.mode][x] for x in system.states]
+        self.rates = [] if mode.mode in mode.large else [system.modes[mode.mode][x] for x in system.states]
         # rates after the event are those of the target mode at the images of the states
         self.images = [sympy.Symbol(f"y_{i}", real=True) for i in range(self.n)]
         to_image = dict(zip(system.states, self.images, strict=True))
         self.after = {
-            i: [system.modes[t.target][x].xreplace(to_image) for x in system.states] for i, t in self.outcomes
+            i: [system.modes[t.target][x].xreplace(to_image) for x in system.states]
+            for i, t in self.outcomes
+            if t.target not in mode.large
         }
 
     def write(self) -> Any:
@@ -136,7 +143,7 @@ class _Transit:
             f, self.x, self._everything(), dict(zip(self.system.states, states, strict=True))
         )
         self.mode._store_sparse(f, self.out.after(self.places.gradient), self.gradient, shared)
-        self.mode._store_sparse(f, self.out.after(self.places.before), self.rates, shared)
+        self._store_rates(self.mode.mode, self.places.before, self.rates, shared)
         self.out[self.places.rest] = -1.0
         for index, _ in sorted(self.outcomes, key=lambda found: found[0] not in self.rebounds):
             condition = self.conditions[index]
@@ -164,7 +171,7 @@ class _Transit:
                 *self.rebounds.get(index, ()),
                 *self.maps[index],
                 *self.slopes[index].values(),
-                *self.after[index],
+                *self.after.get(index, ()),
             ]
         return found
 
@@ -208,8 +215,22 @@ class _Transit:
             for (i, j), entry in self.slopes[index].items():
                 slopes[i * (n + 1) + j] = shared[entry]
             shared.known.update(zip(self.images, images, strict=True))
-            self.mode._store_sparse(f, self.out.after(self.places.after), self.after[index], shared)
+            target = self.system.transitions[index].target
+            self._store_rates(target, self.places.after, self.after.get(index, []), shared)
         f.builder.ret(INT(index))
+
+    def _store_rates(self, mode: str, place: int, rates: list[Any], shared: Expressions) -> None:
+        """Put the rates of the states in a mode into the event: at the states before it, or at their images."""
+        f, large = self.f, self.mode.large
+        if mode not in large:
+            self.mode._store_sparse(f, self.out.after(place), rates, shared)
+            return
+        x = self.x if place == self.places.before else self.out.after(self.places.image)
+        values = f.scratch(self.n + len(self.system.quadratures))
+        field = self.mode.module.module.globals[large[mode]]
+        f.builder.call(field, [*f.arguments[:2], x.data, values.data])
+        with f.loop(0, self.n) as i:
+            self.out[i + place] = values[i]
 
     def _completes(self, index: int, shared: Expressions) -> Test:
         """Whether the rebounds to come take a negligible time, which goes into the event.

@@ -3,49 +3,23 @@
 After Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904. A product of series costs a sum that grows with the order,
 and every order waits for the one before it. So the orders 4 m to 4 m + 3 are done in one pass: what they need of orders
 below 4 m is summed for all four of them at once, in chains that depend on nothing new, and what they need of each other
-stays in registers. Of a large system this would be too much code: there the orders are done one by one, and a product
-of series is a call.
+stays in registers. Of a large system this would be too much code, see `chaosdrill.codegen.tables`.
 """
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Number, total
-from chaosdrill.codegen.mathematics import START, power
+from chaosdrill.codegen.emitter import Index, Number, total
+from chaosdrill.codegen.mathematics import START, power, special
+from chaosdrill.codegen.tape import PATH
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Loaded
-    from chaosdrill.codegen.emitter import Module, Row, Variable
+    from chaosdrill.codegen.emitter import Function, Row, Variable
     from chaosdrill.codegen.tape import Tape
 
 PASS = 4
 """Orders done in one pass."""
-
-CHAINS = 4
-"""Sums that a product of series is added up in, so that none waits for the one before it."""
-
-
-def convolve(function: "Function", left: "Row", right: "Row", k: "Index") -> "Number":
-    """Sum of left[j] * right[k - j] over 0 < j < k, by a call."""
-    called = function.module.once("convolve", lambda name: _convolution(function.module, name))
-    return Number(function, function.builder.call(called, [left.data, right.data, k.value]))
-
-
-def _convolution(module: "Module", name: str) -> Any:
-    row = DOUBLE.as_pointer()
-    f = Function(module, name, {"left": row, "right": row, "k": INT}, module.type, fast=True, own=True, stays=True)
-    left, right = (f.row(argument) for argument in f.arguments[:2])
-    k = Index(f, f.arguments[2])
-    sums = [f.variable() for _ in range(CHAINS)]
-    whole = f.whole_part(k - 1, CHAINS)
-    with f.loop(0, whole, CHAINS) as j:
-        for i, total in enumerate(sums):
-            total.grow(left[j + (i + 1)] * right[k - j - (i + 1)])
-    with f.loop(whole, k - 1) as j:
-        sums[0].grow(left[j + 1] * right[k - j - 1])
-    f.give((sums[0].now + sums[1].now) + (sums[2].now + sums[3].now))
-    f.end()
-    return f.made
 
 
 class Convolution:
@@ -114,8 +88,6 @@ class Recurrences:
         Coefficients of a node, and those of its derivative.
     constants : Loaded
         Numbers that stand for expressions of parameters.
-    called : bool
-        Whether products of series are calls.
     """
 
     def __init__(
@@ -125,10 +97,7 @@ class Recurrences:
         rows: "dict[int, Row]",
         slope_rows: "dict[int, Row]",
         constants: "Loaded",
-        *,
-        called: bool,
     ) -> None:
-        self.called = called
         self.function, self.tape, self.constants = function, tape, constants
         self.rows, self.slope_rows = rows, slope_rows
         self.now: dict[int, Variable] = {}
@@ -174,6 +143,10 @@ class Recurrences:
             return a[0] / a[1]
         if node.op == "power":
             return power(a[0], self.constants[node.value])
+        if node.op == "special":
+            return special(self.function, node.name, a[: node.value])
+        if node.name == PATH:
+            return self.function.number(0.0)
         return START[node.name or node.op](a[0])
 
     def factors(self, index: int) -> "tuple[tuple[bool, int], int] | None":
@@ -220,6 +193,8 @@ class Recurrences:
             (a,) = node.args
             old = self._sum(k, lambda j, rest: j.number() * self.rows[index][j] * self.rows[a][rest])
             return (now[0] - ik * old) / self.begun[a]
+        if node.op == "special":
+            return total([self.now[i].now for i in self.tape.paths(index)])
         return self._integral(index, ik, inner, now)
 
     def _integral(self, index: int, ik: "Number", inner: "Number | None", now: "list[Any]") -> "Number":
@@ -299,7 +274,7 @@ class Recurrences:
         }
         factors = {i: f for i in nodes if (f := self.factors(i)) is not None}
         products = list(dict.fromkeys(factors.values()))
-        found = {} if self.called else {f: self._convolution(f) for f in products}
+        found = {f: self._convolution(f) for f in products}
         turned = sorted({tape.slopes[i][0] for i in nodes if tape.turning(i) is not None})
 
         def one_order(k: Any, ik: Any, time: Any, inner: "Callable[[Any], Number]") -> None:
@@ -316,7 +291,7 @@ class Recurrences:
         if not found:
             with function.loop(1, order + 1) as k:
                 time = function.choose(k.compare("==", 1), 1.0, 0.0)
-                one_order(k, function.reciprocal(k), time, lambda f, k=k: convolve(function, *self._rows_of(f), k))
+                one_order(k, function.reciprocal(k), time, lambda f: function.number(0.0))
             return
         for k in range(1, PASS):
             one_order(k, function.number(1.0 / k), float(k == 1), lambda f, k=k: found[f].first(k))

@@ -5,10 +5,16 @@ operands become in it (running error analysis: Wilkinson 1963; Higham, Accuracy 
 2nd ed. 2002, section 3.3, doi:10.1137/1.9780898718027). Terms of higher order are left out.
 """
 
+import math
 from typing import Any
 
 import sympy
 from sympy.core.function import ArgumentIndexError
+
+from chaosdrill.model.special import SPECIAL
+
+UNIT = 2.0**-53
+"""The rounding unit."""
 
 
 def rounding_bound(expression: Any) -> Any:
@@ -58,7 +64,8 @@ def _bound(e: Any, bound: Any) -> Any:
         return bound(e.args[0])
     # any other function: what its arguments may be off by, through its derivatives
     carried = sympy.Add(*(sympy.Abs(_slope(e, i)) * bound(a) for i, a in enumerate(e.args)))
-    return carried + sympy.Abs(e)
+    special = SPECIAL.get(type(e).__name__)
+    return carried + sympy.Abs(e) * (1 if special is None else math.ceil(special.error / UNIT))
 
 
 def _slope(e: Any, i: int) -> Any:

@@ -6,18 +6,20 @@ history that products and functions need, then the tangents.
 
 from typing import TYPE_CHECKING, Any
 
-from llvmlite import ir
-
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, total
 from chaosdrill.codegen.recurrence import PASS, Recurrences
+from chaosdrill.codegen.tables import Operations
 from chaosdrill.codegen.tape import POSITIVE, Tape
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
     from chaosdrill.model.system import HybridSystem
 
-CALLED = 48
-"""Products of series in a mode, from which on they are calls: in line the code and its compilation grow with them."""
+IN_LINE = 48
+"""Products of series of a mode whose operations are written in line; of a larger one they stand in tables."""
+
+SUMS = 8 * IN_LINE
+"""The same for terms of sums."""
 
 _HISTORY = {"mul", "square", "div", "power", "log", "integral"}
 
@@ -27,10 +29,14 @@ class ModeSeries:
 
     Attributes
     ----------
+    kept : list of int
+        Nodes whose variations are computed by themselves; behind the states they are rows and columns of the Jacobian.
     linear : dict of (int, int) to expression
         Entries of the Jacobian that depend on parameters only.
     products : dict of (int, int) to (int, expression)
         Node and weight, whose product the other entries have besides.
+    tables : Operations or None
+        What writes the functions of a large mode; those of a small one are written here, in line.
     """
 
     def __init__(self, system: "HybridSystem", mode: str, guards: list[Any], constants: "Constants") -> None:
@@ -42,29 +48,42 @@ class ModeSeries:
         self.rates += [self.tape.lower(q) for q in system.quadratures.values()]
         self.guards = [self.tape.lower(g) for g in guards]
         self.in_jet = self._reach([*self.rates, *self.guards])
-        self._lower_jacobian()
-        self.wanted = {index for index, _ in self.products.values()}
-        self.in_jacobian = self._reach(sorted(self.wanted)) - self.in_jet
+        self.kept: list[int] = []
+        in_line = self._is_small(self.in_jet)
+        if in_line:
+            self._lower_jacobian()
+            pairs = {(index, j) for (_, j), (index, _) in self.products.items()}
+            in_line = self._is_small(self.in_jet | self.in_jacobian, len(pairs))
+        if not in_line:
+            self.tape.keep(self.rates[: self.n])
+            self.kept = self.tape.kept
+            self._lower_jacobian()
         self.rows: dict[int, int] = {}
         self.slope_rows: dict[int, int] = {}
-        self.row_count = self._assign_rows()
-        products = sum(self.tape.nodes[i].op in _HISTORY for i in self.in_jet | self.in_jacobian)
-        self.called = products + len({(index, j) for (_, j), (index, _) in self.products.items()}) > CALLED
+        self.tables = None if in_line else Operations(self)
+        self.row_count = self._assign_rows() if self.tables is None else self.tables.row_count
+
+    def _is_small(self, nodes: set[int], products: int = 0) -> bool:
+        found = [self.tape.nodes[i] for i in nodes]
+        products += sum(node.op in _HISTORY for node in found)
+        return products <= IN_LINE and sum(len(node.args) for node in found if node.op == "linear") <= SUMS
 
     def _lower_jacobian(self) -> None:
         self.linear: dict[tuple[int, int], Any] = {}
         self.products: dict[tuple[int, int], tuple[int, Any]] = {}
-        for i, rate in enumerate(self.rates[: self.n]):
-            for j, terms in sorted(self.tape.gradient(rate).items()):
+        rates = [self.tape.variation(rate) for rate in self.rates[: self.n]]
+        for i, gradient in enumerate([*rates, *map(self.tape.gradient, self.kept)]):
+            for j, terms in sorted(gradient.items()):
                 constant, index, weight = self.tape.entry(terms)
                 if constant != 0:
                     self.linear[i, j] = constant
                 if index is not None:
                     self.products[i, j] = (index, weight)
-
-        self._columns: list[list[int]] = [[] for _ in range(self.n)]
+        self._columns: list[list[int]] = [[] for _ in range(self.n + len(self.kept))]
         for i, j in sorted({*self.linear, *self.products}):
             self._columns[i].append(j)
+        self.wanted = {index for index, _ in self.products.values()}
+        self.in_jacobian = self._reach(sorted(self.wanted)) - self.in_jet
 
     def columns_of(self, i: int) -> list[int]:
         """The states that the rate of state i depends on."""
@@ -134,7 +153,7 @@ class ModeSeries:
     def _recurrences(self, f: Function, row_of: Any, c: Row) -> Recurrences:
         rows = {index: row_of(place) for index, place in self.rows.items()}
         slope_rows = {index: row_of(place) for index, place in self.slope_rows.items()}
-        return Recurrences(f, self.tape, rows, slope_rows, self.constants.loaded(f, c), called=self.called)
+        return Recurrences(f, self.tape, rows, slope_rows, self.constants.loaded(f, c))
 
     def _store(self, made: Recurrences, index: int, k: Any) -> None:
         """Keep coefficient k of a node, if it has a row."""
@@ -148,6 +167,8 @@ class ModeSeries:
 
     def jet(self, module: Module, name: str) -> Any:
         """Write ``(order, t, c, x, ws, columns)``: coefficients of states, quadratures and guards up to ``order``."""
+        if self.tables is not None:
+            return self.tables.jet(module, name)
         row = DOUBLE.as_pointer()
         types = {"order": INT, "t": module.type, "c": row, "x": row, "ws": row, "columns": INT}
         f = Function(module, name, types, fast=True, own=True, apart=True)
@@ -197,6 +218,8 @@ class ModeSeries:
 
     def jacobian_jet(self, module: Module, name: str) -> Any:
         """Write ``(order, c, ws, columns)``: coefficients of the Jacobian's entries that the jet does not hold."""
+        if self.tables is not None:
+            return self.tables.jacobian_jet(module, name)
         row = DOUBLE.as_pointer()
         f = Function(module, name, {"order": INT, "c": row, "ws": row, "columns": INT}, fast=True, own=True, apart=True)
         if self.in_jacobian:
@@ -228,6 +251,8 @@ class ModeSeries:
         The rows from ``row`` hold the n series of one vector, then those of the other. All modes fill them up to
         ``order`` + 1, for one polynomial must not end in what another mode has left.
         """
+        if self.tables is not None:
+            return self.tables.tangent(module, name)
         row = DOUBLE.as_pointer()
         vectors = {"first": row, "second": row}
         types = {"order": INT, "c": row, **vectors, "ws": row, "columns": INT, "row": INT}
@@ -238,10 +263,12 @@ class ModeSeries:
 
     def variation(self, module: Module, name: str) -> Any:
         """Write ``(t, c, x, d, out)``: the Jacobian times d."""
+        if self.tables is not None:
+            return self.tables.variation(module, name)
         row = DOUBLE.as_pointer()
         f = Function(module, name, {"t": DOUBLE, "c": row, "x": row, "d": row, "out": row}, own=True)
         c, x, d, out = (f.row(argument) for argument in f.arguments[1:])
-        made = Recurrences(f, self.tape, {}, {}, self.constants.loaded(f, c), called=self.called)
+        made = Recurrences(f, self.tape, {}, {}, self.constants.loaded(f, c))
         for index in self._beginning(self._reach(sorted(self.wanted))):
             value = made.start(index, x, Number(f, f.arguments[0]))
             node = self.tape.nodes[index]
@@ -301,9 +328,6 @@ class _Tangents:
         for rows, numbers in zip(self.kept, self.now, strict=True):
             for row, number in zip(rows, numbers, strict=True):
                 row[0] = number.now
-        if self.mode.called:
-            self._one_by_one()
-            return
         history = {row: self.ws(row) for row, _ in self.pairs}
         self.begun = {row: [data[k] for k in range(PASS)] for row, data in history.items()}
         self.start = self._jacobian_at_start()
@@ -313,36 +337,6 @@ class _Tangents:
             self.in_pass: list[list[list[Number]]] = [[[] for _ in range(self.mode.n)] for _ in range(2)]
             for lane in range(lanes):
                 self._one_order(base + lane, lane)
-
-    def _one_by_one(self) -> None:
-        """Order by order, each product of series being a call."""
-        f, mode = self.f, self.mode
-        with f.loop(0, self.order + 1) as k:
-            ik = f.reciprocal(k + 1)
-            sums = {pair: self._product(*pair, k) for pair in self.pairs}
-            for v in range(2):
-                following = []
-                for i in range(mode.n):
-                    terms = [
-                        self._times(mode.linear[i, j], self.now[v][j].now)
-                        for j in mode.columns_of(i)
-                        if (i, j) in mode.linear
-                    ]
-                    for j in mode.columns_of(i):
-                        if (i, j) in mode.products:
-                            index, weight = mode.products[i, j]
-                            terms.append(self._times(weight, sums[mode.rows[index], j][v]))
-                    following.append(ik * total(terms) if terms else f.number(0.0))
-                for i, value in enumerate(following):
-                    self.kept[v][i][k + 1] = self.now[v][i].become(value)
-
-    def _product(self, row: int, j: int, k: Index) -> list[Number]:
-        """Coefficient k of one series times either vector's entry j."""
-        f = self.f
-        called = f.module.once("convolve_both", lambda name: _convolution_of_both(f.module, name))
-        rows = (self.ws(row), *(vector[j] for vector in self.kept))
-        result = f.builder.call(called, [*(r.data for r in rows), k.value])
-        return [Number(f, f.builder.extract_value(result, v)) for v in range(2)]
 
     def _jacobian_at_start(self) -> dict[tuple[int, int], Number]:
         mode = self.mode
@@ -396,29 +390,3 @@ class _Tangents:
         if old:
             terms.insert(0, ik * total(old))
         return total(terms) if terms else self.f.number(0.0)
-
-
-def _convolution_of_both(module: Module, name: str) -> Any:
-    """A function: sums of series[k - j] * vector[j] over 0 <= j <= k, for two vectors."""
-    row = DOUBLE.as_pointer()
-    both = ir.LiteralStructType([module.type, module.type])
-    types = {"series": row, "first": row, "second": row, "k": INT}
-    f = Function(module, name, types, both, fast=True, own=True, stays=True)
-    series, *vectors = (f.row(argument) for argument in f.arguments[:3])
-    k = Index(f, f.arguments[3])
-    sums = [[f.variable() for _ in range(2)] for _ in vectors]
-    whole = f.whole_part(k + 1, 2)
-    with f.loop(0, whole, 2) as j:
-        for i in range(2):
-            u = series[k - j - i]
-            for vector, totals in zip(vectors, sums, strict=True):
-                totals[i].grow(u * vector[j + i])
-    with f.loop(whole, k + 1) as j:
-        for vector, totals in zip(vectors, sums, strict=True):
-            totals[0].grow(series[k - j] * vector[j])
-    result = ir.Constant(both, ir.Undefined)
-    for v, totals in enumerate(sums):
-        result = f.builder.insert_value(result, (totals[0].now + totals[1].now).value, v)
-    f.builder.ret(result)
-    f.end()
-    return f.made

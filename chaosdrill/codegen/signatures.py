@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from numba import float64, int64, types, void
+from numba import float64, int64, void
 from numba.extending import register_jitable
 
 vector = float64[::1]
@@ -77,6 +77,3 @@ Their arrays are those of ``engine.lanes.aligned``: times (8,), constants (numbe
 
 CONSTANTS = void(vector, vector)
 """``constants(p, c)``: parameters, then the expressions of parameters that the code needs"""
-
-KERNEL_TYPES = tuple(types.FunctionType(s) for s in SIGNATURES.values())
-LANE_TYPES = tuple(types.FunctionType(s) for s in LANE_SIGNATURES.values())

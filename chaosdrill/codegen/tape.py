@@ -10,18 +10,32 @@ from typing import Any
 import sympy
 
 from chaosdrill.model.places import UnsupportedError
-from chaosdrill.model.special import positive_power
+from chaosdrill.model.special import SPECIAL, positive_power
 
 POSITIVE = "positive"
 """Name of a power that is zero where its base is not positive."""
+
+PATH = "path"
+"""Name of the integral of a special function's slope along one of its arguments, from 0."""
+
+LONG = 16
+"""Terms of a sum, above which it stays a node of its own where it is part of another."""
+
+ALIKE = 8
+"""Long sums that a new one is compared with, to be written as one of them and the difference."""
+
+PRODUCT = 10
+"""What a product of two series costs, in products of a number and a series."""
 
 
 @dataclass(frozen=True)
 class Node:
     """One elementary operation.
 
-    ``op`` is one of ``state``, ``time``, ``linear``, ``mul``, ``square``, ``div``, ``power``, ``log`` and ``integral``;
-    an ``integral`` node f(a) obeys f' = sign * slope * a', where ``slope`` is another node (exp, sin, atan, ...).
+    ``op``: ``state``, ``time``, ``linear``, ``mul``, ``square``, ``div``, ``power``, ``log``, ``integral`` or
+    ``special``. An ``integral`` node f(a) obeys f' = sign * slope * a', where ``slope`` is another node.
+    A ``special`` node has its ``value`` arguments, then a path for each of those that move; it begins with the
+    function's value, and goes on as the sum of its paths.
     """
 
     op: str
@@ -32,7 +46,9 @@ class Node:
 
 
 Entry = dict[int | None, Any]
+"""A weighted sum of nodes, by nodes; the weight of None stands alone."""
 Gradient = dict[int, Entry]
+"""Derivatives by states, whose keys are their numbers, and by kept nodes, whose keys follow."""
 
 
 @dataclass
@@ -45,7 +61,15 @@ class Tape:
     slopes: dict[int, tuple[int, int]] = field(default_factory=dict)
     _seen: dict[Any, int] = field(default_factory=dict)
     depths: dict[int, int] = field(default_factory=dict)
+    kept: list[int] = field(default_factory=list)
+    """Nodes whose variations are computed before others are made of them; see `keep`."""
     _gradients: dict[int, "Gradient"] = field(default_factory=dict)
+    _places: dict[int, int] = field(default_factory=dict)
+    _long: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._numbers = {x: i for i, x in enumerate(self.states)}
+        self._moving = {*self.states, *((self.time,) if self.time is not None else ())}
 
     def add(self, node: Node) -> int:
         """Index of the node, new or already there."""
@@ -56,16 +80,15 @@ class Tape:
 
     def is_constant(self, expression: Any) -> bool:
         """Whether the expression depends on parameters only."""
-        moving = set(self.states) | ({self.time} if self.time is not None else set())
-        return not expression.free_symbols & moving
+        return self._moving.isdisjoint(expression.free_symbols)
 
     def lower(self, expression: Any) -> int:
         """Index of the node that holds the expression."""
         expression = sympy.sympify(expression)
         if self.is_constant(expression):
             return self.add(Node("linear", value=expression))
-        if expression in self.states:
-            return self.add(Node("state", name=expression.name, value=self.states.index(expression)))
+        if expression in self._numbers:
+            return self.add(Node("state", name=expression.name, value=self._numbers[expression]))
         if self.time is not None and expression == self.time:
             return self.add(Node("time"))
         if expression.is_Add:
@@ -75,6 +98,15 @@ class Tape:
         if expression.is_Pow:
             return self._power(expression.base, expression.exp)
         return self._function(expression)
+
+    def arguments(self, index: int) -> tuple[int, ...]:
+        """What a node is a function of."""
+        node = self.nodes[index]
+        return node.args[: node.value] if node.op == "special" else node.args
+
+    def paths(self, index: int) -> tuple[int, ...]:
+        """The integrals that a special function is the sum of."""
+        return self.nodes[index].args[self.nodes[index].value :]
 
     def is_number(self, index: int) -> bool:
         """Whether a node depends on parameters only."""
@@ -86,13 +118,56 @@ class Tape:
         node = self.nodes[index]
         return self.affine_rate(node.args[0]) if node.op == "integral" and node.name in ("sin", "cos") else None
 
+    def keep(self, roots: list[int]) -> None:
+        """Decide which nodes' variations are computed by themselves, instead of becoming entries of the Jacobian.
+
+        The variations are a linear graph from those of the states to those of ``roots``. To eliminate a node from it
+        costs an edge from each of its sources to each of its uses, which is more than both together where many
+        share it, as the mean of a field. So a node is kept if its own edges cost less than those that would replace
+        them; an edge is a product of series or of a number and a series. Nodes are decided in the order of their
+        evaluation (Griewank and Walther 2008, chapters 9 and 10, doi:10.1137/1.9780898717761).
+        """
+        uses: dict[int, list[int]] = {}
+        moving = self._moving_nodes(roots)
+        for index in moving:
+            node = self.nodes[index]
+            cost = 1 if node.op == "linear" else PRODUCT
+            for part in () if node.name == PATH else self.arguments(index):
+                uses.setdefault(part, []).append(cost)
+        self._gradients.clear()
+        for index in moving:
+            if self.nodes[index].op in ("state", "time") or index not in uses:
+                continue
+            own = [1 if all(node is None for node in entry) else PRODUCT for entry in self.gradient(index).values()]
+            eliminated = sum(max(edge, use) for edge in own for use in uses[index])
+            if sum(own) + sum(uses[index]) < eliminated:
+                self._places[index] = len(self.states) + len(self.kept)
+                self.kept.append(index)
+
+    def _moving_nodes(self, roots: list[int]) -> list[int]:
+        """What ``roots`` are made of, in the order of evaluation, without numbers."""
+        seen: set[int] = set()
+        stack = list(roots)
+        while stack:
+            index = stack.pop()
+            if index not in seen and not self.is_number(index):
+                seen.add(index)
+                stack.extend(self.nodes[index].args)
+        return sorted(seen)
+
+    def variation(self, index: int) -> "Gradient":
+        """The gradient of a node where another is made of it."""
+        if index in self._places:
+            return {self._places[index]: {None: sympy.Integer(1)}}
+        return self.gradient(index)
+
     def gradient(self, index: int) -> "Gradient":
-        """Derivatives of a node by the states that it depends on.
+        """Derivatives of a node by the states that it depends on, and by the kept nodes that it is made of.
 
         Returns
         -------
         dict of int to dict
-            For each of these states its derivative as weights of nodes; the weight of ``None`` stands alone.
+            For each of these its derivative as weights of nodes; the weight of ``None`` stands alone.
         """
         if index not in self._gradients:
             self._gradients[index] = self._gradient(self.nodes[index], index)
@@ -105,7 +180,7 @@ class Tape:
             return {}
         result: Gradient = {}
         for part, factor in self._partials(node, index):
-            for state, entry in self.gradient(part).items():
+            for state, entry in self.variation(part).items():
                 total = result.setdefault(state, {})
                 for found, weight in self._times(entry, factor).items():
                     total[found] = total.get(found, sympy.Integer(0)) + weight
@@ -124,6 +199,8 @@ class Tape:
         if node.op == "integral":
             slope, sign = self.slopes[index]
             return [(a[0], {slope: sign * one})]
+        if node.op == "special":
+            return [(self.nodes[p].args[0], {self.slopes[p][0]: one}) for p in self.paths(index)]
         if node.op == "power":
             return [(a[0], {self._power_of(a[0], node.value - 1, node.name): node.value})]
         inverse = self._divide(self.lower(one), a[-1])
@@ -179,23 +256,39 @@ class Tape:
             if self.is_constant(term):
                 constant += term
                 continue
-            weight, rest = term.as_independent(*self._moving(), as_Add=False)
+            weight, rest = self._split(term)
             offset, parts = self._parts(self.lower(rest))
             constant += weight * offset
             for index, part in parts.items():
                 terms[index] = terms.get(index, sympy.Integer(0)) + weight * part
         terms = {index: weight for index, weight in terms.items() if weight != 0}
-        return self.add(Node("linear", tuple(terms), value=constant, weights=tuple(terms.values())))
+        return self._linear(constant, terms)
+
+    def _linear(self, constant: Any, terms: dict[int, Any]) -> int:
+        """A sum; a long one that differs little from another is written as that one and the difference."""
+        if len(terms) > LONG:
+            for base in self._long[-ALIKE:]:
+                offset, rest = self.nodes[base].value, dict(terms)
+                for index, weight in zip(self.nodes[base].args, self.nodes[base].weights, strict=True):
+                    rest[index] = rest.get(index, sympy.Integer(0)) - weight
+                rest = {index: weight for index, weight in rest.items() if weight != 0}
+                if 2 * len(rest) < len(terms):
+                    constant, terms = constant - offset, {base: sympy.Integer(1), **rest}
+                    break
+        found = self.add(Node("linear", tuple(terms), value=constant, weights=tuple(terms.values())))
+        if len(terms) > LONG and found not in self._long:
+            self._long.append(found)
+        return found
 
     def _parts(self, index: int) -> tuple[Any, dict[int, Any]]:
-        """A node as a constant and weighted nodes: sums of sums become one, which waits for less."""
+        """A node as a constant and weighted nodes: sums of short sums become one, which waits for less."""
         node = self.nodes[index]
-        if node.op == "linear":
+        if node.op == "linear" and len(node.args) <= LONG:
             return node.value, dict(zip(node.args, node.weights, strict=True))
         return sympy.Integer(0), {index: sympy.Integer(1)}
 
     def _product(self, expression: Any) -> int:
-        weight, rest = expression.as_independent(*self._moving(), as_Add=False)
+        weight, rest = self._split(expression)
         if weight != 1:
             offset, parts = self._parts(self.lower(rest))
             weights = tuple(weight * part for part in parts.values())
@@ -259,6 +352,8 @@ class Tape:
         if isinstance(expression, positive_power):
             return self._power(*expression.args, POSITIVE)
         name = type(expression).__name__
+        if name in SPECIAL:
+            return self._special(name, expression)
         if name not in _SLOPE or len(expression.args) != 1:
             raise UnsupportedError(
                 expression,
@@ -266,6 +361,24 @@ class Tape:
                 f"and guards, any other must be written with {', '.join(sorted(_SLOPE))}, exp, log and powers",
             )
         return self._integral(name, self.lower(expression.args[0]))
+
+    def _special(self, name: str, expression: Any) -> int:
+        moving = [i for i, a in enumerate(expression.args) if not self.is_constant(a)]
+        if not set(moving) <= set(SPECIAL[name].moving):
+            raise UnsupportedError(
+                expression,
+                f": {name} has no Taylor series here in argument {max(moving) + 1}; what it depends on there may be "
+                "parameters, and resets and conditions may hold it as it is",
+            )
+        arguments = tuple(self.lower(a) for a in expression.args)
+        paths = tuple(self.add(Node("integral", (arguments[i],), PATH, (name, i, arguments))) for i in moving)
+        index = self.add(Node("special", (*arguments, *paths), name, len(arguments)))
+        for i, path in zip(moving, paths, strict=True):
+            if path not in self.slopes:
+                # the slope names the function itself
+                self.slopes[path] = (index, 1)
+                self.slopes[path] = (self.lower(expression.fdiff(i + 1)), 1)
+        return index
 
     def _integral(self, name: str, argument: int) -> int:
         index = self.add(Node("integral", (argument,), name=name))
@@ -297,8 +410,11 @@ class Tape:
             return self.add(Node("linear", (root,), value=sympy.Integer(0), weights=(-one,)))
         return root
 
-    def _moving(self) -> tuple[Any, ...]:
-        return (*self.states, *((self.time,) if self.time is not None else ()))
+    def _split(self, expression: Any) -> tuple[Any, Any]:
+        """A factor that depends on parameters only, and the rest."""
+        numbers = [f for f in sympy.Mul.make_args(expression) if self.is_constant(f)]
+        rest = [f for f in sympy.Mul.make_args(expression) if not self.is_constant(f)]
+        return sympy.Mul(*numbers), rest[0] if len(rest) == 1 else sympy.Mul(*rest)
 
 
 _PARTNER = {"sin": ("cos", 1), "cos": ("sin", -1), "sinh": ("cosh", 1), "cosh": ("sinh", 1)}

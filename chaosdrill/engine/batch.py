@@ -1,7 +1,7 @@
 """Many runs of one system, each at its own parameters and from its own state."""
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_o
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
+    from chaosdrill.engine.jit import Record
     from chaosdrill.model.system import HybridSystem
 
 _EVENT_ROWS = 64
@@ -193,38 +194,81 @@ class Batch:
         kernels, m = self.system.kernels, len(self._frame)
         if not len(which):
             return
-        in_lanes = kernels.lanes
+        in_lanes = at.LaneFunctions(*kernels.lanes)
         await_part(LANES)
+        from chaosdrill.engine.first_event import first_event
         from chaosdrill.engine.lane_flow import lane_flow
-        from chaosdrill.engine.lane_setup import block, bookkeeping
+        from chaosdrill.engine.lane_setup import room
 
         c = self._states.c
         varying = np.flatnonzero((c != c[:1]).any(axis=0))
         lane_flow(
-            *kernels.functions,
-            *in_lanes,
-            *(which, stretches, self._settings, self._tables, self._states, self._results(), self._frame),
-            *(self._section, varying),
-            *(*bookkeeping(self.system, m), self._events[:1], self._spare, block(self.system, m, c[0])),
-            self._scratch,
+            self._machine(search=first_event),
+            in_lanes,
+            which,
+            stretches,
+            self._results(),
+            self._frame,
+            self._section,
+            varying,
+            room(self.system, m, c[0], self._events[:1], self._spare),
         )
 
     def _step_alone(self, which: np.ndarray, stretches: np.ndarray) -> None:
         await_part(ONE_RUN)
-        from chaosdrill.engine.drive import drive
-        from chaosdrill.engine.flow import flow
-        from chaosdrill.engine.stepper import stepper
-
         at_strobe = not self._section.size and self.window.shape[1]
         longest = int(stretches[1:].max(initial=0)) + 3 if at_strobe else 0
         samples = np.zeros((longest, self.x.shape[1] + self._quadratures + 1))
-        drive(
-            flow,
-            *self.system.kernels.functions,
-            *stepper(self.method),
-            *(which, stretches, self._settings, self._tables, self._states, self._results(), self._frame),
-            *(samples, self._events, self._section, self._spare, self._scratch),
-        )
+        machine = self._machine()
+        for p in which.tolist():
+            self._drive(machine, p, stretches, samples)
+
+    def _drive(self, machine: "Record", p: int, stretches: np.ndarray, samples: np.ndarray) -> None:
+        """Run one point, as ``lane_flow`` does eight."""
+        from chaosdrill.engine.flow import flow
+        from chaosdrill.engine.revival import forget_run
+        from chaosdrill.engine.window import bring_in_order, keep
+
+        run, window, n = self._states.run[p], self.window[p], self.x.shape[1]
+        size, total = len(window), int(stretches[1:].sum())
+        self.sums[p, 0] = 0.0
+        window[:] = np.nan
+        self._scratch.workspace[:] = 0.0
+        self._scratch.stages[:] = 0.0
+        taken = done = 0
+        for s, stretch in enumerate(stretches.tolist()):
+            if self.outcome[p] != Outcome.OK:
+                break
+            done += stretch if s else 0
+            kept = s > 0 and size > 0 and (self._section.size > 0 or done > total - size)
+            at_strobe = kept and not self._section.size
+            self._settings["target"] = run["strobes"] + stretch
+            self._settings["recording"] = int(at_strobe)
+            rows = samples if at_strobe else samples[:0]
+            table = self._events if kept and not at_strobe else self._events[:0]
+            code = at.FULL
+            while code == at.FULL:
+                run["sample_rows"] = run["event_rows"] = 0
+                code = flow(machine, p, rows, table)
+                for row in rows[: run["sample_rows"]]:
+                    keep.py_func(row, 0, n, row[-1], window, taken)
+                    taken += 1
+                for row in table[: run["event_rows"]]:
+                    if self._section[int(row[at.EVENT_KIND])] == 1:
+                        keep.py_func(row, at.EVENT_COLUMNS, n, row[at.EVENT_MODE], window, taken)
+                        taken += 1
+            self.outcome[p] = code
+            if s:
+                self.sums[p, s] = np.where(self._states.dead[p] == 1, -np.inf, self._states.logs[p])[: len(self._frame)]
+            else:
+                forget_run(self._states, p, self._frame, self._tables.pins)
+        bring_in_order.py_func(window, taken, self._spare)
+
+    def _machine(self, **search: Any) -> "Record":
+        from chaosdrill.engine.stepper import machine
+
+        functions = self.system.kernels.functions
+        return machine(functions, self.method, self._settings, self._tables, self._states, self._scratch, **search)
 
     def _results(self) -> at.Results:
         return at.Results(self._progress, self.sums, self.window, self.outcome)

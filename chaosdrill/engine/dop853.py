@@ -12,15 +12,16 @@ from chaosdrill.engine.dop853_step import attempt, dense_output, error_of, first
 from chaosdrill.engine.dop853_tables import (
     END,
     GUARD_DEGREE,
-    PLACE,
     ROWS_A_VECTOR,
     STAGES,
     VECTORS,
     WEIGHTS,
 )
 from chaosdrill.engine.guard_series import guard_polynomials
+from chaosdrill.engine.guards import ROUNDING
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING, TIMED
+from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.taylor import SLOW
 
@@ -56,21 +57,22 @@ def _shrink(error, h, larger, longer):
 
 
 @offered
-def expand(
-    field, variation, guard, guard_error, first, count, marks, settings, run, t, c, x, scale, vectors, ws, stages,
-    gradient,
-):  # fmt: skip
+def expand(place, p, t):
     """Take a step within tolerance and turn the guards into polynomials; returns its length, NaN if there is no rate.
 
     The guards' polynomials have their own part in the length: what they leave out must be below the tolerance.
     """
+    machine = machine_at(place)
+    functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
+    state = state_of(machine.states, p)
+    run, x, scale, vectors, stages = state.run[0], state.x, state.scale, state.vectors, scratch.stages
     mode, live = run.mode, run.live
     tolerance = settings.tolerance
     longest = run.period
-    field(mode, t, c, x, stages[0])
+    functions.field(mode, t, state.c, x, stages[0])
     run.evaluations += 1
     for v in range(live):
-        variation(mode, t, c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
+        functions.variation(mode, t, state.c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
     known = weigh(x, scale, longest, tolerance, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
@@ -78,7 +80,7 @@ def expand(
     if h <= 0.0 and not known:
         h = BEGINNING * longest
     elif h <= 0.0:
-        h = first_length(field, variation, t, c, x, vectors, live, run, tolerance, longest, stages)
+        h = first_length(functions, t, state, tolerance, longest, stages)
     wanted = h
     rest = longest - run.time
     if run.strobes + 1 >= settings.target and rest > NEAR * longest:
@@ -89,7 +91,7 @@ def expand(
     longer = 0.0
     larger = 0.0
     while h > UNDERFLOW * run.longest:
-        attempt(field, variation, t, c, x, h, vectors, live, run, stages, stages[END])
+        attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, scale, vectors, live, stages) / tolerance
         if not error <= 1.0:
             factor = _shrink(error, h, larger, longer)
@@ -98,25 +100,9 @@ def expand(
             h *= factor
             rejected = True
             continue
-        if count > 0:
-            dense_output(field, variation, t, c, x, h, run, stages, ws)
-            left = guard_polynomials(
-                guard,
-                guard_error,
-                mode,
-                count,
-                marks,
-                tolerance,
-                t,
-                c,
-                x,
-                h,
-                stages[0],
-                stages[PLACE],
-                gradient,
-                ws,
-                first,
-            )
+        if tables.watch[mode, 0] > 0:
+            dense_output(functions, t, state.c, x, h, run, stages, scratch.workspace)
+            left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
             if left == math.inf or (left > 1.0 and halvings < MOST_HALVINGS):
                 halvings += 1
                 rejected = True
@@ -142,21 +128,27 @@ def expand(
 
 
 @inner
-def _newton(field, variation, guard, j, s, h, t, c, x, run, g, stages, gradient, out):
+def _newton(functions, state, j, s, h, t, g, scratch):
     """Root near s of a guard along steps of that length; s itself where the two of a near double root merge.
 
-    Where a step leads no nearer, as at a root of third order, the value is no more than its error.
+    Where a step leads no nearer, as at a root of third order, the value is no more than its error. Where it is so at
+    s, what rounding makes of the values around has no part in the root, and guards that share it stay together.
     """
+    run, c, x, stages, gradient, out = state.run[0], state.c, state.x, scratch.stages, scratch.gradient, scratch.out
     n = x.size
     mode = run.mode
     rate = stages[STAGES]
     least = math.inf
     best = s
     for _ in range(8):
-        attempt(field, variation, t, c, x, s, stages, 0, run, stages, out)
-        field(mode, t + s, c, out, rate)
+        attempt(functions, t, c, x, s, stages, 0, run, stages, out)
+        functions.field(mode, t + s, c, out, rate)
         run.evaluations += 1
-        value = guard(mode, j, t + s, c, out[:n], gradient)
+        value = functions.guard(mode, j, t + s, c, out[:n], gradient)
+        if least == math.inf:
+            functions.guard_error(mode, j, t + s, c, out[:n], scratch.errors)
+            if abs(value) <= ROUNDING * scratch.errors[0]:
+                return s
         if not abs(value) < least:
             return best
         least = abs(value)
@@ -180,34 +172,41 @@ def _newton(field, variation, guard, j, s, h, t, c, x, run, g, stages, gradient,
 
 
 @offered
-def locate(
-    field, variation, guard, guard_error, first, te, h, t, tables, settings, run, c, x, sides, ws, stages,
-    gradient, errors, times, backs, out,
-):  # fmt: skip
+def locate(place, p, te, h, t):
     """Make the times of the events exact by Newton steps on the guards themselves."""
-    for j in range(tables.watch[run.mode, 0]):
+    machine = machine_at(place)
+    tables, scratch = machine.tables, machine.scratch
+    state = state_of(machine.states, p)
+    times, mode = scratch.times, state.run[0].mode
+    first = state.x.size + machine.settings[0].quadratures
+    for j in range(tables.watch[mode, 0]):
         if times[j] > te + NEAR * h:
             times[j] = -1.0
-        elif times[j] > 0.0 and tables.marks[run.mode, j] & TIMED == 0:
-            times[j] = _newton(
-                field, variation, guard, j, times[j], h, t, c, x, run, ws[first + j], stages, gradient, out
-            )
+        elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:
+            times[j] = _newton(machine.functions, state, j, times[j], h, t, scratch.workspace[first + j], scratch)
     return te, -1, 0
 
 
 @offered
-def evaluate(field, variation, t, c, x, s, run, stages, out):
+def evaluate(place, p, t, s):
     """States and quadratures after a step of length s, as exact as the end of a step; the step taken is kept."""
-    attempt(field, variation, t, c, x, s, stages, 0, run, stages, out)
+    machine = machine_at(place)
+    state = state_of(machine.states, p)
+    stages = machine.scratch.stages
+    attempt(machine.functions, t, state.c, state.x, s, stages, 0, state.run[0], stages, machine.scratch.out)
 
 
 @offered
-def advance(field, variation, t, c, x, s, vectors, run, stages, out):
+def advance(place, p, t, s):
     """States and quadratures and, in place, tangents after a step of length s."""
+    machine = machine_at(place)
+    state = state_of(machine.states, p)
+    run, x, vectors = state.run[0], state.x, state.vectors
+    stages, out = machine.scratch.stages, machine.scratch.out
     n = x.size
     live = run.live
     if s != run.tried:
-        attempt(field, variation, t, c, x, s, vectors, live, run, stages, stages[END])
+        attempt(machine.functions, t, state.c, x, s, vectors, live, run, stages, stages[END])
     for i in range(out.size):
         out[i] = stages[END, i]
     for v in range(live):

@@ -37,25 +37,25 @@ def _combine(stages, first, count, weights, h, start, n, out):
 
 
 @series
-def stage(field, variation, mode, t, c, x, h, k, vectors, live, stages):
+def stage(functions, mode, t, c, x, h, k, vectors, live, stages):
     """Rates of stage k of states and tangents; stages before it are there."""
     n = x.size
     place = stages[PLACE]
     _combine(stages, 0, k, A[k], h, x, n, place)
-    field(mode, t + C[k] * h, c, place, stages[k])
+    functions.field(mode, t + C[k] * h, c, place, stages[k])
     for v in range(live):
         row = VECTORS + ROWS_A_VECTOR * v
         direction = stages[row + STAGES]
         _combine(stages, row, k, A[k], h, vectors[v], n, direction)
-        variation(mode, t + C[k] * h, c, place, direction, stages[row + k])
+        functions.variation(mode, t + C[k] * h, c, place, direction, stages[row + k])
 
 
 @series
-def attempt(field, variation, t, c, x, h, vectors, live, run, stages, out):
+def attempt(functions, t, c, x, h, vectors, live, run, stages, out):
     """A step of length h from the rates at its start: states and quadratures to ``out``, tangents to their last row."""
     n = x.size
     for k in range(1, STAGES):
-        stage(field, variation, run.mode, t, c, x, h, k, vectors, live, stages)
+        stage(functions, run.mode, t, c, x, h, k, vectors, live, stages)
     run.evaluations += STAGES - 1
     _combine(stages, 0, STAGES, A[STAGES], h, x, n, out)
     for i in range(n, out.size):
@@ -163,10 +163,11 @@ def error_of(x, h, scale, vectors, live, stages):
 
 
 @inner
-def first_length(field, variation, t, c, x, vectors, live, run, tolerance, longest, stages):
+def first_length(functions, t, state, tolerance, longest, stages):
     """Length of a step to begin with, from the first two derivatives as in section II.4, in any unit of time."""
+    run, c, x, vectors = state.run[0], state.c, state.x, state.vectors
     n = x.size
-    mode = run.mode
+    mode, live = run.mode, run.live
     weights = stages[WEIGHTS]
     speed = size(stages[0][:n], weights)
     for v in range(live):
@@ -177,7 +178,7 @@ def first_length(field, variation, t, c, x, vectors, live, run, tolerance, longe
     place = stages[PLACE]
     for i in range(n):
         place[i] = x[i] + trial * stages[0, i]
-    field(mode, t + trial, c, place, stages[1])
+    functions.field(mode, t + trial, c, place, stages[1])
     run.evaluations += 1
     change = 0.0
     for i in range(n):
@@ -188,7 +189,7 @@ def first_length(field, variation, t, c, x, vectors, live, run, tolerance, longe
         direction = stages[row + STAGES]
         for i in range(n):
             direction[i] = vectors[v, i] + trial * stages[row, i]
-        variation(mode, t + trial, c, place, direction, stages[row + 1])
+        functions.variation(mode, t + trial, c, place, direction, stages[row + 1])
         for i in range(n):
             if length > 0.0:
                 change = max(change, abs(stages[row + 1, i] - stages[row, i]) * weights[i] / length)
@@ -198,12 +199,12 @@ def first_length(field, variation, t, c, x, vectors, live, run, tolerance, longe
 
 
 @series
-def dense_output(field, variation, t, c, x, h, run, stages, ws):
+def dense_output(functions, t, c, x, h, run, stages, ws):
     """Coefficients of the states' polynomials; the step has been taken."""
     n = x.size
-    field(run.mode, t + h, c, stages[END], stages[STAGES])
+    functions.field(run.mode, t + h, c, stages[END], stages[STAGES])
     for k in range(STAGES + 1, DENSE_STAGES):
-        stage(field, variation, run.mode, t, c, x, h, k, stages, 0, stages)
+        stage(functions, run.mode, t, c, x, h, k, stages, 0, stages)
     run.evaluations += DENSE_STAGES - STAGES
     for i in range(n):
         ws[i, 0] = x[i]

@@ -8,63 +8,25 @@ with a strobe or a sample comes after it.
 
 from numba import int64
 
-from chaosdrill.codegen.signatures import KERNEL_TYPES, matrix
+from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.layout import DONE, FULL, INVALID_START, NONFINITE, RK4, STEP_UNDERFLOW, Functions, Stepper
-from chaosdrill.engine.records import (
-    SMALLEST_STEP,
-    scratch_type,
-    settings_type,
-    state_of,
-    states_type,
-    tables_type,
-    time_of,
-)
-from chaosdrill.engine.step import advance, end_step, instant_after, prepare, record
-from chaosdrill.engine.stepper import STEPPER_TYPES
+from chaosdrill.engine.layout import DONE, FULL, INVALID_START, NONFINITE, RK4, STEP_UNDERFLOW, Method
+from chaosdrill.engine.records import SMALLEST_STEP, machine_at, state_of, time_of
+from chaosdrill.engine.step import advance, end_step, expand, instant_after, locate, record
 from chaosdrill.engine.tangents import orthonormalise
 
-SIGNATURE = int64(
-    *KERNEL_TYPES,
-    *STEPPER_TYPES,
-    settings_type,
-    tables_type,
-    states_type,
-    int64,
-    matrix,
-    matrix,
-    scratch_type,
-)
 
+@compiled(int64(int64, int64, matrix, matrix))
+def flow(place, p, samples, events):
+    """Continue run p; returns DONE, FULL, or the outcome that ended it.
 
-@compiled(SIGNATURE)
-def flow(
-    jet,
-    jacobian_jet,
-    tangent,
-    field,
-    variation,
-    guard,
-    guard_error,
-    transit,
-    expand,
-    locate,
-    evaluate,
-    advance_by,
-    all_settings,
-    tables,
-    states,
-    p,
-    samples,
-    events,
-    scratch,
-):
-    """Continue run p; returns DONE, FULL, or the outcome that ended it."""
-    functions = Functions(jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit)
-    stepper = Stepper(expand, locate, evaluate, advance_by)
-    settings = all_settings[0]
-    state = state_of(states, p)
+    ``place`` is the address of the `chaosdrill.engine.layout.Machine`.
+    """
+    machine = machine_at(place)
+    functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
+    method = Method(machine.stepper, machine.search, place, place, p)
+    state = state_of(machine.states, p)
     run = state.run[0]
     row = state.x.size + settings.quadratures
     while run.strobes < settings.target:
@@ -73,7 +35,16 @@ def flow(
         if events.shape[0] > 0 and run.event_rows == events.shape[0]:
             return FULL
         t = time_of(run)
-        h, te, j, ties = prepare(functions, stepper, tables, settings, t, state, scratch)
+        h = expand(functions, method, tables, settings, t, state, scratch)
+        te = -1.0
+        j = -1
+        ties = 0
+        if settings.method != RK4:
+            # here it is no call: it would cost a twelfth of a step
+            te, j, ties, h = guards.first_event(
+                functions, tables, settings, state, scratch.workspace, row, h, t, scratch
+            )
+        te, j, ties = locate(functions, method, tables, settings, te, j, ties, h, t, state, scratch)
         if te == -2.0:
             return INVALID_START
         if not h > SMALLEST_STEP * run.longest:
@@ -92,8 +63,8 @@ def flow(
         if run.strobes + 1 >= settings.target and te + early >= rest:
             te = min(te, rest)
             happens = False
-        strobe = record(functions, stepper, settings, t, state, te, early, samples, scratch)
-        advance(functions, stepper, settings, t, state, te, scratch)
+        strobe = record(method, settings, t, state, te, early, samples, scratch)
+        advance(method, settings, t, state, te, scratch)
         outcome = end_step(
             functions, tables, settings, te, strobe, happens, j, ties, scratch.backs, state, events, scratch
         )

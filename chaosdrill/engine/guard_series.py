@@ -5,24 +5,28 @@ Value and slope at the start come from the guard itself, so that what vanishes t
 
 import math
 
-from chaosdrill.engine.dop853_tables import DEGREE, GUARD_DEGREE, NODES, TO_CHEBYSHEV, TO_POWERS
+from chaosdrill.engine.dop853_tables import DEGREE, GUARD_DEGREE, NODES, PLACE, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.guards import INTERPOLATED, INTERPOLATED_IN_TIME, INTERPOLATION_NOISE
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.layout import AFFINE, TIMED
 
 
 @series
-def guard_polynomials(guard, guard_error, mode, count, marks, tolerance, t, c, x, h, rate, place, gradient, ws, first):
-    """Fill rows ``first``, ... of the workspace from those of the states; returns what the interpolation leaves out.
+def guard_polynomials(functions, tables, settings, state, t, h, scratch):
+    """Fill the rows of the guards in the workspace from those of the states; returns what the interpolation leaves out.
 
     That is in parts of what it may leave out, the tolerance beside the guard's own rounding error; infinite where a
     polynomial is not finite: the step has touched what the guard or the field cannot bear.
     """
+    mode, c, x, ws = state.run[0].mode, state.c, state.x, scratch.workspace
+    rate, place, gradient = scratch.stages[0], scratch.stages[PLACE], scratch.gradient
+    marks = tables.marks[mode]
     n = x.size
+    first = n + settings.quadratures
     left = 0.0
-    for j in range(count):
+    for j in range(tables.watch[mode, 0]):
         g = ws[first + j]
-        g[0] = guard(mode, j, t, c, x, gradient)
+        g[0] = functions.guard(mode, j, t, c, x, gradient)
         slope = gradient[n]
         for i in range(n):
             slope += gradient[i] * rate[i]
@@ -34,12 +38,12 @@ def guard_polynomials(guard, guard_error, mode, count, marks, tolerance, t, c, x
                 for i in range(n):
                     g[k] += gradient[i] * ws[i, k]
         else:
-            rest, largest = _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g)
-            allowed = (INTERPOLATED_IN_TIME if marks[j] & TIMED else max(tolerance, INTERPOLATED)) * largest
+            rest, largest = _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g)
+            allowed = (INTERPOLATED_IN_TIME if marks[j] & TIMED else max(settings.tolerance, INTERPOLATED)) * largest
             if rest > allowed:
-                guard_error(mode, j, t, c, x, gradient)
+                functions.guard_error(mode, j, t, c, x, gradient)
                 noise = gradient[0]
-                guard_error(mode, j, t + h, c, place[:n], gradient)
+                functions.guard_error(mode, j, t + h, c, place[:n], gradient)
                 left = max(left, rest / (allowed + INTERPOLATION_NOISE * max(noise, gradient[0])))
         total = 0.0
         for k in range(GUARD_DEGREE + 1):
@@ -50,8 +54,9 @@ def guard_polynomials(guard, guard_error, mode, count, marks, tolerance, t, c, x
 
 
 @series
-def _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g):
+def _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g):
     """Coefficients from order 2 on, through Chebyshev nodes; returns the sizes of the last two and of the guard."""
+    n = gradient.size - 1
     count = GUARD_DEGREE - 1
     largest = abs(g[0])
     for a in range(count):
@@ -62,7 +67,7 @@ def _interpolate(guard, mode, j, t, c, h, n, place, gradient, ws, g):
             for k in range(DEGREE - 1, -1, -1):
                 y = y * s + ws[i, k]
             place[i] = y
-        value = guard(mode, j, t + s, c, place[:n], gradient)
+        value = functions.guard(mode, j, t + s, c, place[:n], gradient)
         largest = max(largest, abs(value))
         value = (value - g[0] - g[1] * s) / (u * u)
         for k in range(count):

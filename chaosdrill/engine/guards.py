@@ -218,12 +218,22 @@ def out_first(term, order, off, total, h):
     return total * part ** (order + 1) <= 0.25 * off
 
 
+@inner
+def _clear_side(ws, i, h, doubt):
+    """On which side a polynomial first is by more than a doubt, 0 for none: seen where halves of the step end."""
+    for k in range(20, -1, -1):
+        here = value(ws, uint64(i), h * 0.5**k)
+        if abs(here) > doubt:
+            return 1 if here > 0.0 else -1
+    return 0
+
+
 @inlined
 def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     """As ``look`` for guard j whose polynomial is row i; the order is that to which the row counts as zero.
 
     The order of a root is that of the term that first leads out of the guard's error: beyond a simple root it may come
-    back before it is clear of that.
+    back before it is clear of that. Where an interpolation may hide the term, the value itself says where it leads.
     """
     g = ws[i]
     how, side, order = look(functions, tables, state, j, g[0], g[1], t, scratch)
@@ -238,8 +248,10 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
         if out_first(g[1], 1, off, total, h):
             return how, side, order
         nearest = 2.0 * off / abs(g[1])
+    left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
     # derivatives of what an interpolation leaves out are larger than that
-    limit = VANISHING * total + 100.0 * left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
+    limit = VANISHING * total + 100.0 * left
+    hidden = False
     power = h
     for k in range(2, n + 1):
         power *= h
@@ -250,6 +262,14 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
                 order = k
                 if out_first(g[k], k, off, total, h):
                     break
+        elif abs(g[k]) * power > VANISHING * total:
+            hidden = True
+    if hidden:
+        ahead = _clear_side(ws, i, h, off + left)
+        if ahead != 0:
+            how, side = stand_at_rest(tables, state, j, max(order, 2), ahead)
+            g[0] = side * off
+            return how, side, 0
     if order == 0:
         return NOWHERE, side, 0
     if order > 1:
@@ -336,13 +356,13 @@ def on_the_clock(functions, run, c, j, s, h, place, gradient):
 
 
 @inner
-def _multiple(functions, tables, settings, state, ws, i, j, n, s, side, h, t, scratch):
+def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scratch):
     """What a root at s, approached from a side, is to the guard's error: (when it is clear of that, root or -1).
 
     The time is -1 for a simple root. For a root of even order, which is no crossing, the root is -1; one of odd order
     is where the second derivative vanishes, which is known far better than where the value does.
     """
-    mode = state.run[0].mode
+    n, mode = settings.order, state.run[0].mode
     marks = tables.marks[mode, j]
     whole = size(ws, uint64(i), h, 0)
     left = 0.0
@@ -484,13 +504,13 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
             )
         if how == PASSED:
             if turn > 0.0:
-                clear, turn = _multiple(functions, tables, settings, state, ws, i, j, n, turn, side, h, t, scratch)
+                clear, turn = _multiple(functions, tables, settings, state, ws, i, j, turn, side, h, t, scratch)
                 if clear >= 0.0 and not root > clear:
                     h = min(h, clear)
                     root = -1.0
             side = -side
         if root > 0.0:
-            clear, root = _multiple(functions, tables, settings, state, ws, i, j, n, root, side, h, t, scratch)
+            clear, root = _multiple(functions, tables, settings, state, ws, i, j, root, side, h, t, scratch)
             if clear >= 0.0 and root < 0.0:
                 h = min(h, clear)
         if root > 0.0 and tables.marks[mode, j] & TIMED:

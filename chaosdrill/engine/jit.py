@@ -1,22 +1,26 @@
 """Decorators for compiled code.
 
-numba keys its disk cache by the file of the decorated function alone, so that an edited helper would leave stale code
-in its callers; here the key holds the content of all numerical code. Where no folder can be written, nothing is cached.
+The engine is compiled once a machine and kept on the disk, by the content of all numerical code: an edited helper must
+not leave stale code in its callers. A compiled function holds all that it calls, optimised once and together with it,
+so that its machine code is the same whatever was compiled before. Where no folder can be written, nothing is kept.
 """
 
-import contextlib
-import warnings
-from collections.abc import Callable, Iterator
-from functools import cache
+import ctypes
+import struct
+import threading
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numba
 import numpy as np
-from numba.core.codegen import CPUCodeLibrary
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba import types
+from numba.np.numpy_support import as_dtype
 
-from chaosdrill.codegen.kept import CodeCache
+from chaosdrill.codegen import kept
+from chaosdrill.codegen.machine import address_of, load, object_of
+from chaosdrill.engine.front_end import FROM_WORDS, PLAIN, llvm_module
+from chaosdrill.progress import compiling
 
 RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
 """1/k, a table because every order of every series divides by its number."""
@@ -24,79 +28,154 @@ RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
 _rare: set[str] = set()
 """Parts of the compiled names of functions that stay calls."""
 
+_compiling = threading.RLock()
 
-@contextlib.contextmanager
-def _alone(name: str) -> Iterator[None]:
-    """Compile one function so that its code depends on nothing that was compiled or loaded before it.
+_Writer = Callable[[Any, list[Any]], None]
 
-    The helpers that numba links into a function stay visible to all others, and the copy that was loaded first serves
-    everybody: it is rounded as suited the function that it came with. Here each function keeps its helpers to itself.
-    They are optimised in one way, whoever asked for them first, and once more with the function that they are part of.
 
-    Equal operations on neighbouring numbers become vector instructions, which numba leaves off.
+class Compiled:
+    """A function of machine code: Python calls it, compiled functions find it at its address.
+
+    It is compiled, or its code is read from the disk, on first use. A call releases the interpreter lock.
+
+    Parameters
+    ----------
+    function : callable
+        One that numba can compile.
+    signature : numba signature
     """
-    optimise = CPUCodeLibrary._optimize_final_module
 
-    def optimise_alone(library: Any) -> None:
-        own = library.name == name
-        for function in library._final_module.functions:
-            if not function.is_declaration and any(part in function.name for part in _rare):
-                function.add_function_attribute("noinline")
-                function.add_function_attribute("cold")
-        for function in library._final_module.functions if own else ():
-            if function.linkage.name == "linkonce_odr" and not function.is_declaration:
-                function.linkage = "internal"
-                # under its own name a search for the helper itself would find this copy, which has no address to give
-                function.name = f"{name}.{function.name}"
-        optimise(library)
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+        self.py_func = function
+        self.signature = signature
+        self.__doc__ = function.__doc__
+        self.__name__ = function.__name__
+        self._writers = [_writer(kind) for kind in signature.args]
+        self._format = struct.Struct("".join(map(_format, signature.args)))
+        self._result = struct.Struct("" if signature.return_type == types.void else _format(signature.return_type))
 
-    with global_compiler_lock:
-        before = numba.config.SLP_VECTORIZE
-        CPUCodeLibrary._optimize_final_module = optimise_alone
-        numba.config.SLP_VECTORIZE = 1
-        try:
-            yield
-        finally:
-            CPUCodeLibrary._optimize_final_module = optimise
-            numba.config.SLP_VECTORIZE = before
+    @cached_property
+    def code(self) -> bytes:
+        """Its object code; that of a function of the package is kept."""
+        module = self.py_func.__module__
+        with _compiling:
+            if not module.startswith("chaosdrill.") or "<locals>" in self.py_func.__qualname__:
+                return self._compile()
+            return kept.engine_code(module, self.__name__, self._compile)
+
+    def _compile(self) -> bytes:
+        with compiling():
+            return object_of(llvm_module(self.py_func, self.__name__, self.signature, _rare), packed=True, loops=True)
+
+    @cached_property
+    def _library(self) -> Any:
+        with _compiling:
+            return load(self.code, {})
+
+    @cached_property
+    def address(self) -> int:
+        """Where compiled functions call it."""
+        return int(self._library.address(self.__name__))
+
+    @cached_property
+    def _call(self) -> Any:
+        return ctypes.CFUNCTYPE(None, ctypes.c_void_p)(self._library.address(self.__name__ + FROM_WORDS))
+
+    def __call__(self, *arguments: Any) -> Any:
+        flat: list[Any] = []
+        for write, value in zip(self._writers, arguments, strict=True):
+            write(value, flat)
+        words = ctypes.create_string_buffer(self._format.size + self._result.size)
+        self._format.pack_into(words, 0, *flat)
+        self._call(words)
+        found = self._result.unpack_from(words, self._format.size)
+        return found if len(found) > 1 else found[0] if found else None
+
+
+class Record:
+    """A named tuple in memory as compiled functions read it there; its arrays stay where they are.
+
+    It is given to a function that takes an address, and has to live as long as that is used.
+
+    Parameters
+    ----------
+    kind : numba type
+    value : tuple
+    """
+
+    def __init__(self, kind: Any, value: Any) -> None:
+        self.value = value
+        flat: list[Any] = []
+        _writer(kind)(value, flat)
+        self._words = ctypes.create_string_buffer(struct.pack(_format(kind), *flat))
+        self._address = ctypes.addressof(self._words)
+
+    def __int__(self) -> int:
+        return self._address
+
+
+def _parts(kind: Any) -> Sequence[Any]:
+    return tuple(kind.types)
+
+
+def _format(kind: Any) -> str:
+    """The words of a type, as `struct` names them."""
+    if isinstance(kind, types.BaseTuple):
+        return "".join(map(_format, _parts(kind)))
+    if isinstance(kind, types.Array):
+        return "q" * (5 + 2 * kind.ndim)
+    return "d" if kind == types.float64 else "q"
+
+
+def _writer(kind: Any) -> _Writer:
+    """What appends the words of a value to a list."""
+    if isinstance(kind, types.BaseTuple):
+        writers = [_writer(part) for part in _parts(kind)]
+
+        def of_tuple(value: Any, flat: list[Any]) -> None:
+            for write, part in zip(writers, value, strict=True):
+                write(part, flat)
+
+        return of_tuple
+    if isinstance(kind, types.Array):
+        dtype, dimensions = np.dtype(as_dtype(kind.dtype)), kind.ndim
+
+        def of_array(value: Any, flat: list[Any]) -> None:
+            if value.ndim != dimensions or value.dtype != dtype or not value.flags.c_contiguous:
+                raise TypeError(f"expected an array of {dimensions} dimensions of {dtype} in order, not {value!r}")
+            flat += (0, 0, value.size, dtype.itemsize, address_of(value), *value.shape, *value.strides)
+
+        return of_array
+    if isinstance(kind, types.ExternalFunctionPointer):
+        return lambda value, flat: flat.append(value.address)
+    number = float if kind == types.float64 else int
+    return lambda value, flat: flat.append(number(value))
 
 
 def compiled(signature: Any) -> Callable[[Any], Any]:
-    """Compile for one signature, from the disk cache if it is there; releases the interpreter lock."""
-
-    def decorate(function: Any) -> Any:
-        dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
-        with contextlib.suppress(RuntimeError):
-            dispatcher._cache = CodeCache(function)
-        with warnings.catch_warnings(), _alone(function.__qualname__):
-            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-            dispatcher.compile(signature)
-        dispatcher.disable_compile()
-        # every call that is given this function asks for its address, and numba would search for it each time
-        result = dispatcher.get_compile_result(signature)
-        result.library.get_pointer_to_function = cache(result.library.get_pointer_to_function)
-        dispatcher.get_compile_result = lambda _: result
-        return dispatcher
-
-    return decorate
+    """Compile for one signature."""
+    return lambda function: Compiled(function, signature)
 
 
 def inlined(function: Any) -> Any:
-    """A part of the engine's loop: a call would push every array that it is given."""
-    return numba.njit(error_model="numpy", _nrt=False, forceinline=True)(function)
+    """A part of the engine's loop: a call would push every array that it is given.
+
+    This one and those below belong to compiled functions, and are called by nothing else.
+    """
+    return numba.njit(**PLAIN, forceinline=True)(function)
 
 
 def series(function: Any) -> Any:
     """A function of the engine that evaluates polynomials, where multiplications and additions may be fused."""
-    return numba.njit(error_model="numpy", _nrt=False, fastmath={"contract"})(function)
+    return numba.njit(**PLAIN, fastmath={"contract"})(function)
 
 
 def inner(function: Any) -> Any:
     """A function of the engine, compiled into its caller with strict rounding."""
-    return numba.njit(error_model="numpy", _nrt=False)(function)
+    return numba.njit(**PLAIN)(function)
 
 
 def rare(function: Any) -> Any:
     """As ``inner``, for what happens seldom: it stays a call, so that the code of every step stays small."""
     _rare.add("".join(f"{len(part)}{part}" for part in (*function.__module__.split("."), function.__name__)))
-    return numba.njit(error_model="numpy", _nrt=False, forceinline=False)(function)
+    return numba.njit(**PLAIN, forceinline=False)(function)

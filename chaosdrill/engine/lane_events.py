@@ -10,7 +10,7 @@ from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED, UNSURE, WIDTH
+from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED, UNSURE, WIDTH, Method
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 
@@ -277,22 +277,11 @@ def search(first, count, order, lanes, plan, ends, block):
                 ends[lane, LOOK] = ALONE
 
 
-@inner
-def _by_itself(functions, tables, settings, state, first, lane, block, scratch):
+@inlined
+def _by_itself(method, count, first, order, lane, block, scratch):
     """First event of one lane's step, as ``guards.first_event`` finds it for one trajectory: (time, guard, ties)."""
-    count = tables.watch[state.run[0].mode, 0]
-    copy_lane(block.ws, 0, first + count, lane, settings.order, scratch.workspace)
-    te, j, ties, h = guards.first_event(
-        functions,
-        tables,
-        settings,
-        state,
-        scratch.workspace,
-        first,
-        block.h[lane],
-        block.t[lane],
-        scratch,
-    )
+    copy_lane(block.ws, 0, first + count, lane, order, scratch.workspace)
+    te, j, ties, h = method.search(method.place, method.p, block.h[lane], block.t[lane])
     block.h[lane] = h
     for k in range(count):
         block.backs[k, lane] = scratch.backs[k]
@@ -313,8 +302,9 @@ def _first_of(count, h, lane, times):
 
 
 @inlined
-def first_events(functions, tables, settings, mode, lanes, places, states, first, ends, plan, block, scratch):
+def first_events(machine, place, settings, mode, lanes, places, first, ends, plan, block):
     """First event of every lane's step: its time (or -1, or -2) goes into ``block``, guard and ties into ``ends``."""
+    functions, tables, states, scratch = machine.functions, machine.tables, machine.states, machine.scratch
     count = tables.watch[mode, 0]
     for lane in range(lanes):
         state = state_of(states, places[lane])
@@ -341,7 +331,8 @@ def first_events(functions, tables, settings, mode, lanes, places, states, first
             j = _first_of(count, h, lane, block.times)
         ends[lane, TIES] = 0
         if j == -2:
-            te, j, ties = _by_itself(functions, tables, settings, state, first, lane, block, scratch)
+            method = Method(machine.stepper, machine.search, place, place, places[lane])
+            te, j, ties = _by_itself(method, count, first, settings.order, lane, block, scratch)
             ends[lane, TIES] = ties
             block.reach[lane] = te
         else:

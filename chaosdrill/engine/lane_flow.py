@@ -5,9 +5,9 @@ stepped together, each with its own step, and go to the queue of the mode that t
 one by the functions of a single run. No number of a run depends on which others are stepped with it.
 """
 
-from numba import void
+from numba import int64, void
 
-from chaosdrill.codegen.signatures import KERNEL_TYPES, LANE_TYPES, matrix
+from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
@@ -25,19 +25,15 @@ from chaosdrill.engine.layout import (
     STAGE,
     STEP_UNDERFLOW,
     TAKEN,
-    Functions,
 )
 from chaosdrill.engine.records import (
     SMALLEST_STEP,
-    block_type,
-    integer_matrix,
     integers,
+    lane_functions_type,
+    lane_room_type,
+    machine_at,
     results_type,
-    scratch_type,
-    settings_type,
     state_of,
-    states_type,
-    tables_type,
 )
 from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe
 from chaosdrill.engine.window import keep
@@ -109,24 +105,11 @@ def _note_section(p, run, section, row, results, n, mode):
 
 
 @inlined
-def _step(
-    functions,
-    lane_functions,
-    settings,
-    tables,
-    states,
-    results,
-    section,
-    varying,
-    places,
-    count,
-    ends,
-    plan,
-    row,
-    block,
-    scratch,
-):
+def _step(machine, place, lane_functions, results, section, varying, places, count, room):
     """One step of up to eight runs of one mode and number of live tangents; ``ends`` says how each stands then."""
+    functions, settings, tables = machine.functions, machine.settings[0], machine.tables
+    states, scratch = machine.states, machine.scratch
+    ends, plan, row, block = room.ends, room.plan, room.row, room.block
     m, n = states.vectors.shape[1], states.x.shape[1]
     mode = states.run[places[0]].mode
     live = states.run[places[0]].live
@@ -144,9 +127,7 @@ def _step(
         block.h[lane] = _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch)
     for lane in range(count, LANES):
         block.reach[lane] = 0.0
-    lane_events.first_events(
-        functions, tables, settings, mode, count, places, states, first, ends, plan, block, scratch
-    )
+    lane_events.first_events(machine, place, settings, mode, count, places, first, ends, plan, block)
     for lane in range(count):
         p = places[lane]
         run = states.run[p]
@@ -202,53 +183,23 @@ def _enqueue(queues, key, p):
     queue[1] += 1
 
 
-_signature = void(
-    *KERNEL_TYPES,
-    *LANE_TYPES,
-    *(integers, integers, settings_type, tables_type, states_type, results_type, matrix),
-    *(integers, integers, integer_matrix, integer_matrix, integer_matrix, matrix, matrix, block_type, scratch_type),
+@compiled(
+    void(
+        *(int64, lane_functions_type, integers, integers, results_type, matrix),
+        *(integers, integers, lane_room_type),
+    )
 )
+def lane_flow(place, lane_functions, which, stretches, results, frame, section, varying, room):
+    """Run the points ``which`` over a transient, ``stretches[0]`` periods, then over the other stretches.
 
-
-@compiled(_signature)
-def lane_flow(
-    jet,
-    jacobian_jet,
-    tangent,
-    field,
-    variation,
-    guard,
-    guard_error,
-    transit,
-    lane_jet,
-    lane_jacobian_jet,
-    lane_tangent,
-    which,
-    stretches,
-    all_settings,
-    tables,
-    states,
-    results,
-    frame,
-    section,
-    varying,
-    queues,
-    ends,
-    plan,
-    row,
-    spare,
-    block,
-    scratch,
-):
-    """As ``drive``, for the Taylor method.
-
-    ``queues`` (keys, 2 + ACTIVE) hold the first place and the length of each, then a ring of runs; ``varying`` says
-    which constants are not the same at all points; ``ends`` (LANES + 1, LANES), ``plan`` (2 guards, LANES) and
-    ``row``, one row of the event buffer, are scratch.
+    ``place`` is the address of the `chaosdrill.engine.layout.Machine`. ``results.growth[p, b]`` gets the sums of
+    logarithms up to the end of stretch b, -inf for tangents that are lost; ``results.window[p]`` the last section
+    points: at the strobe, or before the transitions that ``section`` marks. ``varying`` says which constants are not
+    the same at all points.
     """
-    functions = Functions(jet, jacobian_jet, tangent, field, variation, guard, guard_error, transit)
-    lane_functions = (lane_jet, lane_jacobian_jet, lane_tangent)
-    settings = all_settings[0]
+    machine = machine_at(place)
+    tables, states, scratch = machine.tables, machine.states, machine.scratch
+    queues, ends, spare = room.queues, room.ends, room.spare
     tangents = frame.shape[0] + 1
     places = ends[LANES]
     outcome = results.outcome
@@ -278,23 +229,7 @@ def lane_flow(
                 places[lane] = places[0]
         queue[0] = (queue[0] + count) % ACTIVE
         queue[1] -= count
-        _step(
-            functions,
-            lane_functions,
-            settings,
-            tables,
-            states,
-            results,
-            section,
-            varying,
-            places,
-            count,
-            ends,
-            plan,
-            row,
-            block,
-            scratch,
-        )
+        _step(machine, place, lane_functions, results, section, varying, places, count, room)
         for lane in range(count):
             p = places[lane]
             run = states.run[p]

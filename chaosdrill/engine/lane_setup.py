@@ -53,11 +53,14 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
     )
 
 
-def bookkeeping(system: "HybridSystem", m: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Queues, ends and plan of ``lane_flow`` for a system with m tangents."""
+def room(system: "HybridSystem", m: int, constants: np.ndarray, row: np.ndarray, spare: np.ndarray) -> at.LaneRoom:
+    """What ``lane_flow`` works in for a system with m tangents; see `block` and `chaosdrill.engine.layout.LaneRoom`."""
     guards = system.kernels.key_table.shape[1]
-    return (
-        np.zeros((len(system.modes) * (m + 1), 2 + ACTIVE), dtype=np.int64),
-        np.zeros((LANES + 1, LANES), dtype=np.int64),
-        np.zeros((2 * guards, LANES), dtype=np.int64),
+    return at.LaneRoom(
+        queues=np.zeros((len(system.modes) * (m + 1), 2 + ACTIVE), dtype=np.int64),
+        ends=np.zeros((LANES + 1, LANES), dtype=np.int64),
+        plan=np.zeros((2 * guards, LANES), dtype=np.int64),
+        row=row,
+        spare=spare,
+        block=block(system, m, constants),
     )

@@ -4,6 +4,8 @@ What happens at single trajectories, their events above all, is left to the func
 arrays of lanes, in the order of ``engine.layout``.
 """
 
+from numba import uint64
+
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_value
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
@@ -16,8 +18,8 @@ ABSURD = 1e100
 @inlined
 def gather(places, live, states, varying, block):
     """Put the trajectories at ``places`` into lanes."""
-    for lane in range(places.size):
-        p = places[lane]
+    for lane in range(LANES):
+        p = uint64(places[lane])
         run = states.run[p]
         block.t[lane] = run.time
         block.period[lane] = run.period
@@ -28,7 +30,8 @@ def gather(places, live, states, varying, block):
             for i in range(states.x.shape[1]):
                 block.v[v, i, lane] = states.vectors[p, v, i]
         for i in range(varying.size):
-            block.c[varying[i], lane] = states.c[p, varying[i]]
+            k = uint64(varying[i])
+            block.c[k, lane] = states.c[p, k]
 
 
 @inlined
@@ -64,7 +67,7 @@ def expand(lane_functions, mode, live, m, settings, block, row):
     series = table_of(ws)
     scales = row_of(block.scale)
     ends = row_of(block.last)
-    lane_functions[0](mode, order, block.t, block.c, block.x, ws)
+    lane_functions.jet(mode, order, block.t, block.c, block.x, ws)
     finest = EPSILON / settings.tolerance
     weights = row_of(block.weights)
     widest = scales[0] * 0.0
@@ -85,11 +88,11 @@ def expand(lane_functions, mode, live, m, settings, block, row):
             block.last[0, lane], block.last[1, lane] = _begin_scales(n, order, reach, lane, block, row)
     if live > 0:
         if settings.own_jacobian == 1:
-            lane_functions[1](mode, order, block.c, ws)
+            lane_functions.jacobian_jet(mode, order, block.c, ws)
         vectors = block.v
         for v in range(0, live, 2):
             second = vectors[min(v + 1, live - 1)]
-            lane_functions[2](mode, order, block.c, vectors[v], second, ws, _first_row(ws, m, n, v))
+            lane_functions.tangent(mode, order, block.c, vectors[v], second, ws, _first_row(ws, m, n, v))
         last = ends[0]
         last_but_one = ends[1]
         common = 1.0 / larger(widest, SMALLEST)

@@ -154,6 +154,14 @@ class Functions(NamedTuple):
     transit: Any
 
 
+class LaneFunctions(NamedTuple):
+    """Those of series for eight runs at once."""
+
+    jet: Any
+    jacobian_jet: Any
+    tangent: Any
+
+
 class Stepper(NamedTuple):
     """A method's functions, see ``engine.stepper``."""
 
@@ -161,6 +169,32 @@ class Stepper(NamedTuple):
     locate: Any
     evaluate: Any
     advance: Any
+
+
+class Machine(NamedTuple):
+    """All that a compiled function needs for runs of one system: it is given the address of these in memory."""
+
+    functions: Any
+    stepper: Any
+    search: Any
+    """`chaosdrill.engine.first_event.first_event`, for lanes and orbits"""
+    settings: Any
+    """(1,) of SETTINGS"""
+    tables: Any
+    states: Any
+    scratch: Any
+
+
+class Method(NamedTuple):
+    """How run p is stepped: the functions of its method, the search for events, and where they find the run."""
+
+    stepper: Any
+    search: Any
+    place: Any
+    """address of the `Machine`"""
+    asleep: Any
+    """that of one that watches no guard"""
+    p: Any
 
 
 class Block(NamedTuple):
@@ -191,6 +225,22 @@ class Block(NamedTuple):
     polynomial: Any
     bernstein: Any
     root: Any
+
+
+class LaneRoom(NamedTuple):
+    """What ``lane_flow`` keeps in order by, and its scratch."""
+
+    queues: Any
+    """(keys, 2 + ACTIVE): of each the first place and the length, then a ring of runs"""
+    ends: Any
+    """(LANES + 1, LANES): how the steps of a block end"""
+    plan: Any
+    """(2 guards, LANES)"""
+    row: Any
+    """one row of the event buffer"""
+    spare: Any
+    """(window, n + 1)"""
+    block: Any
 
 
 class Results(NamedTuple):

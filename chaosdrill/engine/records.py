@@ -3,9 +3,10 @@
 import math
 
 import numba
-from numba import float64, int64, types
+from numba import float64, int64, types, uint64
 
-from chaosdrill.codegen.signatures import block, matrix, vector
+from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, block, matrix, vector
+from chaosdrill.engine.front_end import at_address, function_pointer, named_tuple
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
     DONE,
@@ -14,10 +15,15 @@ from chaosdrill.engine.layout import (
     RUN,
     SETTINGS,
     Block,
+    Functions,
+    LaneFunctions,
+    LaneRoom,
+    Machine,
     Results,
     Scratch,
     State,
     States,
+    Stepper,
     Tables,
 )
 
@@ -34,41 +40,76 @@ settings_record = numba.from_dtype(SETTINGS)
 run_record = numba.from_dtype(RUN)
 settings_type = types.Array(settings_record, 1, "C")
 
-tables_type = types.NamedTuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix), Tables)
-states_type = types.NamedTuple(
+tables_type = named_tuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix), Tables)
+states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
         *(matrix, integer_matrix, integer_matrix, matrix),
     ),
     States,
 )
-scratch_type = types.NamedTuple((matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix), Scratch)
-block_type = types.NamedTuple(
+scratch_type = named_tuple((matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix), Scratch)
+block_type = named_tuple(
     (
         *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, matrix, vector),
         *(matrix, matrix, matrix, matrix, matrix, matrix, matrix),
     ),
     Block,
 )
-results_type = types.NamedTuple((integer_matrix, cube, cube, integers), Results)
+results_type = named_tuple((integer_matrix, cube, cube, integers), Results)
+lane_room_type = named_tuple((integer_matrix, integer_matrix, integer_matrix, matrix, matrix, block_type), LaneRoom)
+
+STEPPER_SIGNATURES = {
+    "expand": float64(int64, int64, float64),
+    "locate": types.Tuple((float64, int64, int64))(int64, int64, float64, float64, float64),
+    "evaluate": types.void(int64, int64, float64, float64),
+    "advance": types.void(int64, int64, float64, float64),
+}
+"""Signatures of a method's functions, see ``engine.stepper``."""
+
+SEARCH_SIGNATURE = types.Tuple((float64, int64, int64, float64))(int64, int64, float64, float64)
+"""``first_event(place, p, h, t)``: time of it or -1, -2 for a start that is refused; guard; ties; length of the step"""
+
+functions_type = named_tuple((function_pointer(name, s) for name, s in SIGNATURES.items()), Functions)
+lane_functions_type = named_tuple(
+    (function_pointer(f"lane_{name}", s) for name, s in LANE_SIGNATURES.items()), LaneFunctions
+)
+stepper_type = named_tuple((function_pointer(name, s) for name, s in STEPPER_SIGNATURES.items()), Stepper)
+machine_type = named_tuple(
+    (
+        functions_type,
+        stepper_type,
+        function_pointer("search", SEARCH_SIGNATURE),
+        settings_type,
+        tables_type,
+        states_type,
+        scratch_type,
+    ),
+    Machine,
+)
+
+machine_at = at_address(machine_type)
+"""The `Machine` at an address."""
 
 
 @inlined
 def state_of(states, p):
     """Run p of many."""
+    # every array would look whether a number with a sign counts from its end
+    k = uint64(p)
     return State(
         states.run[p : p + 1],
-        states.c[p],
-        states.x[p],
-        states.scale[p],
-        states.sums[p],
-        states.vectors[p],
-        states.slots[p],
-        states.dead[p],
-        states.logs[p],
-        states.sides[p],
-        states.counts[p],
-        states.grazing[p],
+        states.c[k],
+        states.x[k],
+        states.scale[k],
+        states.sums[k],
+        states.vectors[k],
+        states.slots[k],
+        states.dead[k],
+        states.logs[k],
+        states.sides[k],
+        states.counts[k],
+        states.grazing[k],
     )
 
 

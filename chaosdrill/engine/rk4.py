@@ -7,6 +7,7 @@ step pass unseen. It is here to be compared with.
 from chaosdrill.engine.guards import ROUNDING, stand
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING, PUT
+from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 
 _PROBE = 1e-3
@@ -22,7 +23,7 @@ def _mean(stages, first, i):
 
 
 @inner
-def move(field, variation, run, t, c, x, s, vectors, live, out, stages):
+def move(functions, run, t, c, x, s, vectors, live, out, stages):
     """States and quadratures (``out``) and tangents (row 10 + 6 v of ``stages``) after a step of length s."""
     n = x.size
     mode = run.mode
@@ -32,13 +33,13 @@ def move(field, variation, run, t, c, x, s, vectors, live, out, stages):
         part = 0.0 if k == 0 else (s if k == 3 else 0.5 * s)
         for i in range(n):
             place[i] = x[i] + (part * stages[k, i] if k > 0 else 0.0)
-        field(mode, t + part, c, place, stages[1 + k])
+        functions.field(mode, t + part, c, place, stages[1 + k])
         for v in range(live):
             row = 5 + 6 * v
             direction = stages[row]
             for i in range(n):
                 direction[i] = vectors[v, i] + (part * stages[row + k, i] if k > 0 else 0.0)
-            variation(mode, t + part, c, place, direction, stages[row + 1 + k])
+            functions.variation(mode, t + part, c, place, direction, stages[row + 1 + k])
     for i in range(n):
         out[i] = x[i] + s * _mean(stages, 1, i)
     for i in range(n, out.size):
@@ -50,21 +51,22 @@ def move(field, variation, run, t, c, x, s, vectors, live, out, stages):
 
 
 @inner
-def _settle(guard, guard_error, j, ahead, t, c, x, tables, run, sides, gradient, errors):
+def _settle(functions, tables, state, j, ahead, t, scratch):
     """How guard j stands where nothing or an event came before; ``ahead`` is its value a little later."""
+    run, c, x = state.run[0], state.c, state.x
     mode = run.mode
     key = tables.keys[mode, j]
-    old = sides[key]
+    old = state.sides[key]
     moved = run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
     on_surface = run.fresh == AFTER and tables.surfaces[mode, j] == run.surface
     if not moved and not on_surface and abs(old) > 1:
         return FIRE, old
-    here = guard(mode, j, t, c, x, gradient)
+    here = functions.guard(mode, j, t, c, x, scratch.gradient)
     zero = on_surface and not moved
     if not zero:
         if moved or old == 0:
-            guard_error(mode, j, t, c, x, errors)
-            zero = abs(here) <= ROUNDING * errors[0] + (2.0 * run.residual if on_surface else 0.0)
+            functions.guard_error(mode, j, t, c, x, scratch.errors)
+            zero = abs(here) <= ROUNDING * scratch.errors[0] + (2.0 * run.residual if on_surface else 0.0)
         else:
             zero = here * old <= 0.0
     value = ahead if zero else here
@@ -76,30 +78,30 @@ def _settle(guard, guard_error, j, ahead, t, c, x, tables, run, sides, gradient,
 
 
 @offered
-def expand(
-    field, variation, guard, guard_error, first, count, marks, settings, run, t, c, x, scale, vectors, ws, stages,
-    gradient,
-):  # fmt: skip
+def expand(place, p, t):
     """Length of the step to the next point of the fixed grid."""
+    run = state_of(machine_at(place).states, p).run[0]
     step = run.fixed_step
     h = step - run.time % step
     return h if h > 1e-9 * step else h + step
 
 
 @offered
-def locate(
-    field, variation, guard, guard_error, first, te, h, t, tables, settings, run, c, x, sides, ws, stages,
-    gradient, errors, times, backs, out,
-):  # fmt: skip
+def locate(place, p, te, h, t):
     """First event of the step by the signs at its ends and bisection: (time or -1, guard, ties)."""
+    machine = machine_at(place)
+    functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
+    state = state_of(machine.states, p)
+    run, c, x, sides = state.run[0], state.c, state.x, state.sides
+    stages, gradient, times, backs, out = scratch.stages, scratch.gradient, scratch.times, scratch.backs, scratch.out
     mode = run.mode
     count = tables.watch[mode, 0]
     if run.fresh != ONGOING:
-        move(field, variation, run, t, c, x, _PROBE * h, stages, 0, out, stages)
+        move(functions, run, t, c, x, _PROBE * h, stages, 0, out, stages)
         fires = -1
         for j in range(count):
-            ahead = guard(mode, j, t + _PROBE * h, c, out[: x.size], gradient)
-            how, side = _settle(guard, guard_error, j, ahead, t, c, x, tables, run, sides, gradient, errors)
+            ahead = functions.guard(mode, j, t + _PROBE * h, c, out[: x.size], gradient)
+            how, side = _settle(functions, tables, state, j, ahead, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0
             sides[tables.keys[mode, j]] = side
@@ -107,10 +109,10 @@ def locate(
                 fires = j
         if fires >= 0:
             return 0.0, fires, 0
-    move(field, variation, run, t, c, x, h, stages, 0, out, stages)
+    move(functions, run, t, c, x, h, stages, 0, out, stages)
     run.turning = 0
     for j in range(count):
-        times[j] = guard(mode, j, t + h, c, out[: x.size], gradient)
+        times[j] = functions.guard(mode, j, t + h, c, out[: x.size], gradient)
     best = -1.0
     found = -1
     ties = 0
@@ -130,8 +132,8 @@ def locate(
             middle = 0.5 * (low + high)
             if middle <= low or middle >= high:
                 break
-            move(field, variation, run, t, c, x, middle, stages, 0, out, stages)
-            if guard(mode, j, t + middle, c, out[: x.size], gradient) * side <= 0.0:
+            move(functions, run, t, c, x, middle, stages, 0, out, stages)
+            if functions.guard(mode, j, t + middle, c, out[: x.size], gradient) * side <= 0.0:
                 high = middle
             else:
                 low = middle
@@ -145,15 +147,21 @@ def locate(
 
 
 @offered
-def evaluate(field, variation, t, c, x, s, run, stages, out):
+def evaluate(place, p, t, s):
     """States and quadratures after a step of length s."""
-    move(field, variation, run, t, c, x, s, stages, 0, out, stages)
+    machine = machine_at(place)
+    state = state_of(machine.states, p)
+    stages = machine.scratch.stages
+    move(machine.functions, state.run[0], t, state.c, state.x, s, stages, 0, machine.scratch.out, stages)
 
 
 @offered
-def advance(field, variation, t, c, x, s, vectors, run, stages, out):
+def advance(place, p, t, s):
     """States and quadratures and, in place, tangents after a step of length s."""
-    move(field, variation, run, t, c, x, s, vectors, run.live, out, stages)
+    machine = machine_at(place)
+    state = state_of(machine.states, p)
+    run, x, vectors, stages = state.run[0], state.x, state.vectors, machine.scratch.stages
+    move(machine.functions, run, t, state.c, x, s, vectors, run.live, machine.scratch.out, stages)
     for v in range(run.live):
         for i in range(x.size):
             vectors[v, i] = stages[10 + 6 * v, i]

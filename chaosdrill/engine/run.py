@@ -13,6 +13,7 @@ from chaosdrill.engine.period import check_period
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 
 if TYPE_CHECKING:
+    from chaosdrill.engine.jit import Record
     from chaosdrill.model.system import HybridSystem
 
 
@@ -84,6 +85,7 @@ class Run:
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
         self._scratch = scratch_of(system, m)
+        self._machine: Record | None = None
 
     @property
     def standing(self) -> np.void:
@@ -260,19 +262,21 @@ class Run:
         """
         await_part(ONE_RUN)
         from chaosdrill.engine.flow import flow
-        from chaosdrill.engine.stepper import stepper
+        from chaosdrill.engine.stepper import machine
 
+        if self._machine is None:
+            self._machine = machine(
+                self.system.kernels.functions, self.method, self.settings, self.tables, self.states, self._scratch
+            )
         if periods:
             self.settings["target"] = self.strobes + periods
         self.settings["recording"] = int(samples is not None)
         self.states.run["sample_rows"] = self.states.run["event_rows"] = 0
         code = flow(
-            *self.system.kernels.functions,
-            *stepper(self.method),
-            *(self.settings, self.tables, self.states, 0),
+            self._machine,
+            0,
             self._no_samples if samples is None else samples,
             self._no_events if events is None else events,
-            self._scratch,
         )
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
 

@@ -20,82 +20,35 @@ from chaosdrill.engine.tangents import orthonormalise
 
 
 @inlined
-def prepare(functions, stepper, tables, settings, t, state, scratch):
-    """Expand at the present state: (length of the step, time of the first event in it or -1, guard, ties).
+def expand(functions, method, tables, settings, t, state, scratch):
+    """Expand at the present state; returns the length of the step."""
+    if settings.method == TAYLOR:
+        return taylor.expand(functions, tables, settings, t, state, scratch.workspace, scratch)
+    return method.stepper.expand(method.place, method.p, t)
 
-    The time is -2 for a start that is refused.
+
+@inlined
+def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratch):
+    """The first event that the polynomials of guards tell, made exact by methods that can: (time or -1, guard, ties).
+
+    A method without polynomials finds it here.
     """
-    run, x = state.run[0], state.x
-    mode = run.mode
-    method = settings.method
-    ws = scratch.workspace
-    count = tables.watch[mode, 0]
-    row = x.size + settings.quadratures
-    if method == TAYLOR:
-        h = taylor.expand(functions, tables, settings, t, state, ws, scratch)
-    else:
-        h = stepper.expand(
-            functions.field,
-            functions.variation,
-            functions.guard,
-            functions.guard_error,
-            row,
-            count,
-            tables.marks[mode],
-            settings,
-            run,
-            t,
-            state.c,
-            x,
-            state.scale,
-            state.vectors,
-            ws,
-            scratch.stages,
-            scratch.gradient,
-        )
-    te = -1.0
-    j = -1
-    ties = 0
-    if method != RK4:
-        te, j, ties, h = guards.first_event(functions, tables, settings, state, ws, row, h, t, scratch)
-    if method == RK4 or (method != TAYLOR and te > 0.0):
-        te, j, ties = stepper.locate(
-            functions.field,
-            functions.variation,
-            functions.guard,
-            functions.guard_error,
-            row,
-            te,
-            h,
-            t,
-            tables,
-            settings,
-            run,
-            state.c,
-            x,
-            state.sides,
-            ws,
-            scratch.stages,
-            scratch.gradient,
-            scratch.errors,
-            scratch.times,
-            scratch.backs,
-            scratch.out,
-        )
-    if method != TAYLOR and method != RK4 and te > 0.0:
-        te, j, ties = guards.earliest(functions, tables, settings, state, ws, row, count, h, t, scratch)
-    return h, te, j, ties
+    if settings.method == RK4 or (settings.method != TAYLOR and te > 0.0):
+        te, j, ties = method.stepper.locate(method.place, method.p, te, h, t)
+    if settings.method != TAYLOR and settings.method != RK4 and te > 0.0:
+        row = state.x.size + settings.quadratures
+        count = tables.watch[state.run[0].mode, 0]
+        te, j, ties = guards.earliest(functions, tables, settings, state, scratch.workspace, row, count, h, t, scratch)
+    return te, j, ties
 
 
 @inner
-def evaluate(functions, stepper, settings, t, state, s, scratch):
+def evaluate(method, settings, t, s, scratch):
     """States, then integrals of the quadratures since the start of the step, at s, into scratch."""
     if settings.method == TAYLOR:
         taylor.evaluate(scratch.workspace, scratch.out.size, s, scratch.out)
     else:
-        stepper.evaluate(
-            functions.field, functions.variation, t, state.c, state.x, s, state.run[0], scratch.stages, scratch.out
-        )
+        method.stepper.evaluate(method.place, method.p, t, s)
 
 
 @inlined
@@ -111,7 +64,7 @@ def instant_after(run, count, s):
 
 
 @inlined
-def record(functions, stepper, settings, t, state, te, early, samples, scratch):
+def record(method, settings, t, state, te, early, samples, scratch):
     """Write the samples that fall into the step and count strobes; returns the time of the last strobe in it, or -1.
 
     A sample up to ``early`` after the end of the step coincides with the event there, and shows the state before it.
@@ -128,7 +81,7 @@ def record(functions, stepper, settings, t, state, te, early, samples, scratch):
         if not s <= te + early:
             return strobe
         if settings.recording == 1:
-            evaluate(functions, stepper, settings, t, state, min(s, te), scratch)
+            evaluate(method, settings, t, min(s, te), scratch)
             row = samples[run.sample_rows]
             for i in range(n):
                 row[i] = out[i]
@@ -162,7 +115,7 @@ def add_to(sums, i, term):
 
 
 @inlined
-def advance(functions, stepper, settings, t, state, s, scratch):
+def advance(method, settings, t, state, s, scratch):
     """Move state, tangents and quadratures to s."""
     run, x, out = state.run[0], state.x, scratch.out
     n = x.size
@@ -170,7 +123,7 @@ def advance(functions, stepper, settings, t, state, s, scratch):
         taylor.evaluate(scratch.workspace, out.size, s, out)
         taylor.evaluate_vectors(scratch.workspace, s, run.live, state.vectors)
     else:
-        stepper.advance(functions.field, functions.variation, t, state.c, x, s, state.vectors, run, scratch.stages, out)
+        method.stepper.advance(method.place, method.p, t, s)
     for i in range(n):
         x[i] = out[i]
     for i in range(n, out.size):

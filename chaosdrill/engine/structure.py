@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _SAMPLES = 24
 _RANK_TOLERANCE = 1e-13
+_REGULAR = 1e-6
 
 ALONG = 1e-6
 """Part of the flow that may be left across the shifts where the motion counts as nothing but a shift."""
@@ -235,15 +236,30 @@ def examine(system: "HybridSystem") -> Structure:
     with np.errstate(all="ignore"):
         jumps = list(saltations(system))
     effects = [*_jacobians(system), *(m - np.eye(n) for _, m in jumps)]
-    if "shifts" not in system.shared:
-        system.shared["shifts"] = shift_directions(system.placed)
-    shifts = system.shared["shifts"]
+    shifts = shifts_of(system)
     return Structure(
         deficient=_deficient(system, jumps),
         frame=_frame(effects, shifts, n),
         shifts=len(shifts),
         autonomous=system.time is None,
     )
+
+
+def shifts_of(system: "HybridSystem") -> list[list[float]]:
+    """Directions along which the whole system can be shifted, whatever its parameters: n numbers each.
+
+    Where a Jacobian has an inverse there is none; else they are derived, once for all values of the parameters.
+    """
+    if "shifts" not in system.shared:
+        regular = any(_is_regular(matrix) for matrix in _jacobians(system, 1))
+        system.shared["shifts"] = [] if regular else shift_directions(system.placed)
+    found: list[list[float]] = system.shared["shifts"]
+    return found
+
+
+def _is_regular(matrix: np.ndarray) -> bool:
+    weights = np.linalg.svd(matrix, compute_uv=False)
+    return bool(weights[-1] > _REGULAR * weights[0])
 
 
 def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> frozenset[int]:
@@ -255,7 +271,12 @@ def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> f
 
 
 def _has_full_rank(matrix: np.ndarray) -> bool:
-    return bool(np.linalg.matrix_rank(matrix, tol=_RANK_TOLERANCE * np.abs(matrix).max()) == len(matrix))
+    """Whether a matrix, most of whose rows are those of the identity, has an inverse: its other rows decide."""
+    other = np.flatnonzero((matrix != np.eye(len(matrix))).any(axis=1))
+    if not len(other):
+        return True
+    block, largest = matrix[np.ix_(other, other)], np.abs(matrix).max()
+    return bool(np.linalg.matrix_rank(block, tol=_RANK_TOLERANCE * largest) == len(block))
 
 
 def _frame(effects: list[np.ndarray], shifts: list[list[float]], n: int) -> np.ndarray:
@@ -264,20 +285,21 @@ def _frame(effects: list[np.ndarray], shifts: list[list[float]], n: int) -> np.n
     frame: list[np.ndarray] = []
     for row in rows:
         for _ in range(2):
-            row = row - sum((v * (v @ row) for v in frame), np.zeros(n))
+            near = [frame[i] for i in np.flatnonzero(np.abs(np.reshape(frame, (-1, n))) @ np.abs(row))]
+            row = row - sum((v * (v @ row) for v in near), np.zeros(n))
         if np.linalg.norm(row) > 1e-6:
             frame.append(row / np.linalg.norm(row))
     return np.array(frame)
 
 
-def _jacobians(system: "HybridSystem") -> Iterator[np.ndarray]:
+def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.ndarray]:
     n = len(system.states)
     c = system.kernels.constants(system.parameters)
     variation = system.kernels.functions[4]
     rng = np.random.default_rng(20260102)
     column = np.empty(n)
     for mode in range(len(system.modes)):
-        for _ in range(_SAMPLES):
+        for _ in range(samples):
             x, t = rng.normal(size=n), rng.uniform(0, 7)
             matrix = np.empty((n, n))
             for j, unit in enumerate(np.eye(n)):

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.dataset.schema import RESERVED
+from chaosdrill.dataset.schema import unfit
 from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import frozen_states
 from chaosdrill.model.reading import NAMES, is_name
 from chaosdrill.model.special import SPECIAL
-from chaosdrill.model.text_bounds import has_doubles
+from chaosdrill.model.text import has_doubles
 from chaosdrill.names import remedy
 
 if TYPE_CHECKING:
@@ -108,10 +108,9 @@ def _check_names(system: "HybridSystem") -> None:
     if "mode" in system.state_names:
         raise ModelError(f"{system.name}: a state is named 'mode', which is reserved for the initial mode; rename it")
     for name in system.quadratures:
-        if name in RESERVED:
+        if reason := unfit(name):
             raise PlacedError(
-                f"{system.name}: quadrature {name!r} has a name that is reserved for results; rename it, as in "
-                f"{name + '_integral'!r}",
+                f"{system.name}: quadrature {name!r:.60} has a name that {reason}; rename it, as in 'the_integral'",
                 ("quadratures", name),
             )
     labelled = [*system.state_names, *system.parameters, *system.quadratures]

@@ -10,7 +10,7 @@ import sympy
 
 from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.model.definition_reading import Fault, Reading, read_definition
-from chaosdrill.model.to_text import write_text
+from chaosdrill.model.text import write_text
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem

@@ -9,9 +9,9 @@ from typing import Any
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.from_text import read_text
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.reading import NAMES, canonical, is_name
+from chaosdrill.model.text import read_text
 from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy
 

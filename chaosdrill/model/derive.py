@@ -1,5 +1,6 @@
 """Derivatives of a system's expressions: nobody writes one by hand."""
 
+from collections.abc import Set
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -36,13 +37,39 @@ def jacobian_entries(system: "HybridSystem", mode: str) -> dict[tuple[int, int],
 def _entries(system: "HybridSystem", expressions: list[Any]) -> dict[tuple[int, int], Any]:
     """Derivatives of expressions by the states, without those that are zero everywhere."""
     column = {x: j for j, x in enumerate(system.states)}
-    found = {}
+    known: dict[Any, dict[Any, Any]] = {}
+    found: dict[tuple[int, int], Any] = {}
     for i, e in enumerate(expressions):
-        for j in sorted(column[x] for x in sympy.sympify(e).free_symbols & column.keys()):
-            slope = differentiate(e, system.states[j])
-            if slope != 0:
-                found[i, j] = slope
+        slopes = _slopes(sympy.sympify(e), column.keys(), known)
+        found |= {(i, j): slopes[x] for x, j in column.items() if slopes.get(x, 0) != 0}
     return found
+
+
+def _slopes(e: Any, states: Set[Any], known: dict[Any, dict[Any, Any]]) -> dict[Any, Any]:
+    """Derivatives of an expression by those of the states that it names; ``known`` are those of its parts.
+
+    sympy's own derivatives go through the whole expression once a state.
+    """
+    if e in states:
+        return {e: sympy.Integer(1)}
+    if not e.args:
+        return {}
+    if e not in known:
+        found: dict[Any, list[Any]] = {}
+        if e.is_Add:
+            parts = [(sympy.Integer(1), term) for term in e.args]
+        elif e.is_Mul:
+            parts = [(sympy.Mul(*e.args[:i], *e.args[i + 1 :]), factor) for i, factor in enumerate(e.args)]
+        elif e.is_Pow and not e.exp.free_symbols & states:
+            parts = [(e.exp * e.base ** (e.exp - 1), e.base)]
+        else:
+            parts = []
+            found = {x: [differentiate(e, x)] for x in e.free_symbols & states}
+        for factor, part in parts:
+            for x, slope in _slopes(part, states, known).items():
+                found.setdefault(x, []).append(factor * slope)
+        known[e] = {x: sympy.Add(*terms) for x, terms in found.items()}
+    return known[e]
 
 
 def jacobian(system: "HybridSystem", mode: str) -> sympy.Matrix:
@@ -87,7 +114,8 @@ def reset_jacobian(system: "HybridSystem", transition: "Transition") -> list[lis
 
 def rate(system: "HybridSystem", mode: str, expression: Any) -> Any:
     """Time derivative of an expression along the flow of a mode."""
-    along = sum((differentiate(expression, x) * system.modes[mode][x] for x in system.states), sympy.Integer(0))
+    moving = [x for x in system.states if x in expression.free_symbols]
+    along = sum((differentiate(expression, x) * system.modes[mode][x] for x in moving), sympy.Integer(0))
     return along + time_derivative(system, expression)
 
 
@@ -199,11 +227,14 @@ def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
     found = []
     for row in np.array(null.rref(iszerofunc=lambda e: abs(e) < 1e-6)[0].tolist(), dtype=float):
         direction = [sympy.nsimplify(round(entry, 7), rational=True) for entry in row]
-        if any(direction) and all(
-            sympy.simplify(sum((e * direction[j] for j, e in r.items()), sympy.Integer(0))) == 0 for r in rows
-        ):
+        if any(direction) and all(_vanishes(sympy.Add(*(e * direction[j] for j, e in r.items()))) for r in rows):
             found.append([float(d) for d in direction])
     return found
+
+
+def _vanishes(expression: Any) -> bool:
+    """Whether an expression is zero: most are once they are multiplied out, which takes far less than all else."""
+    return bool(expression == 0 or sympy.expand(expression) == 0 or sympy.simplify(expression) == 0)
 
 
 def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":

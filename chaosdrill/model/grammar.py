@@ -2,6 +2,9 @@
 
 A small language of its own: numbers, names, ``+ - * / **``, calls, comparisons, ``and``, ``or`` and ``not``. Reading it
 makes a tree and nothing else; text of any kind takes bounded time and depth, or is refused.
+
+Python's own `ast` would not do: it compiles, an audit event that no input may cause; it takes ``ﬁ`` for ``fi``, refuses
+names such as ``lambda`` and ``ω₀``, and fails at a sum of 3000 terms.
 """
 
 import re

@@ -7,8 +7,8 @@ import sympy
 from sympy.concrete.expr_with_limits import ExprWithLimits
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.from_text import read_open_text
 from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.text import read_open_text
 
 _UNREADABLE = (sympy.SympifyError, TypeError, ValueError, AttributeError)
 _UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Order)

@@ -4,6 +4,8 @@ With G(v) = v/lam - ln(1 + lam v)/lam^2 a Hunt-Crossley contact d'' = -k d^n (1 
 so G(exit) = G(entry) whatever k, n and the masses are. Source: Hunt and Crossley 1975, doi:10.1115/1.3423596.
 """
 
+from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import sympy
@@ -107,14 +109,62 @@ class positive_power(sympy.Function):
         raise ArgumentIndexError(self, argindex)
 
 
-SPECIAL = {
-    "hunt_crossley_exit": "chaosdrill.engine.special:hunt_crossley_exit",
-    "hunt_crossley_exit_lam": "chaosdrill.engine.special:hunt_crossley_exit_lam",
-    "hunt_crossley_peak": "chaosdrill.engine.special:hunt_crossley_peak",
-    "hunt_crossley_duration": "chaosdrill.engine.contact_time:hunt_crossley_duration",
-    "hunt_crossley_duration_v": "chaosdrill.engine.contact_time:hunt_crossley_duration_v",
-    "hunt_crossley_duration_lam": "chaosdrill.engine.contact_time:hunt_crossley_duration_lam",
-    "hunt_crossley_duration_n": "chaosdrill.engine.contact_time:hunt_crossley_duration_n",
-    "positive_power": "chaosdrill.engine.special:positive_power",
+@dataclass(frozen=True)
+class Special:
+    """What is known of one special function.
+
+    Attributes
+    ----------
+    make : type
+        The sympy function, with its derivatives.
+    compiled : str
+        ``module:function`` of its code.
+    exact : str or None
+        ``module:function`` of its evaluation with mpmath.
+    error : float
+        Largest relative error of its code.
+    moving : tuple of int
+        Arguments, from 0, that may move in rates, guards and quadratures: the derivatives by them are operations on the
+        arguments and on the function itself, so that it has a Taylor series. The others may be parameters there.
+    """
+
+    make: Any
+    compiled: str
+    exact: str | None
+    error: float
+    moving: tuple[int, ...] = ()
+
+    def code(self) -> Any:
+        """Its code, which Python can call."""
+        return _found(self.compiled)
+
+    def in_digits(self) -> Any:
+        """Its evaluation with mpmath."""
+        return _found(self.exact or "")
+
+
+def _found(place: str) -> Any:
+    module, _, function = place.partition(":")
+    return getattr(import_module(module), function)
+
+
+def _special(make: Any, module: str, error: float, *, exact: bool = False, moving: tuple[int, ...] = ()) -> Special:
+    name = make.__name__
+    reference = f"chaosdrill.analysis.precision_special:{name}" if exact else None
+    return Special(make, f"chaosdrill.engine.{module}:{name}", reference, error, moving)
+
+
+SPECIAL: dict[str, Special] = {
+    special.make.__name__: special
+    for special in (
+        _special(hunt_crossley_exit, "special", 5e-16, exact=True, moving=(0,)),
+        _special(hunt_crossley_exit_lam, "special", 1e-14),
+        _special(hunt_crossley_peak, "special", 1e-14, exact=True),
+        _special(hunt_crossley_duration, "contact_time", 1e-12, exact=True),
+        _special(hunt_crossley_duration_v, "contact_time", 1e-11),
+        _special(hunt_crossley_duration_lam, "contact_time", 1e-11),
+        _special(hunt_crossley_duration_n, "contact_time", 1e-11),
+        _special(positive_power, "special", 2e-16, exact=True, moving=(0,)),
+    )
 }
-"""Name of the sympy function -> ``module:function`` that evaluates it in compiled code."""
+"""The special functions by name."""

@@ -1,36 +1,351 @@
-"""Branches of orbits over one parameter: from a start in both directions, and onto the doubled ones."""
+"""Branches of orbits over one parameter: traced segment by segment, both ways from a start, and onto doubled orbits."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
-from chaosdrill.engine import branch
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.orbits.borders import WeightsOf
-from chaosdrill.orbits.cascade import cascade_from
-from chaosdrill.orbits.collect import Planned, collect, nothing
-from chaosdrill.orbits.doubling import doubled
-from chaosdrill.orbits.failures import NoOrbitError, admissible
-from chaosdrill.orbits.find import starting_orbit
-from chaosdrill.orbits.growing import Frame, Grown, Mark, grow
-from chaosdrill.orbits.multipliers import multipliers
+from chaosdrill.orbits.continuation import Continued, Curve, Point, SpecialCurve, continue_curve
+from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, what_changed
+from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
+from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
+from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.results import BranchResult, Cascade
-from chaosdrill.orbits.stability import free_multipliers, is_stable
+from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.special import locate, special_points
+from chaosdrill.orbits.switching import curve_behind, doubled
+from chaosdrill.orbits.table import cascade_from, collect, nothing
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.family import Family, Lap
+    from chaosdrill.orbits.continuation import Border
     from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Shot
 
-NO_EFFECT = 1e-12
-"""Slope of what makes an orbit over the parameter below which a parameter does nothing to it."""
 
-FINER = 20
-"""Steps in the distance between two doublings, on the branches that follow."""
+ENDS = {
+    Special.GRAZING: BranchEnd.GRAZING,
+    Special.EVENT_SWAP: BranchEnd.EVENT_SWAP,
+    Special.OUTCOME_SWITCH: BranchEnd.OUTCOME_SWITCH,
+}
+
+
+@dataclass(frozen=True)
+class BranchSegment:
+    """Points of a curve, all of the same sequence of events, and the rank of their tangent maps."""
+
+    curve: Curve
+    points: Sequence[Point]
+    rank: int
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def orbit(self, k: int) -> "Orbit":
+        """One of the orbits."""
+        return self.points[k].orbit
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """Free parameters, shape (P, q)."""
+        return np.array([self.curve.values(p.orbit) for p in self.points])
+
+    @cached_property
+    def arclengths(self) -> np.ndarray:
+        """Shape (P,)."""
+        return np.array([p.arclength for p in self.points])
+
+    @cached_property
+    def tangents(self) -> np.ndarray:
+        """Directions along the curve, shape (P, columns)."""
+        return np.array([p.tangent for p in self.points])
+
+    @cached_property
+    def monodromies(self) -> np.ndarray:
+        """Shape (P, d, d)."""
+        return np.array([p.shot.monodromy for p in self.points])
+
+    @cached_property
+    def durations(self) -> np.ndarray:
+        """Shape (P, N)."""
+        return np.array([p.orbit.durations for p in self.points])
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """Shape (P, N)."""
+        return np.array([p.shot.speeds for p in self.points])
+
+    def with_points(self, points: Sequence[Point]) -> "BranchSegment":
+        """With other points of the same events."""
+        return replace(self, points=points)
+
+    def reversed(self) -> "BranchSegment":
+        """The same points in the other order."""
+        return self.with_points([p.turned() for p in reversed(self.points)])
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A special point: which point of which segment it is, what happens, how exactly it is known."""
+
+    segment: int
+    point: int
+    kind: Special
+    error: float
+    text: str
+
+
+@dataclass
+class Branch:
+    """A branch, or curve, that was followed.
+
+    Attributes
+    ----------
+    segments : list of BranchSegment
+        In order.
+    marks : list of Mark
+    end : BranchEnd
+    words : str
+        The end in words.
+    parent : int
+        Number of the branch that it comes from; -1 for one that was started from outside.
+    start : str
+        How it was started, in words.
+    born : float
+        The parameter at the doubling from which it comes; NaN for one that was started from outside.
+    """
+
+    segments: list[BranchSegment] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+    end: BranchEnd = BranchEnd.MOST_POINTS
+    words: str = BranchEnd.MOST_POINTS.advice
+    parent: int = -1
+    start: str = ""
+    born: float = float("nan")
+
+    def __len__(self) -> int:
+        return sum(len(s) for s in self.segments)
+
+    def ended(self, end: BranchEnd, words: str = "") -> "Branch":
+        """This branch, ended so; by default in the words of that end."""
+        self.end, self.words = end, words or end.advice
+        return self
+
+    def orbit(self, mark: Mark) -> "Orbit":
+        """The orbit at a mark."""
+        return self.segments[mark.segment].orbit(mark.point)
+
+    def value(self, mark: Mark) -> float:
+        """The first free parameter there."""
+        return float(self.segments[mark.segment].values[mark.point, 0])
+
+    def joined(self, backward: "Branch") -> "Branch":
+        """One branch of the two halves, which share their first point."""
+        lengths = [len(s) for s in backward.segments]
+        count = len(lengths)
+        marks = [
+            replace(m, segment=count - 1 - m.segment, point=lengths[m.segment] - 1 - m.point)
+            for m in reversed(backward.marks)
+        ]
+        marks += [replace(m, segment=count + m.segment, point=m.point - int(m.segment == 0)) for m in self.marks]
+        segments = [s.reversed() for s in reversed(backward.segments)]
+        first = self.segments[0]
+        segments += [first.with_points(first.points[1:]), *self.segments[1:]]
+        origin = segments[0].points[0].arclength
+        segments = [s.with_points([replace(p, arclength=p.arclength - origin) for p in s.points]) for s in segments]
+        words = self.words if self.words == backward.words else f"{self.words}; at its start: {backward.words}"
+        return Branch(segments, marks, self.end, words)
+
+
+def met(curve: Curve, orbit: "Orbit", known: Sequence[BranchSegment]) -> bool:
+    """Whether an orbit is one of those at the ends of segments that are known."""
+    weights = curve.weights(orbit)
+    weights[curve.problem.states] = 0.0
+    ends = (p.orbit for s in known if len(s) for p in (s.points[0], s.points[-1]))
+    same = (end for end in ends if np.array_equal(end.segments, orbit.segments))
+    return any(np.abs(curve.change(end, orbit) * weights).max() < SETTINGS.meeting for end in same)
+
+
+def trace_branch(
+    curve: Curve,
+    first: Point,
+    step: float,
+    most: int,
+    known: Sequence[BranchSegment] = (),
+    others: Sequence[BranchSegment] = (),
+) -> Branch:
+    """Follow a curve from a point of it in one direction, until it ends.
+
+    Parameters
+    ----------
+    curve : Curve
+    first : Point
+        With the way to go as its tangent.
+    step : float
+        Longest step, as a part of the ranges of the parameters.
+    most : int
+        Points, at most.
+    known : sequence of BranchSegment
+        What was followed before in the other direction; the curve ends where it meets it.
+    others : sequence of BranchSegment
+        Other branches, at which it ends as well.
+    """
+    branch, home = Branch(), first if isinstance(curve, SpecialCurve) else None
+    if home is None and curve.outside(first.orbit):
+        return branch.ended(BranchEnd.NO_CONVERGENCE)
+    for _ in range(SETTINGS.most_borders):
+        room = most - len(branch)
+        if room < 1:
+            return branch
+        part = continue_curve(curve, first, step, room, home=home)
+        _append(branch, curve, part)
+        last = branch.segments[-1]
+        if part.border is None:
+            words = f"{'the' if curve.noun == 'branch' else 'a'} parameter reached its limit"
+            return branch.ended(part.end, words if part.end == BranchEnd.LIMIT else "")
+        found = _behind(curve, part, last, branch)
+        if found is None:
+            return _ended_at(branch, curve, part, last, step)
+        curve, first = found
+        if met(curve, first.orbit, [*known, *branch.segments]):
+            return branch.ended(BranchEnd.CLOSED)
+        if met(curve, first.orbit, others):
+            return branch.ended(BranchEnd.JOINED)
+    branch.words = f"more than {SETTINGS.most_borders} changes of the sequence of events"
+    return branch
+
+
+def _append(branch: Branch, curve: Curve, part: Continued) -> None:
+    """Add what was continued to a branch, with the special points in it."""
+    followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
+    segment = BranchSegment(curve, part.points, structural_rank(curve.problem, followed))
+    if not isinstance(curve, SpecialCurve):
+        segment, marks = _marked(segment, len(segment) - int(part.border is not None and not part.lost))
+        branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
+    branch.segments.append(segment)
+
+
+def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) -> tuple[Curve, Point] | None:
+    """The curve that goes on behind a border, and its first point; the border is marked."""
+    assert part.border is not None
+    length, at_border = last.points[-1].arclength, last.points[-1].orbit
+    if isinstance(curve, SpecialCurve):
+        kind, _ = reason(curve.problem, part.border)
+        further = None if _halves_met(last, kind) else curve_behind(curve, last.points[-1], part.border)
+        if further is None:
+            return None
+        behind, first, text = further
+        _mark(branch, part.border, kind, f"{text}; the curve continues")
+        return behind, first
+    beyond = branch_behind(curve, part.border)
+    if beyond is None:
+        return None
+    if not recounted(curve.problem, part.border.good, beyond.orbit):
+        before = last.points[-2].orbit if len(last) > 1 else at_border
+        kind, text = what_changed(curve.problem, part.border, beyond.orbit)
+        coming = float(curve.change(before, at_border)[-1])
+        way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
+        _mark(branch, part.border, kind, f"{text}; the branch {way}")
+    first = curve.first(beyond.orbit, beyond.shot, beyond.ahead)
+    return curve, replace(first, arclength=length)
+
+
+def _mark(branch: Branch, border: "Border", kind: Special, text: str) -> None:
+    """Mark the last point of a branch as one at a border."""
+    segment = branch.segments[-1]
+    k = len(segment) - 1
+    if not isinstance(segment.curve, SpecialCurve):
+        segment = segment.with_points([*segment.points[:-1], replace(segment.points[-1], special=kind)])
+        branch.segments[-1] = segment
+    if kind != Special.REGULAR:
+        branch.marks.append(Mark(len(branch.segments) - 1, k, kind, border.error, text))
+
+
+def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, step: float) -> Branch:
+    """End a branch at a border behind which nothing was found."""
+    assert part.border is not None
+    if part.lost and _escapes(last, step):
+        return branch.ended(BranchEnd.ESCAPED)
+    kind, text = reason(curve.problem, part.border)
+    words = f"{text}; the {curve.noun} ends" if text else _lost(last)
+    if _halves_met(last, kind) and (isinstance(curve, SpecialCurve) or not words):
+        return branch.ended(BranchEnd.DOUBLING)
+    branch.ended(ENDS.get(kind, BranchEnd.NO_CONVERGENCE), words)
+    _mark(branch, part.border, kind, words)
+    return branch
+
+
+def _halves_met(segment: BranchSegment, kind: Special) -> bool:
+    """Whether the halves of doubled orbits have come together at the end of a segment.
+
+    Where nothing else happens there, it is enough that they are close.
+    """
+    problem, weights = segment.curve.problem, segment.points[0].weights
+    gaps = [np.abs(problem.halves_apart(p.orbit, weights)).max(initial=0) for p in segment.points]
+    if kind == Special.REGULAR:
+        return bool(gaps[-1] < SETTINGS.halves * max(gaps))
+    return bool(gaps[-1] < SETTINGS.meeting < max(gaps))
+
+
+def _lost(segment: BranchSegment) -> str:
+    """Words for a branch that Newton's method could not follow, where its durations show why."""
+    durations = segment.durations.sum(axis=1)
+    if durations[-1] > SETTINGS.longer * durations[0]:
+        return f"the duration grows without bound, to {durations[-1]:.3g}: the orbit comes to connect a point at rest"
+    return ""
+
+
+def _escapes(segment: BranchSegment, step: float) -> bool:
+    """Whether a state of the orbits leaves its bounds one step beyond the end of a segment."""
+    last, problem = segment.points[-1], segment.curve.problem
+    moved = problem.moved(last.orbit, problem.shoot(last.orbit, False), step * last.tangent)
+    return problem.shoot(moved, False).outcome == Outcome.ESCAPED
+
+
+def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mark]]:
+    """The segment with the special points between its first ones among its points, and their marks."""
+    points, marks = list(segment.points), []
+    for k in sorted({k for k, _ in special_points(segment.with_points(points[:count]))}, reverse=True):
+        for point, error in reversed(_between(segment, k, SETTINGS.finer)):
+            points.insert(k, point)
+            marks.append((k, point, error))
+    places = {id(p): k for k, p in enumerate(points)}
+    found = [Mark(0, places[id(p)], p.special, error, p.special.words) for _, p, error in reversed(marks)]
+    return segment.with_points(points), found
+
+
+def _between(segment: BranchSegment, k: int, finer: int) -> list[tuple[Point, float]]:
+    """Special points between point k - 1 and point k, in order, with the errors of the parameter.
+
+    Where one is not found, because too much happens in the step, the branch between is followed in smaller steps.
+    """
+    before, after = segment.points[k - 1 : k + 1]
+    pair = segment.with_points((before, after))
+    try:
+        located = [locate(pair, kind) for _, kind in special_points(pair)]
+        found = [one for one in located if one[0].special != Special.REGULAR]
+        return sorted(found, key=lambda one: float(np.abs(one[0].orbit.starts - before.orbit.starts).sum()))
+    except LostError:
+        if not finer:
+            return []
+    gap = after.arclength - before.arclength
+    part = continue_curve(
+        segment.curve.unlimited(),
+        before,
+        gap / SETTINGS.finer_parts,
+        8 * SETTINGS.finer_parts,
+        gap / SETTINGS.finer_parts,
+    )
+    points = [p for p in part.points if p.arclength < before.arclength + 1.02 * gap]
+    points += part.points[len(points) : len(points) + 1]
+    inside = segment.with_points(points)
+    return [one for i in sorted({i for i, _ in special_points(inside)}) for one in _between(inside, i, finer - 1)]
+
 
 Progress = Callable[[int, int, None], None]
 
@@ -74,161 +389,115 @@ def branches(
         Without points, and with the reason in its outcome and message, if there is no orbit to start with.
     """
     try:
-        family, orbit, lap, _, _ = starting_orbit(system, (parameter,), period, start, transient, numerics)
+        problem, orbit, shot, _, _ = starting_orbit(system, (parameter,), period, start, transient, numerics)
     except NoOrbitError as failure:
         return nothing(system, (parameter,), failure.outcome, failure.message)
-    span = limits[1] - limits[0]
-    frame = Frame(limits, step / span, max_points)
-    weights = WeightsOf(family, frame.spans)(orbit)
-    direction = family.direction(orbit, lap, weights)
-    orbit, direction = _beside(family, orbit, lap, direction, frame, weights)
-    forward = grow(family, orbit, direction, frame)
+    curve = Curve(problem, np.array([limits], dtype=float))
+    span = float(curve.spans[0])
+    first = _beside(curve, orbit, shot, step / span)
+    forward = trace_branch(curve, first, step / span, max_points)
     whole = forward
     if forward.end != BranchEnd.CLOSED:
-        backward = grow(family, orbit, -direction, frame, tuple(forward.stretches))
-        whole = _joined(backward, forward) if forward.stretches else backward
-    if not whole.stretches:
+        backward = trace_branch(curve, first.turned(), step / span, max_points, forward.segments)
+        whole = forward.joined(backward) if forward.segments else backward
+    if not whole.segments:
         return nothing(system, (parameter,), Outcome.NO_ORBIT, "from its first orbit no branch could be followed")
     if not whole.marks and _unmoved(whole):
-        whole.end, whole.words = BranchEnd.NO_EFFECT, BranchEnd.NO_EFFECT.advice
-    value = system.parameters[parameter]
-    planned = [Planned(whole, -1, f"an orbit of period {orbit.periods} at {parameter} = {value:g}")]
-    _report(progress, planned, doublings)
+        whole.ended(BranchEnd.NO_EFFECT)
+    whole.start = f"an orbit of period {orbit.periods} at {parameter} = {system.parameters[parameter]:g}"
+    found = [whole]
+    _report(progress, found, doublings)
     generation = [0]
     for turn in range(doublings):
         following: list[int] = []
         for parent in generation:
-            for mark in _to_follow(family, planned[parent].grown, first_only=turn > 0):
-                if _reached(planned, parent, mark, frame):
+            for mark in _to_follow(found[parent], first_only=turn > 0):
+                if _reached(found, parent, mark, step):
                     continue
-                grown = _doubled_branch(family, planned, parent, mark, frame, turn)
-                if grown is not None:
-                    born = _value(planned[parent].grown, mark)
-                    words = f"the period doubling at {parameter} = {born:.12g}"
-                    planned.append(Planned(grown, parent, words, born))
-                    following.append(len(planned) - 1)
+                branch = _doubled_branch(curve, found, parent, mark, step, max_points, turn)
+                if branch is not None:
+                    branch.start = f"the period doubling at {parameter} = {branch.born:.12g}"
+                    found.append(branch)
+                    following.append(len(found) - 1)
         generation = following
-        _report(progress, planned, doublings)
-    return collect(family, (parameter,), planned, _longest_cascade(family, planned) if doublings else None)
+        _report(progress, found, doublings)
+    return collect(problem, (parameter,), found, _longest_cascade(found) if doublings else None)
 
 
-BESIDE = 0.01
-"""Part of the longest step by which a branch is started beside a special point."""
-
-AT_SPECIAL = 1e-6
-"""Distance of a multiplier from 1 or -1 at which a first orbit is taken to be a special point itself."""
-
-
-def _beside(
-    family: "Family", orbit: "Orbit", lap: "Lap", direction: np.ndarray, frame: Frame, weights: np.ndarray
-) -> "tuple[Orbit, np.ndarray]":
+def _beside(curve: Curve, orbit: "Orbit", shot: "Shot", step: float) -> Point:
     """The first orbit, or one beside it if it is a special point, so that the branch passes through that."""
-    values = free_multipliers(np.linalg.eigvals(lap.monodromy), family.neutral.count)
-    if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > AT_SPECIAL:
-        return orbit, direction
-    moved = family.moved(orbit, lap, BESIDE * frame.step * direction)
-    code, other, seen, _ = family.solve(moved, (direction * weights**2)[np.newaxis])
-    if code != branch.CONVERGED or not admissible(other, seen):
-        return orbit, direction
-    return other, family.direction(other, seen, weights, direction)
+    problem = curve.problem
+    first = curve.first(orbit, shot)
+    values = free_multipliers(np.linalg.eigvals(shot.monodromy), problem.neutral.count)
+    if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > SETTINGS.at_special:
+        return first
+    moved = problem.moved(orbit, shot, SETTINGS.beside_special * step * first.tangent)
+    code, other, seen, _ = problem.newton(moved, (first.tangent * first.weights**2)[np.newaxis])
+    if code != CONVERGED or not admissible(other, seen):
+        return first
+    return curve.first(other, seen, first.tangent)
 
 
-def _unmoved(grown: Grown) -> bool:
+def _unmoved(branch: Branch) -> bool:
     """Whether nothing of an orbit changes along a branch but the parameter."""
-    return all(
-        (np.abs(s.directions[:, :-1]) <= NO_EFFECT * np.abs(s.directions[:, -1:])).all() for s in grown.stretches
-    )
+    tangents = [s.tangents for s in branch.segments if len(s)]
+    return all((np.abs(t[:, :-1]) <= SETTINGS.no_effect * np.abs(t[:, -1:])).all() for t in tangents)
 
 
-def _report(progress: Progress | None, planned: list[Planned], doublings: int) -> None:
+def _report(progress: Progress | None, found: list[Branch], doublings: int) -> None:
     if progress is not None:
-        progress(len(planned), max(len(planned), doublings + 1), None)
+        progress(len(found), max(len(found), doublings + 1), None)
 
 
-def _joined(backward: Grown, forward: Grown) -> Grown:
-    """One branch of the two halves, which share their first orbit."""
-    lengths = [len(s) for s in backward.stretches]
-    count = len(lengths)
-    marks = [
-        replace(m, stretch=count - 1 - m.stretch, point=lengths[m.stretch] - 1 - m.point)
-        for m in reversed(backward.marks)
-    ]
-    marks += [replace(m, stretch=count + m.stretch, point=m.point - int(m.stretch == 0)) for m in forward.marks]
-    stretches = [s.reversed() for s in reversed(backward.stretches)]
-    stretches += [forward.stretches[0].part(slice(1, None)), *forward.stretches[1:]]
-    origin = float(stretches[0].arclengths[0])
-    stretches = [replace(s, arclengths=s.arclengths - origin) for s in stretches]
-    words = forward.words if forward.words == backward.words else f"{forward.words}; at its start: {backward.words}"
-    return Grown(stretches, [*reversed(backward.ranks), *forward.ranks], marks, forward.end, words)
-
-
-def _longest_cascade(family: "Family", planned: list[Planned]) -> Cascade | None:
+def _longest_cascade(found: list[Branch]) -> Cascade | None:
     """The longest chain of branches, each from the doubling of the one before, with the doubling that ends it."""
     best: list[tuple[float, int]] = []
-    for number in range(len(planned)):
-        chain: list[tuple[float, int]] = []
-        first = _to_follow(family, planned[number].grown, True) if number else []
-        if first:
-            chain.append(_doubling(planned[number].grown, first[0]))
-        while planned[number].parent >= 0:
-            parent = planned[number].parent
-            born = float(planned[number].born)
-            chain.append((born, planned[parent].grown.stretches[0].periods))
-            number = parent
+    for number, branch in enumerate(found):
+        first = _to_follow(branch, True) if number else []
+        chain = [(branch.value(m), branch.segments[m.segment].orbit(0).periods) for m in first]
+        while branch.parent >= 0:
+            born, branch = branch.born, found[branch.parent]
+            chain.append((born, branch.segments[0].orbit(0).periods))
         if len(chain) > len(best):
             best = chain
     return cascade_from(*zip(*reversed(best), strict=True)) if best else None
 
 
-def _doubling(grown: Grown, mark: Mark) -> tuple[float, int]:
-    return _value(grown, mark), grown.stretches[mark.stretch].periods
-
-
-def _value(grown: Grown, mark: Mark) -> float:
-    return float(grown.stretches[mark.stretch].starts[mark.point, 0, -1])
-
-
-def _to_follow(family: "Family", grown: Grown, first_only: bool) -> list[Mark]:
+def _to_follow(branch: Branch, first_only: bool) -> list[Mark]:
     """Period doublings from which doubled branches are followed: those where stability is lost, or the first one."""
-    marks = [m for m in grown.marks if m.kind == Special.PERIOD_DOUBLING]
-    marks.sort(key=lambda m: (m.stretch, m.point))
+    marks = [m for m in branch.marks if m.kind == Special.PERIOD_DOUBLING]
+    marks.sort(key=lambda m: (m.segment, m.point))
     if first_only:
         return marks[:1]
-    return [m for m in marks if _beside_stable(family, grown, m)] or marks
+    return [m for m in marks if _beside_stable(branch.segments[m.segment], m)] or marks
 
 
-def _beside_stable(family: "Family", grown: Grown, mark: Mark) -> bool:
-    stretch = grown.stretches[mark.stretch]
-    beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(stretch)]
-    values = multipliers(family, stretch.orbit(0), stretch.monodromies[beside], grown.ranks[mark.stretch])
-    return bool(is_stable(values, family.neutral.count).any())
+def _beside_stable(segment: "BranchSegment", mark: Mark) -> bool:
+    beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(segment)]
+    problem = segment.curve.problem
+    values = multipliers(problem, segment.orbit(0), segment.monodromies[beside], segment.rank)
+    return bool(is_stable(values, problem.neutral.count).any())
 
 
-def _reached(planned: list[Planned], parent: int, mark: Mark, frame: Frame) -> bool:
+def _reached(found: list[Branch], parent: int, mark: Mark, step: float) -> bool:
     """Whether a doubled branch that was followed from elsewhere has come to this doubling."""
-    here = _value(planned[parent].grown, mark)
-    ends = [
-        float(one.grown.stretches[-1].starts[-1, 0, -1])
-        for one in planned
-        if one.parent == parent and one.grown.end == BranchEnd.DOUBLING
-    ]
-    return any(abs(end - here) < frame.step * frame.spans[0] for end in ends)
+    here = found[parent].value(mark)
+    doubled = (b for b in found if b.parent == parent and b.end == BranchEnd.DOUBLING)
+    return any(abs(float(b.segments[-1].values[-1, 0]) - here) < step for b in doubled)
 
 
 def _doubled_branch(
-    family: "Family", planned: list[Planned], parent: int, mark: Mark, frame: Frame, turn: int
-) -> Grown | None:
-    grown = planned[parent].grown
-    stretch = grown.stretches[mark.stretch]
-    orbit = stretch.orbit(mark.point)
-    here = _value(grown, mark)
-    finer = frame
-    scale = 1.0
+    curve: Curve, found: list[Branch], parent: int, mark: Mark, step: float, most: int, turn: int
+) -> Branch | None:
+    born, scale = found[parent].value(mark), 1.0
+    longest = step
     if turn > 0:
-        gap = abs(here - planned[parent].born) / frame.spans[0]
-        finer = replace(frame, step=min(frame.step, gap / FINER))
-        scale = min(1.0, finer.step / frame.step)
-    weights_of = WeightsOf(family, frame.spans)
-    found = doubled(family, orbit, weights_of, scale, finer.step * float(frame.spans[0]))
-    others = tuple(s for one in planned for s in one.grown.stretches)
-    return None if found is None else grow(family, *found, finer, others=others)
+        longest = min(step, abs(born - found[parent].born) / SETTINGS.steps_between_doublings)
+        scale = longest / step
+    beside = doubled(curve, found[parent].orbit(mark), scale, longest)
+    if beside is None:
+        return None
+    others = [s for one in found for s in one.segments]
+    branch = trace_branch(curve, curve.first(*beside), longest / float(curve.spans[0]), most, others=others)
+    branch.parent, branch.born = parent, born
+    return branch

@@ -8,41 +8,132 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine import branch
+from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.orbits.describe import describe, no_orbit
-from chaosdrill.orbits.failures import (
-    NoOrbitError,
-    admissible,
-    at_rest,
-    inadmissible_words,
-    understood,
-    why_not,
-)
-from chaosdrill.orbits.family import Family, Lap
+from chaosdrill.orbits.guess import InitialGuess, Place, initial_guess, own_path, reached, returns, settled, unit_of
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.place import Place, reached
-from chaosdrill.orbits.reading import Reading, own_path, reading_from, returns, settled
+from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
+from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.verification import describe, no_orbit
 
 if TYPE_CHECKING:
+    from chaosdrill.engine.run import Run
     from chaosdrill.model import HybridSystem
 
-READINGS = 6
-"""Times that the events of a guess are read anew, at most."""
 
-REACHES = (0.5, 0.1)
-"""Longest corrections by one lap with which Newton's method is tried, one after the other."""
+class NoOrbitError(Exception):
+    """Why no orbit was found.
 
-CONVERGING = 1e-2
-"""Residual below which Newton's method is given more time."""
+    Parameters
+    ----------
+    outcome : Outcome
+    message : str
+    residuals : ndarray
+        Of Newton's method, as far as it got.
+    """
 
-SAME = 1e-7
-"""Difference relative to the size of the states below which two points of an orbit are one."""
+    def __init__(self, outcome: Outcome, message: str, residuals: np.ndarray | None = None) -> None:
+        super().__init__(message)
+        self.outcome, self.message = outcome, message
+        self.residuals = np.zeros(0) if residuals is None else residuals
 
-MOST_TURNS = 64
-"""Times that an orbit of a smooth flow may have been gone through, at most."""
+
+def admissible(orbit: "Orbit", shot: "Shot") -> bool:
+    """Whether the system follows the orbit as it is written down: its guards, their order, their outcomes."""
+    events = orbit.segments[:, at.SEGMENT_END] >= 0
+    return bool(
+        (shot.crossed < 0).all()
+        and (shot.came == orbit.segments[:, at.SEGMENT_OUTCOME]).all()
+        and (orbit.durations > 0).all()
+        and (shot.speeds[events] > 0).all()
+    )
+
+
+def inadmissible_words(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
+    """Why the system does not follow an orbit whose equations hold: the first reason."""
+    system = problem.plain
+    for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
+        name = system.mode_names[mode]
+        if shot.crossed[i] >= 0:
+            found = problem.system.kernels.events[mode][shot.crossed[i]].outcomes[0]
+            return f"in mode {name!r} the guard of {system.transitions[found].name!r} is crossed on the way"
+        if not orbit.durations[i] > 0:
+            return f"the stay in mode {name!r} would last {orbit.durations[i]:.3g}"
+        if end >= 0 and shot.came[i] != outcome:
+            return f"the event {system.transitions[outcome].name!r} comes out otherwise"
+        if end >= 0 and not shot.speeds[i] > 0:
+            return f"the guard of {system.transitions[outcome].name!r} would be met from its other side"
+    return ""
+
+
+def at_rest(problem: "Problem", orbit: "Orbit") -> bool:
+    """Whether nothing moves along the orbit: no event happens, or none but a slip of no length."""
+    if not orbit.eventless and orbit.durations.min() > SETTINGS.slip_at_rest * orbit.durations.sum():
+        return False
+    total = float(orbit.durations.sum())
+    path = problem.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0]
+    return bool(np.ptp(path, axis=0).max() <= SETTINGS.at_rest * max(1.0, np.abs(path).max()))
+
+
+def understood(problem: "Problem", place: "Place", failure: NoOrbitError) -> NoOrbitError:
+    """Why there is no orbit, from what the motion does later on: end, or rest, or let a state only grow."""
+    system = place.system
+    unit = unit_of(problem, place)
+    run = place.run(unit, problem.numerics)
+    points = [run.x.copy()]
+    for _ in range(SETTINGS.watched_units):
+        outcome = run.advance(1)[0]
+        if outcome == failure.outcome:
+            return failure
+        if outcome != Outcome.OK:
+            words = f"{failure.message}; and the motion from the start ends: {outcome.advice}"
+            return NoOrbitError(outcome, words, failure.residuals)
+        points.append(run.x.copy())
+    if not problem.forced and _rests(run):
+        return NoOrbitError(Outcome.EQUILIBRIUM, "the motion from the start comes to rest", failure.residuals)
+    growing = _growing(np.array(points))
+    if not growing.any():
+        return failure
+    each = "a period" if problem.forced else "a unit of time"
+    net = (points[-1] - points[0]) / (SETTINGS.watched_units if problem.forced else SETTINGS.watched_units * unit)
+    told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
+    return NoOrbitError(
+        Outcome.OPEN,
+        f"the motion cannot close: {told} {each} on the average, and never back; leave a state that only grows out and "
+        "carry it as a quadrature, or write a phase as a function of time",
+        failure.residuals,
+    )
+
+
+def _rests(run: "Run") -> bool:
+    """Whether nothing moves any more."""
+    system = run.system
+    rates = np.zeros(len(run.x) + len(system.quadratures))
+    mode = system.mode_names.index(run.mode)
+    system.kernels.functions[3](mode, run.elapsed, run.c, run.x, rates)
+    return bool(np.abs(rates[: len(run.x)]).max() <= SETTINGS.at_rest * max(1.0, float(np.abs(run.x).max())))
+
+
+def _growing(points: np.ndarray) -> np.ndarray:
+    """Which states only grow or only fall, evenly, shape (n,)."""
+    steps = np.diff(points, axis=0)
+    way = np.abs(steps).sum(axis=0)
+    halves = np.abs(steps.reshape(2, -1, points.shape[1]).sum(axis=1))
+    size = np.maximum(np.abs(points).max(axis=0), 1.0)
+    return (halves.min(axis=0) > SETTINGS.evenly * way) & (way > 1e-3 * size)
+
+
+def why_not(code: int, residuals: np.ndarray) -> str:
+    """Why Newton's method failed, in words."""
+    known = residuals[np.isfinite(residuals)]
+    went = f"; its residuals went from {known[0]:.1e} to {known.min():.1e}" if len(known) else ""
+    if code == SINGULAR:
+        return f"Newton's method found the equations singular{went}"
+    if code == SLOW:
+        return f"Newton's method did not converge{went}"
+    return f"Newton's method ran off to where the system cannot be followed ({Outcome(code).meaning}){went}"
 
 
 def find_orbit(system: "HybridSystem", period: int, start: str, transient: float, numerics: Numerics) -> FoundOrbit:
@@ -60,15 +151,15 @@ def find_orbit(system: "HybridSystem", period: int, start: str, transient: float
     numerics : Numerics
     """
     try:
-        family, orbit, lap, residuals, message = starting_orbit(system, (), period, start, transient, numerics)
+        problem, orbit, shot, residuals, message = starting_orbit(system, (), period, start, transient, numerics)
     except NoOrbitError as failure:
         return no_orbit(system, failure.outcome, failure.message, period, failure.residuals)
-    return describe(family, orbit, lap, residuals, message)
+    return describe(problem, orbit, shot, residuals, message)
 
 
 def starting_orbit(
     system: "HybridSystem", free: tuple[str, ...], period: int, start: str, transient: float, numerics: Numerics
-) -> tuple[Family, Orbit, Lap, np.ndarray, str]:
+) -> tuple[Problem, Orbit, Shot, np.ndarray, str]:
     """The orbit near the system's initial state, or near where that leads.
 
     On an attractor Newton's method starts where the motion comes back most nearly after the period, and there from
@@ -76,8 +167,8 @@ def starting_orbit(
 
     Returns
     -------
-    family, orbit, lap, residuals : Family, Orbit, Lap, ndarray
-        The orbit with what one lap and Newton's method showed.
+    problem, orbit, shot, residuals : Problem, Orbit, Shot, ndarray
+        The orbit with what shooting and Newton's method showed.
     message : str
         What there is to say of it.
 
@@ -85,35 +176,35 @@ def starting_orbit(
     ------
     NoOrbitError
     """
-    family = Family(system, free, numerics)
-    outcome, run = settled(family, transient if start == "attractor" else 0)
+    problem = Problem(system, free, numerics)
+    outcome, run = settled(problem, transient if start == "attractor" else 0)
     if outcome != Outcome.OK:
         raise NoOrbitError(outcome, f"the run that leads to the orbit ended: {outcome.advice}")
-    place = reached(run, family.numerics) if start == "attractor" else Place(family.plain)
-    readings = returns(family, run, period) if start == "attractor" else [reading_from(family, place, period)]
+    place = reached(run, problem.numerics) if start == "attractor" else Place(problem.plain)
+    guesses = returns(problem, run, period) if start == "attractor" else [initial_guess(problem, place, period)]
     failure, shorter = None, None
-    for reading, reach in product(readings, REACHES):
+    for initial, reach in product(guesses, SETTINGS.reaches):
         try:
-            orbit, lap, residuals = orbit_read(family, reading, period, reach)
+            orbit, shot, residuals = orbit_read(problem, initial, period, reach)
         except NoOrbitError as error:
             failure = failure or error
             continue
-        least, message = least_period(family, orbit)
+        least, message = least_period(problem, orbit)
         if least is not orbit:
-            _, least, lap, residuals = family.solve(least)
+            _, least, shot, residuals = problem.newton(least)
         if least.periods == period:
-            return family, least, lap, residuals, message
-        shorter = shorter or (family, least, lap, residuals, message)
+            return problem, least, shot, residuals, message
+        shorter = shorter or (problem, least, shot, residuals, message)
     if shorter is not None:
         return shorter
     assert failure is not None
-    raise understood(family, place, failure)
+    raise understood(problem, place, failure)
 
 
 def orbit_read(
-    family: Family, reading: Reading, period: int, reach: float = REACHES[0]
-) -> tuple[Orbit, Lap, np.ndarray]:
-    """The orbit near a path that is read, its arcs told from where least freedom is left.
+    problem: Problem, initial: InitialGuess, period: int, reach: float = SETTINGS.reaches[0]
+) -> tuple[Orbit, Shot, np.ndarray]:
+    """The orbit near a path that is read, its segments told from where least freedom is left.
 
     Where the system does not follow what Newton's method makes of it, its own path from there is read.
 
@@ -123,74 +214,74 @@ def orbit_read(
     """
     failure = NoOrbitError(Outcome.NO_ORBIT, "")
     seen: list[Orbit] = []
-    for _ in range(READINGS):
-        outcome, guess = reading()
+    for _ in range(SETTINGS.guesses):
+        outcome, guess = initial()
         if outcome != Outcome.OK:
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
         if guess is None:
             words = "does not come back soon"
-            if family.forced:
+            if problem.forced:
                 words = f"after {period} periods is in another mode than at its beginning"
             raise NoOrbitError(Outcome.NO_ORBIT, f"the motion from the start {words}")
         if any(guess.same_events(old) for old in seen):
             raise failure
         seen.append(guess)
-        orbit, lap, residuals = solved(family, guess, reach)
-        if admissible(orbit, lap):
-            return orbit, lap, residuals
+        orbit, shot, residuals = solved(problem, guess, reach)
+        if admissible(orbit, shot):
+            return orbit, shot, residuals
         failure = NoOrbitError(
-            Outcome.INADMISSIBLE, f"the equations close, but {inadmissible_words(family, orbit, lap)}", residuals
+            Outcome.INADMISSIBLE, f"the equations close, but {inadmissible_words(problem, orbit, shot)}", residuals
         )
-        reading = partial(own_path, family, orbit)
+        initial = partial(own_path, problem, orbit)
     raise failure
 
 
-def solved(family: Family, guess: Orbit, reach: float = REACHES[0]) -> tuple[Orbit, Lap, np.ndarray]:
+def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -> tuple[Orbit, Shot, np.ndarray]:
     """What Newton's method makes of a guess; the system need not follow it.
 
     Raises
     ------
     NoOrbitError
     """
-    code, orbit, lap, residuals = family.solve(based(family, guess), reach=reach)
-    if code == branch.SLOW and residuals[-1] <= CONVERGING:
-        code, orbit, lap, more = family.solve(orbit, reach=reach)
+    code, orbit, shot, residuals = problem.newton(based(problem, guess), reach=reach)
+    if code == SLOW and residuals[-1] <= SETTINGS.converging:
+        code, orbit, shot, more = problem.newton(orbit, reach=reach)
         residuals = np.concatenate([residuals, more[1:]])
-    if code != branch.CONVERGED:
+    if code != CONVERGED:
         raise NoOrbitError(Outcome.NO_ORBIT, why_not(code, residuals), residuals)
-    if at_rest(family, orbit):
+    if at_rest(problem, orbit):
         raise NoOrbitError(Outcome.EQUILIBRIUM, "what is found is a point at rest, not an orbit", residuals)
-    return orbit, lap, residuals
+    return orbit, shot, residuals
 
 
-def least_period(family: Family, orbit: Orbit) -> tuple[Orbit, str]:
+def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
     """The same orbit gone through once, and a remark if it was asked for with a multiple of its period."""
     count, periods = len(orbit), orbit.periods
-    if not family.forced and orbit.eventless:
-        return _one_turn(family, orbit), ""
-    parts = periods if family.forced else count
+    if not problem.forced and orbit.eventless:
+        return _one_turn(problem, orbit), ""
+    parts = periods if problem.forced else count
     for times in range(parts, 1, -1):
-        if count % times or (family.forced and periods % times):
+        if count % times or (problem.forced and periods % times):
             continue
         step = count // times
-        if orbit.comes_again(step, SAME):
+        if orbit.comes_again(step, SETTINGS.same_point):
             least = replace(
                 orbit,
-                arcs=orbit.arcs[:step],
-                periods=periods // times if family.forced else periods,
+                segments=orbit.segments[:step],
+                periods=periods // times if problem.forced else periods,
                 starts=orbit.starts[:step],
                 durations=orbit.durations[:step],
             )
-            return least, f"its period is {least.periods}, not {periods}" if family.forced else ""
+            return least, f"its period is {least.periods}, not {periods}" if problem.forced else ""
     return orbit, ""
 
 
-def _one_turn(family: Family, orbit: Orbit) -> Orbit:
-    """An orbit that is one arc of a smooth flow, gone through once."""
-    d = family.states
-    turns = np.arange(MOST_TURNS, 1, -1)
+def _one_turn(problem: Problem, orbit: Orbit) -> Orbit:
+    """An orbit that is one segment of a smooth flow, gone through once."""
+    d = problem.states
+    turns = np.arange(SETTINGS.most_turns, 1, -1)
     ends = float(orbit.durations[0]) / turns
-    states = family.at([orbit], ends[np.newaxis])[0][0]
+    states = problem.at([orbit], ends[np.newaxis])[0][0]
     size = np.maximum(np.abs(orbit.starts[0, :d]), 1e-6)
-    back = np.flatnonzero((np.abs(states - orbit.starts[0, :d]) / size).max(axis=1) < SAME)
+    back = np.flatnonzero((np.abs(states - orbit.starts[0, :d]) / size).max(axis=1) < SETTINGS.same_point)
     return replace(orbit, durations=ends[back[:1]]) if len(back) else orbit

@@ -1,43 +1,129 @@
-"""Multipliers of orbits, those of lost rank exactly zero."""
+"""Multipliers of orbits: those that are 1 or 0 by structure, and what the others say of stability."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset import Outcome
-from chaosdrill.engine import lap as at
+from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import pins
-from chaosdrill.engine.structure import Structure, examine
-from chaosdrill.orbits.arcs import arc_by_arc
-from chaosdrill.orbits.place import run_from, standpoint
+from chaosdrill.engine.structure import Structure, examine, shifts_of
+from chaosdrill.model.derive import conserved_combinations
+from chaosdrill.orbits.guess import run_from, standpoint
+from chaosdrill.orbits.orbit import segment_by_segment
+from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.family import Family
     from chaosdrill.orbits.orbit import Orbit
-
-GRADED = 1e-3
-"""Part of the norm of the tangent map below which a multiplier is not read off the map as a whole."""
-
-MOST_LAPS = 64
-"""Laps of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
-
-TURNED = 1e-14
-"""What is left of a wrong direction when two multipliers count as told apart."""
-
-CONDITION = 1e4
-"""Condition number of a piece of an arc that is not cut any further."""
-
-DEEPEST = 10
-"""Times that an arc is halved, at most."""
+    from chaosdrill.orbits.problem import Problem
 
 
-def based(family: "Family", orbit: "Orbit") -> "Orbit":
-    """The orbit told from the arc whose mode leaves the least freedom: what is lost there is zero in every entry."""
-    table = pins(family.plain)
-    first = int(np.argmax([table[mode].sum() for mode in orbit.arcs[:, at.ARC_MODE]]))
-    return orbit.rotated(first, family.period_at(orbit)) if first else orbit
+@dataclass(frozen=True)
+class Neutral:
+    """What nothing ever changes.
+
+    Attributes
+    ----------
+    flow : bool
+        Whether nothing depends on time, so that an orbit shifted in time is an orbit.
+    shifts : ndarray, shape (a, n)
+        Directions in which an orbit can be shifted as a whole: right eigenvectors of every tangent map.
+    conserved : ndarray, shape (b, n)
+        Combinations of states whose deviations are kept: left eigenvectors of every tangent map.
+    """
+
+    flow: bool
+    shifts: np.ndarray
+    conserved: np.ndarray
+
+    @property
+    def paired(self) -> int:
+        """How many shifts change conserved sums: each and its sum share one multiplier."""
+        return int(np.linalg.matrix_rank(self.conserved @ self.shifts.T)) if self.shifts.size else 0
+
+    @property
+    def count(self) -> int:
+        """How many multipliers of every orbit are 1."""
+        return int(self.flow) + len(self.shifts) + len(self.conserved) - self.paired
+
+    @property
+    def held(self) -> np.ndarray:
+        """Combinations of states, shape (m, n), which tell orbits of one family: conserved sums, if they tell all."""
+        return self.conserved if self.paired == len(self.shifts) else self.shifts
+
+    def words(self, system: "HybridSystem") -> str:
+        """What there is beside the direction of the flow; empty if there is nothing."""
+        parts = [f"it can be shifted along {_combination(v, system)}" for v in self.shifts]
+        if not len(self.shifts):
+            parts = [f"deviations of {_combination(v, system)} are kept" for v in self.conserved]
+        if not parts:
+            return ""
+        return f"the orbit is one of a family, since {' and '.join(parts)}; {self.count} of its multipliers are 1"
+
+
+def neutral_of(system: "HybridSystem") -> Neutral:
+    """What a system's structure leaves neutral; derived once for all values of its parameters."""
+    known: Neutral | None = system.shared.get("neutral")
+    if known is None:
+        n = len(system.states)
+        known = system.shared["neutral"] = Neutral(
+            flow=system.time is None or not _explicit(system),
+            shifts=np.reshape(np.array(shifts_of(system), dtype=float), (-1, n)),
+            conserved=np.reshape(np.array(conserved_combinations(system.placed), dtype=float), (-1, n)),
+        )
+    return known
+
+
+def _explicit(system: "HybridSystem") -> bool:
+    """Whether time stands in any expression that a motion follows."""
+    expressions = [rate for field in system.modes.values() for rate in field.values()]
+    for transition in system.transitions:
+        expressions += [transition.guard, *transition.reset.values()]
+        expressions += [] if transition.condition is None else [transition.condition]
+    return any(system.time in getattr(e, "free_symbols", ()) for e in expressions)
+
+
+def _combination(vector: np.ndarray, system: "HybridSystem") -> str:
+    """A combination of states in words, as in "x - z"."""
+    terms = [(float(v), name) for v, name in zip(vector, system.state_names, strict=True) if v]
+    parts = [f"{'-' if v < 0 else '+'} {'' if abs(v) == 1 else f'{abs(v):g} '}{name}" for v, name in terms]
+    return " ".join(parts).removeprefix("+ ")
+
+
+def free_multipliers(values: np.ndarray, neutral: int) -> np.ndarray:
+    """The multipliers without those that are 1 on every orbit, as that of the flow direction without a period.
+
+    Parameters
+    ----------
+    values : ndarray of complex, shape (..., n)
+        Eigenvalues of the tangent map over one period.
+    neutral : int
+        How many are 1 by the structure of the system (`chaosdrill.orbits.multipliers`): those nearest to 1 go.
+
+    Returns
+    -------
+    ndarray of complex, shape (..., n - neutral)
+    """
+    if not neutral:
+        return values
+    left_out = np.argsort(np.abs(values - 1), axis=-1, kind="stable")[..., :neutral]
+    kept = np.ones(values.shape, dtype=bool)
+    np.put_along_axis(kept, left_out, False, axis=-1)
+    return values[kept].reshape(*values.shape[:-1], values.shape[-1] - neutral)
+
+
+def is_stable(values: np.ndarray, neutral: int) -> np.ndarray:
+    """Whether all free multipliers lie inside of the unit circle, shape (...); parameters as for `free_multipliers`."""
+    return (np.abs(free_multipliers(values, neutral)) < 1).all(axis=-1)
+
+
+def based(problem: "Problem", orbit: "Orbit") -> "Orbit":
+    """The orbit told from the segment whose mode leaves least freedom: what is lost there is zero in every entry."""
+    table = pins(problem.plain)
+    first = int(np.argmax([table[mode].sum() for mode in orbit.segments[:, at.SEGMENT_MODE]]))
+    return orbit.rotated(first, problem.period_at(orbit)) if first else orbit
 
 
 def structure_of(system: "HybridSystem") -> Structure:
@@ -48,31 +134,31 @@ def structure_of(system: "HybridSystem") -> Structure:
     return known
 
 
-def structural_rank(family: "Family", orbit: "Orbit") -> int:
+def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
     """Rank that the tangent map keeps however often the orbit is gone through, by what its events remove exactly.
 
-    The ordinary engine carries as many independent tangents around it as there are states, from within an arc, so that
-    every round holds all events.
+    The ordinary engine carries as many independent tangents around it as there are states, from within a segment, so
+    that every round holds all events.
     """
-    d = family.states
-    arc, time, state = standpoint(family, orbit)
-    structure = structure_of(family.plain)
-    run = run_from(family, orbit, arc, time, state, tangents=np.eye(d), deficient=structure.deficient)
+    d = problem.states
+    segment, time, state = standpoint(problem, orbit)
+    structure = structure_of(problem.plain)
+    run = run_from(problem, orbit, segment, time, state, tangents=np.eye(d), deficient=structure.deficient)
     outcome = Outcome.OK
     for _ in range(d):
-        outcome = run.advance(orbit.periods if family.forced else 1)[0] if outcome == Outcome.OK else outcome
+        outcome = run.advance(orbit.periods if problem.forced else 1)[0] if outcome == Outcome.OK else outcome
         run.x[:] = state
-    return run.live if outcome == Outcome.OK else d - int(pins(family.plain)[orbit.arcs[0, at.ARC_MODE]].sum())
+    return run.live if outcome == Outcome.OK else d - int(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]].sum())
 
 
-def multipliers(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
-    """Eigenvalues of tangent maps around orbits of the same arcs, by falling modulus.
+def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
+    """Eigenvalues of tangent maps around orbits of the same segments, by falling modulus.
 
     Parameters
     ----------
-    family : Family
+    problem : Problem
     orbit : Orbit
-        One of them: from the mode of its first arc follows which states are pinned.
+        One of them: from the mode of its first segment follows which states are pinned.
     monodromy : ndarray, shape (..., d, d)
     rank : int
         So many are not zero.
@@ -81,7 +167,7 @@ def multipliers(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: i
     -------
     ndarray of complex, shape (..., d)
     """
-    free = np.flatnonzero(pins(family.plain)[orbit.arcs[0, at.ARC_MODE]] == 0)
+    free = np.flatnonzero(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
     values = np.zeros(monodromy.shape[:-1], dtype=complex)
     values[..., : len(free)] = np.linalg.eigvals(monodromy[..., free[:, np.newaxis], free])
     order = np.argsort(-np.abs(values), axis=-1, kind="stable")
@@ -90,33 +176,33 @@ def multipliers(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: i
     return values
 
 
-def graded(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
+def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
     """The same of one orbit, every one to its own relative precision, however far apart they are.
 
     Eigenvalues of a product that was multiplied out know the smaller ones only to the round-off of the largest. Here
     the factors stay apart: simultaneous iteration around the orbit makes all of them triangular (periodic QR;
     Bojanczyk, Golub and Van Dooren 1992, doi:10.1117/12.130915).
     """
-    plain = multipliers(family, orbit, monodromy, rank)
-    if rank < 2 or abs(plain[rank - 1]) > GRADED * np.linalg.norm(monodromy, 2):
+    plain = multipliers(problem, orbit, monodromy, rank)
+    if rank < 2 or abs(plain[rank - 1]) > SETTINGS.graded * np.linalg.norm(monodromy, 2):
         return plain
-    factors = pieces(family, orbit)
-    d = family.states
+    factors = pieces(problem, orbit)
+    d = problem.states
     before = np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0]
     logs, apart = np.zeros(rank), np.zeros(rank - 1, dtype=bool)
     triangles: list[np.ndarray] = []
-    for laps in range(1, MOST_LAPS + 1):
+    for laps in range(1, SETTINGS.graded_rounds + 1):
         turned = apart.all()
         basis, triangles = before, []
         for factor in factors:
             after, triangle = np.linalg.qr(factor @ basis)
             triangles.append(triangle)
             basis = after
-        if turned or laps == MOST_LAPS:
+        if turned or laps == SETTINGS.graded_rounds:
             break
         with np.errstate(divide="ignore", invalid="ignore"):
             logs += sum(np.log(np.abs(np.diagonal(t)[:rank])) for t in triangles)
-            apart = -np.diff(logs) > -np.log(TURNED)
+            apart = -np.diff(logs) > -np.log(SETTINGS.graded_turned)
         before = basis
     values = np.zeros(d, dtype=complex)
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
@@ -128,28 +214,28 @@ def graded(family: "Family", orbit: "Orbit", monodromy: np.ndarray, rank: int) -
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
-def pieces(family: "Family", orbit: "Orbit") -> list[np.ndarray]:
-    """Tangent maps of the arcs and events of an orbit in order, arcs cut so that none of them is ill conditioned."""
+def pieces(problem: "Problem", orbit: "Orbit") -> list[np.ndarray]:
+    """Tangent maps of the segments and events of an orbit in order, segments cut until none is ill conditioned."""
     found: list[np.ndarray] = []
-    for one, before in arc_by_arc(family, orbit):
-        flow = one.arcs.copy()
-        flow[:, at.ARC_END] = at.PLANE
-        _cut(family, replace(one, arcs=flow), found, 0)
-        if one.arcs[0, at.ARC_END] >= 0:
+    for one, before in segment_by_segment(problem, orbit):
+        flow = one.segments.copy()
+        flow[:, at.SEGMENT_END] = at.PLANE
+        _cut(problem, replace(one, segments=flow), found, 0)
+        if one.segments[0, at.SEGMENT_END] >= 0:
             time = one.phase + float(one.durations[0])
-            starts = np.concatenate([before, one.starts[0, family.states :]])[np.newaxis]
-            found.append(family.lap(replace(one, starts=starts, phase=time, durations=np.zeros(1)), False).monodromy)
+            starts = np.concatenate([before, one.starts[0, problem.states :]])[np.newaxis]
+            found.append(problem.shoot(replace(one, starts=starts, phase=time, durations=np.zeros(1)), False).monodromy)
     return found
 
 
-def _cut(family: "Family", one: "Orbit", found: list[np.ndarray], depth: int) -> None:
-    """Tangent maps of an arc, halved until they are well conditioned."""
-    matrix = family.lap(one, False).monodromy
-    if depth == DEEPEST or np.linalg.cond(matrix) < CONDITION:
+def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int) -> None:
+    """Tangent maps of a segment, halved until they are well conditioned."""
+    matrix = problem.shoot(one, False).monodromy
+    if depth == SETTINGS.piece_halvings or np.linalg.cond(matrix) < SETTINGS.piece_condition:
         found.append(matrix)
         return
     half = one.durations / 2
-    middle = family.at([replace(one, durations=half)], half[np.newaxis])[0][0, 0]
-    starts = np.concatenate([middle, one.starts[0, family.states :]])[np.newaxis]
-    _cut(family, replace(one, durations=half), found, depth + 1)
-    _cut(family, replace(one, starts=starts, phase=one.phase + float(half[0]), durations=half), found, depth + 1)
+    middle = problem.at([replace(one, durations=half)], half[np.newaxis])[0][0, 0]
+    starts = np.concatenate([middle, one.starts[0, problem.states :]])[np.newaxis]
+    _cut(problem, replace(one, durations=half), found, depth + 1)
+    _cut(problem, replace(one, starts=starts, phase=one.phase + float(half[0]), durations=half), found, depth + 1)

@@ -1,14 +1,17 @@
-"""An orbit that is looked for or was found: arcs between events, in a cycle."""
+"""An orbit that is looked for or was found: segments between events, in a cycle."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.engine import lap
+from chaosdrill.engine import shooting as at
+from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -17,36 +20,36 @@ class Orbit:
 
     Attributes
     ----------
-    arcs : ndarray of int, shape (N, 3)
-        Mode, the guard that ends the arc (its number in the mode, or one of the marks of `chaosdrill.engine.lap`), and
-        the transition taken there.
+    segments : ndarray of int, shape (N, 3)
+        Mode, the guard that ends the segment (its number in the mode, or one of the marks of
+        `chaosdrill.engine.shooting`), and the transition taken there.
     periods : int
         Forcing periods that it takes; 1 for systems without a period.
     starts : ndarray, shape (N, d + q)
-        State at the start of every arc, after the event that ended the last; the free parameters behind it.
+        State at the start of every segment, after the event that ended the last; the free parameters behind it.
     phase : float
-        Time in the period at which the first arc begins.
+        Time in the period at which the first segment begins.
     durations : ndarray, shape (N,)
-        Durations of the arcs.
+        Durations of the segments.
     """
 
-    arcs: np.ndarray
+    segments: np.ndarray
     periods: int
     starts: np.ndarray
     phase: float
     durations: np.ndarray
 
     def __len__(self) -> int:
-        return len(self.arcs)
+        return len(self.segments)
 
     @property
     def eventless(self) -> bool:
         """Whether no event happens on it."""
-        return bool((self.arcs[:, lap.ARC_END] < 0).all())
+        return bool((self.segments[:, at.SEGMENT_END] < 0).all())
 
     def same_events(self, other: "Orbit") -> bool:
-        """Whether both go through the same arcs, in the same order."""
-        return self.periods == other.periods and np.array_equal(self.arcs, other.arcs)
+        """Whether both go through the same segments, in the same order."""
+        return self.periods == other.periods and np.array_equal(self.segments, other.segments)
 
     def reduced(self, d: int) -> np.ndarray:
         """The reduced unknowns: first start, phase, durations, parameters."""
@@ -59,7 +62,7 @@ class Orbit:
         return replace(self, starts=starts)
 
     def between(self, other: "Orbit", part: float) -> "Orbit":
-        """The guess between this orbit and another one of the same arcs."""
+        """The guess between this orbit and another one of the same segments."""
         return replace(
             self,
             starts=self.starts + part * (other.starts - self.starts),
@@ -69,10 +72,10 @@ class Orbit:
 
     def repeated(self, times: int) -> "Orbit":
         """The same path, gone through several times."""
-        if (self.arcs[:, lap.ARC_END] == lap.PLANE).all():
+        if (self.segments[:, at.SEGMENT_END] == at.PLANE).all():
             return replace(self, periods=self.periods * times, durations=self.durations * times)
         return Orbit(
-            np.tile(self.arcs, (times, 1)),
+            np.tile(self.segments, (times, 1)),
             self.periods * times,
             np.tile(self.starts, (times, 1)),
             self.phase,
@@ -80,16 +83,22 @@ class Orbit:
         )
 
     def comes_again(self, step: int, within: float) -> bool:
-        """Whether the path is the same from so many arcs later on, within a part of the size of the states."""
+        """Whether the path is the same from so many segments later on, within a part of the size of the states."""
         size = np.maximum(np.abs(self.starts).max(axis=0), 1e-6)
         turned = np.abs(np.roll(self.starts, step, axis=0) - self.starts) / size
-        return bool(np.array_equal(np.roll(self.arcs, step, axis=0), self.arcs) and turned.max() < within)
+        return bool(np.array_equal(np.roll(self.segments, step, axis=0), self.segments) and turned.max() < within)
+
+    def repeats(self) -> bool:
+        """Whether it goes through the same path several times."""
+        count, periods = len(self), self.periods
+        parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
+        return any(self.comes_again(count // times, SETTINGS.repeated) for times in parts)
 
     def rotated(self, first: int, period: float | None) -> "Orbit":
-        """The same path, told from another arc on."""
+        """The same path, told from another segment on."""
         phase = self.phase + float(self.durations[:first].sum())
         return Orbit(
-            np.roll(self.arcs, -first, axis=0),
+            np.roll(self.segments, -first, axis=0),
             self.periods,
             np.roll(self.starts, -first, axis=0),
             phase % period if period else phase,
@@ -98,4 +107,20 @@ class Orbit:
 
     def events(self, system: "HybridSystem") -> str:
         """Names of the events, in order."""
-        return " ".join(system.transitions[k].name for k in self.arcs[self.arcs[:, lap.ARC_END] >= 0, lap.ARC_OUTCOME])
+        return " ".join(
+            system.transitions[k].name for k in self.segments[self.segments[:, at.SEGMENT_END] >= 0, at.SEGMENT_OUTCOME]
+        )
+
+
+def segment_by_segment(problem: "Problem", orbit: "Orbit") -> Iterator[tuple["Orbit", np.ndarray]]:
+    """Every segment as a path of its own, and the state before the event at its end, shape (d,)."""
+    period = problem.period_at(orbit)
+    clock = orbit.phase
+    for i in range(len(orbit)):
+        durations = orbit.durations[i : i + 1]
+        one = replace(
+            orbit, segments=orbit.segments[i : i + 1], starts=orbit.starts[i : i + 1], phase=clock, durations=durations
+        )
+        yield one, problem.at([one], durations[np.newaxis])[0][0, 0]
+        clock += float(durations[0])
+        clock = clock % period if period else clock

@@ -60,7 +60,7 @@ class FoundOrbit:
         Time of one period of the orbit.
     states : ndarray, shape (k, n)
         States at the strobes, the one at phase 0 of the first period first; autonomous systems: at the start of the
-        first arc.
+        first segment.
     mode : int
         Mode at the first of them.
     multipliers : ndarray of complex, shape (n,)

@@ -1,43 +1,254 @@
-"""All orbits up to a period, stable or not."""
+"""All orbits up to a period, stable or not, from close returns of motions."""
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain, zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout
+from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.orbits.describe import describe
-from chaosdrill.orbits.failures import NoOrbitError, admissible
-from chaosdrill.orbits.family import Family
-from chaosdrill.orbits.find import least_period
+from chaosdrill.engine.setup import bounds_of, pins
+from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
+from chaosdrill.orbits.guess import Place, Strobed, orbit_of_events, started, strobed, unit_of
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.recurrences import Recurrences, Return
+from chaosdrill.orbits.problem import Problem
 from chaosdrill.orbits.results import FoundOrbit
+from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.verification import describe
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.problem import Shot
 
-PATIENCE = 300
-"""Attempts in a row that find nothing new, after which a period is left."""
 
-BEYOND = 1.0
-"""As many attempts in a row as this times those that led to the last new orbit, if they are more."""
+Solution = tuple[Orbit, "Shot", np.ndarray]
 
-EQUAL = 1e-6
-"""Difference relative to the extent of the motion below which two orbits are one."""
 
-SAMPLES = 4096
-"""Samples along an orbit without events on which the start of another one is looked for."""
+@dataclass(frozen=True)
+class Return:
+    """A motion that nearly comes back.
 
-CLOSER = 4
-"""Times that the nearest place of a path is looked for in a shorter part of it."""
+    Attributes
+    ----------
+    away : float
+        Largest distance of a state from where it began, relative to the extent of the motion.
+    place : ndarray, shape (d,)
+        Where it began.
+    attempt : callable
+        Looks for the orbit: returns orbit, shot and residuals, or raises NoOrbitError.
+    """
 
-ACROSS = 1e-4
-"""Distance from the path, relative to the extent of the motion, within which it passes a point."""
+    away: float
+    place: np.ndarray
+    attempt: Callable[[], Solution]
 
-TAKEN = 0.3
-"""Part of the distance of a return within which a known orbit lies that probably is the one it leads to."""
+
+@dataclass(frozen=True)
+class Record:
+    """States that a motion passes, of one kind each.
+
+    Attributes
+    ----------
+    states : ndarray, shape (m, d)
+    kinds : ndarray of int, shape (m,)
+        Only states of the same kind are compared: modes, or kinds of events.
+    sequences : ndarray of int, shape (m,)
+        Which events led there from the state before, as a number that stands for their sequence.
+    times : ndarray, shape (m,)
+    rows : ndarray, shape (m, columns)
+        Events as the engine records them, where there are any.
+    """
+
+    states: np.ndarray
+    kinds: np.ndarray
+    sequences: np.ndarray
+    times: np.ndarray
+    rows: np.ndarray
+
+
+class CloseReturns:
+    """Returns of motions from given states and from random ones around them.
+
+    Parameters
+    ----------
+    problem : Problem
+    longest : int
+        Largest period that is asked for.
+    starts, modes : ndarray, shapes (S, d) and (S,)
+        Given states, at phase 0.
+    """
+
+    def __init__(self, problem: "Problem", longest: int, starts: np.ndarray, modes: np.ndarray) -> None:
+        self.problem, self.longest = problem, longest
+        names = problem.plain.mode_names
+        self.turning = -1
+        systems = [started(problem.plain, x, names[m]) for x, m in zip(starts, modes, strict=True)]
+        self.unit = unit_of(problem, Place(systems[0]))
+        self.eventful = any(not t.marks_only() for t in problem.plain.transitions)
+        if not problem.forced and not self.eventful:
+            self.unit, self.turning = _turn(problem, systems, self.unit)
+        self.records = [self._record(system, SETTINGS.record) for system in systems]
+        known = np.vstack([record.states for record in self.records])
+        spread = np.ptp(known, axis=0) if len(known) else 0.0
+        self.extent = np.maximum(spread, 1e-9 * np.maximum(np.abs(known).max(axis=0, initial=0), 1.0))
+        for system in self._scattered(known):
+            self.records.append(self._record(system, SETTINGS.short_record * longest))
+
+    def nearest(self, period: int) -> Iterator[Return]:
+        """Returns after a period (in periods of the forcing, occurrences of an event, maxima).
+
+        Those by different sequences of events lead to different orbits: of every sequence the nearest one comes first,
+        then of every one the next.
+        """
+        found: dict[tuple[int, ...], list[tuple[float, int, int, int]]] = {}
+        for number, record in enumerate(self.records):
+            for steps in self._steps(period):
+                last = len(record.states) - steps
+                if last <= 0:
+                    continue
+                same = record.kinds[steps:] == record.kinds[:last]
+                if not self.problem.forced and self.eventful:
+                    same &= _busiest(record.kinds, steps) == period
+                away = (np.abs(record.states[steps:] - record.states[:last]) / self.extent).max(axis=1)
+                for j in np.flatnonzero(same).tolist():
+                    sequence = _least_turn(record.sequences[j + 1 : j + steps + 1].tolist())
+                    found.setdefault(sequence, []).append((float(away[j]), number, j, steps))
+        for group in found.values():
+            group.sort()
+        rounds = zip_longest(*found.values())
+        for away_, number, j, steps in chain.from_iterable(sorted(filter(None, turn)) for turn in rounds):
+            place = self.records[number].states[j]
+            yield Return(away_, place, partial(self._attempt, self.records[number], j, steps, period))
+
+    def _steps(self, period: int) -> range:
+        if self.problem.forced or not self.eventful:
+            return range(period, period + 1)
+        return range(period, period * len(self.problem.plain.transitions) + 1)
+
+    def _attempt(self, record: Record, j: int, steps: int, period: int) -> Solution:
+        problem = self.problem
+        if problem.forced:
+            strobes = Strobed(Outcome.OK, record.states, record.kinds, record.sequences, record.rows)
+            return orbit_read(problem, partial(strobes.guess, problem, j, period), period)
+        durations = np.diff(record.times[j : j + steps + 1])
+        if self.eventful:
+            guess = orbit_of_events(problem, record.rows[j + 1 : j + steps + 1], durations, 1, np.zeros(0), 0.0)
+        else:
+            segments = np.array([[record.kinds[j], at.PLANE, -1]], dtype=np.int64)
+            guess = Orbit(segments, 1, record.states[j : j + 1], 0.0, durations.sum(keepdims=True))
+        return solved(problem, guess)
+
+    def _scattered(self, known: np.ndarray) -> "Iterator[HybridSystem]":
+        """Systems that start at random in the enlarged box of the known states, where their mode leaves freedom."""
+        table = pins(self.problem.plain)
+        rng = np.random.default_rng(20260106)
+        modes = np.concatenate([self._modes(record) for record in self.records])
+        for _ in range(SETTINGS.random_starts if len(known) else 0):
+            chosen = int(rng.integers(len(known)))
+            low, high = known.min(axis=0), known.max(axis=0)
+            drawn = rng.uniform(low - SETTINGS.wider * (high - low), high + SETTINGS.wider * (high - low))
+            state = np.where(table[modes[chosen]] == 1, known[chosen], drawn)
+            yield started(self.problem.plain, state, self.problem.plain.mode_names[modes[chosen]])
+
+    def _modes(self, record: Record) -> np.ndarray:
+        """Modes in which the recorded states are."""
+        if self.problem.forced or not self.eventful:
+            return record.kinds
+        targets = [self.problem.plain.mode_names.index(t.target) for t in self.problem.plain.transitions]
+        return np.array(targets, dtype=np.int64)[record.kinds]
+
+    def _record(self, system: "HybridSystem", length: int) -> Record:
+        if self.problem.forced:
+            return _strobes(self.problem, system, length)
+        if self.eventful:
+            return _events(self.problem, system, length, self.unit)
+        return _maxima(self.problem, system, length, self.unit, self.turning)
+
+
+def _busiest(kinds: np.ndarray, steps: int) -> np.ndarray:
+    """How often the most frequent kind comes among so many events after each one."""
+    counts = np.cumsum(kinds[:, np.newaxis] == np.unique(kinds), axis=0)
+    return np.asarray((counts[steps:] - counts[:-steps]).max(axis=1))
+
+
+def _least_turn(sequence: list[int]) -> tuple[int, ...]:
+    """The first in order of all cyclic shifts, the same for all of them."""
+    return min(tuple(sequence[i:] + sequence[:i]) for i in range(len(sequence)))
+
+
+def _strobes(problem: "Problem", system: "HybridSystem", length: int) -> Record:
+    """States at phase 0."""
+    assert problem.period is not None
+    seen = strobed(Place(system).run(problem.period, problem.numerics), length)
+    return Record(seen.states, seen.modes, seen.sequences, np.arange(len(seen.states)) * problem.period, seen.rows)
+
+
+def _events(problem: "Problem", system: "HybridSystem", length: int, unit: float) -> Record:
+    """States after events."""
+    d = problem.states
+    run = Place(system).run(unit, problem.numerics)
+    buffer = np.zeros((length, layout.EVENT_COLUMNS + 2 * d))
+    run.advance(SETTINGS.event_units * length, events=buffer)
+    rows = buffer[: run.filled()[1]]
+    kinds = rows[:, layout.EVENT_KIND].astype(np.int64)
+    changing = np.array([not t.marks_only() for t in system.transitions], dtype=bool)[kinds]
+    low, high = bounds_of(system)
+    # the reset that ended a run may have led beyond all bounds, or to no number
+    after = rows[:, layout.EVENT_COLUMNS + d :]
+    kept = changing & ((low <= after) & (after <= high)).all(axis=1)
+    rows, kinds = rows[kept], kinds[kept]
+    times = rows[:, layout.EVENT_STROBES] * unit + rows[:, layout.EVENT_TIME]
+    return Record(rows[:, layout.EVENT_COLUMNS + d :], kinds, kinds, times, rows)
+
+
+def _path(problem: "Problem", system: "HybridSystem", unit: float, units: int) -> np.ndarray:
+    """Samples of a smooth motion."""
+    run = Place(system).run(unit, problem.numerics, samples=SETTINGS.turn_samples)
+    samples = np.zeros(((units + 2) * SETTINGS.turn_samples, problem.states + len(system.quadratures) + 1))
+    run.advance(units, samples)
+    return samples[: run.filled()[0], : problem.states]
+
+
+def _peaks(values: np.ndarray) -> np.ndarray:
+    """Indices of the local maxima."""
+    return np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
+
+
+def _turn(problem: "Problem", systems: "list[HybridSystem]", unit: float) -> tuple[float, int]:
+    """Time of a turn of a smooth motion, and the state whose maxima come most regularly."""
+    state = 0
+    for _ in range(8):
+        paths = [_path(problem, system, unit, 32) for system in systems]
+        path = max(paths, key=len)
+        gaps = [np.diff(_peaks(column[len(column) // 4 :])) for column in path.T]
+        spread = [float(g.std() / g.mean()) if len(g) > 4 else np.inf for g in gaps]
+        state = int(np.argmin(spread))
+        if not np.isfinite(spread[state]):
+            return unit, 0
+        gap = float(gaps[state].mean())
+        if SETTINGS.turn_samples / 4 < gap < 4 * SETTINGS.turn_samples:
+            return unit * gap / SETTINGS.turn_samples, state
+        unit *= max(gap / SETTINGS.turn_samples, 1 / 16)
+    return unit, state
+
+
+def _maxima(problem: "Problem", system: "HybridSystem", length: int, unit: float, state: int) -> Record:
+    """States where one of them is largest, by the parabola through three samples."""
+    path = _path(problem, system, unit, length)
+    mode = system.mode_names.index(system.initial["mode"])
+    top = _peaks(path[:, state]) if len(path) > 2 else np.zeros(0, dtype=np.int64)
+    left, middle, right = path[top - 1], path[top], path[top + 1]
+    slope, bend = (right - left) / 2, right - 2 * middle + left
+    shift = np.clip(-slope[:, state] / bend[:, state], -1, 1)[:, np.newaxis]
+    states = middle + shift * slope + shift**2 / 2 * bend
+    times = (top + 1 + shift[:, 0]) * unit / SETTINGS.turn_samples
+    kinds = np.full(len(top), mode)
+    return Record(states, kinds, kinds, times, np.zeros((len(top), 0)))
 
 
 def search(
@@ -71,27 +282,27 @@ def search(
     list of FoundOrbit
         By period (without forcing by duration), the more stable ones first.
     """
-    family = Family(system, (), numerics)
+    problem = Problem(system, (), numerics)
     if not len(starts):
         starts = np.array([[system.initial[x] for x in system.state_names]])
         modes = np.array([system.mode_names.index(system.initial["mode"])])
-    recurrences = Recurrences(family, max_period, starts, modes)
-    known = Known(family, recurrences.extent)
+    close_returns = CloseReturns(problem, max_period, starts, modes)
+    known = Known(problem, close_returns.extent)
     for period in range(1, max_period + 1):
-        _all_of(period, recurrences, known)
+        _all_of(period, close_returns, known)
         if progress:
             progress(period, max_period, {Outcome.PERIODIC.meaning: len(known.found)})
-    return sorted(known.found, key=lambda o: (o.period if family.forced else o.duration, abs(o.multipliers[0])))
+    return sorted(known.found, key=lambda o: (o.period if problem.forced else o.duration, abs(o.multipliers[0])))
 
 
-def _all_of(period: int, recurrences: Recurrences, known: "Known") -> None:
+def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
     """Try the returns after a period, those that probably lead to a known orbit last."""
     put_off: list[tuple[float, Return]] = []
 
     def fresh() -> Iterator[Return]:
-        for candidate in recurrences.nearest(period):
+        for candidate in close_returns.nearest(period):
             apart = known.distance(candidate.place) / max(candidate.away, 1e-300)
-            if apart > TAKEN:
+            if apart > SETTINGS.taken:
                 yield candidate
             else:
                 put_off.append((apart, candidate))
@@ -106,7 +317,7 @@ def _try(candidates: Iterable[Return], known: "Known") -> None:
     for attempt, candidate in enumerate(candidates, 1):
         if known.add(candidate):
             last = attempt
-        if attempt - last > max(PATIENCE, BEYOND * last):
+        if attempt - last > max(SETTINGS.attempts, SETTINGS.attempts_beyond * last):
             return
 
 
@@ -115,13 +326,13 @@ class Known:
 
     Parameters
     ----------
-    family : Family
+    problem : Problem
     extent : ndarray, shape (d,)
         Extent of the motion in every state.
     """
 
-    def __init__(self, family: Family, extent: np.ndarray) -> None:
-        self.family, self.extent = family, extent
+    def __init__(self, problem: Problem, extent: np.ndarray) -> None:
+        self.problem, self.extent = problem, extent
         self.found: list[FoundOrbit] = []
         self._orbits: list[Orbit] = []
         self._refused: list[Orbit] = []
@@ -135,58 +346,58 @@ class Known:
     def add(self, candidate: Return) -> bool:
         """Look for the orbit near a return; whether it is a new one."""
         try:
-            orbit, lap, residuals = candidate.attempt()
+            orbit, shot, residuals = candidate.attempt()
         except NoOrbitError:
             return False
-        if not admissible(orbit, lap):
+        if not admissible(orbit, shot):
             return False
-        least, _ = least_period(self.family, orbit)
+        least, _ = least_period(self.problem, orbit)
         if any(self._same(least, old) for old in (*self._orbits, *self._refused)):
             return False
         if least is not orbit:
-            code, least, lap, residuals = self.family.solve(least)
+            code, least, shot, residuals = self.problem.newton(least)
             if code:
                 return False
-        found = describe(self.family, least, lap, residuals)
+        found = describe(self.problem, least, shot, residuals)
         if found.outcome != Outcome.PERIODIC:
             self._refused.append(least)
             return False
         self._orbits.append(least)
         self.found.append(found)
-        self._points = np.vstack([self._points, found.states if self.family.forced else least.starts])
+        self._points = np.vstack([self._points, found.states if self.problem.forced else least.starts])
         return True
 
     def _same(self, a: Orbit, b: Orbit) -> bool:
         """Whether two orbits are the same closed path: both take the same time, and one passes the other's start."""
         if len(a) != len(b) or a.periods != b.periods:
             return False
-        if abs(a.durations.sum() - b.durations.sum()) > EQUAL * a.durations.sum():
+        if abs(a.durations.sum() - b.durations.sum()) > SETTINGS.same_orbit * a.durations.sum():
             return False
         if a.eventless:
             return self._on_path(a, b)
         away = (np.abs(b.starts - a.starts[0]) / self.extent).max(axis=1)
-        period = self.family.period
+        period = self.problem.period
         if period:
             late = (b.phase + np.cumsum(b.durations) - b.durations - a.phase) / period
             away = np.maximum(away, np.abs(late - np.round(late)))
-        return bool(((away <= EQUAL) & (b.arcs == a.arcs[0]).all(axis=1)).any())
+        return bool(((away <= SETTINGS.same_orbit) & (b.segments == a.segments[0]).all(axis=1)).any())
 
     def _on_path(self, a: Orbit, b: Orbit) -> bool:
         """Whether an orbit without events passes the start of another one, as near as it is sampled."""
         start = a.starts[0] / self.extent
-        if self.family.forced:
-            strobes = self.family.strobes([b])[0][0] / self.extent
-            return bool(np.abs(strobes - start).max(axis=1).min() <= EQUAL)
+        if self.problem.forced:
+            strobes = self.problem.strobes([b])[0][0] / self.extent
+            return bool(np.abs(strobes - start).max(axis=1).min() <= SETTINGS.same_orbit)
         if id(b) not in self._paths:
-            instants = np.linspace(0, float(b.durations.sum()), SAMPLES, endpoint=False)
-            self._paths[id(b)] = self.family.at([b], instants[np.newaxis])[0][0] / self.extent
+            instants = np.linspace(0, float(b.durations.sum()), SETTINGS.path_samples, endpoint=False)
+            self._paths[id(b)] = self.problem.at([b], instants[np.newaxis])[0][0] / self.extent
         total = float(b.durations.sum())
         away = np.linalg.norm(self._paths[id(b)] - start, axis=1)
-        time, width = int(away.argmin()) * total / SAMPLES, total / SAMPLES
-        for _ in range(CLOSER):
+        time, width = int(away.argmin()) * total / SETTINGS.path_samples, total / SETTINGS.path_samples
+        for _ in range(SETTINGS.path_closer):
             # the path may turn sharply between two samples
             instants = np.sort(np.linspace(time - width, time + width, 65) % total)
-            near = self.family.at([b], instants[np.newaxis])[0][0] / self.extent
+            near = self.problem.at([b], instants[np.newaxis])[0][0] / self.extent
             away = np.linalg.norm(near - start, axis=1)
             time, width = float(instants[away.argmin()]), width / 32
-        return bool(away.min() <= ACROSS)
+        return bool(away.min() <= SETTINGS.path_distance)

@@ -1,42 +1,39 @@
-"""Special points of a branch: roots of scalar functions along it.
+"""Special points: test functions that vanish at them, along a branch and along a curve over two parameters.
 
 A sign change between two points is followed by Brent's method along the line between them, each trial being corrected
 onto the branch by Newton's method, so that a root is as exact as the multipliers are.
 """
 
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from scipy.optimize import brentq
 
 from chaosdrill.dataset.branches import Special
-from chaosdrill.engine import branch
-from chaosdrill.engine import lap as at
+from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import pins
-from chaosdrill.orbits.multipliers import multipliers
-from chaosdrill.orbits.stability import free_multipliers
+from chaosdrill.orbits.continuation import Border, Plane, plane_at
+from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event
+from chaosdrill.orbits.find import least_period
+from chaosdrill.orbits.guess import eventless
+from chaosdrill.orbits.multipliers import based, free_multipliers, multipliers
+from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
-    from chaosdrill.orbits.family import Family, Lap
+    from chaosdrill.orbits.branches import BranchSegment
+    from chaosdrill.orbits.continuation import Curve, Point
     from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.stretch import Stretch
-
-ON_CHORD = 0.2
-"""Longest correction by one lap of a trial, in the norm of the weights."""
-
-NOISE = 1e-13
-"""Error of an entry of a tangent map, relative to its largest one."""
+    from chaosdrill.orbits.problem import Problem, Shot
 
 
-class LostError(Exception):
-    """Newton's method failed between two points of a branch."""
-
-
-def doubling_test(family: "Family", orbit: "Orbit", monodromy: np.ndarray) -> np.ndarray:
+def doubling_test(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray) -> np.ndarray:
     """Function that vanishes where a multiplier is -1: the determinant of M + 1 in the free states."""
-    free = np.flatnonzero(pins(family.plain)[orbit.arcs[0, at.ARC_MODE]] == 0)
+    free = np.flatnonzero(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
     return np.linalg.det(monodromy[..., free[:, np.newaxis], free] + np.eye(len(free)))
 
 
@@ -59,11 +56,11 @@ def outside(values: np.ndarray) -> np.ndarray:
 
 def pair_on_circle(values: np.ndarray) -> float:
     """Distance from the unit circle of the complex pair that is nearest to it; infinite without a pair."""
-    pairs = values[np.abs(values.imag) > REAL * np.abs(values)]
+    pairs = values[np.abs(values.imag) > SETTINGS.real * np.abs(values)]
     return float(np.abs(np.abs(pairs) - 1).min(initial=np.inf))
 
 
-def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tuple[int, Special]]:
+def special_points(segment: "BranchSegment") -> list[tuple[int, Special]]:
     """What happens between neighbours: (number of the point behind, what).
 
     Where a multiplier passes through 1 and the branch turns back it is a fold; where it does not, another branch
@@ -72,16 +69,15 @@ def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tupl
     which of them, is seen where they are located. All functions are products over multipliers or over pairs of them,
     so that none is hidden by another one that stays near to the unit circle.
     """
-    if len(stretch) < 2:
+    if len(segment) < 2:
         return []
-    orbit = stretch.orbit(0)
-    values = free_multipliers(multipliers(family, orbit, stretch.monodromies, rank), family.neutral.count)
-    noise = noise_of(stretch.monodromies, len(orbit))
-    doubling = doubling_test(family, orbit, stretch.monodromies)
-    back, through = set(changes(stretch.directions[:, -1])), set(changes(fold_test(values), noise))
+    orbit, problem, monodromies = segment.orbit(0), segment.curve.problem, segment.monodromies
+    values = free_multipliers(multipliers(problem, orbit, monodromies, segment.rank), problem.neutral.count)
+    noise = noise_of(monodromies, len(orbit))
+    back, through = set(changes(segment.tangents[:, -1])), set(changes(fold_test(values), noise))
     found = [(k, Special.FOLD) for k in back]
     found += [(k, Special.BRANCH_POINT) for k in through - back]
-    found += [(k, Special.PERIOD_DOUBLING) for k in changes(doubling, noise)]
+    found += [(k, Special.PERIOD_DOUBLING) for k in changes(doubling_test(problem, orbit, monodromies), noise)]
     pairs = set(changes(torus_test(values), noise))
     # of two pairs that cross within a step the product of all pairs keeps its sign
     pairs |= set((np.flatnonzero(np.abs(np.diff(outside(values))) > 3) + 1).tolist())
@@ -89,9 +85,9 @@ def special_points(family: "Family", stretch: "Stretch", rank: int) -> list[tupl
     return sorted(found)
 
 
-def noise_of(monodromy: np.ndarray, arcs: int) -> np.ndarray:
-    """Error of the determinants of tangent maps, shape (..., d, d), around orbits of so many arcs."""
-    return NOISE * arcs * np.maximum(1.0, np.abs(monodromy).max(axis=(-2, -1))) ** 2
+def noise_of(monodromy: np.ndarray, segments: int) -> np.ndarray:
+    """Error of the determinants of tangent maps, shape (..., d, d), around orbits of so many segments."""
+    return SETTINGS.tangent_error * segments * np.maximum(1.0, np.abs(monodromy).max(axis=(-2, -1))) ** 2
 
 
 def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
@@ -107,105 +103,211 @@ def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
 
 def accuracy(numerics: "Numerics") -> float:
     """Error of an orbit that the method leaves, relative to its size."""
-    return (2 * np.pi / (numerics.steps or 200)) ** 4 if numerics.method == "rk4" else max(NOISE, numerics.tolerance)
+    return (
+        (2 * np.pi / (numerics.steps or 200)) ** 4
+        if numerics.method == "rk4"
+        else max(SETTINGS.tangent_error, numerics.tolerance)
+    )
 
 
-def locate(
-    family: "Family", before: "Orbit", after: "Orbit", kind: Special, weights: np.ndarray, rank: int
-) -> tuple["Orbit", "Lap", Special, float]:
-    """A special point between two orbits of a branch: (orbit, lap, what it is, error of the parameter).
+def locate(pair: "BranchSegment", kind: Special) -> tuple["Point", float]:
+    """A special point between two orbits of a branch, and the error of the parameter.
 
-    What looks like a fold may turn out to be a point at which branches cross.
+    What looks like a fold may turn out to be a point at which branches cross, and what looks like a pair of multipliers
+    on the unit circle to be a regular point.
 
     Raises
     ------
     LostError
         No orbit is found on the way, or what is found has no such multiplier.
     """
-    chord = after.reduced(family.states) - before.reduced(family.states)
-    conditions = (chord * weights**2)[np.newaxis]
-    last: dict[str, tuple[Orbit, Lap]] = {}
+    curve, (before, after) = pair.curve, pair.points
+    problem = curve.problem
+    tried: list[Point] = []
+
+    def free(point: "Point") -> np.ndarray:
+        values = multipliers(problem, point.orbit, point.shot.monodromy, pair.rank)
+        return free_multipliers(values, problem.neutral.count)
 
     def value(part: float) -> float:
         try:
-            orbit, lap = between(family, before, after, part, conditions)
+            point = curve.between(before, after, part)
         except LostError:
             # where branches cross the equations are singular, and on a straight branch exactly so
-            orbit = before.between(after, part)
-            lap = family.lap(orbit)
-            if kind != Special.BRANCH_POINT or not lap.residual < STRAIGHT:
+            orbit = before.orbit.between(after.orbit, part)
+            shot = problem.shoot(orbit)
+            if kind != Special.BRANCH_POINT or not shot.residual < SETTINGS.straight:
                 raise
-        last["found"] = orbit, lap
+            length = before.arclength + part * (after.arclength - before.arclength)
+            point = replace(before, orbit=orbit, shot=shot.bare(), arclength=length)
+        tried.append(point)
         if kind == Special.FOLD:
-            return float(family.direction(orbit, lap, weights, chord)[-1])
+            return float(point.tangent[-1])
         if kind == Special.PERIOD_DOUBLING:
-            return float(doubling_test(family, orbit, lap.monodromy))
-        test = fold_test if kind == Special.BRANCH_POINT else torus_test
-        return float(test(_free(family, orbit, lap, rank)))
+            return float(doubling_test(problem, point.orbit, point.shot.monodromy))
+        return float((fold_test if kind == Special.BRANCH_POINT else torus_test)(free(point)))
 
     low, high = value(0.0), value(1.0)
     if low * high > 0:
         raise LostError("the function has one sign at both ends")
-    root = brentq(value, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
-    there = value(root)
-    orbit, lap = last["found"]
-    if abs(there) > JUMPS * max(abs(low), abs(high)) or _misses(_free(family, orbit, lap, rank), kind):
+    there = value(brentq(value, 0.0, 1.0, xtol=1e-15, rtol=1e-15))
+    point = tried[-1]
+    if abs(there) > SETTINGS.jump * max(abs(low), abs(high)) or _misses(free(point), kind):
         raise LostError("the function jumps")
-    if kind == Special.NEIMARK_SACKER and pair_on_circle(_free(family, orbit, lap, rank)) > MISSED:
-        return orbit, lap, Special.REGULAR, 0.0
-    if kind == Special.FOLD and _crossed(family, before, orbit, after, weights):
+    if kind == Special.NEIMARK_SACKER and pair_on_circle(free(point)) > SETTINGS.missed_multiplier:
+        return point, 0.0
+    if kind == Special.FOLD and _crossed(curve, before, point, after):
         kind = Special.BRANCH_POINT
-    scale = accuracy(family.numerics)
-    slope = abs(high - low) / max(abs(chord[-1]), 1e-300)
+    scale, size = accuracy(problem.numerics), abs(float(curve.values(point.orbit)[0]))
+    slope = abs(high - low) / max(abs(float(curve.change(before.orbit, after.orbit)[-1])), 1e-300)
     if kind == Special.BRANCH_POINT:
         # the equations vanish there to third order across, so that the orbit is known to the root of its residual only
-        error = 3 * scale ** (2 / 3) * max(1.0, abs(float(orbit.starts[0, -1])))
+        error = 3 * scale ** (2 / 3) * max(1.0, size)
     elif kind == Special.FOLD:
         error = scale
     else:
-        error = float(noise_of(lap.monodromy, len(orbit))) * scale / NOISE / slope + scale * abs(orbit.starts[0, -1])
-    return orbit, lap, kind, float(error)
-
-
-STRAIGHT = 1e-9
-"""Residual between two points of a branch up to which the line between them is the branch."""
-
-MISSED = 1e-3
-"""Distance of a multiplier from the value that it is to have at a special point, at most."""
-
-JUMPS = 0.1
-"""What is left of a function where its sign changes, as a part of its values beside, if it jumps there."""
-
-REAL = 1e-6
-"""Imaginary part of a multiplier, as a part of it, up to which it may be one of two equal real ones."""
-
-SINGULAR = 0.1
-"""Smallest singular value of the equations, relative to that of the neighbours, where two branches cross."""
-
-
-def _free(family: "Family", orbit: "Orbit", lap: "Lap", rank: int) -> np.ndarray:
-    return free_multipliers(multipliers(family, orbit, lap.monodromy, rank), family.neutral.count)
+        error = (
+            float(noise_of(point.shot.monodromy, len(point.orbit))) * scale / SETTINGS.tangent_error / slope
+            + scale * size
+        )
+    return replace(point, special=kind), float(error)
 
 
 def _misses(values: np.ndarray, kind: Special) -> bool:
     """Whether no multiplier is what it is to be."""
     if kind == Special.NEIMARK_SACKER:
         first, second = np.triu_indices(len(values), 1)
-        return bool(np.abs(values[first] * values[second] - 1).min(initial=np.inf) > MISSED)
-    return bool(np.abs(values - (-1 if kind == Special.PERIOD_DOUBLING else 1)).min(initial=np.inf) > MISSED)
+        return bool(np.abs(values[first] * values[second] - 1).min(initial=np.inf) > SETTINGS.missed_multiplier)
+    return bool(
+        np.abs(values - (-1 if kind == Special.PERIOD_DOUBLING else 1)).min(initial=np.inf) > SETTINGS.missed_multiplier
+    )
 
 
-def _crossed(family: "Family", before: "Orbit", there: "Orbit", after: "Orbit", weights: np.ndarray) -> bool:
+def _crossed(curve: "Curve", before: "Point", there: "Point", after: "Point") -> bool:
     """Whether the equations lose rank at an orbit, unlike at its neighbours."""
-    smallest = [family.regularity(o, family.lap(o, watched=False), weights) for o in (before, there, after)]
-    return smallest[1] < SINGULAR * min(smallest[0], smallest[2])
+    problem, weights = curve.problem, before.weights
+    smallest = [problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (before, there, after)]
+    return smallest[1] < SETTINGS.singular * min(smallest[0], smallest[2])
 
 
-def between(
-    family: "Family", before: "Orbit", after: "Orbit", part: float, conditions: np.ndarray
-) -> tuple["Orbit", "Lap"]:
-    """The orbit of the branch beside a point of the line between two."""
-    code, orbit, lap, _ = family.solve(before.between(after, part), conditions, ON_CHORD)
-    if code != branch.CONVERGED:
-        raise LostError(f"no orbit at part {part} of the way")
-    return orbit, lap
+class TestFunction(Protocol):
+    """A function that is zero along the curve.
+
+    Attributes
+    ----------
+    kind : Special
+    margin : float
+        0, or the distance from the curve, in the norm of the weights, at which it is seen whether the system follows
+        the orbits: where it does so only up to the curve itself, and only where the function is negative.
+    """
+
+    kind: Special
+    margin: float
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+    ) -> tuple[float, float]:
+        """The function, and the instant on the orbit to which it belongs; ``plane`` and ``instant`` are of an orbit
+        near by."""
+
+
+@dataclass(frozen=True)
+class Doubling:
+    """A multiplier is -1."""
+
+    kind = Special.PERIOD_DOUBLING
+    margin = 0.0
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+    ) -> tuple[float, float]:
+        return float(doubling_test(problem, orbit, shot.monodromy)), instant
+
+
+@dataclass(frozen=True)
+class Fold:
+    """The surface of orbits folds over the parameters, whichever of them moves: nothing is special at a cusp."""
+
+    kind = Special.FOLD
+    margin = 0.0
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+    ) -> tuple[float, float]:
+        return plane_at(problem, orbit, shot, plane.weights, plane).twist, instant
+
+
+@dataclass(frozen=True)
+class Touching:
+    """A guard's greatest value within a segment is zero."""
+
+    touch: Touch
+    kind = Special.GRAZING
+    margin = 1e-8
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+    ) -> tuple[float, float]:
+        return self.touch.greatest(problem, orbit, instant)
+
+
+@dataclass(frozen=True)
+class Vanishing:
+    """An event has no speed, where no path without it is an orbit: its reset moves the state however slow it is met."""
+
+    event: int
+    kind = Special.GRAZING
+    # a guard met with the speed v is above zero by no more than v^2 later
+    margin = 1e-6
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+    ) -> tuple[float, float]:
+        return -float(shot.speeds[self.event]), instant
+
+
+def test_function_at(
+    problem: "Problem", orbit: "Orbit", shot: "Shot", kind: Special, weights: np.ndarray
+) -> tuple[TestFunction, "Orbit", "Shot", float]:
+    """What vanishes at a special point: (test, orbit to begin with, its shot, instant).
+
+    At grazing the orbit told without the event that appears or vanishes is taken, since its multipliers are finite.
+
+    Raises
+    ------
+    LostError
+        No guard is touched.
+    """
+    if kind == Special.PERIOD_DOUBLING:
+        return Doubling(), orbit, shot, 0.0
+    if kind == Special.FOLD:
+        return Fold(), orbit, shot, 0.0
+    slowest = slowest_event(problem, orbit, shot)
+    found = nearest_touch(problem, orbit)
+    if found is not None and slowest is None:
+        return Touching(found[0]), orbit, shot, found[1]
+    for guess in _without_event(problem, orbit, shot):
+        code, other, _, _ = problem.newton(based(problem, guess))
+        if code == CONVERGED and distance(problem, other, orbit, weights) < SETTINGS.same_path:
+            # a doubled orbit whose halves graze one after the other is one of half the period at their common border
+            other, _ = least_period(problem, other)
+            touched = nearest_touch(problem, other)
+            if touched is not None and slowest_event(problem, other, problem.shoot(other)) is None:
+                return Touching(touched[0]), other, problem.shoot(other), touched[1]
+    if found is not None:
+        return Touching(found[0]), orbit, shot, found[1]
+    if slowest is None:
+        raise LostError("no guard is touched there, and no event comes without speed")
+    return Vanishing(slowest), orbit, shot, 0.0
+
+
+def _without_event(problem: "Problem", orbit: "Orbit", shot: "Shot") -> Iterator["Orbit"]:
+    """The path told without events that may have no effect."""
+    yield from left_out(Border(orbit, shot, None, None, 0.0))
+    modes = set(orbit.segments[:, at.SEGMENT_MODE].tolist())
+    if problem.forced and len(modes) == 1:
+        period = problem.period_at(orbit)
+        assert period is not None
+        states, _ = problem.strobes([orbit])
+        name = problem.plain.mode_names[modes.pop()]
+        yield eventless(problem, states[0, 0], name, orbit.periods, orbit.starts[0, problem.states :], period)

@@ -1,5 +1,12 @@
-"""Pictures of what is in an archive: one file a picture."""
+"""Pictures of what is in an archive. Every module is imported here, so that all pictures are known."""
 
-from chaosdrill.plot.pictures import PICTURES, Picture, behind, plan, plot_archive
+from importlib import import_module
+from pathlib import Path
+
+from chaosdrill.plot.picture import PICTURES, Picture
+from chaosdrill.plot.pictures import behind, plan, plot_archive
 
 __all__ = ["PICTURES", "Picture", "behind", "plan", "plot_archive"]
+
+for _file in sorted(Path(__file__).parent.glob("[!_]*.py")):
+    import_module(f"{__name__}.{_file.stem}")

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.plot.cells import bounds, draw_kinds, legend_entry
+from chaosdrill.plot.cells import legend_entry
+from chaosdrill.plot.charts import kind_panels
 from chaosdrill.plot.looks import ATTRACTED, FURTHER, UNRECOGNISED, attractor_look, outcomes, sort_out
+from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import (
-    axis_label,
     flag_names,
-    new_figure,
     readable,
     shorten,
     subscript,
@@ -29,13 +29,15 @@ if TYPE_CHECKING:
 
 _MOST = 12
 """Attractors that are told apart; more do not find room in the legend, nor colours."""
-_SIZE = (6.3, 4.6)
+_HEIGHT = 5.5
+"""Height in inches of the figure without its legend."""
 _SHORT = 54
 """Letters of an entry of the legend of which two stand side by side."""
 _IN_PLANE = 1e-6
 """Distance from the plane of the grid, relative to the state, at which a point still lies in it."""
 
 
+@picture("basins", "basins", "the attractor that each initial state leads to")
 def basins(dataset: "xr.Dataset") -> "Figure":
     """Draw the basins over a grid of initial states.
 
@@ -50,21 +52,15 @@ def basins(dataset: "xr.Dataset") -> "Figure":
         A colour for each of the twelve attractors that the table names first; the legend says what each is, its largest
         exponent and its part of the grid. Points of attractors are marked where they lie in the plane of the grid.
     """
-    across, up = (str(name) for name in dataset["attractor"].dims)
-    ordered = dataset.sortby([across, up]).transpose(up, across, ...)
-    kinds, looks = _kinds(ordered)
-    x, y = (bounds(ordered[name].values) for name in (across, up))
-
-    figure = new_figure(_SIZE[1], max(cells / inches for cells, inches in zip(kinds.shape[::-1], _SIZE, strict=True)))
-    axes = figure.subplots()
-    draw_kinds(axes, x, y, kinds, looks, _SIZE)
-    handles = [legend_entry(look) for look in looks] + _mark_attractors(axes, dataset, across, up)
-    axes.set_xlabel(axis_label(dataset, across))
-    axes.set_ylabel(axis_label(dataset, up))
+    dims = [str(name) for name in dataset["attractor"].dims]
+    kinds, looks = _kinds(dataset)
+    drawn = kind_panels(dataset, kinds, looks, "attractor")
+    figure, axes = drawn.figure, drawn.panels[0][0]
+    handles = [legend_entry(look) for look in looks] + _mark_attractors(axes, dataset, *dims)
     if plane := _plane(dataset):
         axes.set_title("at " + ", ".join(f"{name} = {shorten(value)}" for name, value in plane.items()))
     columns = 2 if max(len(str(handle.get_label())) for handle in handles) <= _SHORT else 1
-    figure.set_figheight(_SIZE[1] + 0.9 + 0.18 * -(-len(handles) // columns))
+    figure.set_figheight(_HEIGHT + 0.18 * -(-len(handles) // columns))
     figure.legend(
         handles=handles, loc="outside upper left", ncols=columns, handlelength=1.6, handleheight=1.1, borderpad=0
     )

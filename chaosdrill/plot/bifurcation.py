@@ -6,6 +6,7 @@ import numpy as np
 
 from chaosdrill.plot.cells import bounds, draw_kinds, legend_entry
 from chaosdrill.plot.looks import MOTIONS, SEED_COLOURS, motions
+from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import (
     axis_label,
     flag_names,
@@ -33,6 +34,7 @@ _NAMED_ROWS = 24
 """Seeds whose rows have names; more share the same height."""
 
 
+@picture("bifurcation-diagram", "bifurcation-diagram", "section, exponents, progression and periods")
 def bifurcation(dataset: "xr.Dataset") -> "Figure":
     """Draw a bifurcation diagram.
 

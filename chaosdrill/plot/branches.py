@@ -9,6 +9,7 @@ from chaosdrill.plot.bifurcation import first_that_varies
 from chaosdrill.plot.companions import limits, swept
 from chaosdrill.plot.looks import BACKGROUND, Look
 from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, period_looks, specials, warn
+from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import axis_label, legend_outside, new_figure, state_label
 
 if TYPE_CHECKING:
@@ -24,6 +25,13 @@ _SEEN = 0.01
 """Jumps below this part of the extent are not seen."""
 
 
+@picture(
+    "continuation",
+    "branches",
+    "branches of orbits and their special points, over the bifurcation diagram if there is one",
+    parameters=1,
+    over="bifurcation-diagram",
+)
 def branches(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
     """Draw branches of periodic orbits over the parameter.
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import PALETTE, new_figure, subscript, uncertain
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 _SETTLED = 0.05
 
 
+@picture("lyapunov-spectrum", "convergence", "running means of the exponents")
 def convergence(dataset: "xr.Dataset") -> "Figure":
     """Draw the running mean of every finite exponent over the length of the run.
 

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plot.chart import kind_panels
+from chaosdrill.plot.charts import kind_panels
 from chaosdrill.plot.companions import settings, swept
 from chaosdrill.plot.looks import LINE_COLOURS, motions
 from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, special_name, specials, warn
+from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import axis_label, legend_outside, new_figure
 
 if TYPE_CHECKING:
@@ -20,6 +21,13 @@ if TYPE_CHECKING:
 _DASHES = {"fold": "-", "period_doubling": (0, (5, 1.5)), "grazing": (0, (1.2, 1.2))}
 
 
+@picture(
+    "continuation",
+    "curves",
+    "curves of special points over two parameters, over the chart of periods if there is one",
+    parameters=2,
+    over="parameter-chart",
+)
 def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
     """Draw curves of special points in the plane of two parameters.
 
@@ -38,7 +46,7 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
     """
     if over is not None:
         kinds, looks = motions(over)
-        drawn = kind_panels(over, kinds, looks, [str(name) for name in over["period"].dims])
+        drawn = kind_panels(over, kinds, looks, "period")
         across, up = (str(name) for name in over["period"].dims if name != "seed")
         figure, panels = drawn.figure, [axes for axes, _ in drawn.panels]
     else:

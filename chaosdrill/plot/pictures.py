@@ -1,173 +1,19 @@
-"""Which pictures suit which kind of analysis, and the one function that makes them from an archive."""
+"""Which pictures an archive gives, and the one function that draws them."""
 
 from collections import Counter
-from dataclasses import dataclass
-from importlib import import_module
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plot.companions import fits, limits, swept
+from chaosdrill.plot.picture import PICTURES, Picture
 from chaosdrill.typed import PATH, TEXT, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf", "svg")
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture that can be drawn of one kind of dataset.
-
-    Parameters
-    ----------
-    kind : str
-        Kind of analysis that it shows.
-    name : str
-        Its name, part of the file's name.
-    home : str
-        ``module:function`` within ``chaosdrill.plot``; the function takes the dataset and returns a matplotlib figure.
-        That of a picture with ``over`` takes all datasets that belong together, and what they lie over as ``over``.
-    summary : str
-        What it shows, in a few words.
-    states, seeds : int, default 1
-        How many states the system, and how many seeds the dataset, must have for it.
-    needs : str, default ""
-        Variable of which it must hold a finite value.
-    parameters : int, default 0
-        How many parameters the analysis ran through; 0 if that does not matter.
-    over : str, default ""
-        Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
-        All groups over these, and over the same range of a single one, go into one picture.
-    """
-
-    kind: str
-    name: str
-    home: str
-    summary: str
-    states: int = 1
-    seeds: int = 1
-    needs: str = ""
-    parameters: int = 0
-    over: str = ""
-
-    def draw(self, *datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
-        """Return the figure of a dataset, or of several that belong together."""
-        module, name = self.home.split(":")
-        function = getattr(import_module(f"chaosdrill.plot.{module}"), name)
-        figure: Figure = function(*datasets, over=over) if self.over else function(*datasets)
-        return figure
-
-    def suits(self, dataset: "xr.Dataset") -> bool:
-        """Return whether the picture can be drawn of this dataset."""
-        import numpy as np
-
-        return (
-            dataset.attrs.get("kind") == self.kind
-            and dataset.sizes.get("state", self.states) >= self.states
-            and dataset.sizes.get("seed", 1) >= self.seeds
-            and self.parameters in (0, len(swept(dataset)))
-            and (
-                not self.needs
-                or (self.needs in dataset.variables and bool(np.isfinite(dataset[self.needs].values).any()))
-            )
-        )
-
-
-PICTURES = (
-    Picture(
-        "trajectory", "time-history", "time_history:time_history", "integrals and states over time, events and modes"
-    ),
-    Picture(
-        "trajectory", "phase-portrait", "phase_portrait:phase_portrait", "the first state against the second", states=2
-    ),
-    Picture(
-        "poincare-section", "poincare-section", "poincare:poincare", "the section in the plane of the first two states"
-    ),
-    Picture("lyapunov-spectrum", "convergence", "convergence:convergence", "running means of the exponents"),
-    Picture(
-        "bifurcation-diagram",
-        "bifurcation-diagram",
-        "bifurcation:bifurcation",
-        "section, exponents, progression and periods",
-    ),
-    Picture(
-        "parameter-chart",
-        "isoperiodic-chart",
-        "isoperiodic_chart:isoperiodic_chart",
-        "periods, and what there is instead",
-    ),
-    Picture(
-        "parameter-chart",
-        "lyapunov-chart",
-        "lyapunov_chart:lyapunov_chart",
-        "largest exponent",
-        needs="lyapunov_exponent",
-    ),
-    Picture(
-        "parameter-chart",
-        "progression-chart",
-        "progression_chart:progression_chart",
-        "mean progression rate",
-        needs="progression_rate",
-    ),
-    Picture(
-        "parameter-chart",
-        "attractor-count-chart",
-        "attractor_count_chart:attractor_count_chart",
-        "number of attractors among the seeds",
-        seeds=2,
-    ),
-    Picture("parameter-chart", "outcome-chart", "outcome_chart:outcome_chart", "how the run of each point ended"),
-    Picture("basins", "basins", "basins:basins", "the attractor that each initial state leads to"),
-    Picture(
-        "periodic-orbit",
-        "periodic-orbit",
-        "orbit:orbit",
-        "points and events of the orbit, its multipliers, and the steps of Newton's method",
-    ),
-    Picture(
-        "continuation",
-        "branches",
-        "branches:branches",
-        "branches of orbits and their special points, over the bifurcation diagram if there is one",
-        parameters=1,
-        over="bifurcation-diagram",
-    ),
-    Picture(
-        "continuation",
-        "multipliers",
-        "multipliers:multipliers",
-        "multipliers along the branches, in the unit circle and as moduli",
-        needs="multiplier_real",
-        parameters=1,
-    ),
-    Picture(
-        "continuation",
-        "cascade",
-        "cascade:cascade",
-        "period doublings, their accumulation point and Feigenbaum ratios",
-        needs="accumulation",
-        parameters=1,
-    ),
-    Picture(
-        "continuation",
-        "curves",
-        "curves:curves",
-        "curves of special points over two parameters, over the chart of periods if there is one",
-        parameters=2,
-        over="parameter-chart",
-    ),
-    Picture(
-        "work-precision",
-        "work-precision",
-        "work_precision:work_precision",
-        "errors against time, over methods and tolerances",
-    ),
-)
 
 
 @expecting(SettingsError, path=PATH, output=PATH, group=TEXT)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import PALETTE, new_figure, shorten, state_label
 
 if TYPE_CHECKING:
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@picture("poincare-section", "poincare-section", "the section in the plane of the first two states")
 def poincare(dataset: "xr.Dataset") -> "Figure":
     """Draw a section.
 

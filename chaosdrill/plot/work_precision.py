@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
+from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import PALETTE, flag_names, new_figure
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ _FLAT: tuple[dict[str, Any], ...] = (
 _MOST_DIGITS, _WIDTH = 16.5, 17
 
 
+@picture("work-precision", "work-precision", "errors against time, over methods and tolerances")
 def work_precision(dataset: "xr.Dataset") -> "Figure":
     """Draw time against correct digits.
 

@@ -1,18 +1,24 @@
-"""Pieces of a page. Text becomes HTML in one place, where it is escaped: archives may hold anything."""
+"""Pieces of a page, from the templates beside this file. Text becomes HTML in them alone, where it is escaped."""
 
-import html
 import re
+from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from hashlib import sha256
 from typing import Any
 
-from chaosdrill.reports.numbers import number
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from chaosdrill.model.grammar import PLAIN_NAME
 
 LONGEST_TEXT = 20_000
 MOST_ROWS = 200
+MISSING = "–"
+NOTHING = Markup("")
+
 _SHORT = 24
 """Letters that a narrow column may have; more want some width."""
 
-_VOID = frozenset({"br", "img", "input"})
 # what is not seen, or turns the order of letters around, is shown as its code
 _UNSEEN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ufff0-\uffff\ud800-\udfff]"
@@ -25,50 +31,77 @@ class Quantity(str):
     __slots__ = ()
 
 
-class Html(str):
-    """Text that is HTML already."""
-
-    __slots__ = ()
-
-
-def text(value: Any, most: int = LONGEST_TEXT) -> Html:
-    """Any value as HTML: what is not ``Html`` is escaped, shortened to ``most`` characters, and told to be so."""
-    if isinstance(value, Html):
+def shown(value: Any, most: int = LONGEST_TEXT) -> str:
+    """Any value as text that can be read, shortened to ``most`` characters, and told to be so; HTML as it is."""
+    if isinstance(value, Markup):
         return value
     plain = str(value)
     more = len(plain) - most
-    shown = _UNSEEN.sub(lambda found: f"\\u{ord(found[0]):04x}", plain[:most])
-    escaped = html.escape(shown)
-    return Html(escaped if more <= 0 else f"{escaped}… ({more} more characters)")
+    seen = _UNSEEN.sub(lambda found: f"\\u{ord(found[0]):04x}", plain[:most])
+    return seen if more <= 0 else f"{seen}… ({more} more characters)"
 
 
-def element(name: str, *children: Any, **attributes: Any) -> Html:
-    """One element; ``class_`` and ``aria_label`` stand for ``class`` and ``aria-label``, None leaves one out."""
-    pairs = ""
-    for key, value in attributes.items():
-        key = key.rstrip("_").replace("_", "-")
-        if value is True:
-            pairs += f" {key}"
-        elif value is not None and value is not False:
-            pairs += f' {key}="{text(value)}"'
-    if name in _VOID:
-        return Html(f"<{name}{pairs}>")
-    return Html(f"<{name}{pairs}>{joined(children)}</{name}>")
+def mathml(expression: Any) -> Markup:
+    """The expression in MathML; sympy sets words of letters and digits itself, other names are put in as text."""
+    import sympy
+    from sympy.printing.mathml import mathml as written_by_sympy
+
+    if isinstance(expression, str):
+        expression = sympy.Symbol(expression)
+    symbols = expression.free_symbols
+    longest = max((len(s.name) for s in symbols), default=0)
+    strange = [s for s in symbols if not PLAIN_NAME.fullmatch(s.name)]
+    # longer than any name, so that none of them is called so
+    stands_for = {s: sympy.Symbol(f"{'q' * longest}q{i}q", real=True) for i, s in enumerate(strange)}
+    written = written_by_sympy(expression.xreplace(stands_for), printer="presentation")
+    # browsers set a hyphen as a hyphen, and the entity for e as a doubled letter
+    written = written.replace("<mo>-</mo>", "<mo>−</mo>").replace("&ExponentialE;", "e")
+    for symbol, placeholder in stands_for.items():
+        written = written.replace(f"<mi>{placeholder.name}</mi>", f"<mi>{escape(shown(symbol.name))}</mi>")
+    return Markup(written)
 
 
-def joined(children: Iterable[Any], between: str = "") -> Html:
-    """Pieces one after the other; None is nothing."""
-    return Html(between.join(text(child) for child in children if child is not None))
+def csp_hash(content: str) -> str:
+    """What a Content-Security-Policy knows a style or a script by."""
+    return f"sha256-{b64encode(sha256(content.encode()).digest()).decode()}"
 
 
-def table(caption: str, head: Sequence[Any], rows: Iterable[Sequence[Any]], most: int = MOST_ROWS) -> Html:
+TEMPLATES = Environment(
+    loader=PackageLoader("chaosdrill.reports"),
+    autoescape=True,
+    finalize=shown,
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+TEMPLATES.filters |= {"mathml": mathml, "csp_hash": csp_hash}
+TEMPLATES.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
+
+
+def render(template: str, **values: Any) -> Markup:
+    """A template with these values in it; what is not ``Markup`` is escaped."""
+    return Markup(TEMPLATES.get_template(template).render(values))
+
+
+def part(name: str, *arguments: Any) -> Markup:
+    """One of the small pieces in ``parts.html``."""
+    made: Markup = getattr(TEMPLATES.get_template("parts.html").module, name)(*arguments)
+    return made
+
+
+def joined(pieces: Iterable[Markup]) -> Markup:
+    """Pieces one after the other."""
+    return NOTHING.join(pieces)
+
+
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most: int = MOST_ROWS) -> Markup:
     """A table whose first column names its rows; nothing if it has none.
 
     Parameters
     ----------
     caption : str
         What it shows.
-    head : sequence
+    head : sequence of str
         Names of the columns.
     rows : iterable of sequences
         Cells; numbers are set with their digits below each other.
@@ -77,41 +110,61 @@ def table(caption: str, head: Sequence[Any], rows: Iterable[Sequence[Any]], most
     """
     listed = list(rows)
     if not listed:
-        return Html("")
-    columns = element("tr", *(_cell("th", n, scope="col", like=v) for n, v in zip(head, listed[0], strict=True)))
-    body = joined((_row(row) for row in listed[:most]), "\n")
-    more = len(listed) - most
-    return joined(
+        return NOTHING
+    columns = [(name, _look(value)) for name, value in zip(head, listed[0], strict=True)]
+    cells = (
         [
-            scrolled(
-                caption,
-                element("table", element("caption", caption), element("thead", columns), element("tbody", body)),
-            ),
-            element("p", f"{more} more rows are in the archive.", class_="left-out") if more > 0 else None,
+            (value if isinstance(value, bool | str) else number(value), _look(value, is_wide=place > 0))
+            for place, value in enumerate(row)
         ]
+        for row in listed[:most]
     )
+    return part("table", caption, columns, cells, len(listed) - most)
 
 
-def scrolled(name: str, *children: Any) -> Html:
-    """What may be wider than the window: it can be moved with the arrow keys, and says what it is."""
-    return element("div", *children, class_="scroll", role="group", aria_label=name, tabindex="0")
+def _look(value: Any, is_wide: bool = False) -> str | None:
+    """Class of a cell: words stand at the left, numbers at the right, and names of columns as what is below them."""
+    if isinstance(value, Quantity) or not isinstance(value, bool | str):
+        return "number"
+    return "text" if is_wide and not isinstance(value, Markup) and len(str(value)) > _SHORT else None
 
 
-def facts(pairs: Iterable[tuple[Any, Any]]) -> Html:
-    """Names with what belongs to each."""
-    return element("dl", *(element("div", element("dt", name), element("dd", value)) for name, value in pairs))
+def number(value: Any, digits: int = 6) -> str:
+    """A number with so many significant digits; NaN is a dash, and whole numbers keep all of theirs."""
+    if isinstance(value, int) or getattr(getattr(value, "dtype", None), "kind", None) in ("i", "u"):
+        return str(int(value)).replace("-", "−")
+    value = float(value)
+    if value != value:
+        return MISSING
+    if value in (float("inf"), float("-inf")):
+        return "∞" if value > 0 else "−∞"
+    return f"{value:.{digits}g}".replace("-", "−")
 
 
-def _row(values: Sequence[Any]) -> Html:
-    first, *rest = values
-    return element("tr", _cell("th", first, scope="row"), *(_cell("td", value) for value in rest))
+def uncertain(value: Any, error: Any) -> str:
+    """A number with its standard error, where it has one."""
+    from chaosdrill.plot.style import uncertain as written
+
+    value, error = float(value), float(error)
+    return MISSING if value != value else written(value, error)
 
 
-def _cell(tag: str, value: Any, scope: str | None = None, like: Any = None) -> Html:
-    """A cell; words stand at the left, numbers at the right, and names of columns as what is below them."""
-    kind = value if like is None else like
-    long = tag == "td" and not isinstance(kind, Html) and len(str(kind)) > _SHORT
-    look = "text" if long else None
-    if not isinstance(kind, bool | str) or isinstance(kind, Quantity):
-        look = "number"
-    return element(tag, value if isinstance(value, bool | str) else number(value), scope=scope, class_=look)
+def seconds(value: Any) -> str:
+    """A time in the unit that suits it."""
+    value = float(value)
+    if not value < float("inf"):
+        return MISSING
+    if value < 1e-3:
+        return f"{1e6 * value:.3g} µs"
+    if value < 1:
+        return f"{1000 * value:.3g} ms"
+    if value < 120:
+        return f"{value:.3g} s"
+    minutes, left = divmod(round(value), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {left} s"
+
+
+def count(items: int, one: str) -> str:
+    """``1 point``, ``2 points``."""
+    return f"{items} {one if items == 1 else one + 's'}"

@@ -1,42 +1,173 @@
-"""Where the archive came from: every attribute of it, versions, and its hash."""
+"""Where the numbers come from: scene, equations and events; the archive's file, versions and attributes; citations."""
 
-from hashlib import sha256
+import hashlib
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from markupsafe import Markup
+
+from chaosdrill.dataset.references import mapping
+from chaosdrill.errors import ChaosdrillError
 from chaosdrill.files import name_text
-from chaosdrill.reports.html import Html, element, joined, table
-from chaosdrill.reports.scenes import read_json
+from chaosdrill.reports.html import NOTHING, Quantity, joined, number, part, render, table
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.scene import Scene
+
+MOST_SYSTEMS = 10
+LONGEST_ARGUMENT = 200
+
 _APART = ("scene", "versions")
 
 
-def origin_section(tree: "xr.DataTree", path: Path) -> Html:
+def scene_section(tree: "xr.DataTree") -> Markup:
+    """Everything that the scene says, or what the definitions tell without one."""
+    text = tree.attrs.get("scene")
+    if not isinstance(text, str):
+        return _defined(tree)
+    from chaosdrill.scene import parse_scene
+
+    try:
+        told = _described(parse_scene(text, str(tree.attrs.get("scene_name", "scene.toml"))))
+    except ChaosdrillError as fault:
+        told = part("paragraph", f"The scene cannot be read by this version: {fault}", "fault") + _known(tree)
+    return told + part("heading", "Scene file") + part("listing", text)
+
+
+def _described(scene: "Scene") -> Markup:
+    from chaosdrill.scene.describe import describe_scene
+
+    told = describe_scene(scene)
+    origin = {name: "scene" if p["given"] else "default" for name, p in told["parameters"].items()}
+    scales = [(name.replace("_", " "), value) for name, value in told["si_scales"].items()]
+    units = table("One dimensionless unit in SI units", ("quantity", "value"), scales)
+    return system_part(scene.system, origin, told["simulated"], told["left_out"], units)
+
+
+def system_part(
+    system: "HybridSystem",
+    origin: Mapping[str, str],
+    simulated: Mapping[str, str] | None = None,
+    left_out: Mapping[str, str] | None = None,
+    units: Markup = NOTHING,
+) -> Markup:
+    """Numbers, equations and events of a system.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    origin : mapping of str to str
+        Where the value of each parameter comes from.
+    simulated, left_out : mapping of str to str, optional
+        Effects, with a line each.
+    units : Markup
+        A table of units.
+    """
+    labels = system.labels
+    states = [(name, part("formula", name), system.initial[name], labels.get(name, "")) for name in system.state_names]
+    parameters = [
+        (name, part("formula", name), Quantity(number(value, 12)), origin.get(name, "the run"), labels.get(name, ""))
+        for name, value in system.parameters.items()
+    ]
+    return render(
+        "system.html",
+        system=system,
+        simulated=simulated,
+        left_out=left_out,
+        states=table("States", ("state", "symbol", "at first", "is"), states),
+        parameters=table("Parameters", ("parameter", "symbol", "value", "from", "is"), parameters),
+        units=units,
+    )
+
+
+def _defined(tree: "xr.DataTree") -> Markup:
+    """The systems of an archive without a scene, from the definitions in its groups: equations once, all numbers."""
+    found: dict[str, dict[str, xr.Dataset]] = {}
+    for node in tree.subtree:
+        if "definition" in node.attrs:
+            group = node.path.strip("/") or "result"
+            found.setdefault(str(node.attrs["definition"]), {})[group] = node.to_dataset(inherit=False)
+    if not found:
+        told = "The archive holds no scene and no definition of a system, so its equations are not known here."
+        return part("paragraph", told) + _known(tree)
+    parts = [part("paragraph", "The archive holds no scene; each analysis holds its system and its arguments.")]
+    for groups in list(found.values())[:MOST_SYSTEMS]:
+        try:
+            parts.append(_with_numbers(groups))
+        except ChaosdrillError as fault:
+            parts.append(part("paragraph", f"The definition cannot be read: {fault}", "fault"))
+    if len(found) > MOST_SYSTEMS:
+        told = f"{len(found) - MOST_SYSTEMS} more systems are in the archive."
+        parts.append(part("paragraph", told, "left-out"))
+    arguments = [
+        (node.path.strip("/") or "result", name, json.dumps(value, ensure_ascii=False)[:LONGEST_ARGUMENT])
+        for node in tree.subtree
+        for name, value in mapping(node.attrs.get("settings")).items()
+        if value is not None
+    ]
+    parts += [part("heading", "Arguments"), table("Arguments", ("group", "argument", "value"), arguments)]
+    return joined(parts)
+
+
+def _with_numbers(groups: "Mapping[str, xr.Dataset]") -> Markup:
+    """A system with the numbers of its first analysis, and what others have instead."""
+    from chaosdrill.archive.again import system_of
+
+    (first, dataset), *others = groups.items()
+    system = system_of(dataset)
+    numbers = {**system.parameters, **system.initial}
+    changed = [
+        (group, name, str(value))
+        for group, other in others
+        for name, value in (mapping(other.attrs.get("parameters")) | mapping(other.attrs.get("initial"))).items()
+        if value != numbers.get(name)
+    ]
+    shown = system_part(system, dict.fromkeys(system.parameters, first))
+    if not changed:
+        return shown
+    return shown + part("heading", "Other numbers") + table("Other numbers", ("group", "of", "value"), changed)
+
+
+def _known(tree: "xr.DataTree") -> Markup:
+    """Parameters that the groups themselves were made with."""
+    rows = []
+    for node in tree.subtree:
+        for name, value in mapping(node.attrs.get("parameters")).items():
+            rows.append((str(node.attrs.get("system", "")), node.path.strip("/"), str(name), str(value)))
+    return table("Parameters", ("system", "group", "parameter", "value"), dict.fromkeys(rows))
+
+
+def origin_section(tree: "xr.DataTree", path: Path) -> Markup:
     """The file, the versions, and the attributes of the root and of every group."""
-    file = [("name", name_text(path.name)), ("size in bytes", str(path.stat().st_size)), ("SHA-256", file_hash(path))]
+    file = [("name", name_text(path.name)), ("size in bytes", str(path.stat().st_size)), ("SHA-256", _sha256(path))]
     file.append(("values", _integrity(tree)))
-    versions = [(str(name), str(version)) for name, version in read_json(tree.attrs.get("versions")).items()]
-    parts = [table("The archive's file", ("what", "value"), file), table("Versions", ("library", "version"), versions)]
+    versions = [(str(name), str(version)) for name, version in mapping(tree.attrs.get("versions")).items()]
+    parts = [
+        part("paragraph", "The numbers of this page are those of this file.", "note"),
+        table("The archive's file", ("what", "value"), file),
+        table("Versions", ("library", "version"), versions),
+    ]
     for node in tree.subtree:
         rows = [(str(name), _words(value)) for name, value in node.attrs.items() if name not in _APART]
         caption = "Attributes of the archive" if node.path == "/" else f"Attributes of {node.path.strip('/')}"
         parts.append(table(caption, ("attribute", "value"), rows))
-    return joined([element("p", "The numbers of this page are those of this file.", class_="note"), *parts], "\n")
+    return joined(parts)
 
 
-def citations_section(tree: "xr.DataTree") -> Html:
+def citations_section(tree: "xr.DataTree") -> Markup:
     """What is to be cited for what is in the archive."""
     from chaosdrill.archive.cite import references_in
 
-    entries = (element("li", reference.text()) for reference in references_in(tree))
     return joined(
         [
-            element("p", "This package, and the sources of the analyses, methods and systems in the archive."),
-            element("ul", *entries),
-            element("p", "chaosdrill cite --bibtex prints them for BibTeX.", class_="note"),
+            part("paragraph", "This package, and the sources of the analyses, methods and systems in the archive."),
+            part("bullets", [reference.text() for reference in references_in(tree)]),
+            part("paragraph", "chaosdrill cite --bibtex prints them for BibTeX.", "note"),
         ]
     )
 
@@ -62,13 +193,9 @@ def _integrity(tree: "xr.DataTree") -> str:
     return "as they were written, by the digests of all variables"
 
 
-def file_hash(path: Path) -> str:
-    """SHA-256 of a file."""
-    digest = sha256()
+def _sha256(path: Path) -> str:
     with path.open("rb") as stream:
-        while block := stream.read(2**20):
-            digest.update(block)
-    return digest.hexdigest()
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _words(value: Any) -> str:

@@ -1,19 +1,20 @@
 """From an archive to one page."""
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.errors import ChaosdrillError, SettingsError
+from markupsafe import Markup
+
+from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.files import followed, name_text, remove_drafts
-from chaosdrill.reports import accuracy, explorer, orbits, points, runs
-from chaosdrill.reports.figures import figure
-from chaosdrill.reports.html import Html, element, joined, table
-from chaosdrill.reports.origin import altered_parts, citations_section, origin_section
-from chaosdrill.reports.page import Section, page
-from chaosdrill.reports.scenes import scene_section
+from chaosdrill.reports import charts, tables
+from chaosdrill.reports.html import NOTHING, joined, part, render, shown, table
+from chaosdrill.reports.origin import altered_parts, citations_section, origin_section, scene_section
 from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
@@ -23,24 +24,39 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".html", ".htm")
 MOST_PICTURES = 100
+LONGEST_TITLE = 200
 WHOLE_CHARTS = 2
 """So many interactive charts may have their largest size; more share what these have."""
 
+_LEADS_AWAY = re.compile(r"<\s*/?\s*(meta|base|link|iframe|frame|object|embed|form)\b", re.IGNORECASE)
+"""Elements that only the frame may hold. No policy of a page keeps browsers from following ``meta`` with a refresh."""
+
+_SCRIPTS = ("read.js", "scale.js", "draw.js", "tell.js", "explore.js")
+
 # in the order in which they stand on the page; each gives nothing where a dataset has nothing of it
-_TABLES: tuple[Callable[["xr.Dataset"], Html], ...] = (
-    runs.outcomes,
-    runs.exponents,
-    runs.multipliers,
-    runs.event_counts,
-    points.motions,
-    points.without_results,
-    points.stretches,
-    points.attractors,
-    orbits.orbits,
-    orbits.branches,
-    accuracy.work_precision,
-    runs.single_numbers,
+_TABLES: tuple[Callable[["xr.Dataset"], Markup], ...] = (
+    tables.outcomes,
+    tables.exponents,
+    tables.multipliers,
+    tables.event_counts,
+    tables.motions,
+    tables.without_results,
+    tables.stretches,
+    tables.attractors,
+    tables.orbits,
+    tables.branches,
+    tables.work_precision,
+    tables.single_numbers,
 )
+
+
+@dataclass(frozen=True)
+class _Section:
+    """A part of the page with an entry among its contents: its id, its heading and what is in it."""
+
+    key: str
+    title: str
+    body: Markup
 
 
 @dataclass(frozen=True)
@@ -131,72 +147,71 @@ class _Writer:
     def page(self) -> str:
         title = str(self.tree.attrs.get("title", name_text(self.path.name)))
         sections = [
-            Section("summary", "Summary", self._try("summary", self._summary)),
-            Section("scene", "Scene and equations", self._try("scene", scene_section, self.tree)),
+            _Section("summary", "Summary", self._try("summary", self._summary)),
+            _Section("scene", "Scene and equations", self._try("scene", scene_section, self.tree)),
             *self._analyses(),
-            Section("accuracy", "Accuracy and cost", self._try("accuracy", accuracy.accuracy_section, self.groups)),
-            Section("citations", "What to cite", self._try("citations", citations_section, self.tree)),
-            Section("origin", "Provenance", self._try("provenance", origin_section, self.tree, self.path)),
+            _Section("accuracy", "Accuracy and cost", self._try("accuracy", tables.accuracy_section, self.groups)),
+            _Section("citations", "What to cite", self._try("citations", citations_section, self.tree)),
+            _Section("origin", "Provenance", self._try("provenance", origin_section, self.tree, self.path)),
         ]
         made = str(self.tree.attrs.get("history", "")).split("\n")[-1]
-        intro = element("p", f"{name_text(self.path.name)}. {made}")
-        intro = joined([intro, self._try("digests", self._altered)])
-        if self.faults:
-            listed = element("ul", *(element("li", fault) for fault in self.faults))
-            intro = joined(
-                [intro, element("div", element("p", "Not everything could be shown:"), listed, class_="fault")]
-            )
-        return page(title, intro, sections)
+        digests = self._try("digests", self._altered)
+        return _framed(
+            title=shown(title, LONGEST_TITLE),
+            intro=f"{name_text(self.path.name)}. {made}",
+            digests=digests,
+            faults=self.faults,
+            sections=sections,
+        )
 
-    def _altered(self) -> Html:
+    def _altered(self) -> Markup:
         if not (changed := ", ".join(altered_parts(self.tree))):
-            return Html("")
+            return NOTHING
         told = f"Altered since the archive was written, so that this page may tell of what was not run: {changed}."
-        return element("p", told, class_="fault")
+        return part("paragraph", told, "fault")
 
-    def _summary(self) -> Html:
+    def _summary(self) -> Markup:
         from chaosdrill.dataset.outcomes import count_outcomes
 
         rows = []
         for place, (name, dataset) in enumerate(self.groups.items()):
             counts = count_outcomes(dataset["outcome"].values) if "outcome" in dataset else {}
             ended = ", ".join(f"{outcome.replace('_', ' ')} {n}" for outcome, n in counts.items())
-            link = element("a", name, href=f"#analysis-{place}")
+            link = part("link", name, f"analysis-{place}")
             rows.append((link, str(dataset.attrs["kind"]), str(dataset.attrs.get("system", "")), ended))
         return table("What is in the archive", ("analysis", "kind", "system", "outcomes"), rows)
 
-    def _analyses(self) -> list[Section]:
+    def _analyses(self) -> list[_Section]:
         from chaosdrill.plot import plan
 
-        drawn: dict[str, list[Html]] = {name: [] for name in self.groups}
+        drawn: dict[str, list[Markup]] = {name: [] for name in self.groups}
         planned: list[tuple[list[str], Picture]] = []
         self._try("pictures", lambda: planned.extend(plan(self.groups)))
         for names, picture in planned[MOST_PICTURES:]:
-            drawn[names[0]].append(
-                element("p", f"the picture {picture.name}, after {MOST_PICTURES} others.", class_="left-out")
-            )
+            told = f"the picture {picture.name}, after {MOST_PICTURES} others."
+            drawn[names[0]].append(part("paragraph", told, "left-out"))
         for names, picture in planned[:MOST_PICTURES]:
             drawn[names[0]].append(self._try(f"{names[0]}: {picture.name}", self._figure, picture, names))
         sections = []
         for place, (name, dataset) in enumerate(self.groups.items()):
             parts = [
-                self._try(name, explorer.summary, dataset),
+                self._try(name, charts.summary, dataset),
                 *drawn[name],
                 self._try(f"{name}: interactive chart", self._explorer, dataset, name),
                 *(self._try(f"{name}: {t.__name__.replace('_', ' ')}", t, dataset) for t in _TABLES),
             ]
             title = f"{name}: {str(dataset.attrs['kind']).replace('-', ' ')}"
-            sections.append(Section(f"analysis-{place}", title, joined(parts, "\n")))
+            sections.append(_Section(f"analysis-{place}", title, joined(parts)))
         return sections
 
-    def _figure(self, picture: "Picture", names: list[str]) -> Html:
-        made = figure(picture, names, self.groups)
+    def _figure(self, picture: "Picture", names: list[str]) -> Markup:
+        made = charts.figure(picture, names, self.groups)
         self.pictures += 1
         return made
 
-    def _explorer(self, dataset: "xr.Dataset", name: str) -> Html:
-        many = sum(one.attrs["kind"] in explorer.KINDS for one in self.groups.values())
-        made = explorer.explorer(dataset, name, self.charts, min(1.0, WHOLE_CHARTS / max(many, 1)))
+    def _explorer(self, dataset: "xr.Dataset", name: str) -> Markup:
+        many = sum(one.attrs["kind"] in charts.KINDS for one in self.groups.values())
+        made = charts.explorer(dataset, name, self.charts, min(1.0, WHOLE_CHARTS / max(many, 1)))
         self.charts += bool(made)
         return made
 
@@ -210,4 +225,32 @@ class _Writer:
         except Exception as fault:
             told = str(fault) if isinstance(fault, ChaosdrillError) else f"{type(fault).__name__}: {fault}"
             self.faults.append(f"{what}: {told}")
-            return element("p", f"This part could not be shown ({self.faults[-1]}).", class_="fault")
+            return part("paragraph", f"This part could not be shown ({self.faults[-1]}).", "fault")
+
+
+def _framed(title: str, **content: Any) -> str:
+    """The whole page: style and script stand in it, and nothing else may run or be loaded.
+
+    Raises
+    ------
+    ArchiveError
+        If anything but the frame would lead away from the page, or load something.
+    """
+    import chaosdrill
+
+    body = render("body.html", title=title, **content)
+    if found := _LEADS_AWAY.search(body):
+        raise ArchiveError(f"the report would hold an element {found[1]}, which no page may; it is not written")
+    scripts = "\n".join(_asset(name) for name in _SCRIPTS)
+    return render(
+        "page.html",
+        title=title,
+        body=body,
+        version=chaosdrill.__version__,
+        style=Markup(_asset("page.css")),
+        script=Markup(f'"use strict";\n(() => {{\n{scripts}}})();\n'),
+    )
+
+
+def _asset(name: str) -> str:
+    return files("chaosdrill.reports").joinpath("assets", name).read_text(encoding="utf-8")

@@ -46,7 +46,7 @@ def check_definition(
         unused = [name for name in parameters if name not in reading.used]
         known = sorted(reading.used & parameters.keys())
         problems += [
-            Problem(("system", "parameters", name), f"no expression of the definition names it; {remedy(name, known)}")
+            Problem(("system", "parameters", name), f"not used in the definition; {remedy(name, known)}")
             for name in unused
         ]
         # a value that is no double is told where all parameters are
@@ -67,8 +67,8 @@ def _too_large(system: "HybridSystem") -> list[Problem]:
         Problem(
             (*AT, "modes", mode),
             f"has {count} products, powers and functions (these count twice) in rates, quadratures and guards; at most "
-            f"{MOST_OPERATIONS} are compiled in good time: write it with fewer, such as powers of one sine in place of "
-            "sines of multiples, or leave terms out that hardly matter",
+            f"{MOST_OPERATIONS} can be compiled in reasonable time: use fewer, such as powers of one sine in place of "
+            "sines of multiples, or leave out terms that hardly matter",
         )
         for mode, count in counts.items()
         if count > MOST_OPERATIONS

@@ -6,44 +6,76 @@ from itertools import product
 from sys import float_info
 from typing import Any
 
+from chaosdrill.analysis.arguments import Start
 from chaosdrill.errors import ModelError
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_definition import check_definition
-from chaosdrill.scene.document import SystemTable
 from chaosdrill.scene.limits import LIMITS
-from chaosdrill.scene.problems import Problem
+from chaosdrill.scene.problems import Problem, problems_of
 from chaosdrill.scene.si import ReadSI, read_si
-from chaosdrill.scene.strict import validate
+from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
 
 MOST = float_info.max
 
 
+@dataclass(frozen=True, kw_only=True)
+class Document(Settings):
+    """The tables of a scene; the inner ones are checked one by one, so that no fault hides another."""
+
+    title: str | None = setting(Text(), None)
+    system: dict[str, Any] = setting(TableOf())
+    numerics: dict[str, Any] | None = setting(TableOf(), None)
+    analysis: dict[str, dict[str, Any]] | None = setting(TableOf(TableOf()), None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SystemTable(Settings):
+    """The table ``system``, before its names are looked up."""
+
+    model: str | None = setting(Text(), None)
+    definition: dict[str, Any] | None = setting(TableOf(), None)
+    effects: dict[str, str] | None = setting(TableOf(Text()), None)
+    parameters: dict[str, float] | None = setting(TableOf(Number()), None)
+    initial: dict[str, float | str] | None = setting(Start(), None)
+    si: dict[str, Any] | None = setting(TableOf(), None)
+
+
 @dataclass
-class CheckedSystem:
+class CheckedSystem(Known):
     """What is known of the system without building it.
 
-    ``known`` and ``states`` are None as long as the model cannot be told; ``parameters`` are those that the scene sets.
     Either ``model`` names a system of the shelf, or ``definition`` holds one.
     """
 
     model: str = ""
     definition: dict[str, Any] | None = None
     effects: dict[str, str] = field(default_factory=dict)
-    parameters: dict[str, float] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
     si: ReadSI = field(default_factory=ReadSI)
-    known: dict[str, float] | None = None
-    states: tuple[str, ...] | None = None
     problems: list[Problem] = field(default_factory=list)
+
+    def refuses(self, name: str, value: Any) -> str | None:
+        """Why a parameter of this model cannot have a value."""
+        limit = LIMITS.get(self.model, {}).get(name)
+        # what is no finite number is a fault of another kind
+        if limit is None or isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
+            return None
+        return limit.refuses(value)
+
+
+def check_document(raw: Mapping[str, Any]) -> list[Problem]:
+    """Check which tables the file has."""
+    return problems_of(Document.faults(raw, also=()), ())
 
 
 def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     """Check the table ``system`` as the file holds it."""
-    table, problems = validate(SystemTable, raw, ("system",))
+    problems = problems_of(SystemTable.faults(raw, also=()), ("system",))
+    sound = not problems
     checked = CheckedSystem(problems=problems)
     if ("model" in raw) == ("definition" in raw):
         both = "model and definition are both given; leave one of them out"
-        neither = "missing; name a system of the shelf, or write one as [system.definition]"
+        neither = "missing; name a built-in system, or write one as [system.definition]"
         fault = Problem(("system", "definition"), both) if "model" in raw else Problem(("system", "model"), neither)
         problems.append(fault)
     elif isinstance(raw.get("model"), str):
@@ -60,49 +92,29 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
                 place = ("system", "parameters", name)
                 problems.append(Problem(place, f"unknown parameter; {remedy(name, checked.known)}"))
     if checked.states is not None:
-        problems += check_state(table_in(raw, "initial"), checked.states, ("system", "initial"))
+        problems += problems_of(Start().misfits(table_in(raw, "initial"), checked), ("system", "initial"))
     given = dict(table_in(raw, "parameters"))
     if table_in(raw, "si") and checked.known is not None:
         if checked.model in LIMITS:
             checked.si, faults = read_si(raw["si"], given, checked.known)
-            beyond = check_limits(checked.model, checked.si.parameters, ("system", "si"))
+            beyond = check_limits(checked, checked.si.parameters, ("system", "si"))
             # a parameter made of several quantities has no line of its own
             problems += faults + [replace(fault, path=("system", "si")) for fault in beyond]
             checked.parameters = checked.si.parameters
         else:
             problems.append(Problem(("system", "si"), f"only {' and '.join(LIMITS)} can be given in SI units"))
-    problems += check_limits(checked.model, given, ("system", "parameters"))
-    if table is not None:
-        checked.parameters = {**checked.parameters, **table.parameters}
-        checked.initial = table.initial
+    problems += check_limits(checked, given, ("system", "parameters"))
+    if sound:
+        arguments = SystemTable.arguments(raw)
+        checked.parameters = {**checked.parameters, **arguments.get("parameters", {})}
+        checked.initial = arguments.get("initial", {})
     return checked
 
 
-def check_state(given: Mapping[str, Any], states: tuple[str, ...], at: tuple[str | int, ...]) -> list[Problem]:
-    """Check the names and types of a table of initial values."""
-    problems = []
-    for name, value in given.items():
-        if name == "mode":
-            if not isinstance(value, str):
-                problems.append(Problem((*at, name), f"expected the name of a mode, received {value!r:.60}"))
-        elif name not in states:
-            problems.append(Problem((*at, name), f"unknown state; {remedy(name, ('mode', *states))}"))
-        elif isinstance(value, str):
-            problems.append(Problem((*at, name), f"expected a number, received {value!r:.60}"))
-    return problems
-
-
-def check_limits(model: str, values: Mapping[str, Any], at: tuple[str | int, ...]) -> list[Problem]:
+def check_limits(checked: CheckedSystem, values: Mapping[str, Any], at: tuple[str | int, ...]) -> list[Problem]:
     """Check numbers against the limits of the model's parameters."""
-    problems = []
-    for name, limit in LIMITS.get(model, {}).items():
-        value = values.get(name)
-        # what is no finite number is a fault of another kind
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
-            continue
-        if fault := limit.refuses(value):
-            problems.append(Problem((*at, name), fault))
-    return problems
+    faults = ((name, checked.refuses(name, value)) for name, value in values.items())
+    return [Problem((*at, name), fault) for name, fault in faults if fault]
 
 
 def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:

@@ -6,7 +6,6 @@ from typing import Any
 
 from chaosdrill.errors import SceneError
 from chaosdrill.scene.load import load_scene
-from chaosdrill.scene.period import check_period
 from chaosdrill.scene.scene import Scene
 from chaosdrill.scene.si import QUANTITIES
 from chaosdrill.typed import PATH, TABLE, expecting, refuse
@@ -38,7 +37,7 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     if not isinstance(scene, Scene):
         refuse(SceneError, "scene", scene, PATH)
     loaded = scene if isinstance(scene, Scene) else load_scene(scene, changes)
-    check_period(loaded)
+    loaded.check_period()
     return describe_scene(loaded)
 
 
@@ -82,10 +81,8 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             for name, value in scene.si.values.items()
         },
         "si_scales": dict(scene.scales),
-        "numerics": scene.numerics.keywords(),
-        "analyses": {
-            name: analysis.model_dump(mode="json", exclude_unset=True) for name, analysis in scene.analyses.items()
-        },
+        "numerics": dict(scene.numerics),
+        "analyses": {name: {"kind": analysis.kind, **analysis.table} for name, analysis in scene.analyses.items()},
         "changes": dict(scene.changes),
     }
 

@@ -106,11 +106,9 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
     SettingsError
         As `load_scene`.
     """
-    # pydantic is worth its import only once there is a scene to validate
+    # what checks it is worth its import only once there is a scene
     from chaosdrill.scene.check_analyses import check_analyses, check_numerics
-    from chaosdrill.scene.check_system import check_system, table_in
-    from chaosdrill.scene.document import Document
-    from chaosdrill.scene.strict import validate
+    from chaosdrill.scene.check_system import check_document, check_system, table_in
 
     name = name_text(name)
     raw = _parse_toml(text, name)
@@ -119,14 +117,14 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         text, path = change(text, key, value)
         raw = _parse_toml(text, name)
         _place_change(lines, path)
-    _, problems = validate(Document, raw, ())
+    problems = check_document(raw)
     system = check_system(table_in(raw, "system"))
     numerics, faults = check_numerics(table_in(raw, "numerics"))
     analyses, more = check_analyses(table_in(raw, "analysis"), system)
     if "system" in raw:
         problems += system.problems
     problems += faults + more
-    if problems or numerics is None:
+    if problems:
         raise InvalidSceneError(name, problems, lines)
     return Scene(
         name=name,

@@ -4,34 +4,7 @@ from typing import Any
 
 from chaosdrill.errors import SettingsError
 
-
-def _systems() -> dict[str, Any]:
-    from chaosdrill.systems import REGISTRY
-
-    return {name: entry.summary for name, entry in REGISTRY.items()}
-
-
-def _effects() -> dict[str, Any]:
-    from chaosdrill.systems import EFFECTS
-
-    return {effect: dict(options) for effect, options in EFFECTS.items()}
-
-
-def _analyses() -> dict[str, Any]:
-    from chaosdrill.analysis.registry import ANALYSES
-
-    return {kind: entry.summary for kind, entry in ANALYSES.items()}
-
-
-def _methods() -> dict[str, Any]:
-    from chaosdrill.analysis.registry import METHODS
-
-    return dict(METHODS)
-
-
-_TOPICS = {"systems": _systems, "effects": _effects, "analyses": _analyses, "methods": _methods}
-
-TOPICS = tuple(_TOPICS)
+TOPICS = ("systems", "effects", "analyses", "methods")
 
 
 def list_names(topic: str) -> dict[str, Any]:
@@ -52,6 +25,13 @@ def list_names(topic: str) -> dict[str, Any]:
     SettingsError
         If there is no such topic.
     """
+    from chaosdrill.analysis.registry import METHODS, analyses
+    from chaosdrill.systems import EFFECTS, REGISTRY
+
     if topic not in TOPICS:
-        raise SettingsError(f"topic: {topic!r:.60} is none; choose from {', '.join(TOPICS)}")
-    return _TOPICS[topic]()
+        raise SettingsError(f"topic: unknown topic {topic!r:.60}; choose from {', '.join(TOPICS)}")
+    if topic == "effects":
+        return {effect: dict(options) for effect, options in EFFECTS.items()}
+    if topic == "methods":
+        return dict(METHODS)
+    return {name: entry.summary for name, entry in (REGISTRY if topic == "systems" else analyses()).items()}

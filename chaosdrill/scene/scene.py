@@ -8,7 +8,7 @@ from hashlib import sha256
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.errors import ChaosdrillError, SceneError
+from chaosdrill.errors import ChaosdrillError, SceneError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
@@ -19,14 +19,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from chaosdrill.model import HybridSystem
-    from chaosdrill.scene.kinds import Analysis
-    from chaosdrill.scene.numerics import Numerics
+    from chaosdrill.progress import Progress
+    from chaosdrill.scene.check_analyses import Asked
     from chaosdrill.sweep import Parts
 
 STDIN, PIPED = "-", "stdin"
 """What the command line calls standard input, and what messages call a scene that came from there."""
-
-Progress = Callable[[int, int, "dict[str, int] | None"], None]
 
 
 @dataclass(frozen=True)
@@ -53,9 +51,9 @@ class Scene:
         Initial values that it sets, and ``mode``.
     si : ReadSI
         The quantities of a scene in SI units, the parameters made of them, and the scales; else empty.
-    numerics : Numerics
-        Method and tolerance.
-    analyses : mapping of str to Analysis
+    numerics : mapping of str to value
+        Arguments for method and tolerance that it gives.
+    analyses : mapping of str to Asked
         What is to be computed, by group of the archive.
     lines : mapping of path to int
         Where each key stands in the file, 0 for one that was set from outside.
@@ -72,8 +70,8 @@ class Scene:
     parameters: Mapping[str, float]
     initial: Mapping[str, Any]
     si: ReadSI
-    numerics: "Numerics"
-    analyses: Mapping[str, "Analysis"]
+    numerics: Mapping[str, Any]
+    analyses: Mapping[str, "Asked"]
     lines: Mapping[Path, int] = field(repr=False)
     changes: Mapping[str, str] = field(default_factory=dict)
 
@@ -112,6 +110,23 @@ class Scene:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system.with_initial(mode=self.initial["mode"]) if "mode" in self.initial else system
 
+    def check_period(self) -> None:
+        """Refuse a scene whose parameters make the forcing period infinite, zero or negative, before anything is run.
+
+        Raises
+        ------
+        SceneError
+            With the lines of the parameters that decide on the period.
+        """
+        period = self.system.period
+        try:
+            self.system.forcing_period()
+        except SettingsError as fault:
+            names = sorted(p.name for p in period.free_symbols) if period is not None else []
+            places: list[Path] = [place for name in names if (place := ("system", "parameters", name)) in self.lines]
+            problems = [Problem(place, str(fault)) for place in places or [("system",)]]
+            raise InvalidSceneError(self.name, problems, self.lines) from fault
+
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers, versions included; not the title, nor how the file is laid out."""
         from chaosdrill.sweep.fingerprint import origin
@@ -125,8 +140,8 @@ class Scene:
                 "initial": self.initial,
                 "scales": self.scales,
             },
-            "numerics": self.numerics.keywords(),
-            "analysis": {group: analysis.model_dump(exclude_unset=True) for group, analysis in self.analyses.items()},
+            "numerics": dict(self.numerics),
+            "analysis": {group: {"kind": asked.kind, **asked.table} for group, asked in self.analyses.items()},
             **origin(),
         }
 
@@ -141,7 +156,7 @@ class Scene:
         workers: int = 1,
         scheduler: str | None = None,
         parts: "Parts | None" = None,
-        report: Callable[[str], Progress] | None = None,
+        report: "Callable[[str], Progress] | None" = None,
         command: str | None = None,
     ) -> "xr.DataTree":
         """Run every analysis of the scene.
@@ -215,9 +230,9 @@ class Scene:
     def _check_modes(self, system: "HybridSystem") -> list[Problem]:
         places: dict[Path, Any] = {("system", "initial", "mode"): self.initial.get("mode")}
         for group, analysis in self.analyses.items():
-            for index, seed in enumerate(getattr(analysis, "seeds", None) or ()):
+            for index, seed in enumerate(analysis.get("seeds") or ()):
                 places["analysis", group, "seeds", index, "mode"] = seed.get("mode")
-            places["analysis", group, "random", "mode"] = getattr(getattr(analysis, "random", None), "mode", None)
+            places["analysis", group, "random", "mode"] = (analysis.get("random") or {}).get("mode")
         return [
             Problem(place, f"unknown mode {mode!r:.60}; {remedy(mode, system.modes)}")
             for place, mode in places.items()
@@ -230,8 +245,7 @@ class Scene:
             return []
         starts = [self.initial.get("mode"), system.mode_names[0]]
         for analysis in self.analyses.values():
-            starts += [seed.get("mode") for seed in getattr(analysis, "seeds", None) or ()]
-            starts.append(getattr(getattr(analysis, "random", None), "mode", None))
+            starts += [seed.get("mode") for seed in (*(analysis.get("seeds") or ()), analysis.get("random") or {})]
         reached: set[Any] = set()
         found = set(starts)
         while found - reached:
@@ -240,7 +254,7 @@ class Scene:
         return [
             Problem(
                 ("system", "definition", "modes", mode),
-                "no transition leads to it and no run begins in it; let one lead there, or leave it out",
+                "no transition leads to it and no run starts in it; add one, or leave the mode out",
             )
             for mode in system.modes
             if mode not in reached
@@ -252,15 +266,15 @@ class Scene:
         events = dict.fromkeys(name for event in system.transitions for name in (event.name, str(event.kind)))
         for group, analysis in self.analyses.items():
             place = ("analysis", group)
-            at = getattr(analysis, "at", None)
+            at = analysis.get("at")
             if at is not None and at not in ("strobe", *events):
                 faults[*place, "at"] = f"unknown event {at!r:.60}; {remedy(at, ('strobe', *events))}"
             elif at == "strobe" and system.period is None:
                 choice = ", ".join(events) or "it has none"
-                faults[*place, "at"] = f"{system.name} has no forcing period to strobe at; name an event: {choice}"
-            given = analysis.model_dump(exclude_unset=True)
+                faults[*place, "at"] = f"{system.name} has no forcing period for a strobe; name an event: {choice}"
+            given = analysis.table
             if system.period is None:
-                if analysis.counts_periods:
+                if analysis.entry.settings.counts_periods:
                     from chaosdrill.analysis.arguments import no_forcing
 
                     counts = f"has no forcing period, in which a {analysis.kind} counts"

@@ -201,7 +201,7 @@ def read_si(
     except (ZeroDivisionError, OverflowError):
         made, scales = {}, {"time_s": math.nan}
     if not all(math.isfinite(value) for value in (*made.values(), *scales.values())):
-        return ReadSI(), [Problem(("system", "si"), "these quantities are too far apart to be made dimensionless")]
+        return ReadSI(), [Problem(("system", "si"), "these magnitudes are too far apart to be made dimensionless")]
     ordered = {name: values[name] for name in raw}
     return ReadSI(ordered, {name: value for name, value in made.items() if name in known}, scales), []
 

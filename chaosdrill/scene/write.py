@@ -77,7 +77,7 @@ def save_scene(
     text = "\n".join(_lines({name: value for name, value in document.items() if value != {}}, ())).strip() + "\n"
     parse_scene(text, target.name)
     if os.path.exists(target) and not os.path.isfile(target):
-        raise SceneError(f"{target}: is no ordinary file, and is not replaced; name another file")
+        raise SceneError(f"{target}: not an ordinary file, and will not be replaced; name another file")
     try:
         with replacing(followed(target)) as draft:
             draft.write_text(text, encoding="utf-8")

@@ -7,10 +7,11 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Any
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.progress import Progress
 from chaosdrill.sweep.chunks import ChunkSizes, Gaps
 from chaosdrill.sweep.executors import Crew, hire
 from chaosdrill.sweep.store import Memory, Store
-from chaosdrill.sweep.task import Arrays, Progress, Task
+from chaosdrill.sweep.task import Arrays, Task
 
 AHEAD = 2
 """Chunks under way for each that can run at once, so that no worker waits for the next one."""
@@ -49,7 +50,7 @@ def execute(
     Returns
     -------
     dict of str to ndarray
-        Results of all units; with a store they are mapped from its file, and changes stay in memory.
+        Results of all units; with a store they are mapped from files, and changes stay in memory.
 
     Raises
     ------
@@ -62,16 +63,16 @@ def execute(
         raise SettingsError(
             f"workers is {workers!r}, but the scheduler at {scheduler!r} has workers of its own; leave workers out"
         )
-    with Memory(task) if store is None else Store(store, task) as kept:
-        tally = Tally(task, progress)
-        for first, count in kept.finished:
-            tally.add(count, kept.part(first, count))
-        tally.tell()
-        gaps = Gaps(task.units, kept.finished)
-        if gaps.left:
-            with hire(task, workers, scheduler) as crew:
-                _run(crew, gaps, kept, tally)
-        return kept.arrays()
+    kept = Memory(task) if store is None else Store(store, task)
+    tally = Tally(task, progress)
+    for first, count in kept.finished:
+        tally.add(count, kept.part(first, count))
+    tally.tell()
+    gaps = Gaps(task.units, kept.finished)
+    if gaps.left:
+        with hire(task, workers, scheduler) as crew:
+            _run(crew, gaps, kept, tally)
+    return kept.arrays()
 
 
 class Tally:

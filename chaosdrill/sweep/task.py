@@ -1,15 +1,12 @@
 """What a sweep has to offer in order to be cut into chunks."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from time import perf_counter
 from typing import Any, Protocol
 
 import numpy as np
 
 Arrays = dict[str, np.ndarray]
-
-Progress = Callable[[int, int, dict[str, int] | None], None]
-"""Called with (points done, their total, points by outcome so far)."""
 
 
 class Task(Protocol):

@@ -46,13 +46,11 @@ REGISTRY: dict[str, Entry] = {
         Entry("percussive-drill", "bit and rock, assembled from effects", "chaosdrill.systems.drill", effects=True),
         Entry(
             "percussive-drill-5d",
-            "the drill in the paper's autonomous form, phase and penetration among the states",
+            "the drill in the autonomous form of the paper, with phase and penetration as states",
             "chaosdrill.systems.percussive_drill_5d",
         ),
         Entry("impact-oscillator", "forced oscillator that hits a wall", "chaosdrill.systems.impact_oscillator"),
-        Entry(
-            "bouncing-ball", "ball on a floor that is still or moves sinusoidally", "chaosdrill.systems.bouncing_ball"
-        ),
+        Entry("bouncing-ball", "ball on a fixed or sinusoidally moving floor", "chaosdrill.systems.bouncing_ball"),
         Entry(
             "belt-stick-slip",
             "spring-held mass on a moving belt, Coulomb friction",
@@ -61,7 +59,7 @@ REGISTRY: dict[str, Entry] = {
         Entry("den-hartog", "forced oscillator with Coulomb friction", "chaosdrill.systems.den_hartog"),
         Entry("rimless-wheel", "spoked wheel that rolls down a slope", "chaosdrill.systems.rimless_wheel"),
         Entry("chua", "Chua's circuit, piecewise linear", "chaosdrill.systems.chua"),
-        Entry("tilted-switch", "tripling map made by a tilted switching line", "chaosdrill.systems.tilted_switch"),
+        Entry("tilted-switch", "tripling map from a tilted switching line", "chaosdrill.systems.tilted_switch"),
         Entry("saddle-reset", "saddle flow with a tripling reset", "chaosdrill.systems.saddle_reset"),
         Entry("lorenz", "Lorenz's convection model", "chaosdrill.systems.lorenz"),
         Entry("roessler", "Rössler's single-scroll flow", "chaosdrill.systems.roessler"),

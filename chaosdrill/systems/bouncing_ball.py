@@ -28,7 +28,7 @@ LABELS = {
 
 
 def system() -> "HybridSystem":
-    """The bouncing ball with default parameters: one stable bounce a period of the floor."""
+    """The bouncing ball with default parameters: one stable bounce per period of the floor."""
     import sympy
 
     from chaosdrill.model import HybridSystem, Transition
@@ -53,6 +53,6 @@ def system() -> "HybridSystem":
         ],
         period=2 * sympy.pi / omega,
         initial={"mode": "flight", x: 1.0, v: pi},
-        description="ball on a floor that is still or moves sinusoidally",
+        description="ball on a fixed or sinusoidally moving floor",
         labels=LABELS,
     )

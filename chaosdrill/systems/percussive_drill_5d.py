@@ -9,7 +9,7 @@
 It keeps to the paper's effects: one-sided friction, and hits that act at once and are never held. The same physics as
 the reduced drill, with two more exponents, both 0: nothing changes if x1 and x3 move together, and the phase x5 only
 counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form avoids. Source: equation (7) of the paper
-"System for percussive drilling with rock model", misprints mended as the theory page tells.
+"System for percussive drilling with rock model", with its misprints corrected as on the theory page.
 """
 
 from typing import TYPE_CHECKING

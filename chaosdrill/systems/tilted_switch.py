@@ -43,6 +43,6 @@ def system() -> "HybridSystem":
             ),
         ],
         initial={"mode": "rising", x: 0.2718281828459045, s: 0.0},
-        description="tripling map made by a tilted switching line",
+        description="tripling map from a tilted switching line",
         labels=LABELS,
     )

@@ -12,12 +12,15 @@ import time
 import types as python_types
 from statistics import median
 
-import numba
 import numpy as np
+from numba import float64, int64
 
 import chaosdrill as cd
+from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.stepper import offered
 
@@ -26,7 +29,7 @@ WALL, ZETA, AMPLITUDE, OMEGA, RESTITUTION = range(5)
 """Places of the parameters in the constants of the system."""
 
 
-@numba.njit
+@inner
 def forced(c, t):
     """Displacement, speed and amplitude of the forced motion."""
     omega = c[OMEGA]
@@ -38,7 +41,7 @@ def forced(c, t):
     return x, v, size * math.sqrt(detune * detune + drag * drag)
 
 
-@numba.njit
+@inner
 def free_map(c, s):
     """Matrix of the free motion over a time s."""
     d = c[ZETA]
@@ -48,7 +51,7 @@ def free_map(c, s):
     return cosine + d * sine, sine, -sine, cosine - d * sine
 
 
-@numba.njit
+@inner
 def move(c, t, x, v, s):
     """State a time s after t."""
     here, speed, _ = forced(c, t)
@@ -59,7 +62,7 @@ def move(c, t, x, v, s):
     return a * x + b * v + there, p * x + q * v + later
 
 
-@numba.njit
+@inner
 def first_impact(c, t, x, v, longest):
     """Time to the first impact within ``longest``, or -1: the parabola through value and slope bounds the motion."""
     here, speed, amplitude = forced(c, t)
@@ -84,42 +87,42 @@ def first_impact(c, t, x, v, longest):
 
 
 @offered
-def expand(
-    field, variation, guard, guard_error, first, count, marks, settings, run, t, c, x, scale, vectors, ws, stages,
-    gradient,
-):  # fmt: skip
+def expand(place, p, t):
     """A step is a period, or less if there is an impact."""
-    return run.period
+    return state_of(machine_at(place).states, p).run[0].period
 
 
 @offered
-def locate(
-    field, variation, guard, guard_error, first, te, h, t, tables, settings, run, c, x, sides, ws, stages,
-    gradient, errors, times, backs, out,
-):  # fmt: skip
+def locate(place, p, te, h, t):
     """The first impact of the step."""
-    s = first_impact(c, t, x[0], x[1], h)
+    state = state_of(machine_at(place).states, p)
+    s = first_impact(state.c, t, state.x[0], state.x[1], h)
     return s, (0 if s >= 0.0 else -1), 0
 
 
 @offered
-def evaluate(field, variation, t, c, x, s, run, stages, out):
+def evaluate(place, p, t, s):
     """State at s."""
-    out[0], out[1] = move(c, t, x[0], x[1], s)
+    machine = machine_at(place)
+    state, out = state_of(machine.states, p), machine.scratch.out
+    out[0], out[1] = move(state.c, t, state.x[0], state.x[1], s)
 
 
 @offered
-def advance(field, variation, t, c, x, s, vectors, run, stages, out):
+def advance(place, p, t, s):
     """State and tangents at s."""
-    out[0], out[1] = move(c, t, x[0], x[1], s)
-    a, b, p, q = free_map(c, s)
-    for i in range(run.live):
+    machine = machine_at(place)
+    state, out = state_of(machine.states, p), machine.scratch.out
+    c, vectors = state.c, state.vectors
+    out[0], out[1] = move(c, t, state.x[0], state.x[1], s)
+    a, b, q, r = free_map(c, s)
+    for i in range(state.run[0].live):
         y, u = vectors[i, 0], vectors[i, 1]
         vectors[i, 0] = a * y + b * u
-        vectors[i, 1] = p * y + q * u
+        vectors[i, 1] = q * y + r * u
 
 
-@numba.njit
+@compiled(int64(vector, float64, int64, float64, float64, matrix, vector))
 def bare_loop(c, period, periods, x, v, tangents, impacts):
     """The run without an engine: impacts counted, their first times kept, tangents mapped and scaled; no QR."""
     t = 0.0

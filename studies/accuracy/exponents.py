@@ -97,7 +97,7 @@ def draw(late: list[Late], cost: list[Cost]) -> Figure:
     bound = 2 * errors[~seen]
     left.errorbar(at[~seen], bound, yerr=bound / 2, fmt="_", uplims=True, color=PALETTE[1], label="below its 2σ")
     left.loglog(bisections, bisections, color="0.6", linestyle="--", label="slope 1")
-    left.set_xlabel("event times within")
+    left.set_xlabel("error of event times")
     left.set_title("Error of the largest exponent")
     tolerances = [c.tolerance for c in cost]
     middle.loglog(tolerances, [c.strobe for c in cost], "o-", color=PALETTE[0], label="strobe point")
@@ -108,7 +108,7 @@ def draw(late: list[Late], cost: list[Cost]) -> Figure:
     right.semilogx(tolerances, [c.time for c in cost], "o-", color=PALETTE[0])
     right.set_ylim(0, None)
     right.set_xlabel("tolerance")
-    right.set_title("µs a period, two tangents")
+    right.set_title("µs per period, two tangents")
     for axes in (left, middle):
         axes.legend()
     for axes in (middle, right):

@@ -1,4 +1,4 @@
-"""What accuracy costs: the package beside other programs, and the paper's method beside the package's.
+"""Accuracy versus run time: the package and other programs, and the method of the paper.
 
     python studies/accuracy/make.py [PART ...] [--against NAME COMMAND] [--rounds N]
     (or: python3 studies/run.py accuracy ...)

@@ -149,15 +149,13 @@ def draw(found: np.ndarray) -> Figure:
         axes.set_xticks(range(len(STEPS)), [str(n) for n in STEPS], rotation=60)
         axes.set_yticks(range(len(BISECTIONS)), [f"1e{round(math.log10(b))}" for b in BISECTIONS])
         axes.set_title(f"η = {eta}: " + (f"period {period}" if period else "chaos"))
-        axes.set_xlabel("steps a period")
+        axes.set_xlabel("steps per period")
         axes.tick_params(length=0)
         for spine in axes.spines.values():
             spine.set_visible(False)
     panels[0].set_ylabel("bisection")
     shown = [k for k in range(len(VERDICTS)) if np.any(found == k)]
     handles = [panels[0].fill_between([], 0, 0, color=colours[k], label=VERDICTS[k]) for k in shown]
-    handles += panels[0].plot(
-        [], [], marker="o", linestyle="", markerfacecolor="none", color="black", label="the paper's"
-    )
+    handles += panels[0].plot([], [], marker="o", linestyle="", markerfacecolor="none", color="black", label="paper")
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
     return figure

@@ -123,7 +123,7 @@ def draw(found: list[Resolved], ways: list[Through]) -> Figure:
             label=f"slope −1/(n + 1) = {-1 / (n + 1):g}".replace("-", "−"),
         )
     left.set_xlabel("stiffness k'")
-    left.set_title("Drill, period 1: mapped contact less resolved one (strobe)")
+    left.set_title("Drill, period 1: mapped minus resolved contact (strobe)")
     styles = {("rk4", 1.0): "o", ("rk4", 1.5): "s", ("taylor", 1.0): "v", ("dop853", 1.5): "D"}
     for colour, ((method, n), marker) in zip(PALETTE, styles.items(), strict=False):
         rows = [w for w in ways if (w.method, w.n) == (method, n)]
@@ -132,7 +132,7 @@ def draw(found: list[Resolved], ways: list[Through]) -> Figure:
     worst = [w for w in ways if (w.method, w.n) == ("rk4", 1.5)]
     right.loglog([w.steps for w in worst], [w.speed for w in worst], ":", color=PALETTE[1], label="rk4, n = 1.5: speed")
     right.set_xlabel("steps through a contact of stiffness 1e8")
-    right.set_title("Error of the exit speed's derivative by the place")
+    right.set_title("Error of the derivative of the exit speed")
     left.legend()
     right.legend(loc="center right", bbox_to_anchor=(1.0, 0.6))
     return figure

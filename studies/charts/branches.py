@@ -1,4 +1,4 @@
-"""Two ways to drill at the same numbers: where each branch of the diagram at xi = 0.12 begins and ends.
+"""Slow and fast drilling at the same parameters: where each branch of the diagram at xi = 0.12 begins and ends.
 
 A branch is known by its progression rate: that of the slow one stays below 0.03, that of the fast one above 0.1. The
 independent program follows both, every point from the state in which its neighbour ended, and has to lose them in the

@@ -108,6 +108,8 @@ class Killed:
 
     def _until(self, seconds: float | None, *, resume: bool, workers: int = 1) -> int:
         """Exit code of a run that is killed after so many seconds, if it has not ended before."""
+        import judge
+
         from chaosdrill.cli import main
 
         arguments = ["run", str(self.scene), "-o", str(self.output), "--workers", str(workers)]
@@ -116,14 +118,11 @@ class Killed:
             for name in ("stdout", "stderr"):
                 setattr(sys, name, open(self.scene.with_name(name), "w"))  # noqa: SIM115
             os._exit(main([*arguments, "--resume"] if resume else arguments))
-        end = time.monotonic() + (3600 if seconds is None else seconds)
-        while time.monotonic() < end:
-            done, status = os.waitpid(child, os.WNOHANG)
-            if done:
-                return os.waitstatus_to_exitcode(status)
-            time.sleep(0.001)
-        os.kill(child, signal.SIGKILL)
-        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        code = judge.wait(child, 3600 if seconds is None else seconds)
+        if code is None:
+            os.kill(child, signal.SIGKILL)
+            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        return code
 
     def _left(self) -> str:
         from chaosdrill.sweep import Parts

@@ -1,9 +1,9 @@
 """Grazing
 
-A ball is thrown at a ceiling that it would only just overshoot. The slower it touches, the more its later motion
-depends on how high it was thrown: the tangent grows like 1/v without bound. Programs clip it, or take a finite
-difference whose neighbour misses the ceiling altogether. It must not be clipped: ln(1/v) is integrable, and
-exponents come out right. Every archive tells the smallest normal speed that the run met.
+A ball thrown at a ceiling would only just overshoot it. The lower its speed at the ceiling, the more its later motion
+depends on the initial height: the tangent grows like 1/v without bound. Some programs clip it; others take a finite
+difference whose neighbour misses the ceiling altogether. The tangent must not be clipped: ln(1/v) is integrable, and
+the exponents come out correctly. Every archive contains the smallest normal speed of the run.
 """
 
 import math

@@ -1,11 +1,10 @@
 """Infinitely many impacts in finite time
 
-A ball with restitution e, thrown up at speed 1 under gravity 1, has bounced for the last time at 2/(1 − e). A
-program that follows the bounces one by one stops there, falls through the floor, or goes on with a clock that stands
-still while its tangents multiply: its exponents grow with the number of bounces, and their sum obeys the sum rule to
-the last digit. That rule is necessary, not sufficient. Here the chatter is completed (limit time, limit state), and
-the ball rests until the force changes its sign; on a moving table that is where sin(ωt) = 1/Γ. A held contact costs
-rank.
+A ball with restitution e, thrown up at speed 1 under gravity 1, bounces for the last time at 2/(1 − e). A program that
+computes the bounces one by one stops there, falls through the floor, or continues at a fixed time while its tangents
+multiply: its exponents grow with the number of bounces, and their sum obeys the sum rule to the last digit. That rule
+is necessary, not sufficient. Here the chatter is completed (limit time, limit state), and the ball rests until the
+force changes sign; on a moving table this happens where sin(ωt) = 1/Γ. A held contact reduces the rank.
 """
 
 import math

@@ -1,9 +1,9 @@
 """Falling through after a reset
 
-A ball bounces with restitution 0.5; the bounces come ever faster. A solver that restarts from an event a rounding
-error below the floor has nothing left to cross: after some fifty bounces its ball falls through, and no one is told.
-Dead times after an event only move the trouble. Here the state is put onto the guard, and the guard is armed by the
-sign of its derivative after the event.
+A ball with restitution 0.5 bounces ever faster. A solver that restarts from an event a rounding error below the floor
+finds no further crossing: after some fifty bounces its ball falls through the floor, without a warning. Dead times
+after an event only shift the problem. Here the state is projected onto the guard, and the sign of the derivative of the
+guard after the event arms it.
 """
 
 import numpy as np

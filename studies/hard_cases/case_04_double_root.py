@@ -1,8 +1,8 @@
 """Two crossings inside one step
 
-The parabola x'' = −2 from −1 + 10⁻⁶ at speed 2 is above zero between 0.999 and 1.001 only. A solver that looks for a
-change of sign at the ends of its steps sees none, at any tolerance: for a parabola any step is exact, so the step
-never shrinks. The guard's own polynomial must be searched, its extrema included.
+The parabola x'' = −2 from −1 + 10⁻⁶ with speed 2 is above zero only between 0.999 and 1.001. A solver that looks for a
+sign change between the ends of a step finds none, at any tolerance: every step is exact for a parabola, so that the
+step never shrinks. The polynomial of the guard itself must be searched, including its extrema.
 """
 
 import math

@@ -1,9 +1,8 @@
-"""Two events at one instant
+"""Two simultaneous events
 
-Two switches are reached together. The two orders in which they may act give two different tangent maps, and the
-motion itself is on the edge between them; an average of both belongs to no neighbour at all. Which acts first is
-declared (by priority), and the ties are counted. In the drill r = 1 and xi = 0 make slip onset and impact the same
-guard.
+Two switches are reached at the same time. The two possible orders give two different tangent maps, and the motion
+itself lies on the boundary between them; their average belongs to neither. Priorities declare which event acts first,
+and ties are counted. In the drill, r = 1 and xi = 0 make slip onset and impact the same guard.
 """
 
 import numpy as np

@@ -1,9 +1,10 @@
-"""A direction that is lost
+"""Rank loss
 
-An event that throws a direction away (a stick, a plastic hit) has an exponent of minus infinity. A factorisation
-that divides by the lost pivot makes NaN of everything; one that floors it prints a number that only tells the floor.
-How many exponents are minus infinity follows from the rank of the product of all maps, not from the number of
-sticks: the same direction lost a thousand times is one, two directions lost in two steps are two.
+An event that removes a direction (a stick, a plastic hit) has an exponent of minus infinity. A factorisation that
+divides by the lost pivot turns everything into NaN; one that bounds the pivot from below prints a number that only
+reflects the bound. The number of exponents of minus infinity follows from the rank of the product of all maps, not from
+the number of sticks: the same direction lost a thousand times counts once, two directions lost in two steps count
+twice.
 """
 
 import math

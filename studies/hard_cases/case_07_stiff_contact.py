@@ -1,10 +1,10 @@
 """Mapped and resolved contact
 
-A stop is either a map of the speed (a hit takes no time) or a stiff spring that is integrated. Most programs have
-one of them, and take it for the other. For the Hunt-Crossley force k dⁿ (1 + λ d') both have the same exit speed,
-but the resolved hit takes a time that goes to zero like k^(−1/(n+1)) only: so slowly does the trace of a cycle's
-multipliers come to that of the mapped hit. With n = 1.5 a stiffness of 10¹⁰ still moves its third digit, and a soft
-stop has another attractor altogether.
+A stop is either a map of the speed (a hit takes no time) or a stiff spring that is integrated. Most programs implement
+one of the two and take it for the other. For the Hunt-Crossley force k dⁿ (1 + λ d') both have the same exit speed, but
+the duration of the resolved hit decreases only like k^(−1/(n+1)), and so does the difference between the traces of the
+multipliers. With n = 1.5 a stiffness of 10¹⁰ still changes the third digit, and a soft stop has a different
+attractor.
 """
 
 import math

@@ -1,10 +1,10 @@
 """Tangents through a stiff contact
 
-A body pressed by a load bounces off a stiff spring. Two dozen Runge-Kutta steps through the contact, with its end found
-to a thousandth of the duration, give the speed to four digits or better, and a derivative of it by the place that is
-off by any number: an end that is late adds the lateness times the stiffness, and a force of exponent 1.5 is not smooth
-where it begins. An exponent computed from such tangents is invented. The error control must see the tangents, and the
-flow direction must come through the contact: M F− = F+.
+A body under load bounces off a stiff spring. With two dozen Runge-Kutta steps through the contact, and its end located
+to a thousandth of its duration, the speed is correct to four digits or better, but its derivative with respect to the
+position may have any error: the delay of the end enters multiplied by the stiffness, and a force with exponent 1.5 is
+not smooth where it begins. An exponent computed from such tangents is an artefact. The error control must include the
+tangents, and the flow direction must be preserved through the contact: M F− = F+.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Long runs
 
-Time that is summed up, and displacements that grow without bound, lose their last digits one by one: after a million
-periods the phase of the load is wrong in the ninth digit, and so is the gap between two far-off masses. Here time is
-a count of periods and a local time, only the gap is integrated, and the penetration is a compensated sum.
+Accumulated time and displacements that grow without bound lose their last digits one by one: after a million periods
+the phase of the load is wrong in the ninth digit, and so is the gap between two distant masses. Here time is a count of
+periods and a local time, only the gap is integrated, and the penetration is a compensated sum.
 """
 
 import math

@@ -1,9 +1,9 @@
-"""Flicker at the threshold
+"""Chattering at the friction threshold
 
-The spring force is exactly what friction can hold (b = 1, a = 0, y + 2 xi u = 1). Sticking and slipping are both
-allowed by the values alone; programs that look at signs go back and forth between them at one instant for ever. The
-direction follows from the friction demand and its derivative: rising, the rock slips at once; falling, it sticks;
-and where all derivatives are zero the drill is at rest and nothing happens.
+The spring force equals the friction limit exactly (b = 1, a = 0, y + 2 xi u = 1). The values alone permit both sticking
+and slipping; programs that use signs switch between them at one instant for ever. The friction demand and its
+derivative decide the direction: if the demand rises, the rock slips at once; if it falls, the rock sticks; if all
+derivatives are zero, the drill is at rest and nothing happens.
 """
 
 import math

@@ -1,10 +1,10 @@
-"""Sticking that is only just touched
+"""Grazing transitions between stick and slip
 
-Two ways for sticking to begin or end without a crossing. *Adding-sliding*: the demand on friction touches its limit
-from below; a rock that should let go for a moment passes unseen between two steps (the search for two roots in one
-step, applied to the demand). *Grazing-sliding*: a body that slips on a belt touches the belt's speed as the load
-grows, and sticks from then on. The cycle hardly changes and its exponents jump, one to minus infinity. A smoothed
-friction law has a number there that only tells how smooth it is.
+Sticking can begin or end without a crossing in two ways. *Adding-sliding*: the friction demand touches its limit from
+below, and a short release of the rock is missed between two steps (the problem of two roots in one step, applied to the
+demand). *Grazing-sliding*: a body that slips on a belt reaches the speed of the belt as the load grows, and sticks from
+then on. The cycle hardly changes but its exponents jump, one to minus infinity. A smoothed friction law gives a number
+that only reflects the smoothing.
 """
 
 import math

@@ -1,8 +1,8 @@
 """Runaway
 
-Kinetic friction below the static load cannot hold a bit that is fast enough: it accelerates for ever. A program that
-only integrates prints a progression rate, which is the better the longer it runs. This is an outcome with a name,
-and the averages of such a run are missing rather than large.
+Kinetic friction below the static load cannot hold a sufficiently fast bit, which accelerates for ever. A program that
+only integrates prints a progression rate that grows with the length of the run. Here such a run has an outcome of its
+own, and its averages are missing rather than large.
 """
 
 import math

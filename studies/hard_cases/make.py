@@ -1,9 +1,9 @@
-"""Fourteen cases on which hybrid codes break: what goes wrong elsewhere, what is right, what the package gives.
+"""Fourteen cases on which hybrid-system codes fail: the failure, the closed form and the result of the package.
 
     python studies/hard_cases/make.py [--docs]          (or: python3 studies/run.py hard_cases)
 
-Writes one table to ``studies/hard_cases/out/``; ``--docs`` writes the page of the documentation, too. The exit code is
-0 if every figure of the package is as near to the right one as its case demands.
+Writes one table to ``studies/hard_cases/out/``; ``--docs`` also writes the page of the documentation. The exit code is
+0 if every result of the package is within the error that its case allows.
 """
 
 import argparse
@@ -23,11 +23,11 @@ HEAD = ["", "right", "chaosdrill", "off by", "elsewhere"]
 INTRODUCTION = """\
 # Hard cases
 
-Cases on which programs for hybrid systems break, mostly in silence. Each says what goes wrong, what is right in closed
-form, and what this package gives; the column *off by* bounds the distance of the two, relative where the number is
-above one. Another program's figure was measured, too, and its name is in brackets.
+Programs for hybrid systems fail on the following cases, mostly without a warning. Each section says what goes wrong,
+and compares the closed form with the result of this package. The column *off by* bounds the difference, relative for
+numbers above one. The results of other programs, named in brackets, were measured as well.
 
-`python3 studies/run.py hard_cases --docs` runs them all and writes this page; `tests/hard_cases/` holds the figures.
+`python3 studies/run.py hard_cases --docs` runs all cases and writes this page; `tests/hard_cases/` asserts the numbers.
 """
 
 

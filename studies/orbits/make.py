@@ -85,9 +85,8 @@ def scenes() -> int:
 def pictures() -> int:
     """Draw branches over diagrams, cascades, and all curves over one chart."""
     from chaosdrill.plot.branches import branches
-    from chaosdrill.plot.cascade import cascade
     from chaosdrill.plot.curves import curves
-    from chaosdrill.plot.multipliers import multipliers
+    from chaosdrill.plot.multipliers import cascade, multipliers
     from chaosdrill.plot.style import style
 
     with style():

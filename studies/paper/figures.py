@@ -34,7 +34,7 @@ def _figure2(out: Path) -> Figure:
         peak = 1e3 * hit["time"].values[top], pushes[top]
         speed = name.removeprefix("hit_")
         left.annotate(speed, peak, (0, 2), textcoords="offset points", ha="center")
-    left.set_xlabel("time since they meet (10⁻³/ω₀)")
+    left.set_xlabel("time since first contact (10⁻³/ω₀)")
     left.set_ylabel("contact force over static friction")
     left.set_title("at five approach speeds")
     left.margins(y=0.08)
@@ -48,7 +48,7 @@ def _figure2(out: Path) -> Figure:
                 linestyle=line,
                 label=f"{label}, {name.rpartition('-')[2]}",
             )
-    right.set_xlabel("time since they meet (10⁻³/ω₀)")
+    right.set_xlabel("time since first contact (10⁻³/ω₀)")
     right.set_ylabel("speed")
     right.legend(loc="center right", handlelength=1.5)
     _letter(left, "a")

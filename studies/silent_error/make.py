@@ -113,7 +113,7 @@ def draw(
     left.set_ylim(-0.38, 0.16)
     left.text(0.015, 0.0, "chaos above zero", color="0.5", va="bottom", transform=left.get_yaxis_transform())
     left.set_title("Exponents, by three programs")
-    left.set_xlabel("length of the run (forcing periods)")
+    left.set_xlabel("length of run (forcing periods)")
     left.set_ylabel("Lyapunov exponents (per unit of time)")
     value, error = spectrum["lyapunov_exponent"].values, spectrum["lyapunov_error"].values
     first, second = (uncertain(value[i], error[i]) for i in (0, 1))
@@ -124,9 +124,9 @@ def draw(
     _say(left, -0.35, f"sum rule less two trajectories: {_mean(total - growth)}", "black")
     points = section["section"].values
     right.scatter(points[:, 0], points[:, 1], s=0.5, color="black", linewidth=0, rasterized=True)
-    right.set_title("The motion they belong to")
-    right.set_xlabel("displacement, once a forcing period")
-    right.set_ylabel("speed, once a forcing period")
+    right.set_title("The chaotic attractor")
+    right.set_xlabel("displacement, once per forcing period")
+    right.set_ylabel("speed, once per forcing period")
     return figure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis import attraction, charts, diagrams
+from chaosdrill.analysis import sweeps
 
 IMPACTS = cd.build("impact-oscillator")
 DRILL = cd.drill(
@@ -70,8 +70,7 @@ def task_of(monkeypatch):
     def catch(task, **_):
         raise CaughtError(task)
 
-    for module in (diagrams, charts, attraction):
-        monkeypatch.setattr(module, "execute", catch)
+    monkeypatch.setattr(sweeps, "execute", catch)
 
     def call(analysis):
         with pytest.raises(CaughtError) as caught:

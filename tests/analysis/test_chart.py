@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis import charts, points
+from chaosdrill.analysis import points, sweeps
 
 FOLD = 2 / np.sqrt(27)
 
@@ -67,7 +67,7 @@ def equilibria(a):
 
 def test_the_chart_is_its_points_whatever_the_chunks(bistable, monkeypatch):
     tasks = []
-    monkeypatch.setattr(charts, "execute", lambda task, **_: tasks.append(task) or task.run(0, task.units))
+    monkeypatch.setattr(sweeps, "execute", lambda task, **_: tasks.append(task) or task.run(0, task.units))
     sweep = {"a": np.linspace(-0.39, 0.39, 5), "c": [0.01, 1.0, 2.0]}
     cd.parameter_chart(bistable, sweep, seeds=[{"x": -1.0}, {"x": 0.2}], transient=5, periods=16, max_period=4)
     (task,) = tasks

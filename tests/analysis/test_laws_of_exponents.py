@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 import chaosdrill as cd
 from chaosdrill.analysis import plan
-from chaosdrill.engine.structure import examine
+from chaosdrill.analysis.spectra import computed_exponents
+from chaosdrill.engine.structure import Structure, examine
 
 X, V, F, G, E, T = sympy.symbols("x v f g e t", real=True)
 OMEGA = sympy.Rational(5, 2)
@@ -115,6 +116,24 @@ def test_fewer_tangents_start_in_general_position(systems):
     np.testing.assert_allclose(some @ some.T, np.eye(2), atol=1e-14)
     np.testing.assert_array_equal(some, examine(systems["driven last"]).tangents(2)[0])
     np.testing.assert_array_equal(some[:1], structure.tangents(1)[0])
+
+
+@pytest.mark.parametrize(
+    ("states", "deficient", "asked", "computed"),
+    [
+        (32, False, 1, 32),
+        (33, False, 1, 3),
+        (33, False, 8, 8),
+        (33, True, 8, 33),
+        (33, False, 33, 33),
+        (40, True, 0, 0),
+    ],
+)
+def test_large_systems_compute_what_is_asked_for_and_what_tells_the_motion(states, deficient, asked, computed):
+    """A rank that an event may lower is known from all tangents alone."""
+    lost = frozenset({0}) if deficient else frozenset()
+    structure = Structure(deficient=lost, frame=np.eye(states), shifts=0, autonomous=True)
+    assert computed_exponents(structure, asked) == computed
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -7,8 +7,8 @@ import chaosdrill as cd
 from chaosdrill.analysis.orbit_datasets import branches_dataset, numbered, orbits_dataset
 from chaosdrill.archive import compare
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
-from chaosdrill.orbits.collect import nothing
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, Checks, FoundOrbit, SpecialPoint
+from chaosdrill.orbits.table import nothing
 
 
 @pytest.fixture(scope="module")

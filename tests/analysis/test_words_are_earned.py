@@ -5,6 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.plan import make_plan
 from chaosdrill.analysis.regularity import only_grows, tell
 from chaosdrill.analysis.verdicts import judge
@@ -132,17 +133,8 @@ def test_a_spectrum_of_a_run_that_only_grows_is_open(neuron):
 
 
 def test_exponents_that_are_no_numbers_have_an_outcome(circle):
-    plan = make_plan(
-        circle,
-        ("growth",),
-        transient=0,
-        periods=20,
-        exponents=None,
-        at="strobe",
-        max_period=4,
-        patience=0,
-        numerics=Numerics(),
-    )
+    given = Points(transient=0, periods=20, max_period=4, patience=0)
+    plan = make_plan(circle, given, Numerics(), swept=("growth",))
     values = {"growth": np.array([-0.1, 0.1])}
     batch = plan.batch(values, np.tile([1.0, 0.0], (2, 1)), np.zeros(2, dtype=int))
     batch.run(0, plan.ends)

@@ -3,67 +3,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from small_scenes import small_scene
 
+from chaosdrill.analysis.registry import analyses
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
 from chaosdrill.dataset import label
 from chaosdrill.scene import parse_scene
-
-EVERY_KIND = """\
-title = "Every kind of archive"
-[system]
-model = "impact-oscillator"
-[system.parameters]
-omega = 3.3
-[analysis.motion]
-kind = "trajectory"
-periods = 3
-samples = 10
-[analysis.section]
-kind = "poincare-section"
-transient = 100
-periods = 8
-[analysis.spectrum]
-kind = "lyapunov-spectrum"
-transient = 50
-periods = 128
-blocks = 16
-[analysis.diagram]
-kind = "bifurcation-diagram"
-sweep.omega = { start = 3.3, stop = 3.4, num = 4 }
-transient = 50
-periods = 32
-max_period = 8
-[analysis.chart]
-kind = "parameter-chart"
-sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
-sweep.e = { start = 0.7, stop = 0.8, num = 2 }
-transient = 50
-periods = 32
-max_period = 8
-[analysis.basins]
-kind = "basins"
-grid.x = { start = -0.3, stop = 0.2, num = 3 }
-grid.v = { start = -0.5, stop = 0.5, num = 3 }
-transient = 50
-periods = 32
-max_period = 8
-[analysis.orbit]
-kind = "periodic-orbit"
-start = "search"
-max_period = 1
-[analysis.branch]
-kind = "continuation"
-sweep.omega = { start = 3.3, stop = 3.4 }
-doublings = 0
-transient = 300
-[analysis.precision]
-kind = "work-precision"
-methods = ["taylor", "dop853"]
-tolerances = [1e-6, 1e-10]
-periods = 20
-repeats = 2
-"""
 
 SYSTEM = SimpleNamespace(
     name="ball",
@@ -106,7 +52,11 @@ def tree():
 @pytest.fixture(scope="session")
 def every_kind(tmp_path_factory):
     """An archive with a group of every kind of analysis, of the impact oscillator on a cycle of period 2."""
-    return save(parse_scene(EVERY_KIND, "every_kind.toml").run(), tmp_path_factory.mktemp("every") / "kind.nc")
+    # a run that nothing special is asked of needs no lines of its own
+    asked = {analysis.kind for analysis in parse_scene(small_scene()).analyses.values()}
+    more = [f'[analysis.{kind}]\nkind = "{kind}"\nperiods = 8\n' for kind in analyses() if kind not in asked]
+    scene = parse_scene(small_scene() + "".join(more), "every_kind.toml")
+    return save(scene.run(), tmp_path_factory.mktemp("every") / "kind.nc")
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from chaosdrill.archive import verify
-from chaosdrill.archive.agreement import ERROR_BARS, LEADERS, LOOSE, MAGNITUDES, SAMPLED
+from chaosdrill.archive.agreement import LEADERS
 from chaosdrill.archive.compare import examine
 from chaosdrill.archive.verify import Verification
 from chaosdrill.dataset import SCHEMA, Outcome
@@ -61,8 +61,10 @@ def altered(tree, path, index, value):
 
 
 def test_names_are_those_of_variables():
-    names = {name for table in SCHEMA.values() for name in table}
-    assert {*ERROR_BARS, *ERROR_BARS.values(), *LOOSE, *SAMPLED, *MAGNITUDES, *LEADERS.values()} <= names
+    assert set(LEADERS.values()) <= {name for table in SCHEMA.values() for name in table}
+    for table in SCHEMA.values():
+        assert {variable.rule for variable in table.values()} <= {"", "average", "sampled", "magnitude"}
+        assert {variable.bar for variable in table.values()} <= {"", *table}
 
 
 def test_another_round_off_agrees(chaos, elsewhere):

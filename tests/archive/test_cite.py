@@ -2,13 +2,13 @@
 
 import json
 import re
+from importlib.resources import files
 
 import pytest
 
 from chaosdrill.archive import cite
 from chaosdrill.cli import main
-from chaosdrill.dataset.references import BY_KIND, BY_METHOD, BY_SYSTEM, REFERENCES, package, references
-from chaosdrill.dataset.schema import SCHEMA
+from chaosdrill.dataset.references import BY_METHOD, BY_SYSTEM, REFERENCES, package, references
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +46,10 @@ def test_settings_that_cannot_be_read_add_nothing(settings):
 
 
 def test_every_kind_and_method_is_known():
-    from chaosdrill.analysis.registry import METHODS
+    from chaosdrill.analysis.registry import METHODS, analyses
     from chaosdrill.systems import REGISTRY
 
-    assert BY_KIND.keys() == SCHEMA.keys()
+    assert {key for entry in analyses().values() for key in entry.cites} <= REFERENCES.keys()
     assert BY_METHOD.keys() == METHODS.keys()
     assert BY_SYSTEM.keys() <= REGISTRY.keys()
 
@@ -75,6 +75,11 @@ def test_entries_are_whole(reference):
 )
 def test_bibtex_can_be_typeset_and_sorted(key, line):
     assert line in REFERENCES[key].bibtex().splitlines()
+
+
+def test_the_list_of_references_is_printed_as_it_is_kept():
+    kept = files("chaosdrill.dataset").joinpath("references.bib").read_text(encoding="utf-8")
+    assert "\n\n".join(reference.bibtex() for reference in REFERENCES.values()) + "\n" == kept
 
 
 def test_bibtex_of_the_package_has_no_given_names():

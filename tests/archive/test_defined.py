@@ -142,7 +142,7 @@ def test_hostile_text_runs_no_code(small, tmp_path, monkeypatch, text):
 @pytest.mark.parametrize(
     ("name", "value", "told"),
     [
-        ("definition", "[" * 100_000, "definition: no JSON"),
+        ("definition", "[" * 100_000, "definition: not JSON"),
         ("definition", "[]", "definition: expected a table"),
         ("definition", '{"states": ["x"]}', "definition.modes: missing"),
         ("parameters", '{"omega": "big", "e": 1}', "parameter 'omega' is 'big'"),
@@ -151,7 +151,7 @@ def test_hostile_text_runs_no_code(small, tmp_path, monkeypatch, text):
         ("settings", '{"periods": 64, "store": "/etc"}', "no argument 'store'"),
         ("settings", '{"periods": "many"}', "periods is 'many'"),
         ("settings", '{"periods": 1e300}', "periods is 1e+300"),
-        ("kind", "os.system", "no result of an analysis"),
+        ("kind", "os.system", "not the result of an analysis"),
     ],
 )
 def test_what_cannot_be_read_is_named(small, tmp_path, name, value, told):
@@ -166,7 +166,7 @@ def test_older_archives_say_that_they_have_none(small, tmp_path):
     del ds.attrs["definition"]
     older = cd.save(ds.assign_attrs(format_version=2), tmp_path / "older.nc")
     assert cd.open(older).attrs["kind"] == "lyapunov-spectrum"
-    with pytest.raises(ArchiveError, match="no attribute 'definition', as archives have that were made by versions of"):
+    with pytest.raises(ArchiveError, match="no attribute 'definition', as in archives written by versions of"):
         verify(older)
     assert info(older)["groups"]["/"]["repeatable"].startswith("no: it has no attribute 'definition'")
 
@@ -177,7 +177,7 @@ def test_parts_are_told_to_be_parts(results, tmp_path):
     result = verify(cd.save(xr.DataTree.from_dict(tree), tmp_path / "parts.nc"))
     told = {d.group: d.what for d in result.differences}
     assert set(told) == {"/part", "/both"}
-    assert told["/part"].endswith("no longer what the analysis gave: cut to times 0.0 to 1.0")
+    assert told["/part"].endswith("it was derived from the result of an analysis: cut to times 0.0 to 1.0")
     assert "join of 2 runs" in told["/both"]
 
 
@@ -185,5 +185,5 @@ def test_a_system_that_no_text_can_hold(tmp_path):
     ds = cd.trajectory(oscillator(lambda x, v, t: -x * sympy.Float("0.1", 40)), periods=1, samples=2)
     assert "definition" not in ds.attrs
     path = cd.save(ds, tmp_path / "digits.nc")
-    with pytest.raises(ArchiveError, match=r"no text can hold its system: .* as text would be read as"):
+    with pytest.raises(ArchiveError, match=r"its system cannot be written as text: .* as text would be read as"):
         verify(path)

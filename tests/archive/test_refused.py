@@ -1,4 +1,4 @@
-"""What is no result of an analysis is refused when it is saved, cut or joined, not when it is read."""
+"""What is not the result of an analysis is refused when it is saved, cut or joined, not when it is read."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_cut_at_what_is_no_time(motion, start, stop, name):
 
 def test_join_of_what_is_joined_already(motion):
     joined = cd.join({"a": motion, "b": motion})
-    with pytest.raises(ArchiveError, match="is joined already; join all runs at once"):
+    with pytest.raises(ArchiveError, match="is already joined; join all runs at once"):
         cd.join({"both": joined, "again": joined})
 
 

@@ -12,6 +12,9 @@ from chaosdrill.archive import check_writable, save
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, remove_drafts
 
+PLACES = [str(folder) for folder in Path(__file__).parents[:2]]
+"""Where scripts find what tests share."""
+
 
 @pytest.fixture
 def earlier(tree, tmp_path):
@@ -28,7 +31,7 @@ def unharmed(earlier):
 # the limit on the size of a file fails a write just as a full disk does, after part of it has been written
 FULL_DISK = """
 import resource, signal, sys
-sys.path.insert(0, sys.argv[2])
+sys.path[:0] = sys.argv[2:]
 from conftest import diagram
 from chaosdrill.archive import save
 from chaosdrill.errors import ArchiveError
@@ -43,7 +46,7 @@ except ArchiveError as fault:
 
 
 def test_full_disk(earlier):
-    command = [sys.executable, "-c", FULL_DISK, str(earlier[0]), str(Path(__file__).parent)]
+    command = [sys.executable, "-c", FULL_DISK, str(earlier[0]), *PLACES]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     assert "cannot write the archive" in done.stdout
     assert "disk full" in done.stdout
@@ -108,7 +111,7 @@ def test_a_new_archive_has_the_usual_permissions(tree, tmp_path):
 THREADS = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
-sys.path.insert(0, sys.argv[2])
+sys.path[:0] = sys.argv[2:]
 from conftest import diagram
 import chaosdrill as cd
 
@@ -127,7 +130,7 @@ with ThreadPoolExecutor(6) as pool:
 
 
 def test_threads_may_save_and_open_at_once(tmp_path):
-    command = [sys.executable, "-c", THREADS, str(tmp_path), str(Path(__file__).parent)]
+    command = [sys.executable, "-c", THREADS, str(tmp_path), *PLACES]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, "[0, 1, 2, 3, 4, 5]"), done.stderr[-2000:]
 
@@ -147,7 +150,7 @@ def test_a_link_is_followed_and_its_target_replaced(tree, tmp_path):
 def test_what_is_no_ordinary_file_is_not_replaced(tree, tmp_path):
     target = tmp_path / "pipe"
     os.mkfifo(target)
-    with pytest.raises(ArchiveError, match="is no ordinary file"):
+    with pytest.raises(ArchiveError, match="not an ordinary file"):
         save(tree, target)
     assert target.is_fifo()
 

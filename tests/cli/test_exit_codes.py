@@ -52,7 +52,7 @@ def test_output_folder_that_does_not_exist_is_told_before_the_run(call, scene, m
     monkeypatch.setattr("chaosdrill.scene.Scene.run", lambda *_, **__: pytest.fail("it ran"))
     answer = call("run", scene, "-o", tmp_path / "none" / "out.nc")
     assert answer.code == 1
-    assert "does not exist; make it first" in answer.err
+    assert "does not exist; create it first" in answer.err
 
 
 def test_archive_without_a_scene_cannot_be_verified(call, tmp_path):
@@ -61,7 +61,7 @@ def test_archive_without_a_scene_cannot_be_verified(call, tmp_path):
     path = save(xr.Dataset({"x": ("t", [1.0])}, attrs={"kind": "trajectory"}), tmp_path / "a.nc")
     answer = call("verify", path)
     assert answer.code == 1
-    assert "holds no scene" in answer.err
+    assert "contains no scene" in answer.err
 
 
 def test_scene_without_analyses_cannot_be_run(call, scene, tmp_path):

@@ -43,5 +43,5 @@ def test_interrupt(tmp_path, analysis, workers):
     left = {"out.nc", "scene.toml"}
     if analysis == DIAGRAM:
         left.add("out.nc.parts")
-        assert "what has finished is kept in out.nc.parts; --resume goes on with it\n" in told
+        assert "finished parts are kept in out.nc.parts; continue with --resume\n" in told
     assert {path.name for path in tmp_path.iterdir()} == left

@@ -72,4 +72,4 @@ def test_where_the_branch_starts_is_checked(call, tmp_path):
     path.write_text(SCENE)
     answer = call("check", path)
     assert answer.code == 2
-    assert "outside.toml:13: analysis.branch.sweep.omega: the branch starts where the system is" in answer.err
+    assert "outside.toml:13: analysis.branch.sweep.omega: the branch starts at the value of the system" in answer.err

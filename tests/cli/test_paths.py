@@ -55,7 +55,7 @@ def test_files_that_cannot_be_written(call, folder, arguments, ending, place):
     before = sorted(folder.iterdir())
     error = told(call, *arguments, "-o", f"{place}{ending}")
     assert error["kind"] == "ArchiveError"
-    assert any(remedy in error["message"] for remedy in ("name another file", "make it first"))
+    assert any(remedy in error["message"] for remedy in ("name another file", "create it first"))
     assert sorted(folder.iterdir()) == before
 
 

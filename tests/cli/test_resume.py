@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import time
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -68,9 +69,14 @@ def unfinished(call, scene, tmp_path, stop, monkeypatch):
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     monkeypatch.undo()
     assert answer.code == 130
-    assert "what has finished is kept in" in answer.err
+    assert "finished parts are kept in" in answer.err
     assert not (tmp_path / "out.nc").exists()
     return tmp_path / "out.nc.parts"
+
+
+def contents(folder):
+    """All files in a folder and in those below it."""
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_nothing_is_left_beside_the_archive(whole, tmp_path):
@@ -88,12 +94,12 @@ def test_resume_writes_the_archive_of_an_uninterrupted_run(call, scene, tmp_path
 
 
 def test_without_resume_nothing_is_touched(call, scene, tmp_path, unfinished):
-    before = {path: path.read_bytes() for path in unfinished.rglob("*") if path.is_file()}
+    before = contents(unfinished)
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     assert (answer.code, answer.out) == (2, "")
     assert "holds an unfinished run (diagram 72 of 300 points, spectrum finished)" in answer.err
     assert "go on with it by --resume, or remove the folder to start over" in answer.err
-    assert {path: path.read_bytes() for path in unfinished.rglob("*") if path.is_file()} == before
+    assert contents(unfinished) == before
 
 
 @pytest.mark.parametrize(
@@ -118,12 +124,12 @@ def test_without_resume_nothing_is_touched(call, scene, tmp_path, unfinished):
 )
 def test_a_changed_scene_is_refused_with_what_changed(call, scene, tmp_path, unfinished, old, new, told):
     scene.write_text(SCENE.replace(old, new, 1))
-    before = (unfinished / "diagram" / "journal.txt").read_bytes()
+    before = contents(unfinished)
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert (answer.code, answer.out) == (2, "")
     assert "of another scene. What has changed:" in answer.err
     assert told in answer.err
-    assert (unfinished / "diagram" / "journal.txt").read_bytes() == before
+    assert contents(unfinished) == before
 
 
 def test_other_versions_are_refused(call, scene, tmp_path, unfinished, monkeypatch):
@@ -199,7 +205,7 @@ def test_a_full_disk_at_the_end_loses_nothing(call, scene, tmp_path, whole, monk
     monkeypatch.undo()
     assert answer.code == 1
     assert os.strerror(number) in answer.err
-    assert "--resume goes on with it" in answer.err
+    assert "continue with --resume" in answer.err
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 0
     assert "diagram: finished before" in answer.err
@@ -207,7 +213,7 @@ def test_a_full_disk_at_the_end_loses_nothing(call, scene, tmp_path, whole, monk
 
 
 def test_a_full_disk_on_the_way(call, scene, tmp_path, monkeypatch):
-    plain, left = os.pwrite, [15]
+    plain, left = Path.write_bytes, [2]
 
     def full(*arguments):
         left[0] -= 1
@@ -215,11 +221,11 @@ def test_a_full_disk_on_the_way(call, scene, tmp_path, monkeypatch):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return plain(*arguments)
 
-    monkeypatch.setattr(os, "pwrite", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     assert answer.code == 1
     assert "out.nc.parts/diagram: cannot keep a finished chunk: No space left on device" in answer.err
-    assert "--resume goes on with it" in answer.err
+    assert "continue with --resume" in answer.err
 
 
 def test_the_output_folder_is_removed_while_running(call, scene, tmp_path, monkeypatch):
@@ -257,14 +263,14 @@ def test_clocks_that_jump_and_times_of_files_do_not_matter(call, scene, tmp_path
 def test_workers_and_scheduler_exclude_each_other(call, scene, tmp_path):
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--workers", "2", "--scheduler", "tcp://127.0.0.1:9")
     assert answer.code == 2
-    assert "give one of the two" in answer.err
+    assert "give only one of the two" in answer.err
     assert not (tmp_path / "out.nc.parts").exists()
 
 
 def test_a_scheduler_that_does_not_answer_is_told_before_the_run(call, scene, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("chaosdrill.sweep.cluster.ANSWER_S", 0.3)
-    monkeypatch.setattr("chaosdrill.scene.kinds.Analysis.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("chaosdrill.scene.check_analyses.Asked.run", lambda *_, **__: pytest.fail("it ran"))
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--scheduler", "tcp://127.0.0.1:9")
     assert answer.code == 2
     assert "no Dask scheduler answers" in answer.err

@@ -73,13 +73,13 @@ def test_a_changed_scene_is_not_gone_on_with(call, scene, tmp_path, monkeypatch)
         ("numerics.method=rk5", "--set: numerics.method: unknown method 'rk5'; did you mean 'rk4'?"),
         ("titel=x", "--set: titel: unknown key; did you mean 'title'?"),
         ("system.parameters=1", "--set system.parameters: is a table; set the keys in it"),
-        ("system.model.x=1", "--set system.model.x: system.model is no table but 'percussive-drill'"),
+        ("system.model.x=1", "--set system.model.x: system.model is not a table but 'percussive-drill'"),
         ("eta", "--set 'eta': expected KEY=VALUE"),
         ("=1", "--set '=1': expected KEY=VALUE"),
         ("a..b=1", "--set 'a..b=1': expected KEY=VALUE"),
-        ("title=", "is no TOML value"),
-        ("title='a", "is no TOML value"),
-        ("title=1\nother=2", "holds more than one value"),
+        ("title=", "is not a TOML value"),
+        ("title='a", "is not a TOML value"),
+        ("title=1\nother=2", "contains more than one value"),
     ],
 )
 def test_fault(call, scene, change, message):

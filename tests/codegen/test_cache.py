@@ -142,6 +142,7 @@ def test_what_compiles_ahead_imports_nothing_from_the_working_directory(folder, 
         patched.setattr(os, "cpu_count", lambda: 2)
         patched.setattr(ahead, "lasting_folder", lambda: tmp_path)
         patched.setattr(ahead, "_started", {})
+        patched.setattr(ahead, "engine_path", lambda part, function: tmp_path / "none")
         ahead.compile_ahead("chaosdrill.engine.no_such_part")
     ((command, environment),) = started
     interpreter = command[: command.index("-c")]
@@ -158,7 +159,8 @@ DAMAGES = {
 }
 
 ENDS = """
-import sys, warnings, sympy, chaosdrill as cd
+import os, sys, warnings, sympy, chaosdrill as cd
+os.cpu_count = lambda: 1  # the engine is not wanted, so that no process begins to compile it
 warnings.simplefilter("always")
 x, k = sympy.symbols("x k", real=True)
 system = cd.HybridSystem(name="decay", states=(x,), parameters={"k": 1.0}, modes={"on": {x: -k * x}}, initial={x: 1.0})
@@ -170,8 +172,6 @@ print(len(system.kernels.functions))
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_code_is_noticed_and_compiled_anew(tmp_path, damage):
     environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(tmp_path)}
-    # the engine is not wanted, so that no process begins to compile it
-    (tmp_path / f"flow-{cache.code_key()}").touch()
 
     def run():
         return subprocess.run([sys.executable, "-c", ENDS], env=environment, capture_output=True, text=True, check=True)
@@ -244,21 +244,42 @@ def test_the_code_is_the_same_in_every_process():
 
 
 def test_code_that_nobody_uses_goes(tmp_path, monkeypatch):
-    from chaosdrill.codegen import kept
-
     monkeypatch.setattr(kept, "_swept", set())
-    files = kept.CodeFiles(str(tmp_path), "one")
-    for key in ("used", "old"):
-        files.save(key, key)
-        os.utime(files.path(key), (0, 0))
+    used, old, new = (tmp_path / f"{name}{kept.SUFFIX}" for name in ("used", "old", "new"))
+    for path in (used, old):
+        kept.keep(path, path.stem.encode())
+        os.utime(path, (0, 0))
     (tmp_path / "mine.txt").touch()
     os.utime(tmp_path / "mine.txt", (0, 0))
-    assert files.load("used") == "used"
+    assert kept.read(used) == b"used"
     monkeypatch.setattr(kept, "_swept", set())
     # what another process has removed since is no fault
     found = Path.glob
     monkeypatch.setattr(Path, "glob", lambda folder, pattern: [tmp_path / "gone.code", *found(folder, pattern)])
-    kept.CodeFiles(str(tmp_path), "another").save("new", "new")
-    assert (files.load("used"), files.load("old")) == ("used", None)
+    kept.keep(new, b"new")
+    assert (kept.read(used), kept.read(old)) == (b"used", None)
     assert (tmp_path / "mine.txt").exists()
-    assert kept.CodeFiles(str(tmp_path), "another").load("new") == "new"
+    assert kept.read(new) == b"new"
+
+
+def test_the_engine_lies_beside_the_package_or_in_the_folder_of_the_user(folder, monkeypatch):
+    part, beside = "chaosdrill.engine.flow", cache.PACKAGE / "engine" / "__pycache__"
+    assert kept.engine_path(part, "flow").parent == beside
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    assert kept.engine_path(part, "flow").parent == folder / "engine"
+
+
+def test_the_path_of_the_engine_changes_with_its_code_and_the_processor(monkeypatch):
+    part = "chaosdrill.engine.flow"
+    paths = {kept.engine_path(part, "flow")}
+    monkeypatch.setattr(kept, "code_key", lambda: "another")
+    paths.add(kept.engine_path(part, "flow"))
+    monkeypatch.setattr(kept, "processor", lambda: ("another", ""))
+    paths.add(kept.engine_path(part, "flow"))
+    assert len(paths) == 3
+
+
+def test_code_of_the_engine_that_is_kept_is_not_compiled_again(folder, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    assert kept.engine_code("chaosdrill.engine.flow", "one", lambda: b"code") == b"code"
+    assert kept.engine_code("chaosdrill.engine.flow", "one", lambda: b"other") == b"code"

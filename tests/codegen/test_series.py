@@ -92,12 +92,12 @@ def system(names, title):
     )
 
 
-@pytest.fixture(scope="module", params=["in line", "called"])
+@pytest.fixture(scope="module", params=["in line", "in tables"])
 def kernels(request):
-    """Small systems have their products of series in line; large ones call them."""
+    """Small systems have their products of series in line; those of large ones stand in tables."""
     with pytest.MonkeyPatch.context() as patched:
-        if request.param == "called":
-            patched.setattr(series, "CALLED", -1)
+        if request.param == "in tables":
+            patched.setattr(series, "IN_LINE", -1)
         return system(NAMES, f"every operation {request.param}").kernels
 
 

@@ -71,6 +71,14 @@ FOUND = {
             *(7.09765625, -19.3515625, 36.375, -42.75, 24, 0),
         ),
     ),
+    "what an interpolation leaves out hides where a root of third order leads": (
+        "polynomials of a clock",
+        (
+            *(0.125, -2.912535400543611e-07, 1.9547495014498014e-05),
+            *(-930.96875, 1186.234375, -604.560546875, 154.046875, -19.625, 1),
+            *(-24.6943359375, 47.8046875, -65.34375, 57, -24, 0),
+        ),
+    ),
 }
 """Lists that were wrong, or said to be."""
 

@@ -10,8 +10,23 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from numba import float64, int64, types
 
-from chaosdrill.engine.roots import DEPTH, first_crossing, recrossing
+from chaosdrill.codegen.signatures import matrix, vector
+from chaosdrill.engine import roots
+from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.roots import DEPTH
+
+
+@compiled(float64(vector, int64, int64, float64, int64, vector, matrix, matrix))
+def first_crossing(g, start, n, h, up, a, stack, ends):
+    return roots.first_crossing(g, start, n, h, up == 1, a, stack, ends)
+
+
+@compiled(types.UniTuple(float64, 2)(vector, int64, int64, float64, int64, vector, vector, matrix, matrix))
+def recrossing(g, start, n, h, up, a, shifted, stack, ends):
+    return roots.recrossing(g, start, n, h, up == 1, a, shifted, stack, ends)
+
 
 COLUMNS = 48
 INSIDE = st.floats(0.01, 0.99)

@@ -7,11 +7,29 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from numba import float64, int64, void
 
 from chaosdrill import systems
 from chaosdrill.codegen.events import mode_events
-from chaosdrill.codegen.signatures import event_places
-from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
+from chaosdrill.codegen.signatures import event_places, matrix, vector
+from chaosdrill.engine import events
+from chaosdrill.engine.jit import compiled
+
+
+@compiled(float64(vector, int64))
+def normal_speed(event, n):
+    return events.normal_speed(event, n)
+
+
+@compiled(void(vector, vector))
+def saltation_jump(event, out):
+    events.saltation_jump(event, out)
+
+
+@compiled(float64(matrix, int64, vector, float64, vector, vector))
+def saltate(vectors, live, event, speed, jump, image):
+    return events.saltate(vectors, live, event, speed, jump, image)
+
 
 GUARDS = [
     pytest.param(name, mode, j, id=f"{name}: {mode}, {event.guard}")

@@ -4,7 +4,6 @@ An input is a recipe, so that it is short and can be read: which archive, what i
 seal again, as whoever means harm would give it.
 """
 
-import copy
 import json
 from contextlib import suppress
 from importlib import import_module
@@ -17,7 +16,8 @@ import netCDF4
 import numpy as np
 import scenes
 import trees
-from values import DATA, HOSTILE, OWNED
+from small_scenes import small_scene
+from values import HOSTILE, OWNED
 
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
@@ -34,70 +34,13 @@ name, ending = "archive", ".json"
 SOUND = ("0", "0 0 0", "0 0 1")
 DRAW_ONE_IN = 15
 REPORT_ONE_IN = 120
-MOST_EDITS = 8
 
-HEAD = 'title = "Small"\n[system]\nmodel = "impact-oscillator"\nparameters.omega = 3.3\n'
 SCENES = {
-    "runs": """\
-[analysis.motion]
-kind = "trajectory"
-periods = 2
-samples = 4
-[analysis.spectrum]
-kind = "lyapunov-spectrum"
-transient = 10
-periods = 16
-blocks = 4
-""",
-    "points": """\
-[analysis.diagram]
-kind = "bifurcation-diagram"
-sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
-transient = 10
-periods = 8
-max_period = 4
-[analysis.basins]
-kind = "basins"
-grid.x = { start = -0.3, stop = 0.2, num = 2 }
-grid.v = { start = -0.5, stop = 0.5, num = 2 }
-transient = 10
-periods = 8
-max_period = 4
-""",
-    "chart": """\
-[analysis.chart]
-kind = "parameter-chart"
-sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
-sweep.e = { start = 0.7, stop = 0.8, num = 2 }
-transient = 10
-periods = 8
-max_period = 4
-[analysis.section]
-kind = "poincare-section"
-transient = 20
-periods = 4
-""",
-    "orbits": """\
-[analysis.orbit]
-kind = "periodic-orbit"
-start = "attractor"
-period = 1
-transient = 50
-[analysis.branch]
-kind = "continuation"
-sweep.omega = { start = 3.3, stop = 3.32 }
-doublings = 0
-transient = 300
-""",
-    "precision": """\
-[analysis.precision]
-kind = "work-precision"
-methods = ["taylor"]
-tolerances = [1e-6]
-transient = 2
-periods = 2
-repeats = 1
-""",
+    "runs": ("motion", "spectrum"),
+    "points": ("diagram", "basins"),
+    "chart": ("chart", "section"),
+    "orbits": ("orbit", "branch"),
+    "precision": ("precision",),
 }
 BASES = {}
 """By name: bytes, and of every group its attributes, its variables and its dimensions."""
@@ -111,20 +54,22 @@ RESULTS = {}
 
 def prepare(folder):
     """Run the scenes once."""
-    trees_of = {key: parse_scene(HEAD + text, f"{key}.toml").run() for key, text in SCENES.items()}
+    trees_of = {key: parse_scene(small_scene(*names), f"{key}.toml").run() for key, names in SCENES.items()}
     # saved from Python, groups are computed again from their definitions
     trees_of["python"] = trees_of["runs"]["motion"].to_dataset()
     for key, tree in trees_of.items():
         path = save(tree, folder / f"{key}.nc")
-        layout = {}
-        for node in open_archive(path).subtree:
-            ds = node.to_dataset(inherit=False)
-            layout[node.path] = (dict(ds.attrs), [str(v) for v in ds.variables], [str(d) for d in ds.sizes])
-        BASES[key] = (path.read_bytes(), layout)
+        groups = {node.path: node.to_dataset(inherit=False) for node in open_archive(path).subtree}
+        BASES[key] = (path.read_bytes(), {place: layout_of(ds) for place, ds in groups.items()})
     # what is loaded once is no fault of any input
     judge.command(["report", folder / "points.nc", "-o", folder / "page.html"], (0,))
     judge.command(["plot", folder / "points.nc", "-o", folder / "picture.png"], (0,))
     RESULTS.update(trees_of)
+
+
+def layout_of(ds):
+    """Attributes, variables and dimensions of a group."""
+    return dict(ds.attrs), [str(v) for v in ds.variables], [str(d) for d in ds.sizes]
 
 
 def _run(scene, **_):
@@ -143,7 +88,7 @@ def _run_again(ds, **_):
 
 def seeds(folder):
     """Archives as they are."""
-    return [_bytes({"of": key, "sealed": sealed, "edits": []}) for key in BASES for sealed in (True, False)]
+    return [trees.written({"of": key, "sealed": sealed, "edits": []}) for key in BASES for sealed in (True, False)]
 
 
 def attempt(data, folder, guard):
@@ -214,7 +159,7 @@ def edit(path, edits, sealed):
     work = path.with_name("work.nc")
     content = path.read_bytes()
     work.write_bytes(content if sealed is None else content[:-LENGTH])
-    in_bytes = [entry for entry in edits if BY_NAME[entry["way"]] in IN_BYTES]
+    in_bytes = [entry for entry in edits if entry["way"] in IN_BYTES]
     for entry in edits:
         if entry not in in_bytes:
             with suppress(*FAULTS), netCDF4.Dataset(work, "a") as file:
@@ -233,24 +178,12 @@ def edit(path, edits, sealed):
 def mutate(data, chance, other):
     """A recipe with one more change, one less, or another value in one."""
     recipe, given = json.loads(data), json.loads(other)
-    edits = recipe["edits"]
-    way = chance.randrange(8)
-    if way == 0 and edits:
-        edits.pop(chance.randrange(len(edits)))
-    elif way == 1 and given["edits"]:
-        edits.append(chance.choice(given["edits"]))
-    elif way == 2 and edits:
-        entry = chance.choice(edits)
-        changeable = [key for key in entry if key != "way"]
-        if changeable:
-            entry[chance.choice(changeable)] = copy.deepcopy(chance.choice(DATA))
-    else:
-        edits.append(draw(chance, *BASES[recipe["of"]]))
-    recipe["edits"] = edits[-MOST_EDITS:]
+    layout = BASES[recipe["of"]]
+    recipe["edits"] = trees.edited(recipe["edits"], chance, given["edits"], lambda: draw(chance, *layout))
     # bytes that are changed under a right seal may stop the library, and with it whoever trusts the seal
-    in_bytes = any(BY_NAME[entry["way"]] in IN_BYTES for entry in recipe["edits"])
+    in_bytes = any(entry["way"] in IN_BYTES for entry in recipe["edits"])
     recipe["sealed"] = not in_bytes and chance.random() < 0.9
-    return _bytes(recipe)
+    return trees.written(recipe)
 
 
 def draw(chance, content, layout):
@@ -415,8 +348,4 @@ BY_NAME = {
     "huge": _huge,
     "deep": _deep,
 }
-IN_BYTES = (_byte, _cut, _fill)
-
-
-def _bytes(recipe):
-    return json.dumps(recipe).encode()
+IN_BYTES = ("byte", "cut", "fill")

@@ -23,9 +23,8 @@ PATIENCE_S = 6.0
 def seeds(folder):
     """The systems of the shelf."""
     built = [systems.build(name) for name in systems.REGISTRY]
-    return [
-        _bytes({"definition": write_definition(s), "parameters": s.parameters, "initial": s.initial}) for s in built
-    ]
+    given = [{"definition": write_definition(s), "parameters": s.parameters, "initial": s.initial} for s in built]
+    return [trees.written(each, indent=1) for each in given]
 
 
 def prepare(folder):
@@ -79,10 +78,6 @@ def _judged(code, out, err):
 def mutate(data, chance, other):
     """A definition with some of its texts, numbers and keys exchanged."""
     try:
-        return _bytes(trees.mutated(json.loads(data), chance, json.loads(other)))
+        return trees.written(trees.mutated(json.loads(data), chance, json.loads(other)), indent=1)
     except (RecursionError, ValueError):
         return data
-
-
-def _bytes(tree):
-    return json.dumps(tree, indent=1).encode()

@@ -22,6 +22,7 @@ from importlib import import_module
 from pathlib import Path
 
 CORPUS = Path(__file__).with_name("corpus")
+sys.path.insert(1, str(CORPUS.parents[1]))
 SHARES = {"scenes": 0.45, "definitions": 0.4, "archives": 0.09, "parts": 0.06}
 """Of the inputs, and by how long they take about the same of the time."""
 

@@ -3,9 +3,11 @@
 A process watched once is watched to its end, and so are those that it forks.
 """
 
+import ast
 import os
 import socket
 import sys
+import traceback
 from contextlib import contextmanager
 
 from values import OWNED
@@ -88,16 +90,15 @@ class Guard:
         elif event == "import":
             wrong = f"imports {given[0]!r:.200}" if OWNED in given[0] else None
         elif event == "compile":
-            source = given[0] if isinstance(given[0], str | bytes) else b""
-            wrong = (
-                "compiles text of the input"
-                if (OWNED if isinstance(source, str) else OWNED.encode()) in source
-                else None
-            )
+            source = given[0] if isinstance(given[0], bytes) else str(given[0] or "").encode(errors="replace")
+            # what is read as a tree is told of when code of it is run
+            reads = sys._getframe(1).f_code is ast.parse.__code__
+            wrong = "compiles text of the input" if OWNED.encode() in source and not reads else None
         elif event == "exec":
-            wrong = "runs text of the input" if _holds(given[0]) else None
+            wrong = f"runs text of the input, from {given[0].co_filename!r:.100}" if _holds(given[0]) else None
         if wrong:
-            os.write(self._writing, f"{wrong}\n".encode(errors="replace")[:500])
+            wrong += f" ({_callers()})"
+            os.write(self._writing, f"{wrong}\n".encode(errors="replace")[:1000])
             raise Forbidden(wrong)
 
     def _is_inside(self, path, flags):
@@ -106,6 +107,12 @@ class Guard:
 
     def _lies_inside(self, real):
         return any(real == folder or real.startswith(folder + os.sep) for folder in self.folders)
+
+
+def _callers():
+    """Who is at work, the innermost first."""
+    frames = traceback.extract_stack(sys._getframe(2), limit=6)
+    return ", ".join(f"{os.path.basename(frame.filename)}:{frame.lineno}" for frame in reversed(frames))
 
 
 def _entry(name, handle):

@@ -49,11 +49,11 @@ def apart(work, folder, patience, judged):
     child = os.fork()
     if not child:
         os._exit(_answer(work, folder))
-    code = _wait(child, patience)
+    code = wait(child, patience)
     for _ in range(2):
         if code is None:
             os.kill(child, signal.SIGINT)
-            code = _wait(child, GRACE_S)
+            code = wait(child, GRACE_S)
     if code is None:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
@@ -94,7 +94,8 @@ def _judged(arguments, code, out, err, codes, apart=False):
     return wrong
 
 
-def _wait(child, seconds):
+def wait(child, seconds):
+    """Exit code of a process, or None if it has not ended after so many seconds."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         done, status = os.waitpid(child, os.WNOHANG)

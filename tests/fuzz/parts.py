@@ -3,7 +3,6 @@
 An input is a list of changes of the folder that an interrupted run has left.
 """
 
-import copy
 import json
 import os
 import shutil
@@ -12,7 +11,8 @@ from hashlib import sha256
 import archives
 import judge
 import trees
-from values import DATA, HOSTILE
+from small_scenes import small_scene
+from values import HOSTILE
 
 from chaosdrill.analysis.points import PointTask
 from chaosdrill.archive import compare
@@ -20,31 +20,17 @@ from chaosdrill.archive import open as open_archive
 
 name, ending = "parts", ".json"
 SOUND = ("0",)
-MOST_EDITS = 8
 ENDLESS = 2**40
 """Bytes of a file that is larger than any memory, and takes no room on the disk."""
 
 LARGE = 10**7
 """Bytes of the largest file that is copied."""
 
-SCENE = """\
-[system]
-model = "impact-oscillator"
-[analysis.spectrum]
-kind = "lyapunov-spectrum"
-transient = 10
-periods = 16
-blocks = 4
-[analysis.diagram]
-kind = "bifurcation-diagram"
-sweep.omega = { start = 2.4, stop = 2.8, num = 16 }
-transient = 5
-periods = 8
-"""
+SCENE = small_scene("spectrum", "diagram").replace("num = 4", "num = 16")
 STOP_AT = 12
 NAMES = ("_lock", "_scene.json", "spectrum", "diagram", "chart", "spectrum/result.nc", "spectrum/result.json")
-NAMES += tuple(f"diagram/{name}" for name in ("manifest.json", "results.bin", "journal.txt"))
-NAMES += ("chart/journal.txt", "chart/manifest.json", "chart/results.bin", "other/result.json", "other/journal.txt")
+NAMES += tuple(f"{group}/{name}" for group in ("diagram", "chart") for name in ("manifest.json", "0-1.chunk"))
+NAMES += ("diagram/0-16.chunk", "other/result.json", "other/0-1.chunk")
 JSONS = ("_scene.json", "spectrum/result.json", "diagram/manifest.json")
 PRECIOUS = b"of somebody else"
 BASE = {}
@@ -71,13 +57,12 @@ def prepare(folder):
     PointTask.run = run
     BASE["parts"] = home / "out.nc.parts"
     BASE["whole"] = open_archive(home / "whole.nc")
-    result = open_archive(home / "whole.nc")["spectrum"].to_dataset()
-    LAYOUT["spectrum"] = {"/": (dict(result.attrs), [str(v) for v in result.variables], [str(d) for d in result.sizes])}
+    LAYOUT["spectrum"] = {"/": archives.layout_of(open_archive(home / "whole.nc")["spectrum"].to_dataset())}
 
 
 def seeds(folder):
     """The folder as it is."""
-    return [_bytes([])]
+    return [trees.written([])]
 
 
 def attempt(data, folder, guard):
@@ -126,20 +111,7 @@ def _can_be_opened(path):
 
 def mutate(data, chance, other):
     """A list with one more change, one less, or another value in one."""
-    edits, given = json.loads(data), json.loads(other)
-    way = chance.randrange(8)
-    if way == 0 and edits:
-        edits.pop(chance.randrange(len(edits)))
-    elif way == 1 and given:
-        edits.append(chance.choice(given))
-    elif way == 2 and edits:
-        entry = chance.choice(edits)
-        changeable = [key for key in entry if key not in ("way", "file")]
-        if changeable:
-            entry[chance.choice(changeable)] = copy.deepcopy(chance.choice(DATA))
-    else:
-        edits.append(draw(chance))
-    return _bytes(edits[-MOST_EDITS:])
+    return trees.written(trees.edited(json.loads(data), chance, json.loads(other), lambda: draw(chance)))
 
 
 def draw(chance):
@@ -154,14 +126,13 @@ def draw(chance):
         texts = ["", "{", "[" * 100_000, "null", "[]", '{"finished": true}', '{"scene": {"analysis": {}}}', "1" * 5000]
         texts += ['{"sha256": 1}', '{"sha256": "' + "0" * 64 + '"}', *HOSTILE]
         return entry | {"to": chance.choice(texts)[:100_000]}
-    if way == "line":
-        line = {"first": 0, "count": 8, "sha256": "0" * 64}
-        line = trees.mutated(line, chance) if chance.random() < 0.7 else chance.choice([[], 3, "[" * 3000, line])
+    if way == "chunk":
+        first, count = (chance.choice([0, 1, 1, 2, 8, 15, 16, 10**6, 2**60]) for _ in range(2))
+        name = chance.choice([f"{first}-{count}.chunk", f"-{first}-{count}.chunk", f"0{first}-{count}.chunk", ".chunk"])
         return {
             "way": way,
-            "file": chance.choice(["diagram/journal.txt", "chart/journal.txt"]),
-            "line": line,
-            "at": chance.randrange(9),
+            "file": f"{chance.choice(['diagram', 'chart'])}/{name}",
+            "length": chance.choice([0, 31, 32, 33, 500, count * 1000]) % LARGE,
         }
     if way == "json":
         return {"way": way, "file": chance.choice(JSONS), "tree": _changes(chance)}
@@ -174,17 +145,14 @@ def draw(chance):
         return entry | {"size": chance.choice([10**7, 2**28, ENDLESS])}
     if way == "forge":
         content = (BASE["parts"] / "spectrum" / "result.nc").read_bytes()
+        # bytes under a right digest do to whoever trusts it what they do to the library
         edits = [archives.draw(chance, content, LAYOUT["spectrum"]) for _ in range(chance.choice([1, 1, 2]))]
         return {
             "way": way,
             "file": "spectrum/result.nc",
-            "edits": [edit for edit in edits if edit["way"] not in UNSAFE],
+            "edits": [edit for edit in edits if edit["way"] not in archives.IN_BYTES],
         }
     return entry
-
-
-UNSAFE = ("byte", "cut", "fill")
-"""Bytes under a right digest: what they do to the library they do to whoever trusts the digest."""
 
 
 def _changes(chance):
@@ -213,14 +181,10 @@ def _text(parts, entry, other):
     (parts / entry["file"]).write_text(entry["to"], encoding="utf-8", errors="replace")
 
 
-def _line(parts, entry, other):
+def _chunk(parts, entry, other):
     path = parts / entry["file"]
     path.parent.mkdir(exist_ok=True)
-    lines = path.read_text(errors="replace").splitlines() if path.exists() else []
-    lines.insert(
-        entry["at"] % (len(lines) + 1), entry["line"] if isinstance(entry["line"], str) else json.dumps(entry["line"])
-    )
-    path.write_text("\n".join(lines) + "\n")
+    path.write_bytes(bytes(entry["length"] % LARGE))
 
 
 def _json(parts, entry, other):
@@ -300,7 +264,7 @@ BY_NAME = {
     "bytes": _put,
     "cut": _cut,
     "text": _text,
-    "line": _line,
+    "chunk": _chunk,
     "json": _json,
     "remove": _remove,
     "link": _link,
@@ -312,7 +276,3 @@ BY_NAME = {
     "elsewhere": _elsewhere,
     "forge": _forge,
 }
-
-
-def _bytes(edits):
-    return json.dumps(edits).encode()

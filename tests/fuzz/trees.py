@@ -1,9 +1,11 @@
 """Plain data (texts, numbers, lists, tables) with some of it exchanged."""
 
 import copy
+import json
 
 from values import DATA, HOSTILE, expression
 
+MOST_EDITS = 8
 MOST_DEPTH = 150
 """What Python's own JSON still writes."""
 
@@ -89,3 +91,34 @@ def _change(holder, key, chance, other, tree):
         holder[chance.choice(["x", "v", "name", "kind", *map(str, holder)])] = value(chance)
     else:
         holder.append(value(chance))
+
+
+def edited(edits, chance, others, draw):
+    """A list of edits with one more, one less, or another value in one.
+
+    Parameters
+    ----------
+    edits, others : list of dict
+        The list, and another one from which an edit may be taken over.
+    chance : random.Random
+    draw : callable
+        Gives a new edit.
+    """
+    way = chance.randrange(8)
+    if way == 0 and edits:
+        edits.pop(chance.randrange(len(edits)))
+    elif way == 1 and others:
+        edits.append(chance.choice(others))
+    elif way == 2 and edits:
+        entry = chance.choice(edits)
+        changeable = [key for key in entry if key not in ("way", "file")]
+        if changeable:
+            entry[chance.choice(changeable)] = copy.deepcopy(chance.choice(DATA))
+    else:
+        edits.append(draw())
+    return edits[-MOST_EDITS:]
+
+
+def written(tree, indent=None):
+    """The tree as an input."""
+    return json.dumps(tree, indent=indent).encode()

@@ -9,10 +9,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from chaosdrill.model import special
-from chaosdrill.model.from_text import read_text
 from chaosdrill.model.grammar import ExpressionError
-from chaosdrill.model.text_functions import FUNCTIONS
-from chaosdrill.model.to_text import write_text
+from chaosdrill.model.text import FUNCTIONS, read_text, write_text
 
 NAMES = {name: sympy.Symbol(name, real=True) for name in ("x", "v", "t", "lambda", "k_1")}
 
@@ -151,3 +149,13 @@ def test_names_are_taken_as_they_stand():
     names = {name: sympy.Symbol(name, real=True) for name in ("lambda", "µ", "mass 1", "pi", "and")}
     found = read_text("lambda*µ + `mass 1`*pi*`and`", names)
     assert found.free_symbols == set(names.values())
+
+
+def test_names_that_look_alike_are_two():
+    names = {name: sympy.Symbol(name, real=True) for name in ("ﬁ", "fi", "µ", "μ", "ω₀", "x²", "is", "None")}
+    assert read_text(" + ".join(names), names) == sympy.Add(*names.values())
+
+
+def test_a_sum_may_be_as_long_as_a_text():
+    found = read_text("+".join(["x", "v"] * 2500), NAMES)
+    assert found == 2500 * (NAMES["x"] + NAMES["v"])

@@ -9,8 +9,8 @@ import sympy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chaosdrill.model.from_text import read_text
 from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.text import read_text
 
 NAMES = {name: sympy.Symbol(name, real=True) for name in ("x", "v", "t", "lambda")}
 WATCHED = ("os.", "subprocess.", "compile", "exec", "import", "open", "socket.")

@@ -4,7 +4,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.dataset.schema import RESERVED
+from chaosdrill.dataset.schema import reserved
 from chaosdrill.model.special import hunt_crossley_exit
 
 X, V, T, K = sympy.symbols("x v t k", real=True)
@@ -147,9 +147,21 @@ def test_a_special_function_repeats_if_its_arguments_do(entry, repeats):
     "name", ["mode", "state", "time", "outcome", "event_time", "event", "forcing_period", "section"]
 )
 def test_a_quadrature_never_takes_the_place_of_a_result(name):
-    assert name in RESERVED
+    assert name in reserved()
     with pytest.raises(cd.ModelError, match=rf"quadrature '{name}' has a name that is reserved for results; rename it"):
         build(quadratures={name: V})
+
+
+@pytest.mark.parametrize("name", ["<b>", "&#47;", '"""', "{0}", "#", "-o", "a" * 201, "😀" * 51, "e\u0301"])
+def test_what_cannot_be_the_name_of_a_variable_of_an_archive_is_refused_before_anything_runs(name):
+    with pytest.raises(cd.ModelError, match=r"quadrature .* has a name that .*; rename it"):
+        build(quadratures={name: V})
+    system = build(parameters={"k": 2.0, "omega": 3.0, name: 1.0})
+    calls = (cd.bifurcation_diagram, {name: [1.0, 2.0]}), (cd.continue_orbit, {name: (1.0, 2.0)})
+    for function, sweep in calls:
+        lengths = {"transient": 1, "periods": 2} if function is cd.bifurcation_diagram else {}
+        with pytest.raises(cd.SettingsError, match=r"sweep names .*; rename the parameter"):
+            function(system, sweep, **lengths)
 
 
 @pytest.mark.parametrize("name", ["period", "outcome", "seed", "iterate", "exponent"])

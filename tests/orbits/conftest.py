@@ -31,9 +31,9 @@ def drill():
 
 @pytest.fixture(scope="session")
 def drill_period_one(drill):
-    """Family over eta, orbit and lap of the drill's period-1 orbit at eta = 0.8."""
+    """Shooting problem over eta, orbit and shot of the drill's period-1 orbit at eta = 0.8."""
     from chaosdrill.engine.numerics import Numerics
     from chaosdrill.orbits.find import starting_orbit
 
-    family, orbit, lap, _, _ = starting_orbit(drill, ("eta",), 1, "attractor", 300, Numerics())
-    return family, orbit, lap
+    problem, orbit, shot, _, _ = starting_orbit(drill, ("eta",), 1, "attractor", 300, Numerics())
+    return problem, orbit, shot

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.orbits.checks import check
-from chaosdrill.orbits.describe import describe
 from chaosdrill.orbits.find import find_orbit, starting_orbit
-from chaosdrill.orbits.verify import verify
+from chaosdrill.orbits.verification import check, describe, verify
 from chaosdrill.systems import build
 
 FINE = Numerics(tolerance=1e-13)
@@ -17,13 +15,13 @@ FINE = Numerics(tolerance=1e-13)
 
 @pytest.fixture(scope="module")
 def bouncing():
-    family, orbit, lap, residuals, _ = starting_orbit(build("bouncing-ball"), (), 1, "attractor", 200, FINE)
-    return family, orbit, describe(family, orbit, lap, residuals), verify(family, orbit)
+    problem, orbit, shot, residuals, _ = starting_orbit(build("bouncing-ball"), (), 1, "attractor", 200, FINE)
+    return problem, orbit, describe(problem, orbit, shot, residuals), verify(problem, orbit)
 
 
 def test_true_numbers_agree(bouncing):
-    family, orbit, found, lapped = bouncing
-    checks = check(family, orbit, found, lapped)
+    problem, orbit, found, lapped = bouncing
+    checks = check(problem, orbit, found, lapped)
     assert checks.consistent
     assert checks.disagreements == ""
     # both multipliers have the modulus e = 0.8
@@ -32,9 +30,9 @@ def test_true_numbers_agree(bouncing):
 
 
 def test_a_wrong_multiplier_is_told(bouncing):
-    family, orbit, found, lapped = bouncing
+    problem, orbit, found, lapped = bouncing
     wrong = replace(found, multipliers=found.multipliers * np.array([1 + 1e-7, 1]))
-    checks = check(family, orbit, wrong, lapped)
+    checks = check(problem, orbit, wrong, lapped)
     assert not checks.consistent
     assert "exponents" in checks.disagreements
     assert "product of all contractions" in checks.disagreements
@@ -43,18 +41,18 @@ def test_a_wrong_multiplier_is_told(bouncing):
 def test_a_wrong_rank_is_told():
     found = find_orbit(build("belt-stick-slip"), 1, "attractor", 50, FINE)
     assert found.checks.consistent
-    family, orbit, *_ = starting_orbit(build("belt-stick-slip"), (), 1, "attractor", 50, FINE)
-    checks = check(family, orbit, replace(found, multipliers=np.array([1.0, 1e-14 + 0j])), verify(family, orbit))
+    problem, orbit, *_ = starting_orbit(build("belt-stick-slip"), (), 1, "attractor", 50, FINE)
+    checks = check(problem, orbit, replace(found, multipliers=np.array([1.0, 1e-14 + 0j])), verify(problem, orbit))
     assert checks.exponent_difference == np.inf
     assert not checks.consistent
 
 
 def test_a_start_beside_the_orbit_is_told(bouncing):
-    family, orbit, found, _ = bouncing
+    problem, orbit, found, _ = bouncing
     beside = replace(orbit, starts=orbit.starts + 1e-6)
-    lapped = verify(family, beside)
+    lapped = verify(problem, beside)
     assert lapped.residual > lapped.explained(1e-13)
-    assert "second period" in check(family, orbit, found, lapped).disagreements
+    assert "second period" in check(problem, orbit, found, lapped).disagreements
 
 
 @pytest.mark.parametrize("name", ["lorenz", "roessler", "chua"])

@@ -84,9 +84,10 @@ def test_the_ordinary_engine_touches_the_stop(drill, grazing):
         assert np.abs(heights - system.parameters["r"]).min() < 1e-9
 
 
-@pytest.mark.xfail(strict=False, reason="on the curve itself rounding decides whether a run sees the slip that begins")
 def test_the_curve_of_grazing_goes_on_where_another_event_begins(grazing):
-    (junction,) = (e for e in grazing.events if e.text == "release and stick appear; the curve continues")
+    usual = np.bincount(grazing.sequence).argmax()
+    appear = [e for e in grazing.events if e.text == "release and stick appear; the curve continues"]
+    (junction,) = (e for e in appear if usual in grazing.sequence[e.point - 1 : e.point + 2])
     assert junction.code == Special.GRAZING
     beyond = grazing.values[grazing.sequence != grazing.sequence[junction.point]]
     assert len(beyond) > 2

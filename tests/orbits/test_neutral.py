@@ -11,7 +11,7 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.derive import conserved_combinations, shift_directions
 from chaosdrill.orbits.branches import branches
 from chaosdrill.orbits.find import find_orbit
-from chaosdrill.orbits.neutral import neutral_of
+from chaosdrill.orbits.multipliers import neutral_of
 
 FINE = Numerics(tolerance=1e-13)
 x, v, y, z, t, c, w = sympy.symbols("x v y z t c w", real=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chaosdrill.orbits.stability import is_stable
+from chaosdrill.orbits.multipliers import is_stable
 
 
 @pytest.mark.parametrize(

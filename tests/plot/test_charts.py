@@ -7,13 +7,15 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
 
-from chaosdrill.plot.attractor_count_chart import attractor_count_chart
-from chaosdrill.plot.isoperiodic_chart import isoperiodic_chart
+from chaosdrill.plot.charts import (
+    attractor_count_chart,
+    isoperiodic_chart,
+    lyapunov_chart,
+    outcome_chart,
+    progression_chart,
+)
 from chaosdrill.plot.looks import LONGER_COLOUR, PERIOD_COLOURS, POSITIVE, diverging, sequential
-from chaosdrill.plot.lyapunov_chart import lyapunov_chart
-from chaosdrill.plot.outcome_chart import outcome_chart
 from chaosdrill.plot.pictures import PICTURES
-from chaosdrill.plot.progression_chart import progression_chart
 from chaosdrill.plot.style import OUTCOME_COLOURS, style
 
 CHARTS = [isoperiodic_chart, lyapunov_chart, progression_chart, attractor_count_chart, outcome_chart]

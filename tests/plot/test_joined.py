@@ -10,9 +10,8 @@ import chaosdrill as cd
 from chaosdrill.errors import ArchiveError
 from chaosdrill.plot import plot_archive
 from chaosdrill.plot.joined import MOST_RUNS, runs_of
-from chaosdrill.plot.phase_portrait import phase_portrait
-from chaosdrill.plot.time_history import time_history
-from chaosdrill.reports.runs import event_counts
+from chaosdrill.plot.trajectories import phase_portrait, time_history
+from chaosdrill.reports.tables import event_counts
 
 
 @pytest.fixture

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from chaosdrill.plot.convergence import convergence
-from chaosdrill.plot.phase_portrait import phase_portrait
 from chaosdrill.plot.poincare import poincare
-from chaosdrill.plot.time_history import time_history
+from chaosdrill.plot.trajectories import phase_portrait, time_history
 
 
 def _labels(axes):

@@ -5,7 +5,7 @@ import base64
 import numpy as np
 from archives import chart, diagram
 
-from chaosdrill.reports.explorer import GRID_BYTES, SECTION_BYTES, explorer_data
+from chaosdrill.reports.charts import GRID_BYTES, SECTION_BYTES, explorer_data
 
 
 def test_small_ones_are_whole():

@@ -7,10 +7,11 @@ import pytest
 import sympy
 import xarray as xr
 from archives import chart, diagram
+from markupsafe import Markup
 from pages import parsed, read
 
 import chaosdrill as cd
-from chaosdrill.reports.equations import equations, events
+from chaosdrill.reports.origin import system_part
 
 BAD = (
     """</script></title></style><script>window.hacked = 1</script><img src=x onerror="window.hacked = 2">'"&amp;<!--"""
@@ -114,7 +115,7 @@ def test_a_refresh_would_be_followed_so_that_no_page_with_one_is_written(write, 
     browser = visit(page)
     assert asked(browser)[-1] == browser.current_url == other.as_uri()
     before = page.read_bytes()
-    monkeypatch.setattr("chaosdrill.reports.html.html.escape", lambda plain: plain)
+    monkeypatch.setattr("chaosdrill.reports.html.TEMPLATES.finalize", Markup)
     with pytest.raises(cd.ArchiveError, match="an element meta, which no page may"):
         write(hostile(AWAY))
     assert page.read_bytes() == before
@@ -185,4 +186,4 @@ def page_of(names):
         period=2 * sympy.pi / w,
         quadratures={"work": v * w},
     )
-    return parsed(f"<main>{equations(system)}{events(system)}</main>")
+    return parsed(f"<main>{system_part(system, {})}</main>")

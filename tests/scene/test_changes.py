@@ -34,6 +34,8 @@ from chaosdrill.scene.changes import change, parse_change, toml_value
         ("[[a]]\nname = 'c'\nb = 1\n[[a]]\nb = 1\n", "a.1.b", 2, "[[a]]\nname = 'c'\nb = 1\n[[a]]\nb = 2\n"),
         ("[[a]]\nname = 'c'\nb = 1\n[[a]]\nb = 1\n", "a.c.b", 2, "[[a]]\nname = 'c'\nb = 2\n[[a]]\nb = 1\n"),
         ("[[a]]\nname = 'c'\n", "a.c.d", 2, "[[a]]\nd = 2\nname = 'c'\n"),
+        ("a.b = 1\nb = 'x'\n", "a.c.d", 2, "a.b = 1\nb = 'x'\n\n[a.c]\nd = 2\n"),
+        ("b.c = {}\nc = 1\n", "b.d.e", 2, "b.c = {}\nc = 1\n\n[b.d]\ne = 2\n"),
         ("a = [{ b = 1 }]\n", "a.0.d.e", 2, "a = [{ d.e = 2, b = 1 }]\n"),
     ],
 )
@@ -44,12 +46,12 @@ def test_where_a_value_goes(text, key, value, expected):
 @pytest.mark.parametrize(
     ("text", "key", "message"),
     [
-        ("a = 1", "a.b", "a is no table but 1"),
+        ("a = 1", "a.b", "a is not a table but 1"),
         ("[[a]]\nb = 1", "a.b", "a is a list; name an entry by its number, from 0 to 0"),
         ("[[a]]\nname = 'c'", "a.b", "or by its name: c"),
         ("a = []", "a.0", "a is a list; name an entry in the file"),
         ("a = [1]", "a.1", "from 0 to 0"),
-        ("a = [1]", "a.0.b", "a.0 is no table but 1"),
+        ("a = [1]", "a.0.b", "a.0 is not a table but 1"),
         ("a.b = 1", "a", "is a table; set the keys in it, as in --set a.b="),
         ("a = 1", "", "expected a dotted key"),
         ("a = 1", "a b", "expected a dotted key"),
@@ -70,7 +72,7 @@ def test_what_toml_does_not_have(value):
 
 
 def test_a_whole_number_that_toml_does_not_have():
-    with pytest.raises(SettingsError, match="whole numbers end at 2"):
+    with pytest.raises(SettingsError, match="integers must be below 2"):
         change("", "a", 10**5000)
 
 

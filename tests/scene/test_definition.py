@@ -100,7 +100,7 @@ def test_all_at_once(faults):
 
 
 def test_a_parameter_that_nothing_names_is_likely_misspelt():
-    with pytest.raises(cd.SceneError, match=r"system.parameters.omga: no expression .* did you mean 'omega'"):
+    with pytest.raises(cd.SceneError, match=r"system.parameters.omga: not used .* did you mean 'omega'"):
         parse_scene(TEXT, changes={"system.parameters.omga": 3.0})
 
 
@@ -120,5 +120,6 @@ def test_what_does_not_fit_together(faults, old, new, told):
 
 def test_neither_model_nor_definition(faults):
     assert (
-        "system.model: missing; name a system" in faults("[system]\n[analysis.a]\nkind = 'trajectory'\nperiods = 2")[0]
+        "system.model: missing; name a built-in system"
+        in faults("[system]\n[analysis.a]\nkind = 'trajectory'\nperiods = 2")[0]
     )

@@ -12,7 +12,7 @@ CASES = [
     ('drive = "harmonic"', 'drivel = "none"', "5: system.effects.drivel: unknown effect; did you mean 'drive'?"),
     ('"stribeck"', '"stribek"', "6: system.effects.friction: unknown option 'stribek'; did you mean 'stribeck'?"),
     ('"stribeck"', "3", "6: system.effects.friction: expected text in quotes, received 3"),
-    ('rock = "moving"', 'rock = "fixed"', "4: system.effects: friction 'stribeck' acts on a rock that moves"),
+    ('rock = "moving"', 'rock = "fixed"', "4: system.effects: friction 'stribeck' acts on a moving rock"),
     ("eta = 0.448", "etta = 0.448", "10: system.parameters.etta: unknown parameter; did you mean 'eta'?"),
     ("eta = 0.448", 'eta = "0.448"', "10: system.parameters.eta: expected a number, received '0.448'"),
     ("eta = 0.448", "eta = true", "10: system.parameters.eta: expected a number, received True"),
@@ -23,6 +23,7 @@ CASES = [
     ("y = 0.0", 'y = "up"', "12: system.initial.y: expected a number, received 'up'"),
     ("y = 0.0", "mode = 1", "12: system.initial.mode: expected the name of a mode, received 1"),
     ('"taylor"', '"tailor"', "14: numerics.method: unknown method 'tailor'; did you mean 'taylor'?"),
+    ('"taylor"', "{ a = 1 }", "14: numerics.method: expected text in quotes"),
     ("tolerance = 1e-12", "tolerance = 0", "15: numerics.tolerance: must be at least 1e-16, received 0"),
     ("tolerance = 1e-12", "tolerance = -1e-9", "15: numerics.tolerance: must be at least 1e-16"),
     ("tolerance = 1e-12", "tolerance = 0.1", "15: numerics.tolerance: must be at most 0.01, received 0.1"),
@@ -45,10 +46,14 @@ CASES = [
     ("{ start = 0.4, stop = 0.9, num = 3 }", '[1, "2"]', "22: analysis.diagram.sweep.eta[1]: expected a number"),
     ("sweep.eta = { start = 0.4, stop = 0.9, num = 3 }", "", "20: analysis.diagram.sweep: missing"),
     ("transient = 3", "transient = 3\nseeds = [\n{y = 1},\n{v = 1}]", "26: analysis.diagram.seeds[1].v: unknown state"),
-    ("{ start = 0.4, stop = 0.9, num = 3 }", "[1, 2, 1]", "22: analysis.diagram.sweep.eta: holds a value twice"),
-    ("start = 0.4", "start = 0.9", "22: analysis.diagram.sweep.eta: start and stop are the same; give num = 1"),
+    ("{ start = 0.4, stop = 0.9, num = 3 }", "[1, 2, 1]", "22: analysis.diagram.sweep.eta: contains a value twice"),
+    ("start = 0.4", "start = 0.9", "22: analysis.diagram.sweep.eta: start and stop are equal; give num = 1"),
     ("periods = 8", "periods = 1", "24: analysis.diagram.periods: must be at least 2, received 1"),
-    ("[analysis.diagram]", '[analysis."a/b"]', '20: analysis."a/b": the name is to be letters, digits'),
+    (
+        "[analysis.diagram]",
+        '[analysis."a/b"]',
+        '20: analysis."a/b": the name must consist of at most 64 letters, digits',
+    ),
 ]
 
 
@@ -70,3 +75,14 @@ def test_a_sound_scene_has_none(sound):
 def test_effects_of_a_system_that_has_none(faults):
     text = '[system]\nmodel = "lorenz"\neffects.drive = "harmonic"\n'
     assert faults(text) == ["scene.toml:3: system.effects.drive: lorenz is not assembled from effects; leave them out"]
+
+
+def test_a_setting_that_another_one_excludes_is_told_with_all_other_faults(sound, faults):
+    told = faults(sound.replace("tolerance = 1e-12", "tolerance = 0\nsteps = 200"))
+    assert [line.split(":")[2].strip() for line in told] == ["numerics.tolerance", "numerics.steps"]
+
+
+def test_a_swept_name_and_its_values_are_both_told(sound, faults):
+    told = faults(sound.replace("sweep.eta = { start = 0.4, stop = 0.9, num = 3 }", "sweep.etta = 3"))
+    assert len(told) == 2
+    assert all("analysis.diagram.sweep.etta: " in line for line in told)

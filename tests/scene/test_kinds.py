@@ -4,14 +4,16 @@ import inspect
 
 import pytest
 
+import chaosdrill as cd
 import chaosdrill.analysis
-from chaosdrill.analysis.registry import ANALYSES, FIXED_STEP, METHODS
-from chaosdrill.scene.kinds import KINDS
-from chaosdrill.scene.numerics import Numerics
+from chaosdrill.analysis.base import NumericsSettings
+from chaosdrill.analysis.registry import FIXED_STEP, METHODS, analyses
+from chaosdrill.scene import parse_scene
 
+ANALYSES = analyses()
 # what comes from elsewhere: the system, the table numerics, the command line
 ELSEWHERE = {"progress", "workers", "scheduler", "store"}
-NUMERICS = set(Numerics.model_fields)
+NUMERICS = set(NumericsSettings.values())
 
 
 def parameters(kind):
@@ -20,38 +22,46 @@ def parameters(kind):
 
 
 def elsewhere(kind):
-    return ELSEWHERE if KINDS[kind].own_numerics else ELSEWHERE | NUMERICS
+    return ELSEWHERE if ANALYSES[kind].settings.own_numerics else ELSEWHERE | NUMERICS
 
 
-def test_every_analysis_can_be_asked_for():
-    assert KINDS.keys() == ANALYSES.keys()
-
-
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ANALYSES)
 def test_same_names(kind):
-    assert KINDS[kind].model_fields.keys() - {"kind"} == parameters(kind).keys() - elsewhere(kind)
+    assert ANALYSES[kind].settings.values().keys() == parameters(kind).keys() - elsewhere(kind)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ANALYSES)
 def test_same_names_are_required(kind):
-    required = {name for name, field in KINDS[kind].model_fields.items() if field.is_required()}
     empty = inspect.Parameter.empty
-    assert required - {"kind"} == {name for name, parameter in parameters(kind).items() if parameter.default is empty}
+    required = {name for name, parameter in parameters(kind).items() if parameter.default is empty}
+    faults = dict(ANALYSES[kind].settings.faults({}, also=()))
+    assert {path[0] for path, text in faults.items() if text == "missing"} == required
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ANALYSES)
 def test_workers_go_to_those_that_take_them(kind):
-    assert KINDS[kind].parallel == ("workers" in parameters(kind))
+    assert ANALYSES[kind].settings.parallel == ("workers" in parameters(kind))
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if not KINDS[kind].own_numerics])
+@pytest.mark.parametrize("kind", [kind for kind in ANALYSES if not ANALYSES[kind].settings.own_numerics])
 def test_numerics_go_to_all_that_do_not_choose_their_own(kind):
     assert parameters(kind).keys() >= NUMERICS
 
 
-def test_numerics_that_the_scene_leaves_out_are_not_passed_on():
-    assert Numerics(tolerance=1e-9).keywords() == {"tolerance": 1e-9}
+def test_settings_that_the_scene_leaves_out_are_not_passed_on():
+    scene = parse_scene(
+        '[system]\nmodel = "lorenz"\n[numerics]\ntolerance = 1e-9\n[analysis.a]\nkind = "trajectory"\nduration = 3\n'
+    )
+    assert scene.numerics == {"tolerance": 1e-9}
+    assert scene.analyses["a"].keywords() == {"duration": 3}
 
 
 def test_methods_with_a_fixed_step_exist():
     assert set(FIXED_STEP) < METHODS.keys()
+
+
+def test_an_argument_that_there_is_not_is_refused_as_python_does():
+    with pytest.raises(TypeError, match=r"trajectory\(\) got an unexpected keyword argument 'period'"):
+        cd.trajectory(cd.build("lorenz"), period=3)
+    with pytest.raises(TypeError, match=r"basins\(\) missing a required argument: 'grid'"):
+        cd.basins(cd.build("lorenz"))

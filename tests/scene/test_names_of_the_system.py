@@ -52,7 +52,7 @@ def test_section_at_a_class_of_events(sound):
 
 def test_strobe_without_a_forcing():
     told = refusal(WITHOUT_FORCING + 'kind = "poincare-section"\nduration = 10\n')
-    assert told.startswith("scene.toml:3: analysis.a.at: lorenz has no forcing period to strobe at")
+    assert told.startswith("scene.toml:3: analysis.a.at: lorenz has no forcing period for a strobe")
 
 
 def test_diagram_without_a_forcing():

@@ -32,17 +32,17 @@ follow = "grazing"
 
 CASES = [
     ("period = 2", "period = 0", "6: analysis.orbit.period: must be at least 1, received 0"),
-    ("period = 2", "max_period = 2", '4: analysis.orbit: start = "search" is missing, without which max_period says'),
+    ("period = 2", "max_period = 2", '4: analysis.orbit: max_period applies only with start = "search"'),
     ('"guess"', '"rest"', "7: analysis.orbit.start: Input should be 'attractor', 'guess' or 'search', received 'rest'"),
     ("max_period = 4", "", '8: analysis.all: start = "search" needs max_period'),
     ("max_period = 4", "max_period = 4\nperiod = 1", '8: analysis.all: start = "search" looks for all periods'),
     ("x = [-1, 0.2]", "z = [-1, 0.2]", "12: analysis.all.random.z: unknown state; known here: x, v"),
     ("sweep.omega = { start = 2.6", "sweep.omeg = { start = 2.6", "15: analysis.branch.sweep.omeg: unknown parameter"),
-    ("stop = 2.4 }", "stop = 2.6 }", "15: analysis.branch.sweep.omega: start and stop are the same"),
+    ("stop = 2.4 }", "stop = 2.6 }", "15: analysis.branch.sweep.omega: start and stop are equal"),
     (
         "stop = 2.4 }",
         "stop = 2.55 }",
-        "15: analysis.branch.sweep.omega: the branch starts where the system is, at omega",
+        "15: analysis.branch.sweep.omega: the branch starts at the value of the system, omega",
     ),
     ("stop = 2.4 }", "stop = 2.4, num = 9 }", "15: analysis.branch.sweep.omega.num: unknown key; leave it out"),
     ("{ start = 2.6, stop = 2.4 }", "[2.6, 2.4]", "15: analysis.branch.sweep.omega: expected a table"),
@@ -52,9 +52,9 @@ CASES = [
     ),
     ("doublings = 3", "doublings = 40", "16: analysis.branch.doublings: must be at most 12, received 40"),
     ("step = 1e-3", "step = 0.0", "17: analysis.branch.step: must be greater than 0, received 0.0"),
-    ("step = 1e-3", "step = 0.25", "13: analysis.branch: step is longer than the whole range"),
+    ("step = 1e-3", "step = 0.25", "13: analysis.branch: step exceeds the range"),
     ("step = 1e-3", 'follow = "fold"', "13: analysis.branch: follow needs a second parameter"),
-    ('follow = "grazing"', "", "18: analysis.curve: sweep names two parameters: say with follow"),
+    ('follow = "grazing"', "", "18: analysis.curve: sweep names two parameters: set follow"),
     ('follow = "grazing"', 'follow = "fold"\ndoublings = 1', "18: analysis.curve: a curve in two parameters has no"),
     ('"grazing"', '"torus"', "22: analysis.curve.follow: Input should be 'fold', 'period_doubling' or 'grazing'"),
 ]

@@ -105,6 +105,6 @@ def test_a_link_is_followed_and_what_is_no_file_is_refused(tmp_path):
     assert link.is_symlink()
     assert cd.load_scene(tmp_path / "scene.toml").title == "impact-oscillator"
     os.mkfifo(pipe)
-    with pytest.raises(cd.SceneError, match="is no ordinary file"):
+    with pytest.raises(cd.SceneError, match="not an ordinary file"):
         cd.save_scene(pipe, system, analyses)
     assert pipe.is_fifo()

@@ -61,7 +61,7 @@ FAULTS = [
     (CHART + 'sweep.b = [1.0]\nfollow = "both"\n', "10: analysis.a.follow: unknown key"),
     (BASINS + "grid.y = [0.0]\ngrid.ww = [0.0]\n", "9: analysis.a.grid.ww: unknown state; did you mean 'w'?"),
     (BASINS + "grid.y = [0.0]\n", "8: analysis.a.grid: must have at least 2 entries"),
-    (BASINS + "grid.y = [0.0, 0.0]\ngrid.u = [0.0]\n", "8: analysis.a.grid.y: holds a value twice"),
+    (BASINS + "grid.y = [0.0, 0.0]\ngrid.u = [0.0]\n", "8: analysis.a.grid.y: contains a value twice"),
     (BASINS, "4: analysis.a.grid: missing"),
     (BASINS + "grid.y = [0.0]\ngrid.u = [0.0]\nseeds = [{}]\n", "10: analysis.a.seeds: unknown key"),
     (
@@ -72,7 +72,7 @@ FAULTS = [
     (DIAGRAM + "random = { count = 2, y = [0, 1] }\n", "9: analysis.a.random.seed: missing"),
     (DIAGRAM + "random = { count = 0, seed = 1, y = [0, 1] }\n", "9: analysis.a.random.count: must be at least 1"),
     (DIAGRAM + "random = { count = 2, seed = 1 }\n", "9: analysis.a.random: names no state; give the range"),
-    (DIAGRAM + "random = { count = 2, seed = 1, y = [1, 0] }\n", "9: analysis.a.random: the range of y is to rise"),
+    (DIAGRAM + "random = { count = 2, seed = 1, y = [1, 0] }\n", "9: analysis.a.random: the range of y must increase"),
     (DIAGRAM + "random = { count = 2, seed = 1, y = 3 }\n", "9: analysis.a.random.y: expected a list, received 3"),
     (DIAGRAM + "random = { count = 2, seed = 1, y = [0, 1, 2] }\n", "9: analysis.a.random.y: must have at most 2"),
     (DIAGRAM + "random = { count = 2, seed = 1, z = [0, 1] }\n", "9: analysis.a.random.z: unknown state; known here: "),
@@ -92,3 +92,38 @@ def test_an_unknown_mode_of_random_seeds_is_told():
         Exception, match=r"scene.toml:9: analysis.a.random.mode: unknown mode 'slipp'; did you mean 'slip'"
     ):
         _ = scene.system
+
+
+DECAY = """\
+[system.definition]
+name = "decay"
+states = ["x", "{state}"]
+period = 1
+[system.definition.modes.all]
+x = "-{parameter}*x"
+"{state}" = "-{parameter}*{state}"
+[system.parameters]
+"{parameter}" = 0.5
+[analysis.a]
+transient = 1
+periods = 2
+"""
+
+
+@pytest.mark.parametrize(
+    ("names", "asked", "told"),
+    [
+        (
+            {"state": "y", "parameter": "period"},
+            'kind = "bifurcation-diagram"\nsweep.period = [0.5, 0.6]\n',
+            "14: analysis.a.sweep.period: is reserved for results, and cannot be swept; rename the parameter",
+        ),
+        (
+            {"state": "outcome", "parameter": "k"},
+            'kind = "basins"\ngrid.x = [0.0]\ngrid.outcome = [0.0]\n',
+            "15: analysis.a.grid.outcome: is reserved for results, and cannot span a grid; rename the state",
+        ),
+    ],
+)
+def test_what_spans_results_is_called_as_a_variable_of_an_archive_can_be(faults, names, asked, told):
+    assert faults(DECAY.format(**names) + asked) == [f"scene.toml:{told}"]

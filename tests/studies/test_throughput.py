@@ -97,7 +97,7 @@ def test_a_chart_is_the_scene_that_it_says(module, tmp_path):
     (tmp_path / "scene.toml").write_text(chart.scene(), encoding="utf-8")
     scene = load_scene(tmp_path / "scene.toml")
     assert scene.analyses["chart"].kind == "parameter-chart"
-    assert scene.numerics.keywords()["tolerance"] == 1e-10
+    assert scene.numerics["tolerance"] == 1e-10
     assert scene.system.parameters["xi"] == 0.06
     assert chart.asked == 144 * 100
 

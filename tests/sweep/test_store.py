@@ -1,12 +1,13 @@
 """Whatever a kill leaves behind or a disk damages is noticed and computed again; the rest is not."""
 
 import errno
-import json
 import os
 import shutil
 import time
 import warnings
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import xarray as xr
@@ -15,19 +16,26 @@ from logistic_task import Logistic
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.sweep import execute
 from chaosdrill.sweep.parts import Parts
-from chaosdrill.sweep.store import JOURNAL, MANIFEST, RESULTS, Store, kept_points
+from chaosdrill.sweep.store import MANIFEST, Store, kept_points
 
 TASK = Logistic(units=60, iterations=3)
 CHUNKS = ((0, 7), (7, 20), (40, 11))
+COUNTS = {f"{first}-{count}.chunk": count for first, count in CHUNKS}
+NAMES = [*COUNTS]
 
 
 @pytest.fixture
 def folder(tmp_path):
     """A store with three finished chunks: units 0 to 26 and 40 to 50."""
-    with Store(tmp_path / "parts", TASK) as store:
-        for first, count in CHUNKS:
-            store.put(first, count, TASK.run(first, count))
+    store = Store(tmp_path / "parts", TASK)
+    for first, count in CHUNKS:
+        store.put(first, count, TASK.run(first, count))
     return tmp_path / "parts"
+
+
+def files(folder):
+    """Content of all files in a folder, by name."""
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 def resumed(folder, task=TASK, damaged=None):
@@ -56,70 +64,90 @@ def test_other_workers_and_chunks_go_on(folder, whole, same):
     assert same(found, whole(TASK))
 
 
-def test_a_journal_cut_anywhere_vouches_for_whole_lines_only(folder, whole, same):
-    journal = (folder / JOURNAL).read_bytes()
-    ends = [k for k, byte in enumerate(journal) if byte == ord("\n")]
-    expected = whole(TASK)
-    for cut in (*range(0, len(journal), 5), *ends):
-        (folder / JOURNAL).write_bytes(journal[:cut])
-        complete = sum(count for (_, count), end in zip(CHUNKS, ends, strict=True) if cut >= end)
-        found, before = resumed(folder)
-        assert before == complete
+@pytest.mark.parametrize(("name", "count"), COUNTS.items())
+def test_a_chunk_cut_anywhere_is_computed_again_and_no_other(folder, tmp_path, whole, same, name, count):
+    expected, length = whole(TASK), (folder / name).stat().st_size
+    for cut in {0, *range(1, length, 61), length - 1}:
+        copy = shutil.copytree(folder, tmp_path / f"{cut}")
+        os.truncate(copy / name, cut)
+        found, before = resumed(copy, damaged=count)
+        assert before == 38 - count
         assert same(found, expected)
-        assert resumed(folder)[1] == 60
+        assert resumed(copy)[1] == 60
 
 
-@pytest.mark.parametrize("where", range(0, 1500, 70))
-def test_a_damaged_byte_of_the_results_costs_its_chunk_only(folder, whole, same, where):
-    data = bytearray((folder / RESULTS).read_bytes())
-    data[where % len(data)] ^= 0x10
-    (folder / RESULTS).write_bytes(data)
-    found, before = resumed(folder)
-    assert before in {38, 38 - 7, 38 - 20, 38 - 11}
-    assert same(found, whole(TASK))
-
-
-@pytest.mark.parametrize("where", range(0, 280, 9))
-def test_a_damaged_byte_of_the_journal_costs_its_chunk_only(folder, whole, same, where):
-    data = bytearray((folder / JOURNAL).read_bytes())
-    data[where % len(data)] ^= 0x01
-    (folder / JOURNAL).write_bytes(data)
-    found, before = resumed(folder)
-    # a damaged end of line costs the two lines that it parted
-    assert before in {38, 31, 18, 27, 11}
-    assert same(found, whole(TASK))
+@pytest.mark.parametrize(("name", "count"), COUNTS.items())
+def test_a_damaged_byte_costs_its_chunk_only(folder, tmp_path, whole, same, name, count):
+    expected, data = whole(TASK), (folder / name).read_bytes()
+    for where in (*range(0, 32, 5), *range(32, len(data), 37)):
+        copy = shutil.copytree(folder, tmp_path / f"{where}")
+        (copy / name).write_bytes(bytes([*data[:where], data[where] ^ 0x10, *data[where + 1 :]]))
+        found, before = resumed(copy, damaged=count)
+        assert before == 38 - count
+        assert same(found, expected)
 
 
 def test_a_false_digest_is_told_once(folder, whole, same):
-    lines = [json.loads(line) for line in (folder / JOURNAL).read_text().splitlines()]
-    first, second, _ = lines
-    first["sha256"], second["sha256"] = second["sha256"], "0" * 64
-    (folder / JOURNAL).write_text("".join(f"{json.dumps(line)}\n" for line in lines))
-    found, before = resumed(folder, damaged=first["count"] + second["count"])
-    assert before == 38 - first["count"] - second["count"]
+    one, other = ((folder / name).read_bytes() for name in NAMES[:2])
+    (folder / NAMES[0]).write_bytes(other[:32] + one[32:])
+    (folder / NAMES[1]).write_bytes(bytes(32) + other[32:])
+    found, before = resumed(folder, damaged=27)
+    assert before == 38 - 27
     assert same(found, whole(TASK))
-    # the false lines are still there, beside those of what was computed again
+    # what is false may still be there, beside what was computed again
     assert resumed(folder, damaged=0)[1] == TASK.units
 
 
-@pytest.mark.parametrize("left", [0, 100, 1000])
-def test_results_cut_short_are_computed_again(folder, whole, same, left):
-    os.truncate(folder / RESULTS, left)
+def test_results_under_the_name_of_other_units_are_computed_again(folder, whole, same):
+    (folder / NAMES[0]).rename(folder / "27-7.chunk")
+    found, before = resumed(folder, damaged=7)
+    assert before == 38 - 7
+    assert same(found, whole(TASK))
+
+
+def test_names_that_are_none_of_a_chunk_are_passed_over(folder, whole, same):
+    for name in (
+        "00-7.chunk",
+        "27-0.chunk",
+        "-1-7.chunk",
+        "27-7.chunk.bak",
+        "x.chunk",
+        "60-1.chunk",
+        "9" * 30 + "-1.chunk",
+    ):
+        shutil.copy(folder / NAMES[0], folder / name)
+    found, before = resumed(folder, damaged=0)
+    assert before == 38
+    assert same(found, whole(TASK))
+
+
+def test_a_chunk_that_is_larger_than_any_of_its_own_is_not_read(tmp_path, monkeypatch):
+    task = Logistic(units=100_000, iterations=40)
+    Store(tmp_path, task)
+    with (tmp_path / "0-100000.chunk").open("wb") as file:
+        file.truncate(32 + 100_000 * 321)
+    monkeypatch.setattr("chaosdrill.sweep.store.open_ordinary", lambda *_: pytest.fail("it was read"))
+    with pytest.warns(UserWarning, match="100000 finished points are damaged"):
+        assert Store(tmp_path, task).finished == []
+
+
+def test_drafts_that_a_kill_has_left_are_removed(folder, whole, same):
+    (folder / ".3-4.chunk.0123456789ab.0123456789ab.part").write_bytes(b"half")
     assert same(resumed(folder)[0], whole(TASK))
+    assert not list(folder.glob(".*"))
 
 
 def test_other_work_is_refused_with_what_differs(folder):
-    journal = (folder / JOURNAL).read_bytes()
+    before = files(folder)
     with pytest.raises(SettingsError) as caught:
         execute(replace(TASK, units=80), store=folder)
     assert "units: 60 before, 80 now" in str(caught.value)
     assert "remove the folder to start over" in str(caught.value)
-    assert (folder / JOURNAL).read_bytes() == journal
+    assert files(folder) == before
 
 
 def test_a_store_in_which_nothing_has_finished_takes_other_work(tmp_path, whole, same):
-    with Store(tmp_path, TASK):
-        pass
+    Store(tmp_path, TASK)
     other = Logistic(units=20, iterations=5)
     assert same(resumed(tmp_path, other)[0], whole(other))
 
@@ -131,38 +159,44 @@ def test_a_damaged_manifest_is_refused(folder):
 
 
 def test_full_disk_before_the_work(tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "posix_fallocate", full)
-    with pytest.raises(ArchiveError, match=r"cannot reserve .* MB for the results: No space left on device"):
-        execute(TASK, store=tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=2000))
+    with pytest.raises(ArchiveError, match=r"cannot keep 0.003 MB of results: No space left on device"):
+        execute(TASK, store=tmp_path / "parts")
 
 
-@pytest.mark.parametrize("call", ["pwrite", "write", "fsync"])
-def test_full_disk_during_the_work(folder, whole, same, monkeypatch, call):
-    plain, left = getattr(os, call), [3]
+@pytest.mark.parametrize(("place", "call"), [(Path, "write_bytes"), (os, "fsync"), (os, "replace")])
+def test_full_disk_during_the_work(folder, whole, same, monkeypatch, place, call):
+    plain, left = getattr(place, call), [3]
 
     def full(*arguments):
         left[0] -= 1
-        if left[0] < 0:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return plain(*arguments)
+        if left[0] >= 0:
+            return plain(*arguments)
+        if call == "write_bytes":
+            plain(arguments[0], arguments[1][:100])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(os, call, full)
+    monkeypatch.setattr(place, call, full)
     with pytest.raises(ArchiveError, match=r"cannot keep a finished chunk: No space left .* before is kept"):
         execute(TASK, store=folder)
     monkeypatch.undo()
-    found, before = resumed(folder)
+    assert not list(folder.glob(".*"))
+    found, before = resumed(folder, damaged=0)
     assert before > 38
     assert same(found, whole(TASK))
 
 
-def test_a_system_that_writes_in_parts(tmp_path, whole, same, monkeypatch):
-    pwrite = os.pwrite
-    monkeypatch.setattr(os, "pwrite", lambda handle, data, offset: pwrite(handle, data[:5], offset))
-    assert same(resumed(tmp_path)[0], whole(TASK))
-    assert resumed(tmp_path)[1] == 60
+def test_full_disk_when_results_are_put_together(folder, whole, same, monkeypatch):
+    def full(**_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("chaosdrill.sweep.store.TemporaryFile", full)
+    with pytest.raises(ArchiveError, match=r"cannot put the results together: No space left .* before is kept"):
+        execute(TASK, store=folder)
+    monkeypatch.undo()
+    found, before = resumed(folder, damaged=0)
+    assert before == 60
+    assert same(found, whole(TASK))
 
 
 @pytest.mark.parametrize("remove", [shutil.rmtree, lambda folder: folder.rename(folder.with_name("elsewhere"))])
@@ -207,34 +241,17 @@ def test_results_that_would_fill_a_disk_are_refused_before_anything_is_reserved(
     assert not (tmp_path / "parts").exists()
 
 
-def test_a_disk_that_is_too_small_is_left_as_it_was(tmp_path, monkeypatch):
-    """A file system may take all that is left before it says that this is not enough: it is not asked then."""
-    there = os.statvfs(tmp_path)
-    full = os.statvfs_result([*there[:4], 0, *there[5:]])
-    monkeypatch.setattr(os, "fstatvfs", lambda _: full)
-    monkeypatch.setattr(os, "posix_fallocate", lambda *_: pytest.fail("asked for room that is not there"))
-    with pytest.raises(ArchiveError, match=r"cannot reserve .*No space left"):
-        execute(TASK, store=tmp_path / "parts")
-    results = tmp_path / "parts" / RESULTS
-    assert not results.exists() or results.stat().st_size == 0
-
-
-@pytest.mark.parametrize("name", [RESULTS, JOURNAL])
 @pytest.mark.parametrize("link", [os.symlink, os.link])
-def test_a_file_that_is_a_link_to_another_is_not_written(folder, tmp_path, name, link):
+def test_a_chunk_that_is_a_link_is_replaced_and_not_followed(folder, tmp_path, whole, same, link):
     other = tmp_path / "other"
     other.write_text("of somebody else")
-    (folder / name).unlink()
-    link(other, folder / name)
-    with pytest.raises(ArchiveError, match=f"{name} is a link to another file"):
-        execute(TASK, store=folder)
+    (folder / NAMES[0]).unlink()
+    link(other, folder / NAMES[0])
+    with pytest.warns(UserWarning, match="7 finished points are damaged"):
+        store = Store(folder, TASK)
+    store.put(0, 7, TASK.run(0, 7))
     assert other.read_text() == "of somebody else"
-
-
-def test_a_line_of_the_journal_that_is_no_line_is_passed_over(folder, whole, same):
-    with (folder / JOURNAL).open("a") as journal:
-        journal.write("[" * 100_000 + "\n" + '{"first": 0}\n')
-    found, before = resumed(folder)
+    found, before = resumed(folder, damaged=0)
     assert before == 38
     assert same(found, whole(TASK))
 

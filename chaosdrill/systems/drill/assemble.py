@@ -7,7 +7,7 @@
 
 y is the stretch of the spring, u and w are the speeds of bit and rock; the penetration (integral of w) enters no force
 and is a quadrature. Displacements are in units of mu_e F_N / K, time in units of sqrt(m1 / K). Source: equations (1) to
-(11) of the paper "System for percussive drilling with rock model", misprints mended as the theory page tells.
+(11) of the paper "System for percussive drilling with rock model", with its misprints corrected as on the theory page.
 """
 
 from collections.abc import Mapping
@@ -30,8 +30,8 @@ LABELS = {
     "y": "stretch of the spring",
     "u": "speed of the bit",
     "w": "speed of the rock-side mass",
-    "timer": "time that the contact still lasts",
-    "depth": "way of the bit beyond the stop",
+    "timer": "remaining contact time",
+    "depth": "depth of the bit beyond the stop",
     "penetration": "penetration of the rock-side mass",
     "b": "static load over the static friction force",
     "xi": "damping ratio",

@@ -11,8 +11,8 @@ OPTIONS = {
     "none": "no stop: the gap never closes",
     "newton": "instantaneous, constant restitution e",
     "hunt-crossley": "instantaneous, exact exit speed of the force k d^n (1 + lam d')",
-    "hunt-crossley-timed": "the same, and the contact's duration passes before the new speeds hold",
-    "compliant": "a phase of its own, in which the force k d^n (1 + lam d') acts on both masses",
+    "hunt-crossley-timed": "the same, applied after the duration of the contact",
+    "compliant": "integrated: the force k d^n (1 + lam d') acts on both masses",
 }
 
 _LAW = {"r": 1.0, "lam": 0.6, "n": 1.0, "k": 12e5}

@@ -7,7 +7,7 @@ from math import pi
 from typing import Any
 
 OPTIONS = {
-    "none": "no dynamic load: the bit feels the static load only",
+    "none": "no dynamic load, only the static load",
     "harmonic": "a cos(eta t + phi), eta = forcing frequency over natural frequency",
     "lobes": "a cos(lobes spin t + phi), spin = rotation speed over natural frequency",
 }

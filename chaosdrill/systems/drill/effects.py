@@ -39,7 +39,7 @@ def complete(effects: Mapping[str, str] | None) -> dict[str, str]:
     chosen = {**ABSENT, **effects}
     if chosen["rock"] == "fixed" and chosen["friction"] != "none":
         raise ModelError(
-            f"friction {chosen['friction']!r} acts on a rock that moves, and rock is 'fixed'; "
+            f"friction {chosen['friction']!r} acts on a moving rock, but rock is 'fixed'; "
             "choose rock 'moving', or friction 'none'"
         )
     return chosen

@@ -8,7 +8,7 @@ read as mu + (1 - mu) exp(-g w), which is 1 at rest.
 from typing import Any
 
 OPTIONS = {
-    "none": "nothing holds the rock: it moves freely, both ways",
+    "none": "no friction: the rock moves freely in both directions",
     "coulomb": "static friction 1, kinetic friction mu at any speed; one-sided",
     "stribeck": "friction mu + (1 - mu) exp(-g w), 1 at rest; one-sided",
     "coulomb-two-sided": "static friction 1, kinetic friction mu, against sliding either way",

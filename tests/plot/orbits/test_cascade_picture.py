@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chaosdrill.plot.cascade import FEIGENBAUM, cascade
+from chaosdrill.plot.multipliers import FEIGENBAUM, cascade
 
 
 def test_distances_lie_on_the_line(continuation):

@@ -1,0 +1,261 @@
+"""What makes a function an analysis: its settings are its signature, its table in a scene, and its provenance."""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from inspect import Parameter, Signature
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from chaosdrill.analysis.arguments import LONGEST_PERIOD, Exponents, Method, Periods, Span, Time, no_forcing, span
+from chaosdrill.analysis.registry import FIXED_STEP, METHODS
+from chaosdrill.dataset.schema import Table
+from chaosdrill.errors import SettingsError
+from chaosdrill.progress import Progress, teller, watched
+from chaosdrill.settings import LONGEST, Faults, Known, Number, Settings, Text, Whole, setting, whole
+from chaosdrill.typed import LISTENER, PATH, refuse
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.engine.numerics import Numerics
+    from chaosdrill.model import HybridSystem
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnalysisSettings(Settings):
+    """What the settings of every analysis say of it."""
+
+    parallel: ClassVar[bool] = False
+    """Whether it has many points, which several workers can share."""
+    own_numerics: ClassVar[bool] = False
+    """Whether it names methods and tolerances itself, and takes none from the table numerics."""
+    counts_periods: ClassVar[bool] = False
+    """Whether its lengths are forcing periods and nothing else, so that it needs a system that is forced."""
+    tolerance: ClassVar[float] = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record(AnalysisSettings):
+    """A run of one length: in forcing periods, or in time units for a system without a period."""
+
+    periods: int | None = setting(Periods(1), None)
+    duration: float | None = setting(Time(above=0, most=LONGEST), None)
+    transient: float = setting(Time(least=0, most=LONGEST), 0)
+
+    @classmethod
+    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+        """Both lengths, or none."""
+        if ("periods" in table) == ("duration" in table):
+            yield (), "give either periods (forcing periods) or duration (time units)"
+
+    def span(self, system: "HybridSystem", *, units: int = 1) -> Span:
+        """How long to run; ``units`` parts make a duration."""
+        return span(system, self.periods, self.duration, self.transient, units=units)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Points(AnalysisSettings):
+    """What sweeps and basins share: every point is a run of its own."""
+
+    parallel: ClassVar[bool] = True
+    counts_periods: ClassVar[bool] = True
+
+    transient: int = setting(Whole(0))
+    periods: int = setting(Whole(2))
+    exponents: int | None = setting(Exponents(), None)
+    at: str = setting(Text(), "strobe")
+    max_period: int = setting(Whole(1, 10_000), 64)
+    patience: int = setting(Whole(0), 8)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Orbit(AnalysisSettings):
+    """An orbit by its period."""
+
+    tolerance: ClassVar[float] = 1e-13
+
+    period: int = setting(Whole(1, LONGEST_PERIOD), 1)
+
+    def agree(self, system: "HybridSystem") -> None:
+        """Refuse to count in periods where there are none."""
+        if system.period is None and self.period != 1:
+            raise SettingsError(
+                f"period is {self.period!r}, but {system.name} has no forcing period to count in; leave it out: "
+                "an orbit is one round there, however many turns it takes"
+            )
+        system.forcing_period()
+
+
+@dataclass(frozen=True, kw_only=True)
+class NumericsSettings(Settings):
+    """Method, its tolerance, the steps a period of a method with a fixed step, and the limits of its events."""
+
+    method: str = setting(Method(), "taylor")
+    tolerance: float = setting(Number(1e-16, 1e-2), 1e-12)
+    steps: int | None = setting(Whole(4, 10_000_000), None)
+    max_events: int | None = setting(Whole(1, 1_000_000_000), None)
+    max_stalls: int = setting(Whole(1, 1_000_000_000), 50)
+
+    @classmethod
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
+        """Steps for a method that chooses its own."""
+        method = table.get("method", cls.default("method"))
+        if "steps" in table and isinstance(method, str) and method in METHODS and method not in FIXED_STEP:
+            yield ("steps",), f"{method} chooses its own steps; leave it out, or choose {' or '.join(FIXED_STEP)}"
+
+
+@dataclass(frozen=True)
+class Job:
+    """How an analysis is carried out, apart from what it is told of the system.
+
+    ``numerics`` is None for an analysis that names its own.
+    """
+
+    numerics: Any
+    workers: int = 1
+    scheduler: str | None = None
+    store: str | os.PathLike[str] | None = None
+    progress: Progress | None = None
+
+    def report(self, total: int) -> Callable[[int], None] | None:
+        """What is called with the periods done, of so many in all; None if nobody listens."""
+        progress = self.progress
+        return None if progress is None else lambda done: progress(done, total, None)
+
+
+SPECTRA = ("benettin1980", "mueller1995", "flyvbjerg1989")
+POINTS = (*SPECTRA, "smith1987", "das2017")
+ORBITS = ("mueller1995", "dankowicz2013", "dercole2005", "dibernardo2008")
+"""What analyses of the same family cite, by keys of the list of references."""
+
+_SYSTEM = Parameter("system", Parameter.POSITIONAL_OR_KEYWORD, annotation="HybridSystem")
+_EXECUTION = {
+    name: Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+    for name, default, annotation in (
+        ("workers", 1, int),
+        ("scheduler", None, str | None),
+        ("store", None, str | os.PathLike[str] | None),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """One kind of analysis.
+
+    Attributes
+    ----------
+    kind : str
+        Its name in scenes and archives.
+    function : str
+        Its name in Python.
+    summary : str
+        A line about it.
+    settings : type
+        What it is told.
+    variables : tuple of Variable
+        What it puts out.
+    cites : tuple of str
+        Keys of its references.
+    run : callable
+        Given the system, its settings and a `Job`, computes the bare dataset.
+    """
+
+    kind: str
+    function: str
+    summary: str
+    settings: type[AnalysisSettings]
+    variables: Table
+    cites: tuple[str, ...]
+    run: "Callable[[HybridSystem, Any, Job], xr.Dataset]"
+
+    def signature(self) -> Signature:
+        """Of the function that users call."""
+        of = self.settings
+        numerics = {} if of.own_numerics else {one.name: one for one in NumericsSettings.signature()}
+        if numerics:
+            numerics["tolerance"] = numerics["tolerance"].replace(default=of.tolerance)
+        return Signature(
+            [
+                _SYSTEM,
+                *of.signature(),
+                *(_EXECUTION.values() if of.parallel else ()),
+                *numerics.values(),
+                Parameter("progress", Parameter.KEYWORD_ONLY, default=None, annotation="Progress | bool | None"),
+            ],
+            return_annotation="xr.Dataset",
+        )
+
+    def told(self) -> tuple[str, ...]:
+        """What is kept as provenance: all arguments that determine the numbers, but for the system."""
+        return (*self.settings.values(), *(() if self.settings.own_numerics else NumericsSettings.values()))
+
+    def __call__(self, given: dict[str, Any]) -> "xr.Dataset":
+        """Run with all arguments of the function, and label what comes of it.
+
+        Raises
+        ------
+        SettingsError
+            An argument that cannot be used.
+        """
+        from chaosdrill.dataset import label
+        from chaosdrill.model import HybridSystem
+
+        system = given["system"]
+        if not isinstance(system, HybridSystem):
+            named = f"chaosdrill.build({system!r:.60})" if isinstance(system, str) else "chaosdrill.drill()"
+            raise SettingsError(
+                f"system is {system!r:.60}; it must be a HybridSystem: your own, the system of a scene, as in "
+                f"load_scene(path).system, or one that has a name, as in {named}"
+            )
+        for name, kind in (("progress", LISTENER), ("store", PATH)):
+            if given.get(name) is not None:
+                refuse(SettingsError, name, given[name], kind)
+        if self.settings.counts_periods and system.period is None:
+            raise SettingsError(
+                f"{system.name} has no forcing period, in which a sweep counts its length; {no_forcing(system)}"
+            )
+        settings = self.settings.read(given, system)
+        numerics = {} if self.settings.own_numerics else {name: given[name] for name in NumericsSettings.values()}
+        execution = {name: given[name] for name in _EXECUTION if name in given}
+        if execution:
+            execution["workers"] = whole("workers", execution["workers"], 1)
+        job = Job(_numerics(numerics) if numerics else None, **execution, progress=teller(given["progress"]))
+        found = self.run(system, settings, job)
+        kept = {name: getattr(settings, name) for name in self.settings.values()} | numerics
+        return label(found, self.kind, system=system, settings=kept).assign_attrs(found.attrs)
+
+
+def _numerics(given: Mapping[str, Any]) -> "Numerics":
+    from chaosdrill.engine.numerics import Numerics
+
+    return Numerics(**given)
+
+
+def analysis(
+    kind: str, settings: type[AnalysisSettings], summary: str, variables: Table, *, cites: tuple[str, ...] = ()
+) -> Callable[[Callable[..., Any]], Any]:
+    """Make an analysis of a function that computes a dataset from a system, its settings and a `Job`.
+
+    The parameters are fields of `Analysis`.
+    """
+
+    def wrap(run: Callable[..., Any]) -> Any:
+        entry = Analysis(kind, run.__name__, summary, settings, variables, cites, run)
+        signature = entry.signature()
+
+        def called(*arguments: Any, **keywords: Any) -> Any:
+            try:
+                given = signature.bind(*arguments, **keywords)
+            except TypeError as fault:
+                raise TypeError(f"{entry.function}() {fault}") from None
+            given.apply_defaults()
+            return entry(given.arguments)
+
+        called.__name__, called.__qualname__, called.__module__ = run.__name__, run.__qualname__, run.__module__
+        called.__doc__ = run.__doc__
+        called.__signature__ = signature  # type: ignore[attr-defined]
+        called.analysis = entry  # type: ignore[attr-defined]
+        return watched(called)
+
+    return wrap

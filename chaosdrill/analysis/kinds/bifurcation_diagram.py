@@ -1,0 +1,111 @@
+"""Bifurcation diagrams: section, period, exponents and outcome along a parameter."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import RANDOM, SEEDS, Axes
+from chaosdrill.analysis.base import POINTS, Points, analysis
+from chaosdrill.dataset.schema import SWEEP, need, swept, table
+from chaosdrill.settings import Choice, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+FOLLOW = {"forward": ("forward",), "backward": ("backward",), "both": ("forward", "backward")}
+"""Directions in which a state can be followed along a sweep, by the word that asks for them."""
+
+VARIABLES = table(
+    *swept("Period of the forcing at each point of the sweep."),
+    need("section", f"{SWEEP} seed iterate state", "f8", "state on the section", "NaN where there is no result."),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BifurcationDiagram(Points):
+    """Settings of `bifurcation_diagram`."""
+
+    sweep: dict[str, Any] = setting(
+        Axes("parameter", 1, 1, "a bifurcation diagram sweeps one parameter"), positional=True
+    )
+    seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
+    random: dict[str, Any] | None = setting(RANDOM, None)
+    follow: str | None = setting(Choice(tuple(FOLLOW), ", or leave it out"), None)
+
+
+@analysis(
+    "bifurcation-diagram",
+    BifurcationDiagram,
+    "section, period, exponents and outcome along a parameter",
+    VARIABLES,
+    cites=POINTS,
+)
+def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: "Job") -> "xr.Dataset":
+    """Sections along a parameter, with the spectrum beside them and an outcome for every point.
+
+    Every point is a run of its own from its own initial state, so that the result does not depend on the number of
+    workers, to the bit; states that are followed along the sweep are lines of their own. A point that fails gets its
+    outcome, and the sweep goes on.
+
+    What a point is on is decided by exponents and recurrence together (see "Period detection" in the theory). A point
+    that is undecided goes on, and its record is the last one: the cycle to which it leads, or up to ``patience`` times
+    as many periods.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state; it must have a forcing period.
+    sweep : mapping of one parameter to values
+        ``{"eta": np.linspace(0.4, 0.9, 501)}``.
+    transient : int
+        Forcing periods to run before anything is kept.
+    periods : int
+        Forcing periods to record and to average the exponents over.
+    exponents : int, optional
+        Number of exponents; default all, 0 for none. Without exponents recurrence alone decides, at once.
+    at : str, default "strobe"
+        ``"strobe"`` or the name or kind of a transition; then the last ``periods`` states before that event are kept.
+    max_period : int, default 64
+        Longest period looked for, in iterates of the section; the record must hold two.
+    patience : int, default 8
+        How many times as long as ``periods`` an undecided point may run on; 0: it is taken as it is after its record.
+    seeds : sequence of mappings, optional
+        Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds
+        are asked for.
+    random : mapping, optional
+        ``{"count": 4, "seed": 1, "y": (-1, 1)}``: so many states drawn evenly from the box of the states named, by a
+        generator that is given the number ``seed``; the same states at every point.
+    follow : {"forward", "backward", "both"}, optional
+        The last state at a point is the first one at the next, along the sweep or against it: hysteresis shows. The
+        first point, and one whose neighbour has ended early, starts from the system's own initial state.
+    workers : int, default 1
+        Threads; the kernels hold no lock.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+    store : path-like, optional
+        Folder for finished chunks, from which the same call goes on if it was cut short.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`; ``progress`` gets the outcomes counted so far.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameter and seed: ``section`` (iterate, state), ``period``, ``lyapunov_exponent`` and
+        ``lyapunov_error`` (exponent), mean rates, ``outcome``; ``initial_state`` (seed, state). NaN, and the period 0,
+        where a point has no result.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+    """
+    from chaosdrill.analysis.sweeps import over_parameters
+
+    lines = () if given.follow is None else FOLLOW[given.follow]
+    return over_parameters(system, given, job, rows=given.periods, lines=lines)

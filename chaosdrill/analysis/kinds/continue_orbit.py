@@ -1,0 +1,208 @@
+"""Branches of periodic orbits followed in a parameter, and curves of their special points in two."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import Ranges, Time, settling
+from chaosdrill.analysis.base import ORBITS, Orbit, analysis
+from chaosdrill.dataset.schema import ITERATE, MULTIPLIER, STATES, SWEEP, axis, grazing, may, need, table
+from chaosdrill.errors import SettingsError
+from chaosdrill.settings import LONGEST, Choice, Faults, Known, Number, Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+FOLLOW = ("fold", "period_doubling", "grazing")
+"""Special points that can be followed in two parameters."""
+
+MOST_DOUBLINGS = 12
+"""Doubled branches followed in a row: period 4096 times the first."""
+
+STEP = 1 / 200
+"""Part of the parameter's range that is the largest step unless another one is given."""
+
+_STABLE = "Whether small deviations die out; on a curve: by all multipliers but the one that is 1 or -1."
+_SPECIAL = "What happens there; the names are in flag_meanings."
+
+VARIABLES = table(
+    *STATES,
+    MULTIPLIER,
+    ITERATE,
+    axis("branch_number", "branch_number", "i4", "number of the branch", "From 0.", True),
+    need(SWEEP, "point", "f8", "free parameter", "Its value at each point."),
+    need("branch", "point", "i4", "branch", "Number of the branch that the point belongs to."),
+    need("arclength", "point", "f8", "arclength", "Along the branch, from its start."),
+    need("orbit_state", "point state", "f8", "state of the orbit", "At phase 0 of the first forcing period."),
+    need("section", "point iterate state", "f8", "state on the section", "At every strobe of one period; then NaN."),
+    need("mode", "point", "i1", "mode of the orbit", "Mode that holds at phase 0.", flags="mode"),
+    need("period", "point", "i4", "period", "In forcing periods; without forcing in periods of the first branch."),
+    need("multiplier_real", "point multiplier", "f8", "multiplier, real part", "Exactly 0 where rank is lost."),
+    need("multiplier_imag", "point multiplier", "f8", "multiplier, imaginary part", "By descending modulus."),
+    need("stable", "point", "i1", "stable", _STABLE, flags="truth"),
+    need("special_point", "point", "i1", "special point", _SPECIAL, flags="special"),
+    need("sequence", "point", "i4", "sequence of events", "Number of the entry of event_sequence."),
+    need("event_sequence", "sequence_number", "str", "sequence of events", "Transitions of one period in their order."),
+    grazing("point", "smallest_speed", required=True),
+    need("residual", "point", "f8", "residual", "Largest difference after one period, relative to max(1, |x|)."),
+    need("branch_parent", "branch_number", "i4", "parent branch", "The one that it branches off; -1: none."),
+    need("branch_period", "branch_number", "i4", "period of the branch", "As the variable period."),
+    need("branch_start", "branch_number", "str", "start of the branch", "In words."),
+    need("branch_end", "branch_number", "i1", "end of the branch", "As a code.", flags="branch_end"),
+    need("branch_end_text", "branch_number", "str", "end of the branch", "In words."),
+    need("special_index", "special", "i4", "point of the special point", "Its place in the dimension point, from 0."),
+    need("special_kind", "special", "i1", "kind of the special point", _SPECIAL, flags="special"),
+    need("special_value", "special", "f8", "parameter at the special point", "Of two, the first."),
+    may("special_value_2", "special", "f8", "second parameter there", "Of a curve in two parameters."),
+    need("special_error", "special", "f8", "error of the special point", "Estimated, of special_value."),
+    need("special_text", "special", "str", "what happens at the special point", "In words."),
+    may("doubling_value", "doubling", "f8", "parameter at the doubling", "Of the cascade, in order."),
+    may("doubling_period", "doubling", "i4", "period that doubles", "As the variable period."),
+    may("feigenbaum_ratio", "doubling", "f8", "ratio of distances", "Tends to 4.669; NaN for the first two."),
+    may("accumulation", "", "f8", "accumulation point", "Where the period doublings lead."),
+    may("accumulation_error", "", "f8", "error of the accumulation point", "Estimated from the last ratios."),
+    may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
+    need("outcome", "", "i1", "outcome", "Of the search for the orbit from which the branch starts.", flags="outcome"),
+    magnitude=("residual", "special_error", "accumulation_error"),
+    bars={"special_value": "special_error", "accumulation": "accumulation_error"},
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Continuation(Orbit):
+    """Settings of `continue_orbit`."""
+
+    sweep: dict[str, Any] = setting(
+        Ranges("parameter", 1, 2, "give one parameter, or two for a curve (follow=)"), positional=True
+    )
+    start: str = setting(Choice(("attractor", "guess")), "attractor")
+    transient: float = setting(Time(least=0, most=LONGEST), 200)
+    doublings: int = setting(Whole(0, MOST_DOUBLINGS), 0)
+    follow: str | None = setting(Choice(FOLLOW, ", or leave it out for a branch"), None)
+    step: float | None = setting(Number(above=0.0, most=LONGEST), None)
+    max_points: int = setting(Whole(2, 1_000_000), 2000)
+
+    def agree(self, system: "HybridSystem") -> None:
+        """Refuse a curve without two parameters and something to follow, or a branch with them; and too long a step."""
+        super().agree(system)
+        names, follow = list(self.sweep), self.follow
+        if follow is not None and len(names) != 2:
+            raise SettingsError(
+                f"follow is {follow!r}, but sweep names only {names[0]!r}; name the second parameter too"
+            )
+        if follow is None and len(names) == 2:
+            raise SettingsError(f"sweep names {names}, but follow is missing; expected one of {list(FOLLOW)}")
+        if follow is not None and self.doublings:
+            raise SettingsError(f"doublings is {self.doublings}, but a curve in two parameters has none; leave it out")
+        if self.step is not None and self.step > self.room:
+            raise SettingsError(
+                f"step is {self.step!r}, longer than the whole range of {names[0]!r}, which is {self.room:g}"
+            )
+
+    @classmethod
+    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+        """As for arguments."""
+        sweep, follow = table["sweep"], table.get("follow")
+        if follow is None and len(sweep) == 2:
+            yield (), "sweep names two parameters: set follow to the kind of special point to continue"
+        elif follow is not None and len(sweep) == 1:
+            yield (), "follow needs a second parameter: name it in sweep too"
+        elif follow is not None and table.get("doublings"):
+            yield (), "a curve in two parameters has no doublings; leave it out"
+        first = next(iter(sweep.values()))
+        if table.get("step", 0) > abs(first["stop"] - first["start"]):
+            yield (), "step exceeds the range of the (first) parameter"
+
+    @property
+    def room(self) -> float:
+        """Range of the first parameter."""
+        low, high = next(iter(self.sweep.values()))
+        return float(high - low)
+
+
+@analysis(
+    "continuation",
+    Continuation,
+    "branches of orbits along a parameter with what happens on them; curves in two",
+    VARIABLES,
+    cites=(*ORBITS, "keller1977"),
+)
+def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "xr.Dataset":
+    """A branch of periodic orbits along a parameter, stable or not, or a curve of special points in two parameters.
+
+    Pseudo-arclength continuation of the arcs between events, so that the branch goes on around folds. Along the way
+    multipliers, the sequence of events and the speeds at which guards are met are watched; folds, period doublings,
+    Neimark-Sacker points, grazing and other changes of the events are located. Where the events change the branch goes
+    on with the other sequence if there is an orbit with it, and ends there, and says so, if there is none.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    sweep : mapping of a parameter to its limits
+        ``{"eta": (0.40, 0.90)}``: the branch starts at the system's own value and is followed both ways, to these
+        limits. Two parameters for a curve (``follow``): the first point to follow is looked for along the first of
+        them, with the second at the system's own value.
+    period : int, default 1
+        Period of the orbit at the start, in forcing periods; 1 for systems without forcing.
+    start : {"attractor", "guess"}
+        Where the orbit at the start is looked for, as in `periodic_orbit`.
+    transient : int or float, default 200
+        Forcing periods (without forcing: time, rounded up) to run first, for ``start="attractor"``.
+    doublings : int, default 0
+        How many times in a row the branch of doubled period is followed too, from the period doubling met first.
+    follow : {"fold", "period_doubling", "grazing"}, optional
+        The special point to follow in two parameters.
+    step : float, optional
+        Largest step in the parameter, of two in the first; default 1/200 of its range.
+    max_points : int, default 2000
+        Most points of a branch to either side of its start.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over point, all branches one after the other: the parameters under their own names, ``branch``, ``arclength``,
+        ``orbit_state`` (state), ``section`` (iterate, state), ``mode``, ``period``, ``multiplier_real`` and
+        ``multiplier_imag`` (multiplier), ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``;
+        ``event_sequence`` (sequence_number). Of each branch ``branch_parent``, ``branch_period``, ``branch_start``,
+        ``branch_end`` and ``branch_end_text`` (branch_number). Of each special point ``special_index``,
+        ``special_kind``, ``special_value``, ``special_error``, ``special_text`` (special), and ``special_value_2`` on
+        a curve. Of a cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio`` (doubling),
+        ``accumulation`` and ``accumulation_error``. ``outcome`` tells whether there was an orbit to start from, in
+        words in the attribute ``message``.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+
+    References
+    ----------
+    H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", in Applications of Bifurcation
+    Theory, Academic Press 1977, 359-384: pseudo-arclength. M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk,
+    "Piecewise-smooth Dynamical Systems", Springer 2008, doi:10.1007/978-1-84628-708-4: grazing and what follows it.
+    """
+    import numpy as np
+
+    from chaosdrill.analysis.orbit_datasets import branches_dataset
+    from chaosdrill.orbits.branches import branches
+    from chaosdrill.orbits.curves import curve
+    from chaosdrill.orbits.multipliers import neutral_of
+
+    settle = settling(system, given.transient)
+    longest = STEP * given.room if given.step is None else float(given.step)
+    names, limits = tuple(given.sweep), np.array(list(given.sweep.values()))
+    start, points = (given.period, given.start, settle), given.max_points
+    if given.follow is None:
+        ends = (float(limits[0, 0]), float(limits[0, 1]))
+        result = branches(system, names[0], ends, *start, given.doublings, longest, points, job.numerics, job.progress)
+    else:
+        both = (names[0], names[1])
+        result = curve(system, both, limits, *start, given.follow, longest, points, job.numerics, job.progress)
+    structure = neutral_of(system).words(system)
+    return branches_dataset(system, result).assign_attrs(message=result.message, structure=structure)

@@ -1,0 +1,107 @@
+"""Lyapunov spectra."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from chaosdrill.analysis.arguments import Exponents
+from chaosdrill.analysis.base import SPECTRA, Record, analysis
+from chaosdrill.dataset.schema import (
+    COVERS,
+    EXPONENT,
+    RANK_LOSS,
+    axis,
+    forcing,
+    grazing,
+    may,
+    need,
+    outcome,
+    rates,
+    table,
+)
+from chaosdrill.settings import Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+VARIABLES = table(
+    EXPONENT,
+    need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent", RANK_LOSS),
+    need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
+    need("lyapunov_history", "block exponent", "f8", "running mean of the exponents", "Up to the block's end."),
+    axis("block_time", "block", "f8", "model time at the block's end", "Counted from the end of the transient."),
+    need("kaplan_yorke_dimension", "", "f8", "Kaplan-Yorke dimension", "From the exponents; holds with -inf too."),
+    *rates(""),
+    axis("transition_name", "transition", "str", "name of the transition", "Label of the dimension transition."),
+    may("event_count", "transition", "i8", "number of events", "How often each transition was taken."),
+    may("tie_count", "", "i8", "number of ties", "Events that fell on the same instant as the one before."),
+    grazing("", required=True),
+    may("rank", "", "i4", "live tangents", "Rank of the tangent map's product: of all exponents, so many are finite."),
+    outcome(""),
+    *forcing(),
+    bars={"lyapunov_exponent": "lyapunov_error", "lyapunov_history": "lyapunov_error"},
+    average=("kaplan_yorke_dimension", "event_count"),
+    sampled=("tie_count",),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LyapunovSpectrum(Record):
+    """Settings of `lyapunov_spectrum`."""
+
+    exponents: int | None = setting(Exponents(), None)
+    blocks: int = setting(Whole(1, 1_000_000), 256)
+
+
+@analysis(
+    "lyapunov-spectrum",
+    LyapunovSpectrum,
+    "Lyapunov exponents with error bars, -inf where rank is lost",
+    VARIABLES,
+    cites=(*SPECTRA, "kaplan1979"),
+)
+def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job") -> "xr.Dataset":
+    """Lyapunov exponents with saltation at every event, their error bars and their history.
+
+    Tangents follow the variational equation, jump by the saltation matrix, and are orthonormalised as often as their
+    growth asks for (Benettin et al. 1980, doi:10.1007/BF02128237; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). The
+    rank that resets destroy is counted, and the exponents that go with it are -inf.
+
+    Up to 32 states all exponents are computed, however few are asked for: what the motion is, its rank and its
+    dimension then do not depend on how many are. Beyond, and where no event can lose rank, those that are asked for are
+    computed, and at least two more than may be zero whatever the motion is. Their tangents start in general position,
+    the same first ones for any number of them, so that no exponent depends on how many are asked for beyond its error.
+    The dimension is NaN then if it takes more exponents.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Forcing periods to average over, or time for systems that have none.
+    transient : int or float, default 0
+        Periods (or time) to run before the averages start.
+    exponents : int, optional
+        Number of exponents that are reported, the largest first; default all, 0: no tangents at all.
+    blocks : int, default 256
+        Blocks of the history, from which the standard errors are taken.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``lyapunov_exponent``, ``lyapunov_error`` (exponent), ``lyapunov_history`` (block, exponent),
+        ``kaplan_yorke_dimension``, mean rates, ``event_count`` (transition), ``tie_count``, ``closest_grazing``,
+        ``rank`` and ``outcome``; exponents per unit of time, NaN if the run came to an early end.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    from chaosdrill.analysis.spectra import spectrum
+
+    return spectrum(system, given.span(system, units=given.blocks), given.exponents, given.blocks, job)

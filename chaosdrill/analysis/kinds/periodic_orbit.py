@@ -1,0 +1,193 @@
+"""Periodic orbits, stable or not: from a guess, from an attractor, or all up to a period."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import LONGEST_PERIOD, RANDOM, SEEDS, Time, settling
+from chaosdrill.analysis.base import ORBITS, Orbit, analysis
+from chaosdrill.dataset.schema import (
+    ITERATE,
+    MULTIPLIER,
+    ORBIT,
+    SI,
+    STATES,
+    axis,
+    forcing,
+    grazing,
+    may,
+    need,
+    outcome,
+    rates,
+    table,
+)
+from chaosdrill.errors import SettingsError
+from chaosdrill.settings import LONGEST, Choice, Faults, Known, Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+_OF_A_SEARCH = ("max_period", "seeds", "random")
+
+VARIABLES = table(
+    *STATES,
+    MULTIPLIER,
+    ITERATE,
+    axis("orbit", "orbit", "i4", "index of the orbit", "Number of the orbit found by a search, from 1."),
+    axis("iteration", "iteration", "i4", "index of the iteration", "Steps of Newton's method taken, from 0."),
+    need("orbit_state", f"{ORBIT} state", "f8", "state of the orbit", "At phase 0; NaN where there is no orbit."),
+    need("mode", ORBIT, "i1", "mode of the orbit", "Mode that holds at phase 0; -1: no orbit.", flags="mode"),
+    need("section", f"{ORBIT} iterate state", "f8", "state on the section", "At every strobe of one period."),
+    need("period", ORBIT, "i4", "period", "Least one, in forcing periods; 1 without forcing; 0: no orbit."),
+    need("period_time", ORBIT, "f8", "duration of one period", "In units of model time."),
+    need("multiplier_real", f"{ORBIT} multiplier", "f8", "multiplier, real part", "Exactly 0 where rank is lost."),
+    need("multiplier_imag", f"{ORBIT} multiplier", "f8", "multiplier, imaginary part", "NaN where there is no orbit."),
+    need("rank", ORBIT, "i4", "rank", "Rank of the tangent map over one period, and number of finite exponents."),
+    need("stable", ORBIT, "i1", "stable", "Whether small deviations from the orbit die out.", flags="truth"),
+    need("residual", ORBIT, "f8", "residual", "Largest difference after one period, relative to max(1, |x|)."),
+    need("newton_residual", f"{ORBIT} iteration", "f8", "residual of Newton's method", "NaN after the last step."),
+    need("event_count", ORBIT, "i4", "events in one period", "The entries of event beyond it are empty."),
+    need("event_time", f"{ORBIT} event", "f8", "time of the event", "Since phase 0, within one period."),
+    need("event_kind", f"{ORBIT} event", "i1", "transition taken", "Which one; -1: no event.", flags="transition"),
+    need("event_speed", f"{ORBIT} event", "f8", "normal speed", "Rate of the guard at the event; small: grazing."),
+    need("event_state_before", f"{ORBIT} event state", "f8", "state before the event", "Projected onto the guard."),
+    need("event_state_after", f"{ORBIT} event state", "f8", "state after the event", "After the reset."),
+    grazing(ORBIT, "smallest_speed", required=True),
+    *rates(ORBIT),
+    need("lyapunov_exponent", f"{ORBIT} multiplier", "f8", "Lyapunov exponent", "By QR over the orbit, descending."),
+    need("exponent_difference", ORBIT, "f8", "exponents against multipliers", "Largest difference of the two."),
+    need("determinant_difference", ORBIT, "f8", "sum rule", "Relative: multipliers against contractions on the way."),
+    need("recurrence_difference", ORBIT, "f8", "recurrence", "Distance after one more period, as the residual."),
+    need("consistent", ORBIT, "i1", "agrees with itself", "Whether these differences are explained.", flags="truth"),
+    may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
+    outcome(ORBIT),
+    *forcing(),
+    may("period_time_si", ORBIT, "f8", "duration of one period", SI, "s"),
+    magnitude=("residual", "newton_residual", "exponent_difference", "determinant_difference", "recurrence_difference"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeriodicOrbit(Orbit):
+    """Settings of `periodic_orbit`."""
+
+    start: str = setting(Choice(("attractor", "guess", "search")), "attractor")
+    transient: float = setting(Time(least=0, most=LONGEST), 200)
+    max_period: int | None = setting(Whole(1, LONGEST_PERIOD), None)
+    seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
+    random: dict[str, Any] | None = setting(RANDOM, None)
+
+    def agree(self, system: "HybridSystem") -> None:
+        """Refuse what only a search takes, or one that is not told how far to look."""
+        super().agree(system)
+        if self.start != "search":
+            for name in _OF_A_SEARCH:
+                if (value := getattr(self, name)) is not None:
+                    raise SettingsError(
+                        f'{name} is {value!r}, but start is {self.start!r}; give it with start="search" only'
+                    )
+        elif self.max_period is None:
+            raise SettingsError('max_period is missing; with start="search" give the longest period to look for')
+        elif self.period != 1:
+            raise SettingsError(
+                f'period is {self.period}, but start is "search", which looks for all up to max_period; drop it'
+            )
+
+    @classmethod
+    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+        """As for arguments."""
+        if table.get("start") == "search":
+            if "max_period" not in table:
+                yield (), 'start = "search" needs max_period, the longest period to look for'
+            elif "period" in table:
+                yield (), 'start = "search" looks for all periods: give max_period, no period'
+        elif given := [name for name in _OF_A_SEARCH if name in table]:
+            yield (), f'{given[0]} applies only with start = "search"'
+
+
+@analysis(
+    "periodic-orbit",
+    PeriodicOrbit,
+    "an orbit, stable or not, or all up to a period; multipliers and events",
+    VARIABLES,
+    cites=ORBITS,
+)
+def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> "xr.Dataset":
+    """One periodic orbit, or all that a search finds, with multipliers, events and checks.
+
+    An orbit is a cycle of arcs between events. Newton's method solves for the states at which the arcs begin and for
+    their durations, all together (multiple shooting), with derivatives from the tangents: it converges quadratically,
+    also onto an orbit that no trajectory stays near. What it finds is run once more by the ordinary engine, which must
+    return and meet the same events in the same order; else it is not reported as an orbit.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    period : int, default 1
+        Period in forcing periods; 1 for systems without forcing, whose orbit then is one round. An orbit whose least
+        period is a part of it is reported with that one.
+    start : {"attractor", "guess", "search"}
+        Where Newton's method starts: from where a run has come to after ``transient``; from the system's initial state
+        (at phase 0); or from many states, for all orbits up to ``max_period``.
+    transient : int or float, default 200
+        Forcing periods (without forcing: time, rounded up) to run first, for ``start="attractor"``.
+    max_period : int, optional
+        Longest period of a search, in forcing periods. Without forcing: how often the most frequent event of an orbit
+        may happen in one round; without events too, how many maxima it may have.
+    seeds, random : optional
+        Initial states of the motions from whose returns a search starts, as in `bifurcation_diagram`; default: the
+        system's own. Motions from a box around them are added.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``orbit_state`` (state) and ``mode`` at phase 0, ``section`` (iterate, state), ``period`` (0: there is none) and
+        ``period_time``; ``multiplier_real`` and ``multiplier_imag`` (multiplier), those of lost rank exactly 0,
+        ``rank``, ``stable``; ``event_time``, ``event_kind``, ``event_speed`` (event), ``event_state_before`` and
+        ``event_state_after`` (event, state), ``smallest_speed``; mean rates over the period, such as
+        ``progression_rate`` and ``impacts_per_period``; ``residual``, and ``newton_residual`` (iteration);
+        ``lyapunov_exponent`` (multiplier) and what the checks differ by: ``exponent_difference``,
+        ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
+        by the structure of the system, in words in the attribute ``structure``; ``outcome``, in words in the attributes
+        ``message`` and ``disagreement``. A search adds the dimension ``orbit`` in front of all.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+
+    References
+    ----------
+    F. Dercole, Yu. A. Kuznetsov, "SlideCont: an Auto97 driver for bifurcation analysis of Filippov systems", ACM
+    Trans. Math. Softw. 31 (2005) 95-119, doi:10.1145/1055531.1055536: orbits as arcs between events. M. di Bernardo,
+    C. J. Budd, A. R. Champneys, P. Kowalczyk, "Piecewise-smooth Dynamical Systems", Springer 2008,
+    doi:10.1007/978-1-84628-708-4: tangents across events.
+    """
+    from chaosdrill.analysis.orbit_datasets import numbered, orbit_rates, orbits_dataset
+    from chaosdrill.analysis.seeds import make_seeds
+    from chaosdrill.orbits.find import find_orbit
+    from chaosdrill.orbits.multipliers import neutral_of
+    from chaosdrill.orbits.search import search
+
+    settle = settling(system, given.transient)
+    if given.max_period is not None:
+        chosen = make_seeds(system, given.seeds, given.random, needed=False)
+        found = search(system, given.max_period, chosen.starts, chosen.modes, job.numerics, job.progress)
+        message = numbered(orbit.message for orbit in found)
+        if not found:
+            message = f"no orbit of a period up to {given.max_period} was found; "
+            message += "give other seeds, or random states of a larger box"
+        disagreement = numbered(orbit.checks.disagreements for orbit in found)
+    else:
+        found = [find_orbit(system, given.period, given.start, settle, job.numerics)]
+        message, disagreement = found[0].message, found[0].checks.disagreements
+    ds = orbits_dataset(system, found).assign(orbit_rates(system, found, job.numerics))
+    ds = ds if given.max_period is not None else ds.isel(orbit=0, drop=True)
+    structure = neutral_of(system).words(system)
+    return ds.assign_attrs(message=message, disagreement=disagreement, structure=structure)

@@ -1,0 +1,99 @@
+"""States on a Poincare section, the period found there, and the multipliers of the cycle."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.dataset.schema import (
+    ITERATE,
+    MULTIPLIER,
+    QUADRATURE,
+    SI,
+    STATES,
+    axis,
+    forcing,
+    grazing,
+    may,
+    need,
+    outcome,
+    rates,
+    table,
+)
+from chaosdrill.settings import Text, Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+VARIABLES = table(
+    *STATES,
+    ITERATE,
+    need("section", "iterate state", "f8", "state on the section", "At the strobe: at forcing phase zero."),
+    axis("time", "iterate", "f8", "model time of the crossing", "Dimensionless; counted from the start.", True),
+    may("phase", "iterate", "f8", "forcing phase of the crossing", "In parts of a forcing period, 0 to 1."),
+    may("mode", "iterate", "i1", "mode on the section", "Mode that holds at the crossing.", flags="mode"),
+    may(QUADRATURE, "iterate", "f8", "quadrature", "Integral along the flow from the start of the record."),
+    may("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
+    MULTIPLIER,
+    may("multiplier_real", "multiplier", "f8", "multiplier, real part", "Eigenvalues of the cycle's tangent map."),
+    may("multiplier_imag", "multiplier", "f8", "multiplier, imaginary part", "NaN when no period was found."),
+    may("penetration_si", "iterate", "f8", "penetration", SI, "m"),
+    *rates(""),
+    grazing(""),
+    outcome(""),
+    *forcing(),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoincareSection(Record):
+    """Settings of `poincare_section`."""
+
+    at: str = setting(Text(), "strobe")
+    max_period: int = setting(Whole(1, 1_000_000), 64)
+
+
+@analysis(
+    "poincare-section",
+    PoincareSection,
+    "states at every strobe or event, period and multipliers",
+    VARIABLES,
+    cites=("mueller1995",),
+)
+def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job") -> "xr.Dataset":
+    """States at every strobe, or at every event of one name.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Forcing periods to record, or time for systems that have none.
+    transient : int or float, default 0
+        Periods (or time) to run before the record starts.
+    at : str, default "strobe"
+        ``"strobe"`` (forcing phase zero), or the name or kind of a transition; then the states are those before it.
+    max_period : int, default 64
+        Longest period looked for.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``section`` (iterate, state), ``time``, ``mode`` and quadratures (iterate), ``period``; with a period found at
+        the strobe ``multiplier_real`` and ``multiplier_imag`` (multiplier): eigenvalues of the tangent map over the
+        cycle, saltation included, those of lost rank exactly 0; mean rates, over one cycle if there is a period, and
+        ``outcome``.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    from chaosdrill.analysis.arguments import section_transitions
+    from chaosdrill.analysis.sections import section
+
+    return section(system, given.span(system), section_transitions(system, given.at), given.max_period, job)

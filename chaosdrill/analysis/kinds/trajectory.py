@@ -1,0 +1,127 @@
+"""States over time, with every event."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.dataset.schema import QUADRATURE, SI, STATES, axis, forcing, may, need, outcome, table
+from chaosdrill.settings import Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+VARIABLES = table(
+    axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
+    *STATES,
+    need("state", "time state", "f8", "state", "States of the hybrid system at the sample times."),
+    need("mode", "time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
+    may(QUADRATURE, "time", "f8", "quadrature", "Integral along the flow from the start of the record."),
+    need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
+    need("event_kind", "event", "i1", "transition taken", "Which transition it was.", flags="transition"),
+    need("event_speed", "event", "f8", "normal speed", "Rate of the guard at the crossing; small means grazing."),
+    may("event_mode_before", "event", "i1", "mode before the event", "Mode left.", flags="mode"),
+    may("event_mode_after", "event", "i1", "mode after the event", "Mode entered.", flags="mode"),
+    need("event_state_before", "event state", "f8", "state before the event", "Projected onto the guard."),
+    need("event_state_after", "event state", "f8", "state after the event", "After the reset."),
+    outcome(""),
+    *forcing(),
+    may("time_si", "time", "f8", "time", SI, "s"),
+    may("event_time_si", "event", "f8", "time of the event", SI, "s"),
+    may("penetration_si", "time", "f8", "penetration", SI, "m"),
+    may("force_si", "time", "f8", "force of spring and damper on the rock", "Without the force of a contact.", "N"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory(Record):
+    """Settings of `trajectory`."""
+
+    samples: int = setting(Whole(1), 200)
+
+
+@analysis("trajectory", Trajectory, "states over time, with every event", VARIABLES)
+def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dataset":
+    """States at equal intervals of time, and every event.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods : int
+        Forcing periods to record; for systems that have a forcing period.
+    duration : float
+        Time to record; for systems that have none.
+    transient : int or float, default 0
+        Periods (or time) to run before the record starts.
+    samples : int, default 200
+        Samples a period (or in all of ``duration``).
+    method : {"taylor", "dop853", "rk4"}
+        Numerical method.
+    tolerance : float, default 1e-12
+        Local error a step, of every state relative to the size that it has had of late ("taylor", "dop853");
+        bisection of event times ("rk4").
+    steps : int, optional
+        Steps a period, for "rk4" only; default 200.
+    max_events : int, optional
+        Events followed in a period, beyond which a run ends with the outcome ``event_limit``; for systems without a
+        period in all of the transient, and in all of the run after it. By default 10,000, or ten million without a
+        period.
+    max_stalls : int, default 50
+        Events in succession without time passing, beyond which a run ends with the outcome ``stalled``.
+    progress : callable or bool, optional
+        Called with (done, total, None). True: a bar on a terminal or in a notebook, lines elsewhere; False: nothing;
+        by default a bar where there is a terminal or a notebook, once it takes longer than a second.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``state`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
+        ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_state_before``, ``event_state_after``;
+        ``outcome``. A run that ends early keeps what it has.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    import numpy as np
+    import xarray as xr
+
+    from chaosdrill.analysis.recording import record
+    from chaosdrill.dataset import Outcome
+    from chaosdrill.engine import layout as at
+    from chaosdrill.engine.run import Run
+
+    plan = given.span(system)
+    run = Run(system, plan.unit, job.numerics, samples=given.samples)
+    outcome = plan.settle(run)
+    n, names = len(system.states), list(system.quadratures)
+    start = run.elapsed
+    here = np.concatenate([run.x, np.zeros(len(names)), [run.standing["mode"]]])
+    found = record(run, plan.count if outcome == Outcome.OK else 0, events=True, report=job.report(plan.count))
+    outcome = found.outcome if outcome == Outcome.OK else outcome
+    rows = np.vstack([here, found.samples])
+    ds = xr.Dataset(
+        {
+            "state": (("time", "state"), rows[:, :n]),
+            "mode": ("time", rows[:, -1].astype(np.int8)),
+            **{name: ("time", rows[:, n + i]) for i, name in enumerate(names)},
+            "event_time": ("event", found.times),
+            "event_kind": ("event", found.events[:, at.EVENT_KIND].astype(np.int8)),
+            "event_speed": ("event", found.events[:, at.EVENT_SPEED]),
+            "event_mode_before": ("event", found.events[:, at.EVENT_MODE].astype(np.int8)),
+            "event_state_before": (("event", "state"), found.states_before()),
+            "event_state_after": (("event", "state"), found.states_after()),
+            "outcome": ((), np.int8(outcome)),
+        },
+        coords={
+            "time": start + np.arange(len(rows)) * (plan.unit / given.samples),
+            "state_name": ("state", list(system.state_names)),
+        },
+    )
+    if plan.periodic:
+        ds["forcing_period"] = ((), plan.unit)
+    return ds

@@ -1,0 +1,134 @@
+"""What accuracy costs: errors against time, over methods and tolerances."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from chaosdrill.analysis.arguments import Method
+from chaosdrill.analysis.base import SPECTRA, Record, analysis
+from chaosdrill.analysis.registry import METHODS
+from chaosdrill.dataset.schema import STATES, axis, clocked, forcing, need, outcome, table
+from chaosdrill.errors import SettingsError
+from chaosdrill.settings import Faults, ListOf, Number, Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
+
+_CELL = "method tolerance"
+
+VARIABLES = table(
+    axis("quantity", "quantity", "str", "quantity", "What the error is an error of.", True),
+    axis("method", "method", "str", "method", "Numerical method.", True),
+    axis("tolerance", "tolerance", "f8", "tolerance", "Asked of the method; see steps_per_period too.", True),
+    *STATES,
+    need("error", f"quantity {_CELL}", "f8", "error", "NaN if not measured, infinite if events differ."),
+    need("reference_error", "quantity", "f8", "error of the reference", "What two computations of it differ by."),
+    clocked("wall_time", _CELL, "time a period", "Median over the runs; a unit of time if not forced."),
+    clocked("wall_time_spread", _CELL, "spread of the time a period", "Distance of the quartiles of the runs."),
+    need("steps", _CELL, "f8", "steps a period", "Mean; events end steps. A unit of time if not forced."),
+    need("evaluations", _CELL, "f8", "evaluations a period", "Of the right-hand side; a jet counts as its order."),
+    need("steps_per_period", _CELL, "i4", "fixed steps a period", "Or a part of duration; 0: chosen by the method."),
+    need("exponent_error_spread", _CELL, "f8", "standard error of the exponent's error", "Over the restarts."),
+    need("horizon", _CELL, "f8", "trusted time", "Until a chaotic trajectory is 1e-6 off; infinite if it stays."),
+    need("horizon_expected", "tolerance", "f8", "expected trusted time", "ln(1e-6/tolerance)/exponent, in chaos."),
+    outcome(_CELL),
+    need("period", "", "i4", "period of the cycle", "In forcing periods; 0 off a cycle."),
+    need("lyapunov_exponent", "", "f8", "leading Lyapunov exponent", "Of the surveyed stretch of the attractor."),
+    need("lyapunov_error", "", "f8", "standard error of the exponent", "Statistical; from blocks, not numerics."),
+    need("start", "state", "f8", "start", "State from which all methods start, at the strobe."),
+    forcing()[0],
+    magnitude=("error", "reference_error", "exponent_error_spread", "horizon", "horizon_expected"),
+    bars={"lyapunov_exponent": "lyapunov_error"},
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkPrecision(Record):
+    """Settings of `work_precision`."""
+
+    own_numerics: ClassVar[bool] = True
+
+    methods: list[str] = setting(ListOf(Method(), distinct=True), tuple(METHODS))
+    tolerances: list[float] = setting(ListOf(Number(1e-16, 1e-2), distinct=True), TOLERANCES)
+    steps: list[int] | None = setting(ListOf(Whole(4, 10_000_000)), None)
+    repeats: int = setting(Whole(1, 1000), 5)
+
+    def agree(self, system: "HybridSystem") -> None:
+        """Refuse another number of steps than of tolerances."""
+        if self.steps is not None and len(self.steps) != len(self.tolerances):
+            raise SettingsError(
+                f"steps is {self.steps!r}; it must be a list of {len(self.tolerances)} counts, one for each tolerance"
+            )
+
+    @classmethod
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
+        """As for arguments."""
+        steps, tolerances = table.get("steps"), table.get("tolerances")
+        if isinstance(steps, list) and not (isinstance(tolerances, list) and len(steps) == len(tolerances)):
+            yield ("steps",), "give tolerances too, one for each entry of steps"
+
+
+@analysis(
+    "work-precision",
+    WorkPrecision,
+    "errors against time over methods and tolerances, with a recommendation",
+    VARIABLES,
+    cites=(*SPECTRA, "bulirsch1966"),
+)
+def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> "xr.Dataset":
+    """Error of what matters against time, steps and evaluations, for every method and tolerance.
+
+    After the transient the run looks for a cycle. If it has settled on one, the methods are compared over that cycle;
+    else over one of the surveyed periods with the most kinds of events. The truth about this stretch comes
+    from 60-digit arithmetic: extrapolation for the arcs (Bulirsch and Stoer 1966, doi:10.1007/BF02165234), Newton's
+    method for the events, differences of the flow for the tangents. It shares no formula with the methods.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Forcing periods to survey, or time for systems that have none (64 parts of it then take the place of periods):
+        the statistical error of the exponent is that of a run of this length, and the restarts are taken from it.
+    transient : int or float, default 0
+        Periods (or time) to run before anything is measured.
+    methods : sequence of str, optional
+        Default: all there are.
+    tolerances : sequence of float, optional
+        Default 1e-4, 1e-6, ..., 1e-14.
+    steps : sequence of int, optional
+        Steps a period for methods with fixed steps, one for each tolerance. Default 20 tolerance^(-1/4): with order 4
+        their error then falls as the tolerance does.
+    repeats : int, default 5
+        Rounds in which all cells are timed in turn; medians are kept.
+    progress : callable or bool, optional
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``error`` (quantity, method, tolerance), ``reference_error`` (quantity); ``wall_time``, ``wall_time_spread``,
+        ``steps``, ``evaluations``, ``steps_per_period``, ``horizon``, ``exponent_error_spread`` and ``outcome``
+        (method, tolerance); ``horizon_expected`` (tolerance), ``period``, ``lyapunov_exponent``, ``lyapunov_error``,
+        ``start`` (state). The attribute ``recommendation`` says in words what follows.
+
+        Quantities: ``strobe``, the strobe point of the cycle, or the state after one period; ``event_time``, in parts
+        of the period, infinite where events differ; ``tangent``, the tangent map; ``multiplier``, its eigenvalues on a
+        cycle; ``flow_direction``, the identity by which tangents map F at the start to F at the end; ``exponent``, the
+        numerical part of the leading exponent's error, from restarts at the same states. NaN where a quantity has no
+        meaning or no truth. As xarray's ``sel`` has keywords ``method`` and ``tolerance`` of its own, select with a
+        mapping: ``ds["error"].sel({"quantity": "multiplier", "method": "taylor"})``.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    from chaosdrill.analysis.precision import UNITS, compare
+
+    return compare(system, given.span(system, units=UNITS), given, job)

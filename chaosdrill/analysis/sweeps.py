@@ -1,0 +1,155 @@
+"""One sweep behind diagrams, charts and basins: every point of a grid is measured from every seed."""
+
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.analysis.attractors import number_attractors
+from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.plan import Plan, make_plan
+from chaosdrill.analysis.points import Axis, LineTask, PointTask
+from chaosdrill.analysis.seeds import make_seeds
+from chaosdrill.dataset import count_outcomes
+from chaosdrill.engine.period import forcing_periods
+from chaosdrill.engine.run import rate_names
+from chaosdrill.progress import Progress
+from chaosdrill.sweep import execute
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+_EXPONENTS = ("lyapunov_exponent", "lyapunov_error")
+
+
+def over_parameters(
+    system: "HybridSystem",
+    given: Any,
+    job: Job,
+    *,
+    rows: int,
+    lines: tuple[str, ...] = (),
+    counts_attractors: bool = False,
+) -> xr.Dataset:
+    """Measure every point of a sweep.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    given : Points
+        With ``sweep``, ``seeds`` and ``random``.
+    job : Job
+    rows : int
+        Section points that are kept of every run.
+    lines : tuple of str
+        Directions in which the last state is followed along the one parameter, each as a seed of its own.
+    counts_attractors : bool
+        Whether the different attractors among the seeds of a point are counted.
+    """
+    axes = tuple(Axis(name, values) for name, values in given.sweep.items())
+    names, shape = tuple(given.sweep), tuple(len(axis.values) for axis in axes)
+    chosen = make_seeds(system, given.seeds, given.random, needed=not lines)
+    plan = make_plan(system, given, job.numerics, swept=names, rows=rows)
+    keeps = ("period", "outcome", *(_EXPONENTS if plan.exponents else ()), *rate_names(system))
+    keeps += ("section",) if rows else ()
+    start, mode = _own(system)
+    tasks: dict[str, PointTask | LineTask] = {}
+    if len(chosen.starts):
+        tasks["points"] = PointTask(plan, axes, chosen.starts, chosen.modes, keeps, counts_attractors)
+    if lines:
+        tasks["lines"] = LineTask(plan, axes[0], lines, start, mode, keeps)
+    found = _execute(tasks, job)
+    counts = found.pop("attractor_count", None)
+    dims = {"section": ("iterate", "state"), **dict.fromkeys(_EXPONENTS, ("exponent",))}
+    variables: dict[str, Any] = {
+        name: ((*names, "seed", *dims.get(name, ())), values.reshape(*shape, *values.shape[1:]))
+        for name, values in found.items()
+    }
+    if counts is not None:
+        variables["attractor_count"] = (names, counts.reshape(shape))
+    variables["initial_state"] = (("seed", "state"), np.concatenate([chosen.starts, np.tile(start, (len(lines), 1))]))
+    grid = dict(zip(names, map(np.ravel, np.meshgrid(*given.sweep.values(), indexing="ij")), strict=True))
+    variables["forcing_period"] = (names, forcing_periods(system, grid, int(np.prod(shape))).reshape(shape))
+    coords = {
+        **given.sweep,
+        "seed": np.arange(len(chosen.starts) + len(lines), dtype=np.int32),
+        "seed_name": ("seed", list(chosen.names + lines)),
+        **_labels(system, plan),
+    }
+    if rows:
+        coords["iterate"] = np.arange(rows, dtype=np.int32)
+    return xr.Dataset(variables, coords=coords)
+
+
+def over_states(system: "HybridSystem", given: Any, job: Job) -> xr.Dataset:
+    """Tell the attractors apart to which the points of a grid of initial states lead; ``given`` has a ``grid``."""
+    axes = tuple(Axis(name, values, of_start=True) for name, values in given.grid.items())
+    names = tuple(given.grid)
+    plan = make_plan(system, given, job.numerics)
+    rates = ("progression_rate",) if "penetration" in system.quadratures else ()
+    start, mode = _own(system)
+    keeps = ("period", "outcome", *_EXPONENTS, "moments", "state", *rates)
+    task = PointTask(plan, axes, start[np.newaxis], np.array([mode]), keeps)
+    cells = {name: values[:, 0] for name, values in _execute({"points": task}, job).items()}
+    numbers, leaders = number_attractors(cells)
+    fraction = np.bincount(numbers, minlength=len(leaders) + 1)[1:] / task.units
+    number = "attractor_number"
+    variables: dict[str, Any] = {
+        "attractor": (names, numbers.reshape(task.shape).astype(np.int16)),
+        "outcome": (names, cells["outcome"].reshape(task.shape)),
+        "attractor_period": (number, cells["period"][leaders]),
+        "attractor_outcome": (number, cells["outcome"][leaders]),
+        "attractor_state": ((number, "state"), cells["state"][leaders]),
+        "fraction": (number, fraction),
+        "fraction_error": (number, np.sqrt(fraction * (1 - fraction) / task.units)),
+        "forcing_period": ((), system.forcing_period()),
+    }
+    if plan.exponents:
+        variables["attractor_exponent"] = ((number, "exponent"), cells["lyapunov_exponent"][leaders])
+        variables["attractor_error"] = ((number, "exponent"), cells["lyapunov_error"][leaders])
+    if rates:
+        variables["attractor_rate"] = (number, cells["progression_rate"][leaders])
+    coords = {**given.grid, number: np.arange(1, len(leaders) + 1, dtype=np.int32), **_labels(system, plan)}
+    return xr.Dataset(variables, coords=coords)
+
+
+def _own(system: "HybridSystem") -> tuple[np.ndarray, int]:
+    """State and mode from which the system itself starts."""
+    start = np.array([system.initial[name] for name in system.state_names], dtype=float)
+    return start, system.mode_names.index(system.initial["mode"])
+
+
+def _labels(system: "HybridSystem", plan: Plan) -> dict[str, Any]:
+    """Coordinates of states and exponents."""
+    labels: dict[str, Any] = {"state_name": ("state", list(system.state_names))}
+    if plan.exponents:
+        labels["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
+    return labels
+
+
+def _execute(tasks: dict[str, PointTask | LineTask], job: Job) -> dict[str, np.ndarray]:
+    """Results of all tasks, point by point, those of lines as further seeds."""
+    total, done = sum(task.total for task in tasks.values()), 0
+    outcomes: Counter[str] = Counter()
+    parts = []
+    for name, task in tasks.items():
+        found = execute(
+            task,
+            workers=job.workers,
+            scheduler=job.scheduler,
+            store=None if job.store is None else Path(job.store) / name if len(tasks) > 1 else job.store,
+            progress=None if job.progress is None else _shifted(job.progress, done, total, Counter(outcomes)),
+        )
+        parts.append(found if name == "points" else {key: values.swapaxes(0, 1) for key, values in found.items()})
+        done += task.total
+        outcomes.update(count_outcomes(found["outcome"]))
+    if len(parts) == 1:
+        return parts[0]
+    return {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+
+
+def _shifted(progress: Progress, before: int, total: int, earlier: Counter[str]) -> Progress:
+    """Progress of one task among several."""
+    return lambda done, _, outcomes: progress(before + done, total, dict(earlier + Counter(outcomes)))

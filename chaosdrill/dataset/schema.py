@@ -1,0 +1,249 @@
+"""What is declared of a variable that an analysis puts out: its attributes, its checks, and how two runs agree in it.
+
+The tables stand with the analyses (``VARIABLES`` in each file of ``analysis/kinds``); ``SCHEMA`` has them by kind.
+
+Some things depend on the system and the request at hand and stand in a table as placeholders: ``SWEEP`` (each swept
+parameter, or each state that spans a grid of initial states, as a dimension and as its coordinate), ``QUADRATURE``
+(each integral that the system carries along), and ``ORBIT`` (the leading dimension ``orbit`` of a search, and nothing
+where one orbit was asked for). States are the dimension ``state`` with the coordinate ``state_name``, since a variable
+``state`` with more dimensions exists too.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Any
+from unicodedata import is_normalized
+
+SWEEP = "{sweep}"
+QUADRATURE = "{quadrature}"
+ORBIT = "{orbit}"
+
+PLACEHOLDERS = frozenset({SWEEP, QUADRATURE, ORBIT})
+
+_QUALITY = re.compile(r"(^|_)(error|residual|difference)(_|$)")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """Declaration of one variable.
+
+    Parameters
+    ----------
+    name : str
+        Name in the dataset, or ``SWEEP`` / ``QUADRATURE`` for one that the system or the sweep names.
+    dims : tuple of str
+        Dimensions in order; ``SWEEP`` stands for all swept parameters, or states of a grid, in order, and ``ORBIT`` for
+        the dimension ``orbit`` where there may be many.
+    dtype : str
+        NumPy code that is stored; ``"str"`` for text.
+    units : str
+        UDUNITS text; ``"1"`` for dimensionless, which model time is too.
+    long_name, doc : str
+        Name for axes, and one sentence of explanation (stored as the attribute ``comment``).
+    flags : {"", "outcome", "mode", "transition", "special", "branch_end", "truth"}
+        Whose names the codes stand for.
+    coordinate : bool
+        Whether it is stored as a coordinate.
+    required : bool
+        Whether every dataset of the kind has it.
+    clocked : bool
+        Whether a clock measured it, so that a second run gives other values and no comparison can ask for the same.
+    rule : {"", "average", "sampled", "magnitude"}
+        By what two runs of a chaotic motion agree: an average without an error bar of its own; what depends on the
+        stretch of the attractor that was seen; an error, of which the order of magnitude means something.
+    bar : str
+        Variable that is the standard error of this one.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: str
+    units: str
+    long_name: str
+    doc: str
+    flags: str = ""
+    coordinate: bool = False
+    required: bool = False
+    clocked: bool = False
+    rule: str = ""
+    bar: str = ""
+
+    @property
+    def content(self) -> str:
+        """What the values are, as a code of ISO 19115-1 (for ACDD-1.3)."""
+        if self.coordinate:
+            return "coordinate"
+        if self.flags:
+            return "thematicClassification"
+        if self.clocked:
+            return "auxiliaryInformation"
+        return "qualityInformation" if _QUALITY.search(self.name) else "modelResult"
+
+
+Table = tuple[Variable, ...]
+
+
+def need(name: str, dims: str, dtype: str, long_name: str, doc: str, units: str = "1", **more: Any) -> Variable:
+    """A variable that every dataset of the kind has; ``dims`` are separated by blanks."""
+    return may(name, dims, dtype, long_name, doc, units, required=True, **more)
+
+
+def may(name: str, dims: str, dtype: str, long_name: str, doc: str, units: str = "1", **more: Any) -> Variable:
+    """A variable that a dataset of the kind may have; more: further fields of `Variable`."""
+    return Variable(name, tuple(dims.split()), dtype, units, long_name, doc, **more)
+
+
+def axis(name: str, dims: str, dtype: str, long_name: str, doc: str, required: bool = False) -> Variable:
+    """A coordinate."""
+    return may(name, dims, dtype, long_name, doc, coordinate=True, required=required)
+
+
+def clocked(name: str, dims: str, long_name: str, doc: str) -> Variable:
+    """A time that a clock measured, in seconds."""
+    return need(name, dims, "f8", long_name, doc, "s", clocked=True)
+
+
+def table(
+    *variables: Variable,
+    average: Iterable[str] = (),
+    sampled: Iterable[str] = (),
+    magnitude: Iterable[str] = (),
+    bars: Mapping[str, str] | None = None,
+) -> Table:
+    """The variables of one kind, and by what two runs are compared in them: see ``rule`` and ``bar`` of `Variable`."""
+    named = {"average": average, "sampled": sampled, "magnitude": magnitude}
+    rules = {name: rule for rule, names in named.items() for name in names}
+    errors = bars or {}
+    return tuple(
+        replace(one, rule=rules.get(one.name, one.rule), bar=errors.get(one.name, one.bar)) for one in variables
+    )
+
+
+STATES: Table = (
+    axis("state_name", "state", "str", "name of the state", "Label of each entry of the dimension state.", True),
+    axis("state_long_name", "state", "str", "long name of the state", "What each state is, for people."),
+)
+EXPONENT = axis("exponent", "exponent", "i4", "index of the exponent", "Exponents are in descending order, from 1.")
+ITERATE = axis("iterate", "iterate", "i4", "index of the iterate", "Number of the crossing of the section, from 0.")
+MULTIPLIER = axis(
+    "multiplier", "multiplier", "i4", "index of the multiplier", "In descending order of modulus, from 1."
+)
+_GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
+
+SI = "For scenes given in SI units."
+RANK_LOSS = "Per unit of model time; -inf is rank loss."
+COVERS = "Twice it covers the truth in 95 %."
+
+_RATES = (
+    ("progression_rate", "mean progression rate", "Penetration per unit of model time; of a cycle over whole ones."),
+    ("progression_error", "standard error of the progression rate", COVERS),
+    ("events_per_period", "events per forcing period", "All state-changing events; of a cycle over whole ones."),
+    ("impacts_per_period", "impacts per forcing period", "Events of the class impact; of a cycle over whole ones."),
+    ("slips_per_period", "slip onsets per forcing period", "Events of the class slip; of a cycle over whole ones."),
+    ("events_per_time", "events per unit of time", "For systems without a forcing period."),
+    ("impacts_per_time", "impacts per unit of time", "For systems without a forcing period."),
+    ("slips_per_time", "slip onsets per unit of time", "For systems without a forcing period."),
+)
+
+
+def forcing(dims: str = "", doc: str = "Period of the forcing, in units of model time.") -> Table:
+    """The forcing period, and the same in SI units for scenes given in SI."""
+    return (
+        may("forcing_period", dims, "f8", "forcing period", doc),
+        may("forcing_period_si", dims, "f8", "forcing period", SI, "s"),
+    )
+
+
+def outcome(dims: str, name: str = "outcome", long_name: str = "outcome") -> Variable:
+    """How runs ended."""
+    doc = "How the run ended; what each code means is in flag_meanings."
+    return need(name, dims, "i1", long_name, doc, flags="outcome")
+
+
+def grazing(dims: str, name: str = "closest_grazing", *, required: bool = False) -> Variable:
+    """The smallest normal speed."""
+    return may(name, dims, "f8", "smallest normal speed", _GRAZING, required=required, rule="sampled")
+
+
+def rates(dims: str) -> Table:
+    """The mean rates, one number a run, and the progression rate in SI units for scenes given in SI."""
+    (rate, *of_rate), (error, *of_error), *averages = _RATES
+    return (
+        may(rate, dims, "f8", *of_rate, bar=error),
+        may(error, dims, "f8", *of_error),
+        *(may(name, dims, "f8", *texts, rule="average") for name, *texts in averages),
+        may("progression_rate_si", dims, "f8", "mean progression rate", SI, "m h-1", rule="average"),
+        may("progression_error_si", dims, "f8", "standard error of the progression rate", SI, "m h-1"),
+    )
+
+
+def swept(forcing_doc: str) -> Table:
+    """What is known of every point of a sweep over parameters, from every seed."""
+    dims = f"{SWEEP} seed"
+    return (
+        axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+        *STATES,
+        axis("seed", "seed", "i4", "index of the seed", "Number of the initial state that the point started from."),
+        axis("seed_name", "seed", "str", "name of the seed", "How it starts: fixed, random, forward, backward."),
+        ITERATE,
+        EXPONENT,
+        need("period", dims, "i2", "period found", "In iterates of the section; 0 when none was found."),
+        may("lyapunov_exponent", f"{dims} exponent", "f8", "Lyapunov exponent", RANK_LOSS, bar="lyapunov_error"),
+        may("lyapunov_error", f"{dims} exponent", "f8", "standard error of the exponent", COVERS),
+        *rates(dims),
+        grazing(dims),
+        outcome(dims),
+        may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
+        *forcing(SWEEP, forcing_doc),
+    )
+
+
+class _Schema(Mapping[str, dict[str, Variable]]):
+    """The tables of all analyses: kind -> name -> variable; looked up when first asked for."""
+
+    @cached_property
+    def _tables(self) -> dict[str, dict[str, Variable]]:
+        from chaosdrill.analysis.registry import analyses
+
+        return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in analyses().items()}
+
+    def __getitem__(self, kind: str) -> dict[str, Variable]:
+        return self._tables[kind]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._tables)
+
+    def __len__(self) -> int:
+        return len(self._tables)
+
+
+SCHEMA = _Schema()
+
+
+MOST_BYTES = 200
+"""Bytes of a name, of which NetCDF takes 256."""
+
+
+def unfit(name: str) -> str | None:
+    """Why no quadrature, swept parameter or state of a grid can have a name; None if it can.
+
+    They become variables of results and so of archives.
+    """
+    if name in reserved():
+        return "is reserved for results"
+    if name[0].isascii() and not (name[0].isalnum() or name[0] == "_"):
+        return f"begins with {name[0]!r}, as no variable of an archive can"
+    if len(name.encode(errors="replace")) > MOST_BYTES:
+        return f"takes more than the {MOST_BYTES} bytes that the name of a variable of an archive may take"
+    if not is_normalized("NFC", name):
+        return "would be written otherwise in an archive, in Unicode's composed form"
+    return None
+
+
+@cache
+def reserved() -> frozenset[str]:
+    """Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
+    variables = (variable for table in SCHEMA.values() for variable in table.values())
+    return frozenset(name for variable in variables for name in (variable.name, *variable.dims)) - PLACEHOLDERS

@@ -1,0 +1,128 @@
+"""One segment of an orbit: a flow of given duration in one mode, with its tangents, past whatever guards it meets.
+
+An orbit that is looked for is cut at its events into such segments. Their ends are unknowns like their starts, so that
+no event is searched for; on the way the guards are only watched, to say whether it is what the system would do.
+"""
+
+from chaosdrill.engine import guards
+from chaosdrill.engine.jit import inlined
+from chaosdrill.engine.layout import (
+    AFTER,
+    BEGIN,
+    DONE,
+    INVALID_START,
+    MARKS,
+    NONFINITE,
+    ONGOING,
+    RK4,
+    STALLED,
+    STEP_UNDERFLOW,
+    Method,
+)
+from chaosdrill.engine.records import SMALLEST_STEP, state_outcome
+from chaosdrill.engine.step import advance, expand, locate
+
+END = 1e-8
+"""Part of the period before the end of a segment in which its guard is taken to be met at the end."""
+
+
+MOST_STEPS = 200_000
+"""Steps of adaptive methods along one segment, at most: a guess that is far off may be stiff without end."""
+
+
+@inlined
+def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
+    """Let a segment begin at the state, with the event that ended the one before it; ``last_end`` -1 for none."""
+    run = state.run[0]
+    run.mode = mode
+    run.live = live
+    run.fresh = BEGIN
+    run.fired = -1
+    run.surface = -1
+    run.moved_by = -1
+    run.residual = 0.0
+    run.next_step = 0.0
+    state.sides[:] = 0
+    state.scale[:] = 0.0
+    if last_end >= 0:
+        run.fresh = AFTER
+        run.fired = tables.keys[last_mode, last_end]
+        run.surface = tables.surfaces[last_mode, last_end]
+        run.moved_by = last_outcome
+        if tables.watched[mode, run.fired] == 1:
+            state.sides[run.fired] = tables.watch[last_mode, 1 + last_end]
+
+
+@inlined
+def follow(functions, method, settings, tables, asleep, start, duration, end, watched, state, scratch):
+    """Move state and tangents through a segment that has begun.
+
+    Returns what ended it (DONE, or an outcome), the first guard that it crosses before its end, -1 for none, and when.
+    ``end`` is the guard that is to be met at the end. A duration below zero leads backwards, within one step; nothing
+    is watched then, as in the tables ``asleep``.
+    """
+    run = state.run[0]
+    mode = run.mode
+    run.time = 0.0
+    run.longest = 0.0
+    run.strength = 0.0
+    run.tried = 0.0
+    crossed = -1
+    when = 0.0
+    done = 0.0
+    still = 0
+    steps = 0
+    sleeping = Method(method.stepper, method.search, method.asleep, method.asleep, method.p)
+    if duration == 0.0:
+        return DONE, crossed, when
+    while True:
+        watching = watched and crossed < 0 and duration > 0.0
+        rest = duration - done
+        # explicit time is counted from the start of the segment
+        t = run.origin = start + done
+        here, watched_now = (method, tables) if watching else (sleeping, asleep)
+        h = expand(functions, here, watched_now, settings, t, state, scratch)
+        te = -1.0
+        j = -1
+        ties = 0
+        if settings.method != RK4:
+            te, j, ties, h = here.search(here.place, here.p, h, t)
+        te, j, ties = locate(functions, here, watched_now, settings, te, j, ties, h, t, state, scratch)
+        if te == -2.0:
+            crossed = j
+            when = done
+            continue
+        steps += 1
+        if not h > SMALLEST_STEP * run.longest or (steps > MOST_STEPS and settings.method != RK4):
+            return (STEP_UNDERFLOW if h == h else NONFINITE), crossed, when
+        run.fresh = ONGOING
+        if rest < -h:
+            return INVALID_START, crossed, when
+        last = rest <= h
+        s = rest if last else h
+        marked = False
+        if te >= 0.0 and te < s:
+            if tables.marks[mode, j] & MARKS:
+                s = te
+                last = False
+                marked = True
+                still = still + 1 if te == 0.0 else 0
+                if still > settings.max_stalls:
+                    return STALLED, crossed, when
+            elif j != end or te < rest - END * run.period:
+                crossed = j
+                when = done + te
+        advance(method, settings, t, state, s, scratch)
+        run.longest = max(run.longest, abs(s))
+        outcome = state_outcome(state.x, tables.bounds)
+        if outcome != DONE or last:
+            return outcome, crossed, when
+        if watching:
+            guards.pass_sides(functions, tables, state, scratch.backs, s, t + s, scratch.gradient)
+        if marked:
+            guards.cross(tables, state, j)
+            run.fresh = AFTER
+            run.fired = tables.keys[mode, j]
+            run.surface = tables.surfaces[mode, j]
+            run.moved_by = -1
+        done += s

@@ -1,0 +1,459 @@
+"""Text becomes a sympy expression, by a list of what may stand in it, and sympy expressions become text.
+
+Nothing of a text is evaluated as code. Sympy calculates with constants when an expression is made: all of them are to
+be finite doubles, and exponents and exact numbers are bounded, so that ``9**9**9`` is refused before it is tried.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import sympy
+from sympy.printing.precedence import PRECEDENCE
+from sympy.printing.str import StrPrinter
+
+from chaosdrill.model.grammar import PLAIN_NAME, WORDS, ExpressionError, Node, parse
+from chaosdrill.model.special import SPECIAL
+from chaosdrill.names import remedy
+
+MOST_FACTORS = 100
+MOST_PARTS = 200
+"""Operations in what is compared, or in the argument of a function with kinks: sympy looks for the sign of it."""
+
+MOST_OF_MOD = 30
+
+MOST_EXPONENT = 1000
+"""Largest numerator and denominator of a rational exponent."""
+
+MOST_BITS = 4096
+"""Bits of a whole number, and of numerator and denominator of a fraction."""
+
+_LOWEST = 1e-300
+
+_UNBOUNDED = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
+_RELATIONS = {"<": sympy.Lt, "<=": sympy.Le, ">": sympy.Gt, ">=": sympy.Ge, "==": sympy.Eq, "!=": sympy.Ne}
+
+
+def read_text(
+    text: str,
+    names: Mapping[str, Any],
+    *,
+    condition: bool = False,
+    moving: "set[Any] | None" = None,
+    hints: Mapping[str, str] | None = None,
+) -> Any:
+    """Read an expression.
+
+    Parameters
+    ----------
+    text : str
+        As `grammar.parse` reads it; ``pi`` is the number, unless it is a name.
+    names : mapping of str to sympy.Symbol
+        The names that it may hold.
+    condition : bool
+        Whether it is to be true or false rather than a number.
+    moving : set of sympy.Symbol, optional
+        States and time, if functions of these are to have Taylor series.
+    hints : mapping of str to str, optional
+        What to do about names that are likely to be meant but are not among those.
+
+    Returns
+    -------
+    sympy expression
+
+    Raises
+    ------
+    ExpressionError
+        With all that is wrong with it.
+    """
+    return _read_tree(text, parse(text), names, condition=condition, moving=moving, hints=hints)
+
+
+def read_open_text(text: str, *, condition: bool = False) -> Any:
+    """Read an expression whose names are not known yet: each is a symbol, ``pi`` among them.
+
+    Raises
+    ------
+    ExpressionError
+        With all that is wrong with it.
+    """
+    tree = parse(text)
+    names = {name: sympy.Symbol(name, real=True) for name in _names(tree) if name not in FUNCTIONS}
+    return _read_tree(text, tree, names, condition=condition)
+
+
+def _names(node: Node) -> Iterator[str]:
+    if node.kind == "name":
+        yield node.value
+    for part in node.parts:
+        yield from _names(part)
+
+
+def _read_tree(
+    text: str,
+    tree: Node,
+    names: Mapping[str, Any],
+    *,
+    condition: bool,
+    moving: "set[Any] | None" = None,
+    hints: Mapping[str, str] | None = None,
+) -> Any:
+    if tree.is_condition != condition:
+        wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
+        raise ExpressionError(f"{text!r:.60} is to be {wanted}")
+    faults = list(dict.fromkeys(_unknown(tree, names, hints or {})))
+    if faults:
+        raise ExpressionError("; ".join(faults[:10]))
+    try:
+        found = _Builder(names, moving).build(tree)
+    except (ExpressionError, MemoryError):
+        raise
+    except RecursionError:
+        raise ExpressionError("is nested too deeply; name its parts instead") from None
+    # sympy evaluates what it is given, and fails in ways of its own
+    except Exception as fault:
+        raise ExpressionError(f"{text!r:.60} cannot be made an expression: {fault!s:.100}") from None
+    if found.has(*_UNBOUNDED):
+        raise ExpressionError(f"{text!r:.60} divides by zero, or is not finite")
+    if not has_doubles(found):
+        raise ExpressionError(f"{text!r:.60} holds a number that is larger than any double")
+    if found.has(sympy.I):
+        raise ExpressionError(f"{text!r:.60} is complex")
+    return found
+
+
+def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> Iterator[str]:
+    if node.kind == "name" and node.value not in names and node.value != "pi":
+        if node.value in FUNCTIONS:
+            yield f"{node.value!r} is a function; give it an argument, as in {node.value}(x)"
+        else:
+            hint = hints.get(node.value) or remedy(node.value, (*names, "pi"))
+            yield f"unknown name {node.value[:40]!r}; {hint}"
+    elif node.kind == "call":
+        function = FUNCTIONS.get(node.value)
+        if function is None and node.value in names:
+            yield f"{node.value[:40]!r} is no function; write {node.value:.40}*(...) for a product"
+        elif function is None:
+            yield f"unknown function {node.value[:40]!r}; {INSTEAD.get(node.value) or remedy(node.value, PLAIN)}"
+        elif not function.least <= len(node.parts) <= function.most:
+            count = function.least if function.least == function.most else f"{function.least} to {function.most}"
+            yield f"{node.value} takes {count} argument{'s' if count != 1 else ''}, received {len(node.parts)}"
+    for part in node.parts:
+        yield from _unknown(part, names, hints)
+
+
+class _Builder:
+    def __init__(self, names: Mapping[str, Any], moving: "set[Any] | None") -> None:
+        self.names, self.moving = names, moving
+
+    def build(self, node: Node) -> Any:
+        made = self._make(node)
+        if made in _UNBOUNDED:
+            raise ExpressionError("divides by zero, or is not finite")
+        return made
+
+    def _make(self, node: Node) -> Any:
+        match node.kind:
+            case "number":
+                return _number(node.value)
+            case "name":
+                return self.names.get(node.value, sympy.pi)
+            case "truth":
+                return sympy.true if node.value == "True" else sympy.false
+            case "sum":
+                return _checked(sympy.Add(*(self.build(part) for part in node.parts)))
+            case "product" | "negative" | "inverse":
+                factors = list(self._factors(node))
+                if len(factors) > MOST_FACTORS:
+                    raise ExpressionError(f"has a product of {len(factors)} factors; at most {MOST_FACTORS} are read")
+                return _checked(sympy.Mul(*factors))
+            case "power":
+                return _power(*(self.build(part) for part in node.parts))
+            case "call":
+                return self._call(node.value, [self.build(part) for part in node.parts])
+            case "compare":
+                return self._compare(node)
+            case "not":
+                return sympy.Not(self.build(node.parts[0]))
+            case _:
+                joined = sympy.And if node.kind == "and" else sympy.Or
+                return joined(*(self.build(part) for part in node.parts))
+
+    def _factors(self, node: Node) -> Iterator[Any]:
+        """Factors of a product, so that it is made at once: 2*(x + y)*z is not 2*x + 2*y, times z."""
+        if node.kind == "negative":
+            yield sympy.S.NegativeOne
+            yield from self._factors(node.parts[0])
+        elif node.kind == "product":
+            for part in node.parts:
+                yield from self._factors(part)
+        elif node.kind == "inverse":
+            # a divisor that is a product divides factor by factor, as sympy has it
+            for factor in self._factors(node.parts[0]):
+                yield _power(factor, sympy.S.NegativeOne)
+        else:
+            yield self.build(node)
+
+    def _call(self, name: str, arguments: list[Any]) -> Any:
+        function = FUNCTIONS[name]
+        if not function.smooth:
+            if self.moving and any(a.free_symbols & self.moving for a in arguments):
+                raise ExpressionError(
+                    f"{name} has no Taylor series, and can stand in resets and conditions only; write its branches as "
+                    "modes with a guard between them"
+                )
+            for argument in arguments:
+                _check_size(argument, MOST_OF_MOD if name == "Mod" else MOST_PARTS)
+                # sympy expands what stands in it
+                powers = argument.atoms(sympy.Pow) if name == "Mod" else ()
+                if any(power.exp.is_Rational and power.exp > 8 for power in powers):
+                    raise ExpressionError("takes the remainder of a power larger than 8")
+        if name == "exp" and arguments[0].has(sympy.log):
+            # sympy makes a power of it
+            for number in arguments[0].atoms(sympy.Rational):
+                _check_exponent(number)
+        if name in ("sqrt", "positive_power"):
+            base, exponent = (*arguments, sympy.S.Half)[:2]
+            _check_power(base, exponent)
+        if function.value is not None and not any(a.free_symbols for a in arguments):
+            _check_finite(name, function.value, arguments)
+        return _checked(function.make(*arguments))
+
+    def _compare(self, node: Node) -> Any:
+        sides = [self.build(part) for part in node.parts]
+        for side in sides:
+            _check_size(side, MOST_PARTS)
+        signs = node.value.split()
+        pairs = [_RELATIONS[sign](*pair) for sign, pair in zip(signs, pairwise(sides), strict=True)]
+        return pairs[0] if len(pairs) == 1 else sympy.And(*pairs)
+
+
+def _number(digits: str) -> Any:
+    if digits.isdecimal():
+        if len(digits) > MOST_BITS // 4:
+            raise ExpressionError(f"has a whole number of {len(digits)} digits; at most {MOST_BITS // 4} are read")
+        return _checked(sympy.Integer(int(digits)))
+    if not math.isfinite(value := float(digits)):
+        raise ExpressionError(f"{digits!r:.40} is larger than any double")
+    return sympy.Float(value)
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    _check_power(base, exponent)
+    if not base.free_symbols and not exponent.free_symbols:
+        _check_finite("**", lambda x, y: x**y, [base, exponent])
+    made = _checked(sympy.Pow(base, exponent))
+    if isinstance(made, sympy.Pow) and made.exp.is_Rational:
+        _check_exponent(made.exp)
+    return made
+
+
+def write_text(expression: Any) -> str:
+    """An expression or a condition as text.
+
+    Whether the text gives the expression back to the last bit is for the caller to see: `read_text` reads no function
+    or number that it does not know.
+
+    Raises
+    ------
+    RecursionError
+        If it is nested too deeply.
+    """
+    return str(_Printer().doprint(expression))
+
+
+class _Printer(StrPrinter):
+    def _print_Symbol(self, expr: Any) -> str:
+        name = str(expr.name)
+        return name if PLAIN_NAME.fullmatch(name) and name not in WORDS else f"`{name}`"
+
+    def _print_Float(self, expr: Any) -> str:
+        return repr(float(expr))
+
+    def _print_Exp1(self, expr: Any) -> str:
+        return "exp(1)"
+
+    def _print_Relational(self, expr: Any) -> str:
+        level = PRECEDENCE["Relational"]
+        left, right = (self.parenthesize(side, level, strict=True) for side in (expr.lhs, expr.rhs))
+        return f"{left} {expr.rel_op} {right}"
+
+    def _print_And(self, expr: Any) -> str:
+        return self._joined(expr, "and")
+
+    def _print_Or(self, expr: Any) -> str:
+        return self._joined(expr, "or")
+
+    def _print_Not(self, expr: Any) -> str:
+        return f"not ({self._print(expr.args[0])})"
+
+    def _joined(self, expr: Any, word: str) -> str:
+        level = PRECEDENCE[type(expr).__name__]
+        return f" {word} ".join(self.parenthesize(part, level, strict=True) for part in expr.args)
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function that may stand in an expression.
+
+    Parameters
+    ----------
+    make : callable
+        That of sympy.
+    least, most : int
+        Number of arguments.
+    smooth : bool
+        Whether rates, guards and quadratures may hold it: it has a Taylor series.
+    value : callable, optional
+        Its value as a double.
+    """
+
+    make: Callable[..., Any]
+    least: int = 1
+    most: int = 1
+    smooth: bool = True
+    value: Callable[..., float] | None = None
+
+
+_ELEMENTARY = (
+    *("exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan"),
+    *("sinh", "cosh", "tanh", "asinh", "atanh"),
+)
+
+
+def _functions() -> dict[str, Function]:
+    found = {name: Function(getattr(sympy, name), value=getattr(math, name)) for name in _ELEMENTARY}
+    found["acosh"] = Function(sympy.acosh, smooth=False, value=math.acosh)
+    found["Abs"] = Function(sympy.Abs, smooth=False, value=abs)
+    found["sign"] = Function(sympy.sign, smooth=False, value=lambda x: math.copysign(1.0, x))
+    found["floor"] = Function(sympy.floor, smooth=False, value=math.floor)
+    found["ceiling"] = Function(sympy.ceiling, smooth=False, value=math.ceil)
+    found["Mod"] = Function(sympy.Mod, 2, 2, smooth=False, value=lambda x, y: x % y)
+    found["atan2"] = Function(sympy.atan2, 2, 2, smooth=False, value=math.atan2)
+    found["Max"] = Function(sympy.Max, 2, 16, smooth=False, value=max)
+    found["Min"] = Function(sympy.Min, 2, 16, smooth=False, value=min)
+    for name, special in SPECIAL.items():
+        (count,) = special.make.nargs
+        found[name] = Function(special.make, int(count), int(count), smooth=bool(special.moving))
+    return found
+
+
+FUNCTIONS = _functions()
+PLAIN = [name for name in FUNCTIONS if name not in SPECIAL]
+
+INSTEAD = {
+    "abs": "write Abs(x)",
+    "fabs": "write Abs(x)",
+    "max": "write Max(x, y)",
+    "min": "write Min(x, y)",
+    "mod": "write Mod(x, y)",
+    "fmod": "write Mod(x, y)",
+    "ceil": "write ceiling(x)",
+    "ln": "write log(x)",
+    "log10": "write log(x)/log(10)",
+    "log2": "write log(x)/log(2)",
+    "pow": "write x**n",
+    "cbrt": "write x**(1/3)",
+    "arcsin": "write asin(x)",
+    "arccos": "write acos(x)",
+    "arctan": "write atan(x)",
+    "sec": "write 1/cos(x)",
+    "csc": "write 1/sin(x)",
+    "cot": "write 1/tan(x)",
+    "sech": "write 1/cosh(x)",
+    "coth": "write 1/tanh(x)",
+    "Piecewise": "write the branches as modes, or as transitions with a condition each",
+    "Heaviside": "write the branches as modes, or as transitions with a condition each",
+}
+
+
+def _check_power(base: Any, exponent: Any) -> None:
+    """Refuse a power whose numbers would have too many digits."""
+    if exponent.is_Rational:
+        _check_exponent(exponent)
+        bits = sum(_bits(number) for number in base.atoms(sympy.Rational))
+        if bits * abs(exponent.p) > 16 * MOST_BITS * exponent.q:
+            raise ExpressionError("has a power that is too large a number")
+
+
+def _check_exponent(exponent: Any) -> None:
+    """Refuse a rational exponent beyond the bound."""
+    if max(abs(exponent.p), exponent.q) > MOST_EXPONENT:
+        raise ExpressionError(f"has the exponent {exponent!s:.40}; exponents up to {MOST_EXPONENT} are read")
+
+
+def _check_size(expression: Any, most: int) -> None:
+    """Refuse an expression of more operations."""
+    count = sum(1 for _ in sympy.preorder_traversal(expression))
+    if count > most:
+        raise ExpressionError(
+            f"compares, or takes by a function with kinks, {count} operations; at most {most} are read"
+        )
+
+
+def _checked(made: Any) -> Any:
+    """The expression, if sympy made no number of it that is too large."""
+    if any(_bits(number) > MOST_BITS for number in made.atoms(sympy.Rational)):
+        raise ExpressionError(f"holds a whole number of more than {MOST_BITS} bits")
+    return made
+
+
+def _bits(number: Any) -> int:
+    return max(int(number.p).bit_length(), int(number.q).bit_length())
+
+
+def _check_finite(name: str, function: Callable[..., float], arguments: list[Any]) -> None:
+    """Refuse a constant that is no finite double before sympy calculates it with all its digits."""
+    given = [_double(argument) for argument in arguments]
+    values = [value for value in given if value is not None]
+    if len(values) < len(given):
+        return
+    if name == "**" and values[0] == 0 and values[1] < 0:
+        raise ExpressionError("divides by zero")
+    shown = ", ".join(f"{value:.6g}" for value in values)
+    try:
+        value = function(*values)
+        if isinstance(value, complex):
+            raise ValueError
+    except (ArithmeticError, ValueError):
+        raise ExpressionError(f"{name} of {shown} is no finite real number") from None
+    if not math.isfinite(value) or (abs(value) < _LOWEST and name in ("exp", "**") and values[0] != 0):
+        raise ExpressionError(f"{name} of {shown} is out of the range of doubles")
+
+
+def _double(expression: Any) -> float | None:
+    """Value of a constant, None if it holds a special function."""
+    if expression.is_Rational:
+        try:
+            return int(expression.p) / int(expression.q)
+        except OverflowError:
+            raise ExpressionError("holds a number that is larger than any double") from None
+    if expression.is_Float or expression.is_NumberSymbol:
+        return float(expression)
+    parts = [_double(part) for part in expression.args]
+    if any(part is None for part in parts):
+        return None
+    name = type(expression).__name__
+    known: dict[str, Callable[..., float]] = {
+        "Add": lambda *p: math.fsum(p),
+        "Mul": lambda *p: math.prod(p),
+        "Pow": lambda x, y: x**y,
+    }
+    function = known.get(name) or (FUNCTIONS[name].value if name in FUNCTIONS else None)
+    if function is None:
+        return None
+    try:
+        value = function(*parts)
+    except (ArithmeticError, ValueError):
+        return None
+    return None if isinstance(value, complex) else float(value)
+
+
+def has_doubles(expression: Any) -> bool:
+    """Whether every number of the expression is a double, whole numbers and fractions rounded."""
+    try:
+        return all(math.isfinite(float(number)) for number in expression.atoms(sympy.Rational, sympy.Float))
+    except OverflowError:
+        return False

@@ -1,0 +1,671 @@
+"""Curves of orbits followed over parameters, by pseudo-arclength, as far as the orbits keep their events.
+
+A branch of orbits over one parameter and a curve of special points over two are followed alike: the next point is
+predicted by the polynomial through the last ones and corrected at a right angle to the curve; steps are adapted to the
+error of the prediction (H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", in
+Applications of Bifurcation Theory, Academic Press 1977, 359-384). Along a curve of special points a test function
+vanishes as well. Every trial lies on the surface of orbits, by Newton's method; across the curve the function's root is
+found by the secant method.
+"""
+
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.engine import shooting as at
+from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Problem, Shot
+    from chaosdrill.orbits.special import TestFunction
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Tangent plane of the orbits of one sequence of events over two parameters, in the reduced unknowns.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (2, columns)
+        Two directions, of length 1 and at right angles in the norm of the weights.
+    weights : ndarray, shape (columns,)
+        As from `Problem.weights`.
+    """
+
+    rows: np.ndarray
+    weights: np.ndarray
+
+    @property
+    def twist(self) -> float:
+        """Area of the plane's unit square in the parameters; zero where the surface folds over them."""
+        return float(np.linalg.det((self.rows * self.weights)[:, -2:]))
+
+    def part(self, change: np.ndarray) -> np.ndarray:
+        """Components along the rows of a change of the reduced unknowns, shape (2,)."""
+        return (self.rows * self.weights**2) @ change
+
+    def direction(self, part: np.ndarray) -> np.ndarray:
+        """The direction of length 1 with such components."""
+        return part @ self.rows / np.linalg.norm(part)
+
+
+def plane_at(
+    problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray, reference: Plane | None = None
+) -> Plane:
+    """Tangent plane at an orbit: the null space of its linearised equations.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of two free parameters.
+    orbit, shot : Orbit, Shot
+    weights : ndarray, shape (columns,)
+    reference : Plane, optional
+        Neighbouring plane whose rows these resemble as much as they can, so that they turn with the surface.
+
+    Raises
+    ------
+    LostError
+    """
+    if not np.isfinite(shot.equations).all():
+        raise LostError("the equations have no derivatives there")
+    rows = problem.null_space(orbit, shot, weights, 2) / weights
+    if reference is not None:
+        # orthogonal Procrustes problem, Schoenemann 1966, doi:10.1007/BF02289451
+        u, _, v = np.linalg.svd((reference.rows * reference.weights**2) @ rows.T)
+        rows = u @ v @ rows
+    return Plane(rows, weights)
+
+
+@dataclass(frozen=True)
+class Root:
+    """Where a test function vanishes at a point of its curve.
+
+    Attributes
+    ----------
+    plane : Plane
+    across : ndarray, shape (columns,)
+        At a right angle to the curve, within the plane.
+    slope : float
+        Derivative of the function across.
+    error : float
+        Distance from the curve, across it.
+    instant : float
+        Time on the orbit to which the function belongs.
+    """
+
+    plane: Plane
+    across: np.ndarray
+    slope: float
+    error: float
+    instant: float
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a curve.
+
+    Attributes
+    ----------
+    orbit, shot : Orbit, Shot
+        The latter without derivatives.
+    weights : ndarray, shape (columns,)
+        What differences count here: states may grow by much along a curve, as over a resonance.
+    tangent : ndarray, shape (columns,)
+        Along the curve, of length 1 in the norm of the weights.
+    section : Orbit
+        What tells the plane on which an orbit without events and without a period begins, as for `Problem.shoot`.
+    arclength : float
+    special : Special
+        What happens there.
+    root : Root, optional
+        On a curve of special points.
+    """
+
+    orbit: "Orbit"
+    shot: "Shot"
+    weights: np.ndarray
+    tangent: np.ndarray
+    section: "Orbit"
+    arclength: float = 0.0
+    special: Special = Special.REGULAR
+    root: Root | None = None
+
+    def turned(self) -> "Point":
+        """The same, to be followed the other way."""
+        return replace(self, tangent=-self.tangent, arclength=-self.arclength)
+
+
+@dataclass(frozen=True)
+class Border:
+    """Where the events change: the last orbit of a sequence of them, what was seen there, and the first one beyond.
+
+    ``bad`` is None where there is no orbit beyond; ``error`` is the distance between the two in the first parameter.
+    """
+
+    good: "Orbit"
+    shot: "Shot"
+    bad: "Orbit | None"
+    bad_shot: "Shot | None"
+    error: float
+
+
+class Curve:
+    """A branch of orbits over one parameter: what finds its points.
+
+    Parameters
+    ----------
+    problem : Problem
+    limits : ndarray, shape (q, 2)
+        Smallest and largest value of every free parameter.
+    """
+
+    noun = "branch"
+    kind = Special.REGULAR
+    margin = 0.0
+
+    def __init__(self, problem: "Problem", limits: np.ndarray) -> None:
+        self.problem, self.limits = problem, limits
+        self.spans = np.ptp(limits, axis=1)
+
+    def unlimited(self) -> "Curve":
+        """The same without limits."""
+        other = copy(self)
+        other.limits = np.tile([-np.inf, np.inf], (len(self.limits), 1))
+        return other
+
+    def weights(self, orbit: "Orbit") -> np.ndarray:
+        """What differences of an orbit's reduced unknowns count."""
+        return self.problem.weights(orbit, self.spans)
+
+    def values(self, orbit: "Orbit") -> np.ndarray:
+        """The free parameters, shape (q,)."""
+        return orbit.starts[0, self.problem.states :]
+
+    def outside(self, orbit: "Orbit") -> bool:
+        """Whether a parameter is beyond its limits."""
+        value = self.values(orbit)
+        return bool(((value < self.limits[:, 0]) | (value > self.limits[:, 1])).any())
+
+    def change(self, one: "Orbit", other: "Orbit") -> np.ndarray:
+        """Difference of reduced unknowns."""
+        return other.reduced(self.problem.states) - one.reduced(self.problem.states)
+
+    def gap(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+        """Distance in the norm of the weights."""
+        return float(np.linalg.norm(self.change(one, other) * weights))
+
+    def first(self, orbit: "Orbit", shot: "Shot", ahead: np.ndarray | None = None) -> Point:
+        """A converged orbit as the first point of a curve, to be followed to the side of ``ahead``.
+
+        By default it is that of a growing parameter.
+        """
+        weights = self.weights(orbit)
+        return Point(orbit, shot.bare(), weights, self.problem.direction(orbit, shot, weights, ahead), orbit)
+
+    def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
+        """The point of the curve next to a guess.
+
+        Parameters
+        ----------
+        guess : Orbit
+        near : Point
+            The next one that is known.
+        row : ndarray, shape (columns,)
+            Corrections are orthogonal to it.
+
+        Raises
+        ------
+        LostError
+        """
+        orbit, shot = self._solved(guess, near, row[np.newaxis])
+        weights = self.weights(orbit)
+        tangent = self.problem.direction(orbit, shot, weights, near.tangent)
+        return Point(orbit, shot.bare(), weights, tangent, near.section)
+
+    def _solved(self, guess: "Orbit", near: Point, conditions: np.ndarray) -> tuple["Orbit", "Shot"]:
+        code, orbit, shot, _ = self.problem.newton(
+            guess, conditions, SETTINGS.farthest, weights=near.weights, section=near.section
+        )
+        if code != CONVERGED or not np.isfinite(shot.equations).all():
+            raise LostError("no orbit beside the curve")
+        return orbit, shot
+
+    def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
+        """An orbit at a point that the system follows, or next to it where it does so only up to the curve."""
+        return point.orbit, point.shot
+
+    def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
+        """The orbit at or beside a point that the system does not follow as it is written down; None if it does."""
+        found = self.followed(point)
+        if found is not None and admissible(*found):
+            return None
+        return found or (point.orbit, point.shot)
+
+    def predicted(self, points: list[Point], h: float) -> "Orbit":
+        """The polynomial through the last points, a step behind the last one."""
+        last = points[-1]
+        if len(points) == 1:
+            shot = self.problem.shoot(last.orbit, False, last.section)
+            return self.problem.moved(last.orbit, shot, h * last.tangent)
+        shares = _shares(np.array([p.arclength for p in points]), last.arclength + h, 0)
+        starts = np.tensordot(shares, np.array([p.orbit.starts for p in points]), 1)
+        # the parameters of all segments are one set of numbers
+        starts[1:, self.problem.states :] = starts[0, self.problem.states :]
+        durations = shares @ np.array([p.orbit.durations for p in points])
+        phase = float(shares @ np.array([p.orbit.phase for p in points]))
+        return replace(last.orbit, starts=starts, phase=phase, durations=durations)
+
+    def after(self, points: list[Point], h: float) -> tuple[Point, float]:
+        """The point a step behind the last one, and how far from it it was predicted.
+
+        ``points`` are those through which the predictor goes.
+
+        Raises
+        ------
+        LostError
+            There is none on a smooth continuation.
+        """
+        last = points[-1]
+        predicted = self.predicted(points, h)
+        point = self.correct(predicted, last, last.weights**2 * last.tangent)
+        error = self.gap(predicted, point.orbit, last.weights)
+        if not error < SETTINGS.farthest:
+            raise LostError("the orbit is far from where it was predicted")
+        length = self.gap(last.orbit, point.orbit, last.weights)
+        point = self.aligned(replace(point, arclength=last.arclength + length), points)
+        if not self.cosine(last, point) > SETTINGS.bend:
+            raise LostError("the curve bends too much")
+        return point, error
+
+    def aligned(self, point: Point, points: list[Point]) -> Point:
+        """A point with the tangent that it has behind others."""
+        return point
+
+    def cosine(self, one: Point, other: Point) -> float:
+        """Cosine of the angle between the directions at two points."""
+        there = one.weights * other.tangent
+        return float((one.weights * one.tangent) @ there / np.linalg.norm(there))
+
+    def between(self, one: Point, other: Point, part: float, row: np.ndarray | None = None) -> Point:
+        """The point of the curve beside a point of the line between two, at a right angle to ``row`` or to that line.
+
+        Raises
+        ------
+        LostError
+        """
+        row = self.change(one.orbit, other.orbit) * one.weights**2 if row is None else row
+        point = self.correct(one.orbit.between(other.orbit, part), one, row)
+        done, left = (self.gap(point.orbit, end.orbit, one.weights) for end in (one, other))
+        share = done / (done + left) if done > 0 else 0.0
+        return replace(point, arclength=one.arclength + share * (other.arclength - one.arclength))
+
+    def at_limit(self, last: Point, beyond: Point) -> Point | None:
+        """The point at the limit that is passed first between two; None where the last one is at it.
+
+        Raises
+        ------
+        LostError
+        """
+        here, there = self.values(last.orbit), self.values(beyond.orbit)
+        limit = np.where(there < here, self.limits[:, 0], self.limits[:, 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            parts = np.where((there - limit) * (there - here) > 0, (limit - here) / (there - here), np.inf)
+        k = int(parts.argmin())
+        if not 0 < parts[k] < np.inf:
+            return None
+        guess = last.orbit.between(beyond.orbit, parts[k])
+        values = self.values(guess).copy()
+        values[k] = limit[k]
+        row = np.zeros(len(last.weights))
+        row[len(row) - len(values) + k] = 1.0
+        guess = guess.with_values(values, self.problem.states)
+        point = self.correct(guess, last, row)
+        if not self.gap(guess, point.orbit, last.weights) < SETTINGS.farthest:
+            raise LostError("the orbit at the limit is far from where it was predicted")
+        return replace(point, arclength=last.arclength + self.gap(last.orbit, point.orbit, last.weights))
+
+    def bisect(self, last: Point, beyond: Point) -> tuple[Point, Border]:
+        """The last point before a border, and the border: between one that the system follows and one that it does not.
+
+        The former is ``last`` itself if nothing lies between.
+        """
+        good, bad, part = last, self.blocked(beyond), 1.0
+        row = self.change(last.orbit, beyond.orbit) * last.weights**2
+        for _ in range(SETTINGS.bisections):
+            half = 0.5 * part
+            try:
+                point = self.between(good, beyond, half, row)
+                blocked = self.blocked(point)
+            except LostError:
+                part, bad = half, None
+                continue
+            if blocked is None:
+                good, part = point, (part - half) / (1 - half)
+            else:
+                beyond, bad, part = point, blocked, 1.0
+        orbit, shot = self.followed(good) or (good.orbit, good.shot)
+        error = part * abs(float(self.values(beyond.orbit)[0] - self.values(good.orbit)[0]))
+        error += SETTINGS.tangent_error * abs(float(self.values(orbit)[0])) + self.margin * self.spans[0]
+        bad_orbit, bad_shot = bad or (None, None)
+        return good, Border(orbit, shot, bad_orbit, bad_shot, float(error))
+
+
+class SpecialCurve(Curve):
+    """A curve over two parameters along which a test function vanishes.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of two free parameters.
+    limits : ndarray, shape (2, 2)
+    test : TestFunction
+        The function.
+    """
+
+    noun = "curve"
+
+    def __init__(self, problem: "Problem", limits: np.ndarray, test: "TestFunction") -> None:
+        super().__init__(problem, limits)
+        self.test, self.kind, self.margin = test, test.kind, test.margin
+
+    def begin(self, orbit: "Orbit", shot: "Shot", instant: float) -> Point:
+        """The point of the curve next to an orbit, with the second parameter as it is there.
+
+        Raises
+        ------
+        LostError
+        """
+        plane = plane_at(self.problem, orbit, shot, self.weights(orbit))
+        across = plane.direction(np.array([plane.rows[1, -1], -plane.rows[0, -1]]))
+        slope = self._slope(orbit, shot, plane, across, instant)
+        row = np.eye(len(plane.weights))[-1]
+        root = Root(plane, across, slope, 0.0, instant)
+        near = Point(orbit, shot, plane.weights, across, orbit, root=root)
+        found, shot, root = self._on_curve(orbit, near, row)
+        gradient = np.array([self._slope(found, shot, root.plane, r, root.instant) for r in root.plane.rows])
+        across, steep = root.plane.direction(gradient), float(np.linalg.norm(gradient))
+        tangent = root.plane.direction(np.array([gradient[1], -gradient[0]]))
+        root = replace(root, across=across, slope=steep)
+        return Point(found, shot.bare(), root.plane.weights, tangent, found, special=self.kind, root=root)
+
+    def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
+        orbit, shot, root = self._on_curve(guess, near, row)
+        tangent = root.plane.direction(root.plane.part(near.tangent))
+        return self._turned_with(
+            Point(orbit, shot.bare(), root.plane.weights, tangent, near.section, special=self.kind, root=root), near
+        )
+
+    def _turned_with(self, point: Point, near: Point) -> Point:
+        """The point with its direction across at a right angle to its tangent, on the side of that of another one."""
+        assert point.root is not None
+        assert near.root is not None
+        plane = point.root.plane
+        a, b = plane.part(point.tangent)
+        across = plane.direction(np.array([-b, a]))
+        if near.root.plane.part(near.root.across) @ plane.part(across) < 0:
+            across = -across
+        return replace(point, root=replace(point.root, across=across))
+
+    def _on_curve(self, guess: "Orbit", near: Point, row: np.ndarray) -> tuple["Orbit", "Shot", Root]:
+        """The orbit next to a guess where the function vanishes."""
+        assert near.root is not None
+        plane, slope, instant = near.root.plane, near.root.slope, near.root.instant
+        a, b = plane.rows @ row
+        across = plane.direction(np.array([-b, a]))
+        if plane.part(across) @ plane.part(near.root.across) < 0:
+            across = -across
+        conditions = np.vstack([row, across * plane.weights**2])
+        step, value = np.inf, np.nan
+        for _ in range(SETTINGS.secant_steps):
+            before, moved = value, step
+            orbit, shot = self._solved(guess, near, conditions)
+            value, instant = self.test.value(self.problem, orbit, shot, plane, instant)
+            if SETTINGS.secant_noise < abs(moved) < np.inf:
+                slope = (value - before) / moved
+            if slope == 0:
+                break
+            step = -value / slope
+            if abs(step) <= SETTINGS.secant_step or (
+                abs(step) < SETTINGS.secant_noise and abs(step) > 0.3 * abs(moved)
+            ):
+                new = plane_at(self.problem, orbit, shot, self.weights(orbit), plane)
+                return orbit, shot, Root(new, across, slope, abs(step), instant)
+            if not abs(step) < SETTINGS.farthest:
+                break
+            guess = self.problem.moved(orbit, shot, step * across)
+        raise LostError("the secant method found no point of the curve")
+
+    def _slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, direction: np.ndarray, instant: float) -> float:
+        """Central difference of the function along a direction of the plane."""
+        values = []
+        near = Point(orbit, shot, plane.weights, direction, orbit)
+        for sign in (1, -1):
+            guess = self.problem.moved(orbit, shot, sign * SETTINGS.difference * direction)
+            beside = self._solved(guess, near, plane.rows * plane.weights**2)
+            values.append(self.test.value(self.problem, *beside, plane, instant)[0])
+        return (values[0] - values[1]) / (2 * SETTINGS.difference)
+
+    def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
+        if not self.margin:
+            return point.orbit, point.shot
+        assert point.root is not None
+        plane = point.root.plane
+        away = -np.sign(point.root.slope) * self.margin * point.root.across
+        shot = self.problem.shoot(point.orbit, False, point.section)
+        guess = self.problem.moved(point.orbit, shot, away)
+        try:
+            return self._solved(guess, point, plane.rows * plane.weights**2)
+        except LostError:
+            return None
+
+    def aligned(self, point: Point, points: list[Point]) -> Point:
+        last, tangent = points[-1], points[-1].tangent
+        assert point.root is not None
+        if point.arclength - last.arclength > SETTINGS.apart:
+            nodes = points[1 - SETTINGS.predictor_points :]
+            shares = _shares(np.array([*(p.arclength for p in nodes), point.arclength]), point.arclength, 1)
+            tangent = shares @ np.array(
+                [p.orbit.reduced(self.problem.states) for p in nodes] + [point.orbit.reduced(self.problem.states)]
+            )
+        plane = point.root.plane
+        return self._turned_with(replace(point, tangent=plane.direction(plane.part(tangent))), last)
+
+    def cosine(self, one: Point, other: Point) -> float:
+        assert one.root is not None
+        return float(one.root.plane.part(one.tangent) @ one.root.plane.part(other.tangent))
+
+
+@dataclass
+class Continued:
+    """Points of a curve with one sequence of events, in one direction, and how they end.
+
+    Attributes
+    ----------
+    points : list of Point
+    end : BranchEnd
+    border : Border, optional
+        Where the events change, if that is the end; the last point is the last one before.
+    lost : bool
+        Whether no further point was found.
+    """
+
+    points: list[Point]
+    end: BranchEnd = BranchEnd.MOST_POINTS
+    border: Border | None = None
+    lost: bool = False
+
+
+def continue_curve(
+    curve: Curve, first: Point, step: float, most: int, first_step: float | None = None, home: Point | None = None
+) -> Continued:
+    """Follow a curve from one of its points, in the direction of its tangent, while its orbits keep their events.
+
+    Parameters
+    ----------
+    curve : Curve
+    first : Point
+    step : float
+        Longest step, in the norm of the weights: a part of the ranges.
+    most : int
+        Points, at most.
+    first_step : float, optional
+        By default a part of the longest.
+    home : Point, optional
+        Where the curve began; it is closed if it comes back there. By default the first point.
+    """
+    points, home, anchor = [first], home or first, 0
+    halves = [curve.problem.halves_apart(first.orbit, first.weights)]
+    found = Continued(points)
+    h = SETTINGS.first_step * step if first_step is None else first_step
+    while len(points) < most:
+        if first.orbit.segments[0, at.SEGMENT_END] == at.PLANE and len(points) - anchor > SETTINGS.section_points:
+            anchor = len(points) - 1
+            points[-1] = _on_own_section(curve, points[-1])
+        last = points[-1]
+        try:
+            point, error = curve.after(points[max(anchor, len(points) - SETTINGS.predictor_points) :], h)
+            limit = curve.at_limit(last, point) if curve.outside(point.orbit) else point
+        except LostError:
+            h *= 0.5
+            if h < SETTINGS.shortest_step * step:
+                found.end, found.border, found.lost = BranchEnd.NO_CONVERGENCE, _lost(curve, points, step), True
+                return found
+            continue
+        if limit is None:
+            found.end = BranchEnd.LIMIT
+            return found
+        if curve.blocked(limit) is not None:
+            good, border = curve.bisect(last, limit)
+            points += [good] if good is not last else []
+            if border.bad is None:
+                border = replace(border, error=border.error + _left(points, step) * float(curve.spans[0]))
+            found.end, found.border = BranchEnd.NO_CONVERGENCE, border
+            return found
+        points.append(limit)
+        if limit is not point:
+            found.end = BranchEnd.LIMIT
+            return found
+        if _closed(curve, points, home, h):
+            found.end = BranchEnd.CLOSED
+            return found
+        if _through_rest(curve, points):
+            points.pop()
+            found.end = BranchEnd.REST
+            return found
+        halves.append(curve.problem.halves_apart(point.orbit, first.weights))
+        back = traded_places(np.array(halves))
+        if back is not None:
+            beyond = points[back]
+            del points[back:]
+            if curve.kind != Special.REGULAR:
+                points += _to_half(curve, points, beyond)
+            found.end = BranchEnd.DOUBLING
+            return found
+        growth = (
+            (SETTINGS.prediction_error / error) ** (1.0 / min(len(points) - anchor, SETTINGS.predictor_points))
+            if error > 0
+            else 2.0
+        )
+        h = min(h * min(max(growth, 0.3), 2.0), step)
+    return found
+
+
+def _on_own_section(curve: Curve, point: Point) -> Point:
+    """The point with the plane across the flow at its own start, and the tangent that it has there."""
+    shot = curve.problem.shoot(point.orbit, False)
+    if point.root is None:
+        return replace(
+            point,
+            tangent=curve.problem.direction(point.orbit, shot, point.weights, point.tangent),
+            section=point.orbit,
+        )
+    plane = plane_at(curve.problem, point.orbit, shot, point.weights, point.root.plane)
+    return replace(
+        point,
+        tangent=plane.direction(plane.part(point.tangent)),
+        section=point.orbit,
+        root=replace(point.root, plane=plane, across=plane.direction(plane.part(point.root.across))),
+    )
+
+
+def _closed(curve: Curve, points: list[Point], home: Point, h: float) -> bool:
+    last = points[-1]
+    young = len(points) <= SETTINGS.young and points[0] is home
+    if young or not last.orbit.same_events(home.orbit) or curve.gap(home.orbit, last.orbit, last.weights) >= h:
+        return False
+    return curve.cosine(home, last) > 0.5
+
+
+def _through_rest(curve: Curve, points: list[Point]) -> bool:
+    """Whether the last point is behind one at which the orbits have shrunk onto a point at rest.
+
+    Beyond, the same orbits come again, half a turn later: the curve seems to turn back.
+    """
+    orbit = points[-1].orbit
+    if orbit.segments[0, at.SEGMENT_END] != at.PLANE or len(points) < 2:
+        return False
+    if not points[-1].tangent[-1] * points[-2].tangent[-1] < 0:
+        return False
+    orbits = [p.orbit for p in (points[max(len(points) - 1 - SETTINGS.shrunk_points, 0)], *points[-2:])]
+    ends = np.array([o.durations.sum() for o in orbits])[:, np.newaxis]
+    states = curve.problem.at(orbits, ends * np.linspace(0, 1, 33)[:-1])[0]
+    extents = np.ptp(states, axis=1).max(axis=1)
+    return bool(extents[1:].min() < SETTINGS.shrunk * extents[0])
+
+
+def traded_places(gaps: np.ndarray) -> int | None:
+    """Number of the first of some orbits behind one at which their halves, so far apart, have come together."""
+    flips = np.flatnonzero((gaps[1:] * gaps[:-1]).sum(axis=1) < 0) + 1
+    small = [k for k in flips.tolist() if np.abs(gaps[k - 1 : k + 1]).max() < 0.5 * np.abs(gaps).max()]
+    return int(small[0]) if small else None
+
+
+def _to_half(curve: Curve, points: list[Point], beyond: Point) -> list[Point]:
+    """The last point before the halves of doubled orbits come together; beyond, the same orbits come once more."""
+    last, good = points[-1], None
+    start = curve.problem.halves_apart(last.orbit, last.weights)
+    low, high = 0.0, 1.0
+    while high - low > SETTINGS.tangent_error:
+        middle = 0.5 * (low + high)
+        try:
+            point = curve.between(last, beyond, middle)
+        except LostError:
+            high = middle
+            continue
+        if start @ curve.problem.halves_apart(point.orbit, last.weights) < 0:
+            high = middle
+        else:
+            low, good = middle, point
+    return [] if good is None else [good]
+
+
+def _lost(curve: Curve, points: list[Point], step: float) -> Border:
+    """No further point was found at the smallest step."""
+    last = points[-1]
+    return Border(last.orbit, last.shot, None, None, _left(points, step) * float(curve.spans[0]))
+
+
+def _left(points: list[Point], step: float) -> float:
+    """How far beyond the last point an event would have no speed; at least the smallest step."""
+    left = SETTINGS.shortest_step * step
+    if len(points) > 1:
+        before, last = points[-2:]
+        slowest = int(last.shot.speeds.argmin())
+        speed, earlier = float(last.shot.speeds[slowest]), float(before.shot.speeds[slowest])
+        if speed < earlier < np.inf:
+            left = max(left, (last.arclength - before.arclength) * speed / (earlier - speed))
+    return left
+
+
+def _shares(nodes: np.ndarray, place: float, derivative: int) -> np.ndarray:
+    """What the values at the nodes count in their polynomial at a place, or in its derivative there."""
+    scale = float(np.ptp(nodes))
+    powers = np.vander((nodes - place) / scale, increasing=True).T
+    return np.linalg.solve(powers, np.eye(len(nodes))[derivative]) / scale**derivative

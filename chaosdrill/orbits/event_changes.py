@@ -1,0 +1,423 @@
+"""Where the events of an orbit change: a hit or a slip appears or vanishes, two trade places, one comes out otherwise.
+
+A branch of orbits with a given sequence of events goes on smoothly beyond the last one that the system follows. The
+border is found by bisection on whether it does. From there the orbits with other sequences are looked for that go
+through the same path at the border (di Bernardo, Budd, Champneys and Kowalczyk 2008, doi:10.1007/978-1-84628-708-4).
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.codegen.signatures import event_places
+from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.branches import Special
+from chaosdrill.engine import shooting as at
+from chaosdrill.orbits.continuation import Border
+from chaosdrill.orbits.find import admissible, at_rest
+from chaosdrill.orbits.guess import eventless, own_path, standpoint
+from chaosdrill.orbits.multipliers import based
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.continuation import Curve
+    from chaosdrill.orbits.problem import Problem, Shot
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A guard that is nearly met within a segment.
+
+    Attributes
+    ----------
+    segment, guard : int
+        Number of the segment, and of the guard in its mode.
+    side : int
+        Sign by which the guard's value is multiplied, so that it is negative before the guard is met.
+    """
+
+    segment: int
+    guard: int
+    side: int
+
+    def greatest(self, problem: "Problem", orbit: "Orbit", instant: float) -> tuple[float, float]:
+        """Greatest value within the segment next to an instant, and when it is reached.
+
+        Parameters
+        ----------
+        problem : Problem
+        orbit : Orbit
+        instant : float
+            Time since the start of the orbit.
+
+        Raises
+        ------
+        LostError
+            There is no greatest value near: it has left the segment.
+        """
+        total = float(orbit.durations.sum())
+        now, gap = instant, SETTINGS.touch_probe * total
+        rate = self._look(problem, orbit, now)[1]
+        for _ in range(SETTINGS.touch_steps):
+            before, now = now, now + gap
+            rate_before, rate = rate, self._look(problem, orbit, now)[1]
+            curvature = (rate - rate_before) / (now - before)
+            if not curvature < 0:
+                break
+            gap = -rate / curvature
+            if abs(gap) <= SETTINGS.touch_settled * total:
+                return self._look(problem, orbit, now + gap)[0], now + gap
+        raise LostError("the guard has no greatest value in the segment any more")
+
+    def _look(self, problem: "Problem", orbit: "Orbit", instant: float) -> tuple[float, float]:
+        """Value and rate of the guard."""
+        begin = float(orbit.durations[: self.segment].sum())
+        total = float(orbit.durations.sum())
+        if not orbit.eventless and not begin < instant < begin + orbit.durations[self.segment]:
+            raise LostError("the greatest value has left the segment")
+        state = problem.at([orbit], np.array([[instant % total if orbit.eventless else instant]]))[0][0]
+        values, rates = _guard(problem, orbit, self.segment, self.guard, np.array([instant]), state)
+        return self.side * float(values[0]), self.side * float(rates[0])
+
+
+def touches(problem: "Problem", orbit: "Orbit") -> "Iterator[tuple[float, Touch, float]]":
+    """Greatest values of guards within segments: (value as a part of the guard's variation there, which, when)."""
+    transitions = problem.plain.transitions
+    begin = 0.0
+    for i, (mode, _, _) in enumerate(orbit.segments.tolist()):
+        instants = begin + orbit.durations[i] * (np.arange(SETTINGS.guard_samples) + 0.5) / SETTINGS.guard_samples
+        states = problem.at([orbit], instants[np.newaxis])[0][0]
+        for j, event in enumerate(problem.system.kernels.events[mode]):
+            if all(transitions[k].marks_only() for k in event.outcomes):
+                continue
+            values, _ = _guard(problem, orbit, i, j, instants, states)
+            side = event.direction or -int(np.sign(values[SETTINGS.guard_samples // 2]))
+            heights = side * values
+            # of orbits without events the ends of segments are no ends
+            padded = np.pad(heights, 1, mode="wrap") if orbit.eventless else np.pad(heights, 1, constant_values=np.inf)
+            tops = (heights >= padded[:-2]) & (heights >= padded[2:])
+            for k in np.flatnonzero(tops).tolist():
+                touch = Touch(i, j, side)
+                try:
+                    value, instant = touch.greatest(problem, orbit, float(instants[k]))
+                except LostError:
+                    continue
+                yield abs(value) / max(float(np.ptp(values)), 1e-300), touch, instant
+        begin += float(orbit.durations[i])
+
+
+def nearest_touch(problem: "Problem", orbit: "Orbit") -> tuple[Touch, float] | None:
+    """The guard that an orbit at a border touches, and when; None if there is none."""
+    found = min(touches(problem, orbit), key=lambda one: one[0], default=None)
+    return found[1:] if found is not None and found[0] <= SETTINGS.touching else None
+
+
+def slowness(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray:
+    """Speed at the event that ends each segment, as a part of how fast its guard changes; infinite without one."""
+    begin = 0.0
+    parts = np.full(len(orbit), np.inf)
+    for i, (_, end, _) in enumerate(orbit.segments.tolist()):
+        if end >= 0:
+            instants = begin + orbit.durations[i] * (np.arange(SETTINGS.guard_samples) + 0.5) / SETTINGS.guard_samples
+            _, rates = _guard(problem, orbit, i, end, instants, problem.at([orbit], instants[np.newaxis])[0][0])
+            parts[i] = shot.speeds[i] / max(float(np.abs(rates).max()), 1e-300)
+        begin += float(orbit.durations[i])
+    return parts
+
+
+def slowest_event(problem: "Problem", orbit: "Orbit", shot: "Shot") -> int | None:
+    """Number of the event that comes with no speed; None if there is none."""
+    parts = slowness(problem, orbit, shot)
+    slowest = int(parts.argmin())
+    return slowest if parts[slowest] <= SETTINGS.touching else None
+
+
+def taken(problem: "Problem", orbit: "Orbit", segment: int, guard: int, after: float) -> int:
+    """Transition that would be taken if a guard were met on a segment, a time after its start; -1 for none."""
+    system = problem.system
+    n, instant = len(system.states), float(orbit.durations[:segment].sum()) + after
+    x = np.zeros(n)
+    x[: problem.states] = problem.at([orbit], np.array([[instant]]))[0][0, 0]
+    x[problem.states :] = orbit.starts[0, problem.states :]
+    room = np.zeros(event_places(n).size)
+    constants = system.kernels.constants(system.parameters)
+    mode = int(orbit.segments[segment, at.SEGMENT_MODE])
+    transit = system.kernels.functions[7]
+    return int(transit(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
+
+
+def _guard(
+    problem: "Problem", orbit: "Orbit", segment: int, guard: int, instants: np.ndarray, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values and rates of a guard in states (K, d) at times since the start of an orbit."""
+    system = problem.system
+    field, evaluate = system.kernels.functions[3], system.kernels.functions[5]
+    constants = system.kernels.constants(system.parameters)
+    n, d = len(system.states), problem.states
+    mode = int(orbit.segments[segment, at.SEGMENT_MODE])
+    values, slopes = np.zeros(len(instants)), np.zeros(len(instants))
+    x, rates, gradient = np.zeros(n), np.zeros(n + len(system.quadratures)), np.zeros(n + 1)
+    x[d:] = orbit.starts[0, d:]
+    for k, (instant, state) in enumerate(zip(instants, states, strict=True)):
+        x[:d] = state
+        time = orbit.phase + float(instant)
+        values[k] = evaluate(mode, guard, time, constants, x, gradient)
+        field(mode, time, constants, x, rates)
+        slopes[k] = gradient[:n] @ rates[:n] + gradient[n]
+    return values, slopes
+
+
+@dataclass(frozen=True)
+class Continuation:
+    """An orbit with another sequence of events, behind a border, and which way leads away from it."""
+
+    orbit: "Orbit"
+    shot: "Shot"
+    ahead: np.ndarray
+
+
+def reason(problem: "Problem", border: Border) -> tuple[Special, str]:
+    """What happens at a border behind which nothing goes on, from its last orbit and the first one beyond."""
+    system = problem.plain
+    orbit, shot = (border.good, border.shot) if border.bad is None else (border.bad, border.bad_shot)
+    assert shot is not None
+    events = orbit.segments[:, at.SEGMENT_END] >= 0
+    names = [system.transitions[k].name if k >= 0 else "" for k in orbit.segments[:, at.SEGMENT_OUTCOME]]
+    for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
+        if shot.crossed[i] >= 0:
+            came = taken(problem, orbit, i, int(shot.crossed[i]), float(shot.met[i]))
+            first = problem.system.kernels.events[mode][shot.crossed[i]].outcomes[0]
+            name = system.transitions[came if came >= 0 else first].name
+            if shot.crossed[i] == end and shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
+                # met twice in a row, the second time from behind: between the two it was met at no speed
+                return Special.GRAZING, f"{names[i]} vanishes"
+            if shot.met[i] <= 1e-6 * orbit.durations[i]:
+                return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i - 1]}"
+            if shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
+                return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i]}"
+            return Special.GRAZING, f"{name} appears"
+        if events[i] and shot.came[i] != outcome:
+            if shot.came[i] >= 0 and system.transitions[shot.came[i]].name == system.transitions[outcome].completes:
+                return Special.REGULAR, f"{names[i]} would come after one rebound more; the branch was not followed on"
+            return Special.OUTCOME_SWITCH, f"{names[i]} comes out otherwise"
+    slow = slowness(problem, orbit, shot)
+    short = orbit.durations / orbit.durations.sum()
+    if slow.min(initial=np.inf) <= SETTINGS.tangential:
+        return Special.GRAZING, f"{names[int(slow.argmin())]} vanishes"
+    if short.min() <= SETTINGS.tangential:
+        i = int(short.argmin())
+        return Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} fall together"
+    return Special.REGULAR, ""
+
+
+def branch_behind(curve: "Curve", border: Border) -> Continuation | None:
+    """An orbit behind a border with another sequence of events, if there is one that begins there."""
+    tried = [border.good]
+    further: list[Orbit] = []
+    for guess in chain(_guesses(curve.problem, border), _emptied(further)):
+        if len(tried) > SETTINGS.border_tried:
+            break
+        if any(_same_cycle(guess, old) for old in tried):
+            continue
+        tried.append(guess)
+        found = _branch_from(curve, guess, border, further)
+        if found is not None:
+            return found
+    return None
+
+
+def _emptied(queue: "list[Orbit]") -> "Iterator[Orbit]":
+    while queue:
+        yield queue.pop(0)
+
+
+def recounted(problem: "Problem", before: "Orbit", after: "Orbit") -> bool:
+    """Whether all that changes is after how many rebounds the rest of them is taken as one, which means nothing."""
+    transitions = {t.name: t for t in problem.plain.transitions}
+    old, new = (Counter(o.events(problem.plain).split()) for o in (before, after))
+    replaced = {transitions[name].completes for name in old} - {None}
+    return old != new and all(name in replaced for name in (old - new) + (new - old))
+
+
+def what_changed(problem: "Problem", border: Border, after: "Orbit") -> tuple[Special, str]:
+    """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
+    system, before = problem.plain, border.good
+    old, new = (Counter(o.events(system).split()) for o in (before, after))
+    # in the order of declaration: where an orbit's sequence begins may be a matter of the last digit
+    declared = [t.name for t in system.transitions]
+    appeared, vanished = (sorted(changed.elements(), key=declared.index) for changed in (new - old, old - new))
+    if len(before) == len(after) and not before.eventless and not after.eventless:
+        if not appeared and not vanished:
+            return Special.EVENT_SWAP, "two events trade places"
+        return Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}"
+    parts = []
+    for names, one, many in ((appeared, "appears", "appear"), (vanished, "vanishes", "vanish")):
+        counted = [f"{k} {name}" if k > 1 else name for name, k in Counter(names).items()]
+        if names:
+            parts.append(f"{' and '.join(counted)} {one if len(names) == 1 else many}")
+    touches = (
+        slowness(problem, before, border.shot).min() <= SETTINGS.tangential
+        or nearest_touch(problem, before) is not None
+    )
+    return Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts)
+
+
+def _guesses(problem: "Problem", border: Border) -> "Iterator[Orbit]":
+    """Paths with other events: those of the system itself near the border, then those with events left out."""
+    d = problem.states
+    last = border.bad if border.bad is not None else border.good
+    for part in SETTINGS.border_beside:
+        for orbit in (border.good, last):
+            guess = _own_path(problem, orbit, orbit.starts[0, d:] * (1 + part))
+            if guess is not None:
+                yield guess
+    yield from left_out(border)
+    yield from without_events(problem, border.good)
+
+
+def without_events(problem: "Problem", orbit: "Orbit") -> "Iterator[Orbit]":
+    """The path without any event, if it stays in one mode."""
+    if orbit.eventless or len(set(orbit.segments[:, at.SEGMENT_MODE].tolist())) > 1:
+        return
+    values = orbit.starts[0, problem.states :]
+    mode = problem.plain.mode_names[orbit.segments[0, at.SEGMENT_MODE]]
+    if problem.forced:
+        period = problem.period_at(orbit)
+        assert period is not None
+        yield eventless(problem, problem.strobes([orbit])[0][0, 0], mode, orbit.periods, values, period)
+    else:
+        total = float(orbit.durations.sum())
+        state = problem.at([orbit], np.array([[0.5 * float(orbit.durations[0])]]))[0][0, 0]
+        segments = np.array([[orbit.segments[0, at.SEGMENT_MODE], at.PLANE, -1]], dtype=np.int64)
+        yield Orbit(segments, orbit.periods, np.concatenate([state, values])[np.newaxis], 0.0, np.array([total]))
+
+
+def _own_path(problem: "Problem", orbit: "Orbit", values: np.ndarray) -> "Orbit | None":
+    """What the system does from the middle of the longest segment on, in the time that the orbit takes."""
+    outcome, guess = own_path(problem, orbit, values, float(orbit.durations.sum()))
+    if outcome != Outcome.OK or guess is None:
+        return None
+    return based(problem, replace(guess, periods=orbit.periods))
+
+
+def left_out(border: Border) -> "Iterator[Orbit]":
+    """The orbit without one event that leads back into its mode, or without two or three that do so together."""
+    orbit = border.good
+    count = len(orbit)
+    if orbit.eventless:
+        return
+    merit = np.minimum(border.shot.speeds, orbit.durations / orbit.durations.sum())
+    for first in np.argsort(merit).tolist():
+        for dropped in (1, 2, 3):
+            if dropped >= count:
+                break
+            for shift in range(dropped):
+                begin = (first - shift) % count
+                turned = _turned(orbit, begin)
+                if turned.segments[0, at.SEGMENT_MODE] == turned.segments[dropped % count, at.SEGMENT_MODE]:
+                    segments = np.vstack([turned.segments[dropped], turned.segments[dropped + 1 :]])
+                    durations = np.concatenate(
+                        [[turned.durations[: dropped + 1].sum()], turned.durations[dropped + 1 :]]
+                    )
+                    starts = np.vstack([turned.starts[0], turned.starts[dropped + 1 :]])
+                    yield replace(turned, segments=segments, durations=durations, starts=starts)
+
+
+def _turned(orbit: "Orbit", first: int) -> "Orbit":
+    """The same path from another segment on, with its phase not reduced to one period."""
+    return orbit.rotated(first, None)
+
+
+def _same_cycle(one: "Orbit", other: "Orbit") -> bool:
+    """Whether two orbits have the same events, which take about as long: two that trade places leave a cycle of two."""
+    total = float(other.durations.sum())
+    return len(one) == len(other) and any(
+        np.array_equal(np.roll(one.segments, k, axis=0), other.segments)
+        and np.abs(np.roll(one.durations, k) - other.durations).max() < SETTINGS.same_cycle * total
+        for k in range(len(one))
+    )
+
+
+def _branch_from(curve: "Curve", guess: "Orbit", border: Border, further: "list[Orbit]") -> Continuation | None:
+    """The branch of orbits with the events of a guess that begins at a border, some way along it.
+
+    Where its orbits cross yet another guard, as two do at once on a symmetric orbit, the system's own path from there
+    is added to ``further`` guesses.
+    """
+    problem = curve.problem
+    guess = based(problem, guess)
+    shot = problem.shoot(guess)
+    if shot.outcome != 0 or not np.isfinite(shot.equations).all():
+        return None
+    weights = curve.weights(guess)
+    direction = problem.direction(guess, shot, weights)
+    conditions = (direction * weights**2)[np.newaxis]
+    for length in SETTINGS.border_steps:
+        start = problem.moved(guess, shot, length * direction)
+        code, orbit, seen, _ = problem.newton(start, conditions, SETTINGS.reach_beside)
+        if code != CONVERGED or distance(problem, orbit, border.good, weights) > SETTINGS.border_near:
+            continue
+        if orbit.repeats() or at_rest(problem, orbit):
+            continue
+        if not admissible(orbit, seen):
+            if length and admissible(orbit, replace(seen, crossed=np.full(len(orbit), -1))):
+                fuller = _own_path(problem, orbit, orbit.starts[0, problem.states :])
+                further += [] if fuller is None else [fuller]
+            continue
+        ahead = _away(problem, orbit, seen, border, weights)
+        if ahead is not None:
+            return Continuation(orbit, seen, ahead)
+    return None
+
+
+def distance(problem: "Problem", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+    """Distance of two orbits at the strobes and in the parameter, in the norm of the weights.
+
+    Without strobes: the largest distance at which one passes a place of the other, and how much longer one takes.
+    """
+    d = problem.states
+    apart = float(abs(orbit.starts[0, -1] - other.starts[0, -1])) * weights[-1]
+    if not problem.forced:
+        apart += abs(float(np.log(orbit.durations.sum() / other.durations.sum())))
+        if apart > SETTINGS.border_near:
+            return apart
+        return apart + max(passing(problem, *pair, weights[:d]) for pair in ((orbit, other), (other, orbit)))
+    here, there = (problem.strobes([o])[0][0] for o in (orbit, other))
+    if len(here) != len(there):
+        return np.inf
+    return apart + min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
+
+
+def passing(problem: "Problem", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+    """Distance at which an orbit passes the middle of the longest segment of another one."""
+    state = standpoint(problem, other)[2]
+    total = float(orbit.durations.sum())
+    first, width, closest = 0.0, total, np.inf
+    for _ in range(SETTINGS.passing_samples[1]):
+        instants = np.unique(np.linspace(first, first + width, SETTINGS.passing_samples[0] + 1) % total)
+        away = (np.abs(problem.at([orbit], instants[np.newaxis])[0][0] - state) * weights).max(axis=1)
+        closest = min(closest, float(away.min()))
+        width *= 2 / SETTINGS.passing_samples[0]
+        first = float(instants[away.argmin()]) - width / 2
+    return closest
+
+
+def _away(problem: "Problem", orbit: "Orbit", shot: "Shot", border: Border, weights: np.ndarray) -> np.ndarray | None:
+    """The direction that leads away from a border, along orbits that the system follows."""
+    direction = problem.direction(orbit, shot, weights)
+    farthest, away = 0.0, None
+    step = max(SETTINGS.border_probe, 2 * distance(problem, orbit, border.good, weights))
+    for sign in (1.0, -1.0):
+        moved = problem.moved(orbit, shot, sign * step * direction)
+        code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside)
+        if code == CONVERGED and admissible(there, seen):
+            far = distance(problem, there, border.good, weights)
+            if far > farthest:
+                farthest, away = far, sign * direction
+    return away

@@ -1,0 +1,520 @@
+"""Initial guesses of orbits, read off runs of the ordinary engine."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout
+from chaosdrill.engine import shooting as at
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.engine.setup import values_of_pins
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.problem import Problem
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a motion is.
+
+    Attributes
+    ----------
+    system : HybridSystem
+        With the state and the mode there as its initial ones.
+    phase : float
+        Time in the forcing period.
+    came : Run, optional
+        A run that has come there, from which the standing of the guards is taken over. Without one the motion begins.
+    """
+
+    system: "HybridSystem"
+    phase: float = 0.0
+    came: Run | None = None
+
+    def run(self, period: float, numerics: "Numerics", **options: object) -> Run:
+        """A run that goes on from there; the arguments are those of `Run`."""
+        run = Run(self.system, period, numerics, **options)  # type: ignore[arg-type]
+        if self.came is not None:
+            state = run.x.copy()
+            run.continue_from(self.came)
+            run.x[:] = state
+        if self.system.period is not None:
+            run.begin_at(origin=self.phase)
+        return run
+
+
+def started(system: "HybridSystem", state: np.ndarray, mode: str) -> "HybridSystem":
+    """The system with another initial state."""
+    return system.with_initial(**dict(zip(system.state_names, state.tolist(), strict=True)), mode=mode)
+
+
+def reached(run: Run, numerics: "Numerics") -> Place:
+    """Where a run has come to, at a strobe; the run may go on."""
+    system = started(run.system, run.x, run.mode)
+    here = Run(system, run.period, numerics)
+    here.continue_from(run)
+    return Place(system, 0.0, here)
+
+
+def standpoint(problem: "Problem", orbit: "Orbit") -> tuple[int, float, np.ndarray]:
+    """Middle of the longest segment: its number, the time since the start of the orbit, the state.
+
+    There no event is near, so that a run that begins there meets all of them.
+    """
+    longest = int(orbit.durations.argmax())
+    step = (problem.unit or 1.0) / (problem.numerics.steps or 200)
+    clock = orbit.phase if problem.forced else 0.0
+    middle = float(orbit.durations[:longest].sum() + orbit.durations[longest] / 2)
+    # fixed steps fall where those of the orbit fell
+    on_grid = round((clock + middle) / step) * step - clock
+    if abs(on_grid - middle) < orbit.durations[longest] / 2:
+        middle = on_grid
+    return longest, middle, problem.at([orbit], np.array([[middle]]))[0][0, 0]
+
+
+def place_on(problem: "Problem", orbit: "Orbit", segment: int, time: float, state: np.ndarray) -> Place:
+    """A place within a segment of an orbit.
+
+    How the guards stand there is seen by a run from the event at which the segment began. States that the mode leaves
+    no freedom are what the mode makes of them: on which side of a guard they lie is not left to their last digit.
+
+    Parameters
+    ----------
+    problem : Problem
+    orbit : Orbit
+    segment, time, state : int, float, ndarray
+        Number of the segment, time since the start of the orbit, state of shape (d,).
+    """
+    values = dict(zip(problem.free, orbit.starts[0, problem.states :].tolist(), strict=True))
+    system = problem.plain.with_parameters(**values)
+    mode = system.mode_names[orbit.segments[segment, at.SEGMENT_MODE]]
+    forcing = system.forcing_period()
+    before = float(orbit.durations[:segment].sum())
+    phase, began = orbit.phase + time, orbit.phase + before
+    if forcing:
+        phase, began = phase % forcing, began % forcing
+    state, start = (
+        _pinned(system, int(orbit.segments[segment, at.SEGMENT_MODE]), there, when)
+        for there, when in ((state, phase), (orbit.starts[segment, : problem.states], began))
+    )
+    came = None
+    taken = int(orbit.segments[segment - 1, at.SEGMENT_OUTCOME])
+    if taken >= 0 and time > before:
+        run = Place(started(system, start, mode), began).run(time - before, problem.numerics)
+        run.fix_step(step_of(problem, forcing))
+        run.just_took(taken)
+        came = run if run.advance(1)[0] == Outcome.OK and run.mode == mode else None
+    return Place(started(system, state, mode), phase, came)
+
+
+def _pinned(system: "HybridSystem", mode: int, state: np.ndarray, time: float) -> np.ndarray:
+    """A state with what a mode pins put where the mode holds it."""
+    held = state.copy()
+    for i, value in values_of_pins(system, {}, mode, time).items():
+        held[i] = value
+    return held
+
+
+def step_of(problem: "Problem", forcing: float | None) -> float:
+    """Step of methods of fixed step, the same wherever a run of a system begins."""
+    return (forcing or problem.unit or 1.0) / (problem.numerics.steps or 200)
+
+
+def run_from(
+    problem: "Problem",
+    orbit: "Orbit",
+    segment: int,
+    time: float,
+    state: np.ndarray,
+    parts: int = 1,
+    **options: object,
+) -> Run:
+    """A run of the ordinary engine that begins on an orbit.
+
+    Parameters
+    ----------
+    problem : Problem
+    orbit : Orbit
+    segment, time, state : int, float, ndarray
+        Where, as for `place_on`.
+    parts : int
+        A period of the run is one of the forcing, or all of an orbit without forcing; if parts are asked for, that
+        part of the whole orbit.
+    options
+        Passed on to `Run`.
+    """
+    place = place_on(problem, orbit, segment, time, state)
+    forcing = place.system.forcing_period()
+    period = float(orbit.durations.sum()) / parts if parts > 1 or not forcing else forcing
+    run = place.run(period, problem.numerics, **options)
+    run.fix_step(step_of(problem, forcing))
+    return run
+
+
+def unit_of(problem: "Problem", place: "Place") -> float:
+    """Forcing period, or the characteristic time of the first motion that was followed."""
+    if problem.unit is None:
+        problem.set_unit(characteristic_time(place, problem.numerics))
+    assert problem.unit is not None
+    return problem.unit
+
+
+def characteristic_time(place: "Place", numerics: Numerics) -> float:
+    """Time in which the motion from a place crosses its own extent, 1 if it does not move.
+
+    A sinusoidal motion takes about nine of these units for a turn.
+    """
+    unit = 1.0
+    for _ in range(SETTINGS.characteristic_rounds):
+        better, steps = _crossing(place, numerics, unit)
+        if not 1e-12 < better < 1e12 or (better > unit and steps > SETTINGS.characteristic_steps):
+            return unit
+        good = 1 / SETTINGS.characteristic_ratio <= better / unit <= SETTINGS.characteristic_ratio
+        unit = better
+        if good:
+            break
+    return unit
+
+
+def _crossing(place: "Place", numerics: Numerics, unit: float) -> tuple[float, int]:
+    """Extent over mean rate of the state for which that is longest, as samples at this distance show it, and the steps.
+
+    States that only go one way tell nothing, as long as there are others.
+    """
+    system = place.system
+    d = len(system.states)
+    run = place.run(unit, numerics, samples=SETTINGS.characteristic_samples)
+    samples = np.zeros(
+        ((SETTINGS.characteristic_units + 2) * SETTINGS.characteristic_samples, d + len(system.quadratures) + 1)
+    )
+    run.advance(SETTINGS.characteristic_units, samples)
+    rows = samples[: run.filled()[0]]
+    if len(rows) < 2:
+        return 0.0, run.steps
+    rates = np.zeros((len(rows), d + len(system.quadratures)))
+    times = np.arange(1, len(rows) + 1) * unit / SETTINGS.characteristic_samples
+    for row, time, rate in zip(rows, times, rates, strict=True):
+        system.kernels.functions[3](int(row[-1]), time, run.c, row[:d].copy(), rate)
+    extent = np.ptp(rows[:, :d], axis=0)
+    mean = np.sqrt((rates[:, :d] ** 2).mean(axis=0))
+    moving = (mean > 0) & (extent > 0)
+    ways = extent[moving] / mean[moving]
+    returning = ways < SETTINGS.characteristic_units * unit / 2
+    return float((ways[returning] if returning.any() else ways).max(initial=0.0)), run.steps
+
+
+def settled(problem: "Problem", transient: float) -> tuple[Outcome, Run]:
+    """The run from the system's initial state over a transient, to a phase 0, and how it went.
+
+    The transient is in forcing periods, or a time where there are none.
+    """
+    parts = int(np.ceil(transient)) if problem.forced else SETTINGS.transient_parts
+    run = Run(problem.plain, problem.period or max(transient, 1e-300) / SETTINGS.transient_parts, problem.numerics)
+    return run.advance(parts)[0] if transient else Outcome.OK, run
+
+
+InitialGuess = Callable[[], tuple[Outcome, Orbit | None]]
+"""What reads a guess of an orbit: ``Outcome.OK`` or what ended the run, and the guess if there is one."""
+
+
+def initial_guess(problem: "Problem", place: Place, periods: int) -> InitialGuess:
+    """What reads the path from a place over so many forcing periods; without forcing, until it is back."""
+    values = np.array([problem.plain.parameters[name] for name in problem.free])
+    if problem.forced:
+        return partial(guess_of_forced, problem, place, periods, values)
+    return partial(guess_of_return, problem, place, values)
+
+
+def guess_of_forced(problem: "Problem", place: Place, periods: int, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
+    """The path from a place over so many forcing periods, as a guess of an orbit.
+
+    Parameters
+    ----------
+    problem : Problem
+    place : Place
+    periods : int
+    values : ndarray, shape (q,)
+        Free parameters, as they are in the system of the place.
+
+    Returns
+    -------
+    outcome : Outcome
+        ``Outcome.OK``, or what ended the run before.
+    orbit : Orbit or None
+    """
+    period = place.system.forcing_period()
+    assert period is not None
+    run = place.run(period, problem.numerics)
+    state, mode = run.x.copy(), run.mode
+    outcome, events = _events(run, periods)
+    if outcome != Outcome.OK:
+        return outcome, None
+    return outcome, _round(problem, events, place.phase, state, mode, periods, values, period)
+
+
+def _round(
+    problem: "Problem",
+    events: np.ndarray,
+    phase: float,
+    state: np.ndarray,
+    mode: str,
+    periods: int,
+    values: np.ndarray,
+    period: float,
+) -> Orbit | None:
+    """The path from a state at a phase on, over so many periods, with the events in them."""
+    if not len(events):
+        if phase > 0:
+            rest = np.array([period - phase])
+            segment = np.array([[problem.system.mode_names.index(mode), at.SHARE, -1]], dtype=np.int64)
+            ahead = Orbit(segment, 1, np.concatenate([state, values])[np.newaxis], phase, rest)
+            state = problem.at([ahead], rest[np.newaxis])[0][0, 0]
+        return eventless(problem, state, mode, periods, values, period)
+    times = events[:, layout.EVENT_STROBES] * period + events[:, layout.EVENT_TIME]
+    durations = np.diff(times, prepend=times[-1] - periods * period)
+    orbit = orbit_of_events(problem, events, durations, periods, values, float((phase + times[-1]) % period))
+    return orbit if _connected(problem, orbit) else None
+
+
+def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
+    """What reads the motion of a run where it comes back most nearly after so many periods, the nearest first.
+
+    Of systems without a period: at some distances along it.
+    """
+    place = reached(run, problem.numerics)
+    run = place.run(unit_of(problem, place), problem.numerics)
+    if not problem.forced:
+        places = [place]
+        while len(places) < SETTINGS.places and run.advance(1)[0] == Outcome.OK:
+            places.append(reached(run, problem.numerics))
+        return [initial_guess(problem, one, periods) for one in places]
+    record = strobed(run, SETTINGS.returns_recorded + periods)
+    states = record.states
+    if len(states) <= periods:
+        return [lambda: (record.outcome, None)]
+    spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1.0))
+    last = len(states) - periods
+
+    def away(steps: int) -> np.ndarray:
+        return np.asarray((np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1))
+
+    whole, parts = away(periods), [q for q in range(1, periods) if periods % q == 0]
+    # what is back sooner leads to an orbit of a shorter period
+    sooner = np.min([away(q) for q in parts], axis=0) < SETTINGS.sooner * whole if parts else np.zeros(last, dtype=bool)
+    return [partial(record.guess, problem, j, periods) for j in np.lexsort((whole, sooner))[: SETTINGS.places].tolist()]
+
+
+@dataclass(frozen=True)
+class Strobed:
+    """A motion as its strobes show it, m of them.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        What ended it before its time, else ``Outcome.OK``.
+    states : ndarray, shape (m, d)
+        Its start first.
+    modes : ndarray of int, shape (m,)
+    sequences : ndarray of int, shape (m,)
+        A number that stands for the sequence of events from the strobe before; 0 for the first state.
+    rows : ndarray, shape (E, columns)
+        Events that change something, as the engine records them.
+    """
+
+    outcome: Outcome
+    states: np.ndarray
+    modes: np.ndarray
+    sequences: np.ndarray
+    rows: np.ndarray
+
+    def guess(self, problem: "Problem", j: int, periods: int) -> tuple[Outcome, Orbit | None]:
+        """The path from strobe j on over so many periods, as a guess of an orbit."""
+        assert problem.period is not None
+        since = self.rows[:, layout.EVENT_STROBES] - j
+        events = self.rows[(since >= 0) & (since < periods)].copy()
+        events[:, layout.EVENT_STROBES] -= j
+        values = np.array([problem.plain.parameters[name] for name in problem.free])
+        mode = problem.plain.mode_names[self.modes[j]]
+        return Outcome.OK, _round(problem, events, 0.0, self.states[j], mode, periods, values, problem.period)
+
+
+def strobed(run: Run, length: int) -> Strobed:
+    """What the strobes of a run show, at most so many beside its start."""
+    d = len(run.x)
+    samples = np.zeros((length + 3, d + len(run.system.quadratures) + 1))
+    buffer = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+    start, mode = run.x.copy(), run.system.mode_names.index(run.mode)
+    taken, rows, target, full, outcome = 0, [], length, True, Outcome.OK
+    while full:
+        outcome, full = run.advance(target, samples[taken:], buffer)
+        target = 0
+        new, events = run.filled()
+        taken += new
+        rows.append(buffer[:events].copy())
+    table = np.concatenate(rows)
+    changing = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
+    kinds = table[:, layout.EVENT_KIND].astype(np.int64)
+    table = table[changing[kinds]] if len(kinds) else table
+    kinds = table[:, layout.EVENT_KIND].astype(np.int64)
+    ends = np.searchsorted(table[:, layout.EVENT_STROBES].astype(np.int64), np.arange(taken + 1))
+    sequences = [hash(tuple(kinds[a:b].tolist())) for a, b in pairwise(ends)]
+    return Strobed(
+        outcome,
+        np.vstack([start, samples[:taken, :d]]),
+        np.concatenate([[mode], samples[:taken, -1]]).astype(np.int64),
+        np.array([0, *sequences], dtype=np.int64),
+        table,
+    )
+
+
+def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
+    """The path from a place until it is back, as a guess of an orbit of a system without a period."""
+    unit, outcome, guess = unit_of(problem, place), Outcome.OK, None
+    units = SETTINGS.return_units[0]
+    while guess is None and outcome == Outcome.OK and units <= SETTINGS.return_units[1]:
+        outcome, guess = guess_of_autonomous(problem, place, units * unit, values)
+        units *= 8
+    return outcome, guess
+
+
+def guess_of_autonomous(
+    problem: "Problem", place: Place, duration: float, values: np.ndarray, expected: float | None = None
+) -> tuple[Outcome, Orbit | None]:
+    """The path from a place until it is back, within a duration, as a guess of an orbit.
+
+    It is taken to be back after the time that is expected, or else at the first return that is as near as any.
+    """
+    system = place.system
+    unit = unit_of(problem, place)
+    run = place.run(unit, problem.numerics, samples=SETTINGS.return_samples)
+    state, mode = run.x.copy(), run.mode
+    whole = int(np.ceil(duration / unit))
+    samples = np.zeros(((whole + 2) * SETTINGS.return_samples, len(state) + len(system.quadratures) + 1))
+    outcome, events = _events(run, whole, samples)
+    if outcome != Outcome.OK:
+        return outcome, None
+    d = len(state)
+    if len(events):
+        times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
+        if expected is None:
+            last = _shortest_return(events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND])
+            if last is None:
+                return outcome, None
+            durations, events = np.diff(times)[:last], events[1 : last + 1]
+        else:
+            times = times[times < expected]
+            events, durations = events[: len(times)], np.diff(times, prepend=times[-1:] - expected)
+        if not len(events):
+            return outcome, None
+        orbit = orbit_of_events(problem, events, durations, 1, values, 0.0)
+        return outcome, orbit if _connected(problem, orbit) else None
+    path = np.vstack([state, samples[: run.filled()[0], :d]])
+    away = np.abs(path - state).max(axis=1)
+    size = np.abs(path - path.mean(axis=0)).max()
+    if size <= 1e-9 * max(1.0, np.abs(path).max()):
+        return outcome, None
+    left = np.flatnonzero(away > 0.2 * size)
+    if not len(left):
+        return outcome, None
+    back = left[0] + _first_dip(away[left[0] :])
+    segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
+    starts = np.concatenate([state, values])[np.newaxis]
+    return outcome, Orbit(segments, 1, starts, 0.0, np.array([back * unit / SETTINGS.return_samples]))
+
+
+def own_path(
+    problem: "Problem", orbit: Orbit, values: np.ndarray | None = None, expected: float | None = None
+) -> tuple[Outcome, Orbit | None]:
+    """What the system itself does from the middle of an orbit's longest segment on, as a guess of an orbit.
+
+    ``values`` are the free parameters, if not those of the orbit; ``expected`` is as for `guess_of_autonomous`.
+    """
+    segment, time, state = standpoint(problem, orbit)
+    values = orbit.starts[0, problem.states :] if values is None else values
+    place = place_on(problem, orbit.with_values(values, problem.states), segment, time, state)
+    if problem.forced:
+        return guess_of_forced(problem, place, orbit.periods, values)
+    return guess_of_autonomous(problem, place, 2 * float(orbit.durations.sum()), values, expected)
+
+
+def _first_dip(away: np.ndarray) -> int:
+    """Index of the first local minimum that is not much larger than the smallest value."""
+    inner = np.flatnonzero((away[1:-1] <= away[:-2]) & (away[1:-1] <= away[2:])) + 1
+    if not len(inner):
+        return int(away.argmin())
+    good = inner[away[inner] <= max(2 * away[inner].min(), SETTINGS.back * away.max())]
+    return int(good[0])
+
+
+def _shortest_return(states: np.ndarray, kinds: np.ndarray) -> int | None:
+    """Number of events after which the first one comes again, as nearly as it does; None if its kind never does."""
+    same = np.flatnonzero(kinds[1:] == kinds[0]) + 1
+    if not len(same):
+        return None
+    spread = np.maximum(np.ptp(states, axis=0), 1e-12)
+    away = (np.abs(states[same] - states[0]) / spread).max(axis=1)
+    good = same[away <= max(2 * away.min(), SETTINGS.back)]
+    return int(good[0])
+
+
+def _events(run: Run, periods: int, samples: np.ndarray | None = None) -> tuple[Outcome, np.ndarray]:
+    """Events that change something, over so many periods."""
+    d = len(run.x)
+    buffer = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
+    outcome, full = run.advance(periods, samples, buffer)
+    if full:
+        return Outcome.EVENT_LIMIT, buffer[:0]
+    rows = buffer[: run.filled()[1]]
+    changing = np.array([not t.marks_only() for t in run.system.transitions], dtype=bool)
+    return outcome, rows[changing[rows[:, layout.EVENT_KIND].astype(int)]] if len(rows) else rows
+
+
+def orbit_of_events(
+    problem: "Problem",
+    events: np.ndarray,
+    durations: np.ndarray,
+    periods: int,
+    values: np.ndarray,
+    phase: float,
+) -> Orbit:
+    d = problem.states
+    guards = problem.system.kernels.events
+    segments = np.zeros((len(events), 3), dtype=np.int64)
+    for segment, row in zip(segments, events, strict=True):
+        mode, kind = int(row[layout.EVENT_MODE]), int(row[layout.EVENT_KIND])
+        segment[:] = mode, next(j for j, e in enumerate(guards[mode]) if kind in e.outcomes), kind
+    after = np.roll(events[:, layout.EVENT_COLUMNS + d : layout.EVENT_COLUMNS + 2 * d], 1, axis=0)
+    starts = np.column_stack([after, np.tile(values, (len(events), 1))])
+    return Orbit(segments, periods, starts, phase, durations)
+
+
+def _connected(problem: "Problem", orbit: Orbit) -> bool:
+    """Whether every event leads into the mode of the next segment; the last one may not, on a path that is no cycle."""
+    targets = [problem.plain.transitions[k].target for k in orbit.segments[:, at.SEGMENT_OUTCOME]]
+    modes = [problem.system.mode_names[m] for m in np.roll(orbit.segments[:, at.SEGMENT_MODE], -1)]
+    return targets == modes
+
+
+def eventless(
+    problem: "Problem", state: np.ndarray, mode: str, periods: int, values: np.ndarray, period: float
+) -> Orbit:
+    segments = np.tile([problem.system.mode_names.index(mode), at.SHARE, -1], (periods, 1)).astype(np.int64)
+    whole = np.full(periods, period)
+    one = Orbit(segments[:1], 1, np.concatenate([state, values])[np.newaxis], 0.0, whole[:1])
+    long = Orbit(one.segments, 1, one.starts, 0.0, np.array([periods * period]))
+    path = problem.at([long], np.arange(periods)[np.newaxis] * period)[0][0]
+    return Orbit(segments, periods, np.column_stack([path, np.tile(values, (periods, 1))]), 0.0, whole)
+
+
+def with_values(problem: "Problem", values: np.ndarray) -> "HybridSystem":
+    """The plain system at values of the free parameters."""
+    return problem.plain.with_parameters(**dict(zip(problem.free, values.tolist(), strict=True)))

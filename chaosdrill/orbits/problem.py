@@ -1,0 +1,456 @@
+"""Orbits of one system, with the parameters that are left free: the compiled shooting problem behind plain calls."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+from chaosdrill.engine import shooting as at
+from chaosdrill.engine.first_event import first_event
+from chaosdrill.engine.layout import DONE
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.period import forcing_periods
+from chaosdrill.engine.sample_orbit import sample_orbit
+from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
+from chaosdrill.engine.stepper import machine
+from chaosdrill.model import HybridSystem
+from chaosdrill.model.derive import differentiate
+from chaosdrill.model.places import parameter
+from chaosdrill.orbits.multipliers import Neutral, neutral_of
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+CLOCK = "forcing period"
+"""A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
+
+
+# how Newton's method ended; other values are outcomes of a run
+CONVERGED, SINGULAR, SLOW = 0, 101, 102
+
+
+class LostError(Exception):
+    """Newton's method failed between two points of a curve, or beside one."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What one time around an orbit shows.
+
+    Attributes
+    ----------
+    outcome : int
+        DONE, or what ended a run on the way.
+    residual : float
+        Largest violation of an equation.
+    equations : ndarray, shape (N + d + 1, columns + 1)
+        Linearised equations; their constants last.
+    sensitivity : ndarray, shape (N, d + q, columns + 1)
+        Starts of the segments by the reduced unknowns.
+    monodromy : ndarray, shape (d, d)
+        Tangent map around the orbit from its first start, saltation included.
+    speeds : ndarray, shape (N,)
+        Speeds at which the guards are crossed, positive in their direction; infinite where there is none.
+    crossed, came : ndarray of int, shape (N,)
+        Guard crossed on the way, -1 for none; the transition that its end took.
+    met : ndarray, shape (N,)
+        Time since the start of the segment at which that guard is crossed.
+    """
+
+    outcome: int
+    residual: float
+    equations: np.ndarray
+    sensitivity: np.ndarray
+    monodromy: np.ndarray
+    speeds: np.ndarray
+    crossed: np.ndarray
+    came: np.ndarray
+    met: np.ndarray
+
+    def sharp(self, orbit: Orbit) -> bool:
+        """Whether all events are met at their times, not only near their guards: late rebounds of chatter are low."""
+        misses = np.abs(self.equations[: len(orbit), -1])
+        return not (misses > SETTINGS.sharp_events * np.abs(self.speeds) * np.abs(orbit.durations)).any()
+
+    def bare(self) -> "Shot":
+        """Without the derivatives by the unknowns, which are large and soon known anew."""
+        return replace(self, equations=np.zeros((0, 0)), sensitivity=np.zeros((0, 0, 0)))
+
+
+class Problem:
+    """The orbits of a system over its free parameters.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        With the values of all parameters that are not free.
+    free : sequence of str
+        Parameters that orbits are looked for in; none by default.
+    numerics : Numerics
+        Method and tolerance.
+    """
+
+    def __init__(self, system: HybridSystem, free: "Sequence[str]" = (), numerics: Numerics | None = None) -> None:
+        self.plain, self.free = system, tuple(free)
+        self.numerics = numerics or Numerics()
+        self.states = len(system.states)
+        self.system = _with_free(system, self.free) if self.free else system
+        kernels = self.system.kernels
+        n = len(self.system.states)
+        self.forced = system.period is not None
+        settings = settings_of(self.system, self.numerics, self.numerics.order)
+        settings["target"] = 2**62
+        tables = tables_of(self.system, (), np.zeros((0, n)))
+        self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
+        self._states = states_of(
+            self.system,
+            kernels.constants(self.system.parameters)[np.newaxis],
+            np.zeros((1, n)),
+            np.zeros(1, dtype=np.int64),
+            np.array([system.forcing_period() or SETTINGS.unit]),
+            np.zeros((n, n)),
+            self.numerics,
+        )
+        # the starts of segments are solutions, as exact as the equations are
+        self._states.run["slack"] = SETTINGS.residual
+        scratch, functions = scratch_of(self.system, n), kernels.functions
+        # the second one watches no guard
+        self._machines = tuple(
+            machine(functions, self.numerics.method, settings, watching, self._states, scratch, search=first_event)
+            for watching in (tables, tables._replace(watch=np.zeros_like(tables.watch)))
+        )
+        self._no_plane = np.zeros((2, self.states))
+        self._rooms: dict[int, tuple[Any, Any]] = {}
+        self.unit = system.forcing_period()
+        """Forcing period; without one the characteristic time of the motion, as soon as one was followed."""
+
+    def set_unit(self, unit: float) -> None:
+        """Let a system without a period be followed in steps that go with its motion, not with the unit of time."""
+        self.unit = unit
+        run = self._states.run
+        run["fixed_step"] *= unit / run["period"]
+        run["period"] = unit
+
+    @property
+    def neutral(self) -> Neutral:
+        """What the structure of the system leaves neutral on every orbit."""
+        return neutral_of(self.plain)
+
+    @property
+    def period(self) -> float | None:
+        """Forcing period at the present values, as far as they are not free."""
+        return self.plain.forcing_period()
+
+    def period_at(self, orbit: Orbit) -> float | None:
+        """Forcing period of an orbit."""
+        return float(self.periods_at(orbit.starts[:1, self.states :])[0]) if self.forced else None
+
+    def periods_at(self, values: np.ndarray) -> np.ndarray:
+        """Forcing periods at values of the free parameters, shapes (P,) and (P, q)."""
+        return forcing_periods(self.plain, dict(zip(self.free, values.T, strict=True)), len(values))
+
+    def columns(self, orbit: Orbit) -> int:
+        """Number of reduced unknowns."""
+        return self.states + 1 + len(orbit) + len(self.free)
+
+    def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
+        """The shooting residual of an orbit, and its derivatives.
+
+        Parameters
+        ----------
+        orbit : Orbit
+        watched : bool
+            Whether to look for other guards on the way.
+        section : Orbit, optional
+            The one through whose start, across the flow there, the plane goes on which an orbit without events and
+            without a period begins; by default the orbit itself.
+        """
+        found, room = self._room(len(orbit))
+        outcome, residual = at.shooting_residual(
+            *self._machines, self._sizes(orbit), orbit.segments, self._plane(section or orbit),
+            np.ascontiguousarray(orbit.starts), orbit.phase, orbit.durations, int(watched), found, room,
+        )  # fmt: skip
+        equations, sensitivity, monodromy, speeds, seen, met = (a.copy() for a in found)
+        d = self.states
+        return Shot(outcome, residual, equations, sensitivity, monodromy[:d, :d], speeds, seen[:, 0], seen[:, 1], met)
+
+    def newton(
+        self,
+        orbit: Orbit,
+        conditions: np.ndarray | None = None,
+        reach: float = 0.5,
+        weights: np.ndarray | None = None,
+        section: Orbit | None = None,
+    ) -> tuple[int, Orbit, Shot, np.ndarray]:
+        """Newton's method from a guess.
+
+        It has converged when no residual is above ``SETTINGS.residual``, or when none has become smaller where
+        round-off may be all that is left of them.
+
+        Parameters
+        ----------
+        orbit : Orbit
+        conditions : ndarray, shape (q, columns), optional
+            Rows that corrections are orthogonal to; by default the free parameters stay as they are.
+        reach : float
+            Longest correction by one step, in the norm of the weights.
+        weights : ndarray, shape (columns,), optional
+            What a difference of each reduced unknown counts; by default those of `weights` at the guess.
+        section : Orbit, optional
+            As for `shoot`.
+
+        Returns
+        -------
+        code : int
+            `CONVERGED`, else why not: `SINGULAR`, `SLOW`, or an outcome of a run.
+        orbit : Orbit
+        shot : Shot
+            The last one.
+        residuals : ndarray
+            One a step.
+        """
+        d, count, section = self.states, len(orbit), section or orbit
+        columns = self.columns(orbit)
+        weights = self.weights(orbit) if weights is None else weights
+        conditions = np.eye(columns)[d + 1 + count :] if conditions is None else conditions
+        conditions = np.vstack([conditions, self._held(orbit)])
+        residuals: list[float] = []
+        code, sharper = SLOW, 0
+        for turn in range(SETTINGS.newton_steps):
+            shot = self.shoot(orbit, turn > 0, section)
+            residual, before = shot.residual, residuals[-1] if residuals else np.inf
+            residuals.append(residual)
+            if shot.outcome != DONE:
+                code = shot.outcome
+                break
+            close = residual <= SETTINGS.residual or (residual <= 100 * SETTINGS.residual and residual > 0.3 * before)
+            if turn > 0 and close and (sharper >= SETTINGS.sharper_steps or shot.sharp(orbit)):
+                code = CONVERGED
+                break
+            sharper += close
+            if not np.isfinite(residual):
+                break
+            matrix = np.vstack([shot.equations[: count + d + 1, :-1], conditions])
+            right = np.concatenate([-shot.equations[: count + d + 1, -1], np.zeros(len(conditions))])
+            correction = solve(matrix, right, weights)
+            length = float(np.linalg.norm(weights * correction))
+            if not np.isfinite(length):
+                code = SINGULAR
+                break
+            part = min(1.0, reach / length) if length > 0 else 1.0
+            orbit = Orbit(
+                orbit.segments,
+                orbit.periods,
+                orbit.starts + part * (shot.sensitivity @ np.append(correction, 1.0)),
+                orbit.phase + part * float(correction[d]),
+                orbit.durations + part * correction[d + 1 : d + 1 + count],
+            )
+        return code, orbit, shot, np.array(residuals)
+
+    def weights(self, orbit: Orbit, spans: np.ndarray | None = None) -> np.ndarray:
+        """What a difference of each reduced unknown counts.
+
+        States count by their size along the orbit, times by the period; parameters by ``spans``, the ranges in which
+        they are followed, and then so much more that a step along a branch is one in them.
+        """
+        d, count = self.states, len(orbit)
+        size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), 0.1)
+        unit = self.period_at(orbit) or float(orbit.durations.sum())
+        part = 1.0 if spans is None else SETTINGS.states_to_parameters
+        values = np.ones(len(self.free)) if spans is None else 1 / spans
+        return np.concatenate([part / size, np.full(1 + count, part / unit), values])
+
+    def direction(self, orbit: Orbit, shot: Shot, weights: np.ndarray, ahead: np.ndarray | None = None) -> np.ndarray:
+        """Direction of the branch through an orbit, shape (columns,), of weighted length 1; q must be 1.
+
+        It is the null vector of the linearised equations, on the side of ``ahead``, else that of a growing parameter.
+        """
+        vector = self.null_space(orbit, shot, weights, 1)[0] / weights
+        reference = np.eye(len(vector))[-1] if ahead is None else ahead * weights**2
+        return vector if vector @ reference >= 0 else -vector
+
+    def null_space(self, orbit: Orbit, shot: Shot, weights: np.ndarray, count: int) -> np.ndarray:
+        """Directions in which orbits go on, shape (count, columns), orthonormal in weighted unknowns.
+
+        Where every orbit is one of a family, they lead to those that differ least in what tells its members.
+        """
+        _, sizes, rows = np.linalg.svd(self._weighted(orbit, shot, weights))
+        held = self._held(orbit)
+        # an orbit of twice the period has one more where it is born
+        ordinary = sizes[: len(sizes) + len(self.free) - count]
+        more = min(int((ordinary <= SETTINGS.smallest_singular_value * sizes[0]).sum()), len(held))
+        if not more:
+            return np.asarray(rows[-count:])
+        null = rows[-count - more :]
+        told = held @ (null / weights).T
+        return np.asarray(np.linalg.svd(told)[2][-count:] @ null)
+
+    def regularity(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> float:
+        """Smallest singular value of the weighted equations that the structure of the system does not make zero."""
+        sizes = np.linalg.svd(self._weighted(orbit, shot, weights), compute_uv=False)
+        kept = sizes[: len(sizes) - len(self._held(orbit))]
+        return float(kept[-1])
+
+    def _held(self, orbit: Orbit) -> np.ndarray:
+        """What tells the members of a family of orbits, as rows over the reduced unknowns, shape (m, columns)."""
+        neutral, d = self.neutral, self.states
+        shifted_in_time = self.forced and neutral.flow and not orbit.eventless
+        rows = np.zeros((len(neutral.held) + shifted_in_time, self.columns(orbit)))
+        rows[: len(neutral.held), :d] = neutral.held
+        rows[len(neutral.held) :, d] = 1.0
+        return rows
+
+    def _weighted(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
+        return np.asarray(shot.equations[: len(orbit) + self.states + 1, :-1] / weights)
+
+    def moved(self, orbit: Orbit, shot: Shot, change: np.ndarray) -> Orbit:
+        """The orbit after a change of its reduced unknowns, to first order."""
+        d = self.states
+        return replace(
+            orbit,
+            starts=orbit.starts + shot.sensitivity[:, :, :-1] @ change,
+            phase=orbit.phase + float(change[d]),
+            durations=orbit.durations + change[d + 1 : d + 1 + len(orbit)],
+        )
+
+    def at(self, orbits: "Sequence[Orbit]", instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States and modes of orbits of the same segments at times since their starts.
+
+        Parameters
+        ----------
+        orbits : sequence of Orbit
+        instants : ndarray, shape (P, K)
+            Rising along every row.
+
+        Returns
+        -------
+        states : ndarray, shape (P, K, d)
+        modes : ndarray of int, shape (P, K)
+        """
+        starts, durations = np.array([o.starts for o in orbits]), np.array([o.durations for o in orbits])
+        phases = np.array([o.phase for o in orbits])
+        states = np.zeros((*instants.shape, len(self.system.states)))
+        modes = np.zeros(instants.shape, dtype=np.int64)
+        sample_orbit(
+            *self._machines, self._sizes(orbits[0]), orbits[0].segments, starts, phases, durations,
+            np.ascontiguousarray(instants), states, modes,
+        )  # fmt: skip
+        return states[:, :, : self.states], modes
+
+    def strobes(self, orbits: "Sequence[Orbit]") -> tuple[np.ndarray, np.ndarray]:
+        """States (P, k, d) at phase 0 of every forcing period, in the order in which they come, and modes (P, k).
+
+        Of systems without a period: the states at the starts of the first segments.
+        """
+        if not self.forced:
+            return self.at(orbits, np.zeros((len(orbits), 1)))
+        phases = np.array([o.phase for o in orbits])
+        periods = self.periods_at(np.array([o.starts[0, self.states :] for o in orbits]))
+        instants = (-phases % periods)[:, np.newaxis] + periods[:, np.newaxis] * np.arange(orbits[0].periods)
+        return self.at(orbits, instants)
+
+    def halves_apart(self, orbit: Orbit, weights: np.ndarray) -> np.ndarray:
+        """Weighted differences between the two halves of an orbit, shape (m,): starts and durations of their segments.
+
+        Of an orbit that is one segment: its states at the start and half its duration later. Where its halves have
+        other events, or take other times of the forcing, there is nothing to compare, and m is 0.
+        """
+        d, half = self.states, len(orbit) // 2
+        if self.forced and orbit.periods % 2:
+            return np.zeros(0)
+        if len(orbit) == 1 and self.forced:
+            states = self.at([orbit], np.array([[0.0, 0.5 * float(orbit.durations[0])]]))[0][0]
+            return np.asarray((states[0] - states[1]) * weights[:d])
+        if len(orbit) % 2 or (orbit.segments[:half] != orbit.segments[half:]).any():
+            return np.zeros(0)
+        moved = (orbit.starts[:half, :d] - orbit.starts[half:, :d]) * weights[:d]
+        return np.concatenate([moved.ravel(), (orbit.durations[:half] - orbit.durations[half:]) * weights[d + 1]])
+
+    def _plane(self, orbit: Orbit) -> np.ndarray:
+        """State and normal of the plane on which an orbit without events and period starts: across the flow."""
+        mode, end, _ = orbit.segments[0].tolist()
+        if end != at.PLANE:
+            return self._no_plane
+        rate = np.zeros(len(self.system.states) + len(self.system.quadratures))
+        self.system.kernels.functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
+        return np.array([orbit.starts[0, : self.states], rate[: self.states]])
+
+    def _sizes(self, orbit: Orbit) -> np.ndarray:
+        return np.array([self.states, len(self.free), orbit.periods, self._clock, self.forced], dtype=np.int64)
+
+    def _room(self, count: int) -> tuple[Any, Any]:
+        """What the residual of an orbit of so many segments fills, and its scratch."""
+        if count not in self._rooms:
+            n, d, q = len(self.system.states), self.states, len(self.free)
+            columns = d + 1 + count + q
+            found = (
+                *(np.zeros((count + d + 1, columns + 1)), np.zeros((count, n, columns + 1)), np.zeros((n, n))),
+                *(np.zeros(count), np.zeros((count, 2), dtype=np.int64), np.zeros(count)),
+            )
+            room = (
+                *(np.zeros((n, columns + 1)), np.zeros((n + 1, max(n, q, 1))), np.zeros((n, n))),
+                *(np.zeros((n + 1, max(columns + 1, n))), np.zeros(columns + 1)),
+            )
+            self._rooms = {count: (found, room)}
+        return self._rooms[count]
+
+
+def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Solution of linear equations whose number may be larger than that of the unknowns, if some follow from others.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (m, n), m >= n
+    right : ndarray, shape (m,)
+    weights : ndarray, shape (n,)
+        Inverse sizes of the unknowns: what counts as nothing goes by them.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Where the equations leave unknowns free, the shortest one in the weights; NaN if an entry is no number.
+    """
+    n = len(weights)
+    rows = matrix / weights
+    largest = np.abs(rows).max(axis=1)
+    if not (np.isfinite(largest).all() and np.isfinite(right).all()):
+        return np.full(n, np.nan)
+    largest[largest == 0] = 1.0
+    rows, right = rows / largest[:, np.newaxis], right / largest
+    if len(rows) == n:
+        factors, pivots, _ = dgetrf(rows)
+        if np.abs(np.diagonal(factors)).min() > SETTINGS.smallest_pivot:
+            return np.asarray(dgetrs(factors, pivots, right)[0]) / weights
+    return np.asarray(np.linalg.lstsq(rows, right, rcond=SETTINGS.smallest_pivot)[0]) / weights
+
+
+def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
+    """The system with free parameters among its states, and a mode that tells the period."""
+    key = ("free", free)
+    known = system.shared.get(key)
+    if known is None:
+        symbols = {name: parameter(name) for name in free}
+        plain = HybridSystem(
+            name=system.name, states=system.states, time=system.time, parameters=system.parameters,
+            modes=system.modes, transitions=system.transitions, initial=system.initial,
+            quadratures=system.quadratures, bounds=system.bounds, description=system.description, labels=system.labels,
+        )  # fmt: skip
+        known = plain.augmented(parameters=free)
+        if system.period is not None and system.period.free_symbols & set(symbols.values()):
+            rates = [system.period, *(differentiate(system.period, symbols[name]) for name in free)]
+            rates += [sympy.Integer(0)] * (len(known.states) - len(rates))
+            modes = {**known.modes, CLOCK: dict(zip(known.states, rates, strict=True))}
+            known = HybridSystem(
+                name=known.name, states=known.states, time=known.time, parameters=known.parameters, modes=modes,
+                transitions=known.transitions, initial=known.initial, quadratures={}, bounds=known.bounds,
+                description=known.description,
+                labels={name: label for name, label in known.labels.items() if name not in known.quadratures},
+            )  # fmt: skip
+        system.shared[key] = known
+    values = {name: value for name, value in system.parameters.items() if name not in free}
+    return known.with_parameters(**values)

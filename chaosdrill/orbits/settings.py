@@ -1,0 +1,267 @@
+"""Numbers that tune the search for orbits and their continuation, with their reasons; none of them is physics."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What steers the numerics of this package; distances of orbits are in the norm of `Problem.weights`."""
+
+    # Newton's method
+    residual: float = 3e-13
+    """Residual at which an orbit is found: what is left when all equations hold to rounding."""
+    newton_steps: int = 30
+    """Steps that Newton's method may take from a guess."""
+    sharp_events: float = 1e-3
+    """Error of an event's time, as a part of the segment before it, up to which it counts as met."""
+    sharper_steps: int = 3
+    """Further steps that an orbit gets for it; near grazing it may be out of reach."""
+    smallest_pivot: float = 1e-11
+    """Pivot, where the largest entry of a row is 1, above round-off: entries are known to about 1e-13 at best."""
+    smallest_singular_value: float = 1e-10
+    """Singular value, as a part of the largest, below which linearised equations depend on each other."""
+    reach_beside: float = 0.2
+    """Longest correction by one step beside a known orbit, in the norm of the weights."""
+    tangent_error: float = 1e-13
+    """Error of an entry of a tangent map, relative to its largest one."""
+    states_to_parameters: float = 0.2
+    """What a change of a state by its size counts along a branch, where one of the parameter by its range counts 1."""
+    unit: float = 1.0
+    """Longest step of systems without a period."""
+
+    # initial guesses
+    characteristic_units: int = 32
+    """Units over which the motion is looked at."""
+    characteristic_samples: int = 8
+    """Samples a unit."""
+    characteristic_rounds: int = 8
+    """Times that the unit is improved, at most."""
+    characteristic_steps: int = 2000
+    """Steps that the motion may take in all units together before they are too long."""
+    characteristic_ratio: float = 2.0
+    """Ratio of two successive units that is good enough."""
+    most_events: int = 4096
+    """Events of one orbit; more are chatter that is not completed."""
+    returns_recorded: int = 256
+    """Periods over which the nearest returns are looked for."""
+    sooner: float = 3.0
+    """Times the distance after a period within which a state is back after a part of it that counts."""
+    places: int = 8
+    """Places from which an orbit near an attractor is looked for."""
+    return_units: tuple[int, int] = (32, 2048)
+    """Characteristic times within which a system without a period is to return: the first tried, and the last."""
+    transient_parts: int = 64
+    """Parts of a transient given as a time."""
+    return_samples: int = 64
+    """Samples a unit, where a path without events is searched for its return."""
+    back: float = 0.05
+    """Part of the spread of the states within which a state counts as back."""
+
+    # one orbit
+    guesses: int = 6
+    """Times that the events of a guess are read anew, at most."""
+    reaches: tuple[float, ...] = (0.5, 0.1)
+    """Longest corrections by one step with which Newton's method is tried, one after the other."""
+    converging: float = 1e-2
+    """Residual below which Newton's method is given more time."""
+    same_point: float = 1e-7
+    """Difference relative to the size of the states below which two points of an orbit are one."""
+    most_turns: int = 64
+    """Times that an orbit of a smooth flow may have been gone through, at most."""
+    slip_at_rest: float = 1e-3
+    """Part of the duration that a slip without motion takes at most."""
+    at_rest: float = 1e-9
+    """Part of its size by which a state moves at least along an orbit that is none of a point at rest."""
+    watched_units: int = 64
+    """Periods, or characteristic times, over which a state that only grows is told from one that comes back."""
+    evenly: float = 0.4
+    """Part of its whole way, to and fro, by which such a state goes on in either half of that."""
+
+    # all orbits up to a period
+    record: int = 3000
+    """Strobes, events or maxima recorded from each start."""
+    random_starts: int = 500
+    """Random starts beside the given ones."""
+    short_record: int = 8
+    """Record of a random start, in units of the longest period that is looked for."""
+    wider: float = 0.5
+    """Part of the extent of the recorded states by which the box of random starts reaches beyond them on every side."""
+    turn_samples: int = 128
+    """Samples from one maximum of a smooth motion to the next."""
+    event_units: int = 16
+    """Units of the characteristic time in which an event is waited for."""
+    attempts: int = 300
+    """Attempts in a row that find nothing new, after which a period is left."""
+    attempts_beyond: float = 1.0
+    """As many attempts in a row as this times those that led to the last new orbit, if they are more."""
+    same_orbit: float = 1e-6
+    """Difference relative to the extent of the motion below which two orbits are one."""
+    path_samples: int = 4096
+    """Samples along an orbit without events on which the start of another one is looked for."""
+    path_closer: int = 4
+    """Times that the nearest place of a path is looked for in a shorter part of it."""
+    path_distance: float = 1e-4
+    """Distance from the path, relative to the extent of the motion, within which it passes a point."""
+    taken: float = 0.3
+    """Part of the distance of a return within which a known orbit lies that probably is the one it leads to."""
+
+    # multipliers and checks
+    graded: float = 1e-3
+    """Part of the norm of the tangent map below which a multiplier is not read off the map as a whole."""
+    graded_rounds: int = 64
+    """Laps of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
+    graded_turned: float = 1e-14
+    """What is left of a wrong direction when two multipliers count as told apart."""
+    piece_condition: float = 1e4
+    """Condition number of a piece of a segment that is not cut any further."""
+    piece_halvings: int = 10
+    """Times that a segment is halved, at most."""
+    exponent_rounds: int = 200
+    """Laps that tangents are given to turn into their directions."""
+    exponent_turned: float = 1e-12
+    """What is left of a wrong direction after the laps between multipliers that are told apart."""
+    smallest_logarithm: float = -700.0
+    """Logarithm of a multiplier that is near the smallest double."""
+    same_logarithm: float = 1e-9
+    """Difference of logarithms of multipliers, or of their product, that counts as none, at the best."""
+    quadrature_pieces: int = 4
+    """Pieces of a segment in the first quadrature; they are doubled until two agree."""
+    quadrature_error: float = 1e-11
+    """Difference of two quadratures, relative to max(1, integral), that ends the doubling."""
+    quadrature_doublings: int = 6
+    """Times that pieces are doubled, at most."""
+    step_error: float = 1e-15
+    """What a step adds to the difference after a shot, beside the tolerance."""
+    slack: float = 1e3
+    """Steps, and how unevenly they count, in the difference after a period that round-off and the tolerance explain."""
+    named_events: int = 12
+    """Events that are all named where a run meets others; of longer orbits the first that differs."""
+    closed: float = 1e-3
+    """Largest difference after a period of an orbit that counts as closed, whatever explains it."""
+    fast_growth: float = 1e4
+    """Growth of small deviations over a period above which it is verified in parts."""
+    most_parts: int = 256
+    """Parts of a shot, at most."""
+
+    # continuation
+    predictor_points: int = 4
+    """Points through which the predictor goes."""
+    first_step: float = 0.1
+    """First step, as a part of the longest."""
+    prediction_error: float = 1e-5
+    """Error of prediction, in the norm of the weights, to which steps are adapted."""
+    bend: float = 0.97
+    """Cosine of the largest angle between the curve's directions at two points."""
+    farthest: float = 0.05
+    """Distance from where it was predicted at which an orbit is no point of the curve, and longest correction by
+    one step of Newton's method."""
+    shortest_step: float = 1e-7
+    """Part of the longest step below which the curve is lost."""
+    apart: float = 1e-8
+    """Distance of two points from which on they tell the curve's direction."""
+    young: int = 10
+    """Points that a curve has at least before it is closed."""
+    bisections: int = 60
+    """Halvings of the step in which the events change, or two halves of an orbit come together."""
+    section_points: int = 10
+    """Points for which one plane across the flow serves, before the flow may come to lie in it."""
+    shrunk: float = 0.3
+    """Part of its extent a few points before to which an orbit has shrunk that turns back at a point at rest."""
+    shrunk_points: int = 4
+    """So many points before."""
+    secant_steps: int = 12
+    """Steps of the secant method, at most."""
+    secant_step: float = 1e-13
+    """Step of the secant method that counts as none."""
+    secant_noise: float = 1e-11
+    """Step from which on the slope is kept, since differences of the function may be round-off."""
+    difference: float = 1e-5
+    """Distance over which the function is differenced at the first point."""
+
+    # special points
+    straight: float = 1e-9
+    """Residual between two points of a branch up to which the line between them is the branch."""
+    missed_multiplier: float = 1e-3
+    """Distance of a multiplier from the value that it is to have at a special point, at most."""
+    jump: float = 0.1
+    """What is left of a function where its sign changes, as a part of its values beside, if it jumps there."""
+    real: float = 1e-6
+    """Imaginary part of a multiplier, as a part of it, up to which it may be one of two equal real ones."""
+    singular: float = 0.1
+    """Smallest singular value of the equations, relative to that of the neighbours, where two branches cross."""
+    finer: int = 2
+    """Times that a step is taken in smaller ones where what happens in it is not found."""
+    finer_parts: int = 24
+    """Smaller steps for one."""
+    guard_samples: int = 512
+    """Instants of a segment at which guards are looked at."""
+    touching: float = 1e-6
+    """Greatest value of a guard, and speed at an event, that count as zero at a border: as parts of those before."""
+    touch_probe: float = 1e-5
+    """First difference of two instants, as a part of the orbit, in the search for the greatest value."""
+    touch_settled: float = 1e-9
+    """Change of the instant, as a part of the orbit, at which the value is exact: it changes with the square."""
+    touch_steps: int = 20
+    """Steps of the secant method, at most."""
+
+    # changes of the event sequence
+    border_steps: tuple[float, ...] = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)
+    """Lengths along a new branch at which its first orbit is tried."""
+    border_beside: tuple[float, ...] = (0.0, 1e-11, -1e-11, 1e-9, -1e-9, 1e-7, -1e-7, 1e-5, -1e-5)
+    """Changes of the parameter, relative, at which the events of the system's own path are read."""
+    border_near: float = 0.1
+    """Distance from the border, in the norm of the weights, within which an orbit belongs to it."""
+    border_tried: int = 60
+    """Sequences of events that are tried behind a border."""
+    same_cycle: float = 0.02
+    """Difference of durations, as a part of the whole, within which two cycles of the same events are one."""
+    border_probe: float = 1e-5
+    """Step along a new branch that tells which way leads away from the border."""
+    passing_samples: tuple[int, int] = (64, 5)
+    """Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
+    tangential: float = 1e-3
+    """Speed relative to how fast a guard changes on the way below which a guard is met tangentially."""
+    same_path: float = 1e-4
+    """Distance in the norm of the weights within which two sequences of events follow one path at a border."""
+    ahead: float = 1e-3
+    """Step along the branch behind a border to an orbit whose new events are not as slow as can be."""
+    shifts: tuple[float, ...] = (1e-4, -1e-4, 1e-5, -1e-5, 1e-6, -1e-6)
+    """Changes of the second parameter, as parts of its range, at which a first point beyond is looked for: behind
+    a touch orbits change with the root of the distance, and far ones are not reached."""
+    joined: float = 5e-3
+    """Distance, and part of the ranges, within which that point belongs to the border."""
+
+    # branches
+    most_borders: int = 200
+    """Borders that one branch may cross."""
+    meeting: float = 1e-6
+    """Distance in the norm of the weights at which two orbits of the same events are one."""
+    longer: float = 3.0
+    """Growth of the duration along a segment that tells of an orbit which comes to pass by a point at rest."""
+    halves: float = 0.05
+    """Difference between the halves of a doubled orbit, as a part of the largest, at which it ends as one."""
+    no_effect: float = 1e-12
+    """Slope of what makes an orbit over the parameter below which a parameter does nothing to it."""
+    steps_between_doublings: int = 20
+    """Steps in the distance between two doublings, on the branches that follow."""
+    beside_special: float = 0.01
+    """Part of the longest step by which a branch is started beside a special point."""
+    at_special: float = 1e-6
+    """Distance of a multiplier from 1 or -1 at which a first orbit is taken to be a special point itself."""
+    doubling_distances: tuple[float, ...] = (1e-3, 3e-3, 3e-4, 1e-2, 1e-4, 3e-2)
+    """Distances from the doubling at which the doubled orbit is tried, in the norm of the weights."""
+    doubling_shorter: int = 4
+    """So many times a distance is tried shorter, where the parameter changes too much over it."""
+    repeated: float = 1e-6
+    """Difference relative to the size of the states below which two turns of an orbit are one."""
+    doubling_apart: float = 0.01
+    """Difference between the two halves of a doubled orbit, as a part of that distance, at least."""
+    grazing_speed: float = 1e-9
+    """Speed at a guard below which it counts as met tangentially."""
+    clear: float = 1e-4
+    """Speed at a guard, and part of an orbit's duration that a segment takes, below which a run is no judge of it."""
+    checked: int = 4
+    """Points of a segment that the ordinary engine follows as well, at most."""
+
+
+SETTINGS = Settings()

@@ -1,0 +1,130 @@
+"""Branch switching: onto doubled orbits, and onto the curve behind a change of the event sequence."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.orbits.continuation import Border, Curve, Point, SpecialCurve
+from chaosdrill.orbits.event_changes import branch_behind, distance, slowest_event, touches, what_changed
+from chaosdrill.orbits.find import admissible
+from chaosdrill.orbits.problem import CONVERGED, LostError, Problem
+from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.special import Touching, Vanishing
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Shot
+    from chaosdrill.orbits.special import TestFunction
+
+
+def doubled(curve: "Curve", orbit: "Orbit", scale: float, most: float) -> tuple["Orbit", "Shot", np.ndarray] | None:
+    """An orbit of twice the period near a period doubling, its shot, and the direction that leads away from there.
+
+    Of the two null vectors of the equations of the orbit gone through twice one is the direction of the old branch; the
+    new branch starts across it. ``scale`` is a part by which distances are shortened, high up in a cascade; the
+    parameter changes by ``most`` at most, so that no further doubling is jumped over.
+    """
+    problem = curve.problem
+    d = problem.states
+    twice = orbit.repeated(2)
+    shot = problem.shoot(twice, watched=False)
+    weights = curve.weights(twice)
+    plane = problem.null_space(twice, shot, weights, 2)
+    old = problem.direction(orbit, problem.shoot(orbit, watched=False), curve.weights(orbit))
+    times = np.tile(old[d + 1 : -1], 2) if len(twice) > len(orbit) else 2 * old[d + 1 : -1]
+    old = weights * np.concatenate([old[: d + 1], times, old[-1:]])
+    inside = plane @ old
+    direction = np.array([-inside[1], inside[0]]) @ plane / np.linalg.norm(inside) / weights
+    conditions = (direction * weights**2)[np.newaxis]
+    for first in SETTINGS.doubling_distances:
+        length = scale * first
+        for _ in range(SETTINGS.doubling_shorter):
+            start = problem.moved(twice, shot, length * direction)
+            code, found, seen, _ = problem.newton(start, conditions, SETTINGS.reach_beside)
+            if code != CONVERGED or not admissible(found, seen):
+                break
+            gap = np.abs(problem.halves_apart(found, weights)).max()
+            if gap <= SETTINGS.doubling_apart * length:
+                break
+            change = float(np.abs(found.starts[0, d:] - orbit.starts[0, d:]).max())
+            if change <= most:
+                return found, seen, direction
+            # the parameter changes with the square of the distance
+            length *= 0.9 * np.sqrt(most / change)
+    return None
+
+
+def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[SpecialCurve, Point, str] | None:
+    """The curve that goes on behind a border: (the curve, its first point with the way ahead, what changed).
+
+    With the second parameter held, the branch behind the border is the one that
+    `chaosdrill.orbits.event_changes.branch_behind` finds. A special point of the same kind is looked for next to it, a
+    little away from the border, where the new events have some speed. Where the tangent map jumps, as for the
+    multipliers of orbits that begin to graze, there is none near by, and the curve ends.
+    """
+    if isinstance(curve.test, Vanishing):
+        return None
+    problem = curve.problem
+    second = float(curve.values(border.good)[1])
+    plain = problem.plain.with_parameters(**{problem.free[1]: second})
+    one = Curve(Problem(plain, problem.free[:1], problem.numerics), curve.limits[:1])
+    good, bad = _flat(border.good), None if border.bad is None else _flat(border.bad)
+    flat = Border(good, one.problem.shoot(good), bad, None if bad is None else one.problem.shoot(bad), border.error)
+    found = branch_behind(one, flat)
+    if found is None:
+        return None
+    moved = one.problem.moved(found.orbit, found.shot, SETTINGS.ahead * found.ahead)
+    code, orbit, _, _ = one.problem.newton(
+        moved, (found.ahead * one.weights(moved) ** 2)[np.newaxis], SETTINGS.reach_beside
+    )
+    if code != CONVERGED:
+        return None
+    for shift in SETTINGS.shifts:
+        try:
+            behind, point = _beside(curve, lifted(orbit, second), second + shift * float(curve.spans[1]))
+        except LostError:
+            continue
+        change = (behind.values(point.orbit) - curve.values(last.orbit)) / curve.spans
+        gap = max(float(np.linalg.norm(change)), distance(problem, point.orbit, last.orbit, point.weights))
+        if (
+            gap < SETTINGS.joined
+            and behind.blocked(point) is None
+            and slowest_event(problem, point.orbit, point.shot) is None
+        ):
+            ahead = float(np.sign(change @ (point.tangent[-2:] / curve.spans)))
+            _, text = what_changed(one.problem, flat, found.orbit)
+            return behind, replace(point, tangent=ahead * point.tangent, arclength=last.arclength + gap), text
+    return None
+
+
+def _beside(curve: SpecialCurve, orbit: "Orbit", second: float) -> tuple[SpecialCurve, Point]:
+    """The point of the same kind at a value of the second parameter, next to an orbit with other events."""
+    values = curve.values(orbit).copy()
+    values[1] = second
+    code, orbit, shot, _ = curve.problem.newton(orbit.with_values(values, curve.problem.states))
+    if code != CONVERGED:
+        raise LostError("no orbit beside the border")
+    test, instant = _same_test(curve.problem, orbit, curve.test)
+    behind = SpecialCurve(curve.problem, curve.limits, test)
+    return behind, behind.begin(orbit, shot, instant)
+
+
+def lifted(orbit: "Orbit", value: float) -> "Orbit":
+    """The same orbit with one more free parameter."""
+    return replace(orbit, starts=np.column_stack([orbit.starts, np.full(len(orbit), value)]))
+
+
+def _flat(orbit: "Orbit") -> "Orbit":
+    """The same orbit without the last free parameter."""
+    return replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :-1]))
+
+
+def _same_test(problem: Problem, orbit: "Orbit", test: "TestFunction") -> tuple["TestFunction", float]:
+    """The test of the same kind on an orbit next to a border, and its instant."""
+    if not isinstance(test, Touching):
+        return test, 0.0
+    _, touch, instant = min(touches(problem, orbit), key=lambda one: one[0], default=(0.0, None, 0.0))
+    if touch is None:
+        raise LostError("no guard has a greatest value within a segment")
+    return Touching(touch), instant

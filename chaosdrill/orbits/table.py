@@ -1,0 +1,175 @@
+"""Branches become one table of points; period doublings in a row, Feigenbaum's ratios and where they accumulate.
+
+Feigenbaum 1978, doi:10.1007/BF01020332; the limit by Aitken's delta-squared process.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.dataset.branches import Special
+from chaosdrill.orbits.guess import with_values
+from chaosdrill.orbits.multipliers import is_stable, multipliers
+from chaosdrill.orbits.problem import Problem
+from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, SpecialPoint
+from chaosdrill.orbits.settings import SETTINGS
+from chaosdrill.orbits.verification import verify
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from chaosdrill.dataset import Outcome
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.branches import Branch, BranchSegment
+    from chaosdrill.orbits.orbit import Orbit
+
+
+def cascade_from(values: "Sequence[float]", periods: "Sequence[int]") -> Cascade:
+    """Ratios and limit of doublings in a row.
+
+    Parameters
+    ----------
+    values : sequence of float
+        The parameter at each.
+    periods : sequence of int
+        Period of the orbit that doubles there.
+
+    Returns
+    -------
+    Cascade
+        The limit is that of a geometric sequence through the last three doublings; its error is how far the limit of
+        the three before lies from it, NaN with fewer than four.
+    """
+    v = np.asarray(values, dtype=float)
+    gaps = np.diff(v)
+    ratios = np.full(len(v), np.nan)
+    ratios[2:] = gaps[:-1] / gaps[1:]
+    limits = [_limit(*v[k - 2 : k + 1]) for k in range(2, len(v))]
+    limit = limits[-1] if limits else np.nan
+    error = abs(limits[-1] - limits[-2]) if len(limits) > 1 else np.nan
+    return Cascade(v, np.asarray(periods, dtype=np.int64), ratios, float(limit), float(error))
+
+
+def _limit(a: float, b: float, c: float) -> float:
+    bend = (c - b) - (b - a)
+    return c - (c - b) ** 2 / bend if bend != 0 else np.nan
+
+
+def collect(
+    problem: Problem, parameters: tuple[str, ...], branches: "Sequence[Branch]", cascade: Cascade | None
+) -> BranchResult:
+    """One table of all points, branch after branch."""
+    tables, events, infos = [], [], []
+    names: dict[str, int] = {}
+    total = 0
+    for number, branch in enumerate(branches):
+        offsets = []
+        period = 1
+        for segment in branch.segments:
+            offsets.append(total)
+            if not len(segment):
+                continue
+            sequence = names.setdefault(_cycle(segment.orbit(0).events(problem.plain)), len(names))
+            tables.append(_table(segment, number, sequence))
+            total += len(segment)
+            period = segment.orbit(0).periods
+        for mark in branch.marks:
+            values = branch.segments[mark.segment].values[mark.point]
+            events.append(SpecialPoint(offsets[mark.segment] + mark.point, mark.kind, values, mark.error, mark.text))
+        infos.append(BranchInfo(branch.parent, period, branch.start, branch.words, branch.end))
+    longest = max(t["section"].shape[1] for t in tables)
+    for table in tables:
+        lacking = longest - table["section"].shape[1]
+        table["section"] = np.pad(table["section"], ((0, 0), (0, lacking), (0, 0)), constant_values=np.nan)
+    joined: dict[str, Any] = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
+    misses = [words for branch in branches for segment in branch.segments for words in _misses(segment)]
+    return BranchResult(
+        message="; ".join(misses[:3]),
+        neutral=problem.neutral.count,
+        parameters=parameters,
+        sequences=tuple(names),
+        branches=tuple(infos),
+        events=tuple(sorted(events, key=lambda e: e.point)),
+        cascade=cascade,
+        **joined,
+    )
+
+
+def _table(segment: "BranchSegment", number: int, sequence: int) -> dict[str, np.ndarray]:
+    problem, points, first = segment.curve.problem, segment.points, segment.orbit(0)
+    section, modes = problem.strobes([p.orbit for p in points])
+    values = multipliers(problem, first, segment.monodromies, segment.rank)
+    slowest = segment.speeds.min(axis=1)
+    # at grazing the map has no derivative on the side where the guard is crossed
+    values[slowest < SETTINGS.grazing_speed] = complex(np.nan, np.nan)
+    return {
+        "values": segment.values,
+        "branch": np.full(len(points), number),
+        "arclength": segment.arclengths,
+        "period": np.full(len(points), first.periods),
+        "section": section,
+        "mode": modes[:, 0],
+        "multipliers": values,
+        "stable": is_stable(values, problem.neutral.count),
+        "special": np.array([int(p.special) for p in points]),
+        "sequence": np.full(len(points), sequence),
+        "smallest_speed": slowest,
+        "residual": np.array([p.shot.residual for p in points]),
+    }
+
+
+def _misses(segment: "BranchSegment") -> "Iterator[str]":
+    """What runs of the ordinary engine say against some of the points."""
+    if not len(segment):
+        return
+    if segment.curve.kind == Special.REGULAR:
+        clear = segment.durations.min(axis=1) > SETTINGS.clear * segment.durations.sum(axis=1)
+        clear &= segment.speeds.min(axis=1) > SETTINGS.clear
+        clear &= np.array([p.special == Special.REGULAR for p in segment.points])
+    else:
+        lengths = segment.arclengths
+        clear = np.minimum(lengths - lengths[0], lengths[-1] - lengths) > SETTINGS.clear
+    # next to a border a run may see an event of no speed or not
+    clear[[0, -1]] = False
+    inner = np.flatnonzero(clear)
+    spread = np.linspace(0, max(len(inner) - 1, 0), SETTINGS.checked if len(inner) else 0).astype(int)
+    for k in np.unique(inner[spread]).tolist():
+        found = segment.curve.followed(segment.points[k])
+        words = miss(segment.curve.problem, found[0]) if found is not None else ""
+        if words:
+            yield words
+
+
+def miss(problem: "Problem", orbit: "Orbit") -> str:
+    """What a run of the ordinary engine says against an orbit; empty if nothing."""
+    d = problem.states
+    system = with_values(problem, orbit.starts[0, d:])
+    plain = Problem(system, (), problem.numerics)
+    lapped = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
+    values = ", ".join(f"{name} = {v:.9g}" for name, v in zip(problem.free, orbit.starts[0, d:], strict=True))
+    if lapped.differs:
+        return f"at {values} a run of the system goes otherwise: {lapped.differs}"
+    if not lapped.residual <= lapped.explained(problem.numerics.tolerance):
+        return f"at {values} a run of the system misses its start by {lapped.residual:.1e}"
+    return ""
+
+
+def nothing(system: "HybridSystem", parameters: tuple[str, ...], outcome: "Outcome", message: str) -> BranchResult:
+    """No branch, and why."""
+    d = len(system.states)
+    none = np.zeros(0)
+    whole = np.zeros(0, dtype=np.int64)
+    return BranchResult(
+        parameters=parameters, values=np.zeros((0, len(parameters))), branch=whole, arclength=none, period=whole,
+        section=np.zeros((0, 1, d)), mode=whole, multipliers=np.zeros((0, d), dtype=complex),
+        stable=np.zeros(0, dtype=bool), special=whole, sequence=whole, sequences=(), smallest_speed=none,
+        residual=none, branches=(), events=(), outcome=outcome, message=message,
+    )  # fmt: skip
+
+
+def _cycle(events: str) -> str:
+    """The names of a cycle of events, told from where they come first in the alphabet."""
+    names = events.split()
+    return " ".join(min((names[k:] + names[:k] for k in range(len(names))), default=[]))

@@ -1,0 +1,397 @@
+"""What is known of an orbit, verified: runs of the ordinary engine, exponents, and volume contraction.
+
+The latter is told from the expressions alone: divergence of the fields, determinants at events.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy
+
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine import layout
+from chaosdrill.engine import shooting as at
+from chaosdrill.model.derive import jacobian, saltation
+from chaosdrill.model.places import arguments
+from chaosdrill.model.special import SPECIAL
+from chaosdrill.orbits.guess import run_from, standpoint
+from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
+from chaosdrill.orbits.orbit import segment_by_segment
+from chaosdrill.orbits.results import Checks, FoundOrbit
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Problem, Shot
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+"""Of the Gauss-Legendre quadrature of one piece of a segment."""
+
+
+def volume_contraction(problem: "Problem", orbit: "Orbit") -> float:
+    """Logarithm of |det| of the tangent map around an orbit.
+
+    The integral of the divergence of the fields (Liouville) plus the logarithms of the determinants of the saltation
+    matrices (Aizerman and Gantmakher, On the stability of periodic motions, J. Appl. Math. Mech. 22, 1065 (1958),
+    doi:10.1016/0021-8928(58)90033-9), which are derived and evaluated as expressions: no tangent is followed.
+    """
+    system = problem.plain
+    values = np.array(list(system.parameters.values()))
+    total = 0.0
+    for one, before in segment_by_segment(problem, orbit):
+        mode, end, transition = one.segments[0].tolist()
+        divergence = _divergence(system, mode)
+        if divergence is not None:
+            total += _integral(problem, one, divergence, values)
+        if end >= 0:
+            matrix = _saltation(system, transition, mode)(one.phase + one.durations[0], *before, *values)
+            total += float(np.linalg.slogdet(np.array(matrix, dtype=float))[1])
+    return total
+
+
+def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndarray) -> float:
+    """Integral of the divergence along a segment."""
+    length = float(one.durations[0])
+    found = np.inf
+    for doubling in range(SETTINGS.quadrature_doublings + 1):
+        pieces = SETTINGS.quadrature_pieces * 2**doubling
+        half = length / pieces / 2
+        instants = (half * (2 * np.arange(pieces)[:, np.newaxis] + 1 + NODES)).ravel()
+        states = problem.at([one], instants[np.newaxis])[0][0]
+        rates = [divergence(one.phase + s, *x, *values) for s, x in zip(instants, states.tolist(), strict=True)]
+        before, found = found, half * float(np.tile(WEIGHTS, pieces) @ np.array(rates))
+        if abs(found - before) <= SETTINGS.quadrature_error * max(1.0, abs(found)):
+            break
+    return found
+
+
+def _function(placed: "HybridSystem", expression: Any) -> Any:
+    """An expression of time, states and parameters as a function of numbers."""
+    functions = {name: special.code() for name, special in SPECIAL.items()}
+    return sympy.lambdify(arguments(placed), expression, modules=[functions, "math"])
+
+
+def _divergence(system: "HybridSystem", mode: int) -> Any:
+    """Divergence of the field of a mode as a function; None where it is zero."""
+    known = system.shared.setdefault("divergences", {})
+    if mode not in known:
+        placed = system.placed
+        trace = jacobian(placed, placed.mode_names[mode]).trace()
+        known[mode] = None if trace == 0 else _function(placed, trace)
+    return known[mode]
+
+
+def _saltation(system: "HybridSystem", transition: int, mode: int) -> Any:
+    known = system.shared.setdefault("saltations", {})
+    if (transition, mode) not in known:
+        placed = system.placed
+        matrix = saltation(placed, placed.transitions[transition], placed.mode_names[mode])
+        known[transition, mode] = _function(placed, matrix.tolist())
+    return known[transition, mode]
+
+
+@dataclass(frozen=True)
+class Lapped:
+    """What runs of the engine around an orbit showed.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        ``Outcome.OK``, or what ended the run.
+    residual, recurrence : float
+        Largest difference after one period and after two, relative to max(1, |x|).
+    growth : float
+        Largest factor by which a small deviation grows over a period.
+    differs : str
+        How the events differ from those of the orbit, in words; empty if they do not.
+    """
+
+    outcome: Outcome
+    residual: float
+    recurrence: float
+    growth: float
+    differs: str
+
+    def explained(self, tolerance: float, laps: int = 1) -> float:
+        """Difference after so many laps that round-off and the tolerance explain."""
+        return min(SETTINGS.slack * (SETTINGS.step_error + tolerance) * max(1.0, self.growth) ** laps, SETTINGS.closed)
+
+
+def verify(problem: "Problem", orbit: "Orbit") -> Lapped:
+    """Go around an orbit twice with the ordinary engine, which searches for events and knows nothing of segments.
+
+    Where small deviations grow too much over a period for that to say anything, the state is put back onto the orbit
+    after parts of it, and the differences are those of the parts.
+    """
+    lapped = _lapped(problem, orbit, 1)
+    parts = 2
+    while lapped.outcome == Outcome.OK and lapped.growth > SETTINGS.fast_growth and parts <= SETTINGS.most_parts:
+        lapped = _lapped(problem, orbit, parts)
+        parts *= 2
+    return lapped
+
+
+def _lapped(problem: "Problem", orbit: "Orbit", parts: int) -> Lapped:
+    """What two laps in so many parts each show."""
+    segment, time, state = standpoint(problem, orbit)
+    d, total = problem.states, float(orbit.durations.sum())
+    run = run_from(problem, orbit, segment, time, state, parts, tangents=np.eye(d), orthonormalise=False)
+    forcing = problem.period_at(orbit)
+    instants = (time + np.arange(1, parts + 1) / parts * total) % total
+    order = np.argsort(instants)
+    ends = np.zeros((parts, d))
+    ends[order] = problem.at([orbit], instants[np.newaxis, order])[0][0]
+    ends[-1] = state
+    size = np.maximum(1.0, np.abs(ends).max(axis=1))
+    units = orbit.periods if forcing and parts == 1 else 1
+    buffer = np.zeros((8 * len(orbit) + 64, layout.EVENT_COLUMNS + 2 * d))
+    differences, rows = np.zeros((2, parts)), []
+    growth, differs = 0.0, ""
+    for lap in range(2):
+        for part in range(parts):
+            outcome, full = run.advance(units, events=buffer)
+            if outcome != Outcome.OK:
+                return Lapped(outcome, np.inf, np.inf, np.inf, f"the run ends: {outcome.advice}")
+            if full:
+                return Lapped(outcome, np.inf, np.inf, np.inf, "many more events than the orbit has")
+            rows.append(buffer[: run.filled()[1]].copy())
+            differences[lap, part] = np.abs(run.x - ends[part]).max() / size[part]
+            if lap == 0:
+                growth = max(growth, float(np.linalg.norm(run.vectors, 2)))
+            if parts > 1:
+                run.put(ends[part], np.eye(d))
+                if forcing:
+                    run.begin_at(origin=(orbit.phase + time + (part + 1) / parts * total) % forcing)
+        if lap == 0:
+            differs = _compare(problem, orbit, segment, np.concatenate(rows))
+    return Lapped(Outcome.OK, float(differences[0].max()), float(differences[1].max()), growth, differs)
+
+
+def _compare(problem: "Problem", orbit: "Orbit", segment: int, rows: np.ndarray) -> str:
+    """How the events of a run that began on a segment differ from those of the orbit, in words."""
+    transitions = problem.plain.transitions
+    met = [(int(row[layout.EVENT_MODE]), int(row[layout.EVENT_KIND])) for row in rows]
+    met = [(mode, kind) for mode, kind in met if not transitions[kind].marks_only()]
+    turned = np.roll(orbit.segments, -segment, axis=0)
+    expected = [(int(mode), int(kind)) for mode, end, kind in turned if end >= 0]
+    if met == expected:
+        return ""
+    names = [[transitions[kind].name for _, kind in events] for events in (met, expected)]
+    if max(map(len, names)) <= SETTINGS.named_events:
+        went, said = (" ".join(events) or "no event" for events in names)
+        return f"{went} instead of {said}"
+    first = next((k for k, (a, b) in enumerate(zip(met, expected, strict=False)) if a != b), min(map(len, names)))
+    went, said = (events[first] if first < len(events) else "nothing" for events in names)
+    return f"event {first + 1} of {len(expected)} is {went} instead of {said}"
+
+
+def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -> Checks:
+    """Compare multipliers with exponents and contractions, and the start with where two periods lead.
+
+    Parameters
+    ----------
+    problem : Problem
+    orbit : Orbit
+    found : FoundOrbit
+        What is said of it.
+    lapped : Lapped
+        Runs around it.
+    """
+    moduli = np.abs(found.multipliers)
+    tolerance = problem.numerics.tolerance
+    # the speed at a guard is the less certain the smaller it is, and with it the saltation
+    slowest = float(np.abs(found.event_speeds).min(initial=1.0))
+    limit = SETTINGS.same_logarithm + lapped.explained(tolerance) + 10 * (SETTINGS.step_error + tolerance) / slowest**2
+    if problem.numerics.method == "rk4":
+        limit += (2 * np.pi / (problem.numerics.steps or 200)) ** 4 * max(1.0, lapped.growth)
+    disagreements = []
+    exponents, ends = exponents_of(problem, orbit, moduli, found.rank)
+    with np.errstate(divide="ignore"):
+        logs = np.log(moduli)
+    # so small that no double holds it: only its exponent is known
+    beyond = (
+        (moduli == 0)
+        & (exponents * found.duration < SETTINGS.smallest_logarithm)
+        & (np.arange(problem.states) < found.rank)
+    )
+    logs[beyond] = exponents[beyond] * found.duration
+    difference = _difference(logs, exponents * found.duration, ends) / found.duration
+    allowed = limit / found.duration
+    if not difference <= allowed:
+        disagreements.append(
+            f"exponents and logarithms of the multipliers differ by {difference:.1e} (explained: {allowed:.1e})"
+        )
+    determinant = float("nan")
+    if found.rank == problem.states and not beyond.any():
+        product, expected = float(logs.sum()), volume_contraction(problem, orbit)
+        determinant = float(-np.expm1(-abs(product - expected)))
+        if not determinant <= limit:
+            disagreements.append(
+                f"product of the multipliers and product of all contractions differ by {determinant:.1e} of the larger"
+            )
+    if not lapped.recurrence <= lapped.explained(tolerance, 2):
+        disagreements.append(f"after a second period the state is off by {lapped.recurrence:.1e}")
+    return Checks(
+        exponents=exponents,
+        exponent_difference=difference,
+        determinant_difference=determinant,
+        recurrence_difference=lapped.recurrence,
+        consistent=not disagreements,
+        disagreements="; ".join(disagreements),
+    )
+
+
+def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: int) -> tuple[np.ndarray, list[int]]:
+    """Lyapunov exponents of the orbit by the engine's QR, and where groups of nearly equal ones end.
+
+    The state is put back onto the orbit after every round, so that an unstable one is not left. Multipliers of nearly
+    the same modulus, as complex pairs, turn about each other for ever; only the mean of their exponents is one round's.
+
+    Returns
+    -------
+    exponents : ndarray, shape (d,)
+        Descending; -inf for directions that events remove; members of a group share its mean.
+    ends : list of int
+        Number of the first exponent behind each group.
+    """
+    d = problem.states
+    with np.errstate(divide="ignore", invalid="ignore"):
+        falls = np.maximum(-np.diff(np.log(moduli[:rank])), 1e-300)
+        needed = -np.log(SETTINGS.exponent_turned) / falls
+    apart = needed <= SETTINGS.exponent_rounds
+    laps = int(np.ceil(max(needed[apart], default=1.0))) + d
+    ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
+    segment, time, state = standpoint(problem, orbit)
+    structure = structure_of(problem.plain)
+    frame, shifts = structure.tangents(d)
+    run = run_from(problem, orbit, segment, time, state, tangents=frame, shifts=shifts, deficient=structure.deficient)
+    outcome = Outcome.OK
+    before = np.zeros(d)
+    for _ in range(laps + 1):
+        before = run.logs.copy()
+        outcome = run.advance(orbit.periods)[0] if outcome == Outcome.OK else outcome
+        run.x[:] = state
+    values = np.full(d, np.nan)
+    if outcome == Outcome.OK:
+        values = (run.logs[:d] - before[:d]) / float(orbit.durations.sum())
+        values[run.dead[:d] == 1] = -np.inf
+        values = values[np.argsort(-values, kind="stable")]
+        for first, end in zip([0, *ends[:-1]], ends, strict=True):
+            values[first:end] = values[first:end].mean() if end > first else 0.0
+    return values, ends
+
+
+def _difference(logs: np.ndarray, exponents: np.ndarray, ends: list[int]) -> float:
+    """Largest difference between the means of groups; infinite if not the same ones are -inf."""
+    if not np.array_equal(np.isneginf(logs), np.isneginf(exponents)):
+        return float("inf")
+    pairs = zip([0, *ends[:-1]], ends, strict=True)
+    return max((abs(float(logs[a:b].mean() - exponents[a:b].mean())) for a, b in pairs if b > a), default=0.0)
+
+
+def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.ndarray, message: str = "") -> FoundOrbit:
+    """The orbit with all that is known of it; without one, if the ordinary engine does not follow it.
+
+    Parameters
+    ----------
+    problem : Problem
+    orbit : Orbit
+        A solution of the equations.
+    shot : Shot
+        What shooting around it showed.
+    residuals : ndarray
+        Of Newton's method.
+    message : str
+        What there is to say of it.
+    """
+    lapped = verify(problem, orbit)
+    if lapped.differs:
+        text = f"the equations close, but a run of the system from there goes otherwise: {lapped.differs}"
+        return no_orbit(problem.plain, Outcome.INADMISSIBLE, text, orbit.periods, residuals)
+    if not lapped.residual <= lapped.explained(problem.numerics.tolerance):
+        text = f"the equations close, but a run of the system from there misses its start by {lapped.residual:.1e}"
+        return no_orbit(problem.plain, Outcome.INADMISSIBLE, text, orbit.periods, residuals)
+    if not np.isfinite(shot.monodromy).all():
+        text = "the orbit meets a guard at no speed, where small deviations grow without bound: it has no multipliers"
+        return no_orbit(problem.plain, Outcome.NONFINITE, text, orbit.periods, residuals)
+    rank = structural_rank(problem, orbit)
+    strobes, modes = problem.strobes([orbit])
+    found = FoundOrbit(
+        outcome=Outcome.PERIODIC,
+        message=message,
+        period=orbit.periods,
+        duration=float(orbit.durations.sum()),
+        states=strobes[0],
+        mode=int(modes[0, 0]),
+        multipliers=graded(problem, orbit, shot.monodromy, rank),
+        rank=rank,
+        residual=lapped.residual,
+        newton=residuals,
+        **_events(problem, orbit),
+        checks=_nothing_to_check(problem.states),
+        neutral=problem.neutral.count,
+    )
+    return replace(found, checks=check(problem, orbit, found, lapped))
+
+
+def no_orbit(
+    system: "HybridSystem", outcome: Outcome, message: str, period: int, residuals: np.ndarray | None = None
+) -> FoundOrbit:
+    """Why there is none."""
+    d = len(system.states)
+    nothing = float("nan")
+    return FoundOrbit(
+        outcome=outcome,
+        message=message,
+        period=period,
+        duration=nothing,
+        states=np.zeros((0, d)),
+        mode=-1,
+        multipliers=np.full(d, complex(nothing, nothing)),
+        rank=0,
+        residual=nothing,
+        newton=np.zeros(0) if residuals is None else residuals,
+        event_times=np.zeros(0),
+        event_speeds=np.zeros(0),
+        event_transitions=np.zeros(0, dtype=np.int64),
+        event_states_before=np.zeros((0, d)),
+        event_states_after=np.zeros((0, d)),
+        checks=_nothing_to_check(d),
+    )
+
+
+def _nothing_to_check(d: int) -> Checks:
+    nothing = float("nan")
+    return Checks(np.full(d, nothing), nothing, nothing, nothing, False)
+
+
+def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
+    """Events in the order in which they come from phase 0 on, as fields of a `FoundOrbit`."""
+    d, count = problem.states, len(orbit)
+    before, speeds = np.zeros((count, d)), np.full(count, np.inf)
+    kernels = problem.plain.kernels
+    constants = kernels.constants(problem.plain.parameters)
+    rates, gradient = np.zeros(d + len(problem.plain.quadratures)), np.zeros(d + 1)
+    for i, (one, state) in enumerate(segment_by_segment(problem, orbit)):
+        mode, end = one.segments[0, : at.SEGMENT_OUTCOME].tolist()
+        before[i] = state
+        if end >= 0:
+            time = one.phase + float(one.durations[0])
+            kernels.functions[3](mode, time, constants, state, rates)
+            kernels.functions[5](mode, end, time, constants, state, gradient)
+            speeds[i] = gradient[:d] @ rates[:d] + gradient[d]
+    ends = np.cumsum(orbit.durations)
+    period = problem.period
+    times = (ends + orbit.phase) % (orbit.periods * period) if period else ends
+    kinds = np.flatnonzero(orbit.segments[:, at.SEGMENT_END] >= 0)
+    order = kinds[np.argsort(times[kinds], kind="stable")]
+    return {
+        "event_times": times[order],
+        "event_speeds": speeds[order],
+        "event_transitions": orbit.segments[order, at.SEGMENT_OUTCOME],
+        "event_states_before": before[order],
+        "event_states_after": orbit.starts[(order + 1) % count, :d],
+    }

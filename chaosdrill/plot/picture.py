@@ -1,0 +1,83 @@
+"""A picture says of what it is one, and stands in the list of pictures."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from chaosdrill.plot.companions import swept
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+F = TypeVar("F", bound="Callable[..., Figure]")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that can be drawn of one kind of dataset.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of analysis that it shows.
+    name : str
+        Its name, part of the file's name.
+    summary : str
+        What it shows, in a few words.
+    function : callable
+        It takes the dataset and returns a matplotlib figure. That of a picture with ``over`` takes all datasets that
+        belong together, and what they lie over as ``over``.
+    states, seeds : int, default 1
+        How many states the system, and how many seeds the dataset, must have for it.
+    needs : str, default ""
+        Variable of which it must hold a finite value.
+    parameters : int, default 0
+        How many parameters the analysis ran through; 0 if that does not matter.
+    over : str, default ""
+        Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
+        All groups over these, and over the same range of a single one, go into one picture.
+    """
+
+    kind: str
+    name: str
+    summary: str
+    function: "Callable[..., Figure]"
+    states: int = 1
+    seeds: int = 1
+    needs: str = ""
+    parameters: int = 0
+    over: str = ""
+
+    def draw(self, *datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
+        """Return the figure of a dataset, or of several that belong together."""
+        return self.function(*datasets, over=over) if self.over else self.function(*datasets)
+
+    def suits(self, dataset: "xr.Dataset") -> bool:
+        """Return whether the picture can be drawn of this dataset."""
+        import numpy as np
+
+        return (
+            dataset.attrs.get("kind") == self.kind
+            and dataset.sizes.get("state", self.states) >= self.states
+            and dataset.sizes.get("seed", 1) >= self.seeds
+            and self.parameters in (0, len(swept(dataset)))
+            and (
+                not self.needs
+                or (self.needs in dataset.variables and bool(np.isfinite(dataset[self.needs].values).any()))
+            )
+        )
+
+
+PICTURES: list[Picture] = []
+"""All pictures; `chaosdrill.plot` imports every module that has some."""
+
+
+def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]:
+    """Make a picture of a function: its kind, name and summary, and when it suits, as in `Picture`."""
+
+    def wrap(function: F) -> F:
+        PICTURES.append(Picture(kind, name, summary, function, **when))
+        return function
+
+    return wrap

@@ -1,0 +1,264 @@
+"""Trajectories: every state and integral over time, and the first state against the second."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.plot.curve import Curve, join, last_parts, stops, strobe
+from chaosdrill.plot.joined import is_joined, runs_left_out, runs_of
+from chaosdrill.plot.picture import picture
+from chaosdrill.plot.style import (
+    EVENT_MARKERS,
+    MODE_SHADES,
+    PALETTE,
+    flag_names,
+    label,
+    legend_above,
+    legend_outside,
+    new_figure,
+    readable,
+    shorten,
+    state_label,
+    wrapped,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_DOTS = (0, (1, 2))
+# more events than this on one page cannot be told apart; of several runs each has its part, but not less than these
+_EVENTS, _LEAST_EVENTS = 40, 8
+_GREY = "0.4"
+
+
+@picture("trajectory", "time-history", "integrals and states over time, events and modes")
+def time_history(dataset: "xr.Dataset") -> "Figure":
+    """Draw the end of a trajectory.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``trajectory``, or several joined.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for each quadrature and state. Shades are modes, markers are events at the state before the reset; a
+        trajectory with many events is shown from a whole forcing period on, and the title says so. Of joined runs each
+        is a line in its colour, with its events; modes, which are not the same in all of them, are not shaded.
+    """
+    names, whole = zip(*runs_of(dataset), strict=True)
+    joined = is_joined(dataset)
+    runs = last_parts(whole, max(_EVENTS // len(whole), _LEAST_EVENTS))
+    first = runs[0]
+    quadratures = [str(name) for name in first.data_vars if first[name].dims == ("time",) and name != "mode"]
+    states = range(first.sizes["state"])
+    figure = new_figure(1.0 + 1.35 * (len(quadratures) + len(states)))
+    panels = np.atleast_1d(figure.subplots(len(quadratures) + len(states), 1, sharex=True))
+    axis_labels = [*(label(first[name]) for name in quadratures), *(state_label(first, i) for i in states)]
+    for panel, text in zip(panels, axis_labels, strict=True):
+        panel.set_ylabel(wrapped(text))
+        panel.margins(x=0)
+    for run, name, colour in zip(runs, names, PALETTE, strict=False):
+        curve = join(run)
+        for panel, quadrature in zip(panels, quadratures, strict=False):
+            panel.plot(run["time"], run[quadrature], color=colour)
+        for i, panel in enumerate(panels[len(quadratures) :]):
+            panel.plot(curve.time, curve.state[:, i], color=colour, label=name if joined else None)
+            _mark_events(panel, run, i, colour if joined else None)
+    panels[-1].set_xlabel(label(first["time"]))
+    figure.align_ylabels(list(panels))
+    modes = {} if joined else flag_names(first["mode"])
+    for panel in panels if modes else ():
+        _shade(panel, curve, modes)
+    handles = [*panels[-1].get_legend_handles_labels()[0], *(_mode_looks(curve, modes) if len(modes) > 1 else ())]
+    handles += _event_looks(runs) if joined else []
+    legend_outside(figure, handles, handlelength=1.4)
+    title = [runs_left_out(dataset), _title(first, whole[0]) if first is not whole[0] else ""]
+    panels[0].set_title(", ".join(filter(None, title)))
+    figure.set_label(_summary(quadratures, runs, modes, joined))
+    return figure
+
+
+def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, str], joined: bool) -> str:
+    """What the picture shows, in words."""
+    lines = [*(str(runs[0][name].attrs.get("long_name", name)) for name in quadratures), "states"]
+    marked = ["events"] * any(run.sizes["event"] for run in runs) + ["modes"] * (len(modes) > 1)
+    parts = [" and ".join(filter(None, [", ".join(lines[:-1]), lines[-1]])) + " over time"]
+    parts += ["a colour for each run"] * joined
+    return ", ".join(parts) + (f", with {' and '.join(marked)}" if marked else "")
+
+
+def _mark_events(panel: "Axes", shown: "xr.Dataset", i: int, colour: str | None) -> None:
+    """Mark the events of a run, in the run's colour, or else in one for each kind, which the legend then names."""
+    kinds = shown["event_kind"].values
+    for number, (code, name) in enumerate(flag_names(shown["event_kind"]).items() if kinds.size else ()):
+        hit = kinds == code
+        if hit.any():
+            look = _event_look(number, readable(name), colour)
+            if colour is not None:
+                look["label"] = None
+            panel.plot(
+                shown["event_time"].values[hit],
+                shown["event_state_before"].values[hit, i],
+                clip_on=False,
+                zorder=3,
+                **look,
+            )
+
+
+def _event_look(number: int, name: str, colour: str | None) -> dict[str, Any]:
+    return {
+        "marker": EVENT_MARKERS[number % len(EVENT_MARKERS)],
+        "color": colour or PALETTE[1 + number % (len(PALETTE) - 1)],
+        "linestyle": "none",
+        "markersize": 4,
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.4,
+        "label": name,
+    }
+
+
+def _event_looks(runs: "list[xr.Dataset]") -> "list[Artist]":
+    """Entries of the legend for the kinds of events that any of the runs has."""
+    from matplotlib.lines import Line2D
+
+    present = set().union(*(run["event_kind"].values.tolist() for run in runs))
+    named = enumerate(flag_names(runs[0]["event_kind"]).items() if present else ())
+    return [Line2D([], [], **_event_look(number, readable(name), _GREY)) for number, (c, name) in named if c in present]
+
+
+def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
+    codes = list(modes)
+    for start, end, mode in curve.bands():
+        shade = codes.index(mode) % len(MODE_SHADES)
+        if shade:
+            panel.axvspan(start, end, color=MODE_SHADES[shade], linewidth=0, zorder=0)
+
+
+def _mode_looks(curve: Curve, modes: dict[int, str]) -> "list[Artist]":
+    """Entries of the legend for the modes that a run was in."""
+    from matplotlib.patches import Patch
+
+    present = set(curve.mode.tolist())
+    return [
+        Patch(
+            facecolor=MODE_SHADES[number % len(MODE_SHADES)],
+            edgecolor="0.6",
+            linewidth=0.5,
+            label=f"{readable(name)} (mode)",
+        )
+        for number, (code, name) in enumerate(modes.items())
+        if code in present
+    ]
+
+
+def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:
+    part, whole = (float(np.ptp(record["time"].values)) for record in (shown, dataset))
+    if "forcing_period" in dataset.variables:
+        period = float(dataset["forcing_period"])
+        return f"last {part / period:.0f} of {whole / period:.0f} forcing periods"
+    return f"last {part:.4g} of {whole:.4g} units of time"
+
+
+@picture("trajectory", "phase-portrait", "the first state against the second", states=2)
+def phase_portrait(dataset: "xr.Dataset") -> "Figure":
+    """Draw the first two states of a trajectory against each other.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``trajectory``, or several joined; with two states or more.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Flow as lines, jumps of a reset as dotted lines, the states at whole forcing periods as points, and walls at
+        which the state is reset as dashed lines. Of joined runs each has a colour.
+    """
+    runs = runs_of(dataset)
+    figure = new_figure(4.6)
+    axes = figure.subplots()
+    if is_joined(dataset):
+        jumps = [
+            _draw(axes, run, (colour, colour), (name, None, None))
+            for (name, run), colour in zip(runs, PALETTE, strict=False)
+        ]
+        _explain(axes, jumps=any(jumps))
+    else:
+        _draw(axes, dataset, PALETTE[:2], ("flow", "jump", "once a forcing period"))
+    _walls(axes, [run for _, run in runs])
+    axes.set_xlabel(state_label(dataset, 0))
+    axes.set_ylabel(state_label(dataset, 1))
+    if is_joined(dataset):
+        axes.set_title(runs_left_out(dataset))
+        legend_outside(figure, axes.get_legend_handles_labels()[0])
+    else:
+        legend_above(axes)
+    symbols = " against ".join(str(name) for name in dataset["state_name"].values[1::-1])
+    figure.set_label(f"{symbols}{', a colour for each run' if is_joined(dataset) else ''}")
+    return figure
+
+
+def _draw(axes: "Axes", run: "xr.Dataset", colours: "Sequence[str]", labels: "Sequence[str | None]") -> bool:
+    """Draw a run: flow, jumps and points once a forcing period, with a label each; tell whether there are jumps."""
+    curve = join(run)
+    x, y = curve.state[:, 0], curve.state[:, 1]
+    # both sides of an event share their time: the piece between them is the jump, everything else is flow
+    jump = (np.diff(curve.time) == 0) & (np.hypot(np.diff(x), np.diff(y)) > 0)
+    breaks = np.flatnonzero(jump) + 1
+    weight = 1.1 if breaks.size < 60 else 0.5
+    axes.plot(*_split(x, y, breaks), color=colours[0], linewidth=weight, label=labels[0])
+    if breaks.size:
+        pairs = np.column_stack([breaks - 1, breaks])
+        gap = np.full((breaks.size, 1), np.nan)
+        jumps = [np.hstack([values[pairs], gap]).ravel() for values in (x, y)]
+        axes.plot(*jumps, color=colours[0], linewidth=0.6 * weight, linestyle=_DOTS, alpha=0.7, label=labels[1])
+    points = strobe(run)
+    if points.size:
+        size = 26 if len(np.unique(np.round(points[:, :2], 6), axis=0)) < 30 else 7
+        axes.scatter(
+            points[:, 0],
+            points[:, 1],
+            s=size,
+            color=colours[1],
+            edgecolor="white",
+            linewidth=0.4,
+            zorder=3,
+            label=labels[2],
+        )
+    return bool(breaks.size)
+
+
+def _explain(axes: "Axes", jumps: bool) -> None:
+    """Name in the legend, in grey, what is drawn in the colours of several runs."""
+    if jumps:
+        axes.plot([], [], color="0.4", linewidth=0.8, linestyle=_DOTS, label="jump")
+    if axes.collections:
+        axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label="once a forcing period")
+
+
+def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]") -> None:
+    names = [str(name) for name in runs[0]["state_name"].values[:2]]
+    for index, (line, symbol) in enumerate(zip((axes.axvline, axes.axhline), names, strict=True)):
+        walls = list(dict.fromkeys((name, round(value, 12)) for run in runs for name, value in stops(run, index)))
+        for level in sorted({value for _, value in walls}):
+            kinds = ", ".join(readable(name) for name, value in walls if value == level)
+            line(
+                level,
+                color="0.25",
+                linewidth=0.9,
+                linestyle="--",
+                zorder=1,
+                label=f"{kinds} at {symbol} = {shorten(level)}",
+            )
+
+
+def _split(x: np.ndarray, y: np.ndarray, breaks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return both coordinates with a gap at each break."""
+    return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)

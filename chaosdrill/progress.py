@@ -1,0 +1,371 @@
+"""How far long work is: a bar on a terminal or in a notebook, now and then a line elsewhere.
+
+Compilation says so and counts into no rate. The time left comes from the rate of the last seconds, and is not shown
+before there is one.
+"""
+
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
+from functools import cache, wraps
+from importlib import import_module
+from importlib.util import find_spec
+from shutil import get_terminal_size
+from threading import RLock
+from time import monotonic
+from typing import Any, ParamSpec, Self, TextIO, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+Progress = Callable[[int, int, dict[str, int] | None], None]
+"""Called with (done, total, counts by outcome so far)."""
+
+REDRAW_S = 0.1
+LINE_S = 10.0
+WINDOW_S = 10.0
+"""Seconds of which the rate is taken, but for the last line, which has the mean."""
+
+DELAY_S = 1.0
+"""Seconds after which work that nobody asked to see is shown."""
+
+BAR = "{{desc}}: {{percentage:3.0f}} %|{}| {{n_fmt}}/{{total_fmt}}{{postfix}}"
+
+WORTH_S = 1.0
+"""Seconds of compilation that are worth a word in the last line."""
+
+
+class Compilation:
+    """The times in which anything is compiled, for those who count without them."""
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+        self._under_way = 0
+        self._since = 0.0
+        self._spent = 0.0
+        self.watchers: list[Callable[[], None]] = []
+        """Called when a compilation begins while there was none, and when the last one ends."""
+
+    @property
+    def under_way(self) -> bool:
+        """Whether something is being compiled."""
+        return self._under_way > 0
+
+    def seconds(self) -> float:
+        """Seconds so far in which something was compiled."""
+        with self._lock:
+            return self._spent + (monotonic() - self._since if self._under_way else 0.0)
+
+    def begin(self) -> None:
+        """Something is compiled from now on."""
+        with self._lock:
+            self._under_way += 1
+            if self._under_way > 1:
+                return
+            self._since = monotonic()
+        self._tell()
+
+    def end(self) -> None:
+        """It is compiled."""
+        with self._lock:
+            self._under_way -= 1
+            if self._under_way:
+                return
+            self._spent += monotonic() - self._since
+        self._tell()
+
+    def _tell(self) -> None:
+        for watcher in tuple(self.watchers):
+            watcher()
+
+
+COMPILATION = Compilation()
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """While the block runs, code is compiled, or waited for."""
+    COMPILATION.begin()
+    try:
+        yield
+    finally:
+        COMPILATION.end()
+
+
+@cache
+def _hear_numba() -> None:
+    """Have numba tell when it compiles."""
+    from numba.core import event
+
+    class Listener(event.Listener):
+        def on_start(self, event: Any) -> None:
+            COMPILATION.begin()
+
+        def on_end(self, event: Any) -> None:
+            COMPILATION.end()
+
+    event.register("numba:compile", Listener())
+
+
+class Display:
+    """Shows how far each of several pieces of work is, its rate, the time left and the counts by outcome.
+
+    Parameters
+    ----------
+    stream : text stream, optional
+        Where to; default: stderr.
+    notebook : bool, optional
+        Whether bars are widgets of a notebook.
+    live : bool, optional
+        Whether to draw bars; default: if the stream is a terminal.
+    delay : float, optional
+        Seconds that a piece of work takes before anything but its compilation is shown.
+    """
+
+    def __init__(
+        self, stream: TextIO | None = None, *, notebook: bool = False, live: bool | None = None, delay: float = 0.0
+    ) -> None:
+        self._stream = _Patient(stream or sys.stderr)
+        self._live = self._stream.isatty() if live is None else live
+        self._notebook, self._delay = notebook, delay
+        self._meter: _Meter | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+
+    def tell(self, line: str) -> None:
+        """Show a line of its own."""
+        self._close()
+        self._stream.write(line + "\n")
+        self._stream.flush()
+
+    def report(self, name: str) -> Progress:
+        """Begin a piece of work; what is returned takes items done, their total, and counts by outcome.
+
+        The first call tells where it begins, which after a resume is not at zero: rates count from there.
+        """
+        self._close()
+        _hear_numba()
+        face = _Bars(name, self._stream, self._notebook) if self._live else _Lines(name, self._stream)
+        self._meter = _Meter(face, self._delay)
+        COMPILATION.watchers.append(self._meter.turn)
+        return self._meter
+
+    def _close(self) -> None:
+        if self._meter is not None:
+            COMPILATION.watchers.remove(self._meter.turn)
+            self._meter.face.close()
+            self._meter = None
+
+
+class _Meter:
+    """What is known of one piece of work."""
+
+    def __init__(self, face: "_Face", delay: float) -> None:
+        self.face = face
+        self._start = self._drawn = monotonic()
+        self._visible_from = self._start + delay
+        self._compiled_before = COMPILATION.seconds()
+        self._begun: tuple[float, int] | None = None
+        self._seen: deque[tuple[float, int]] = deque()
+        self._rate: float | None = None
+        self.done, self.total = 0, 0
+        self._outcomes: dict[str, int] = {}
+
+    def __call__(self, done: int, total: int, outcomes: dict[str, int] | None = None) -> None:
+        """Take note of how far it is, and show it if it is time to."""
+        worked = monotonic() - COMPILATION.seconds()
+        if self._begun is None:
+            self._begun = worked, done
+        # until the first piece of it is done, the others' needs are loaded
+        elif done > self._begun[1] and (not self._seen or worked - self._seen[-1][0] >= REDRAW_S):
+            self._seen.append((worked, done))
+            while self._seen[0][0] < worked - WINDOW_S and len(self._seen) > 2:
+                self._seen.popleft()
+        self.done, self.total, self._outcomes = done, total, outcomes or {}
+        since, before = self._seen[0] if done < total and self._seen else self._begun
+        if (self._seen or done == total) and worked > since and done > before:
+            self._rate = (done - before) / (worked - since)
+        now = monotonic()
+        if (done == total or now - self._drawn >= self.face.every_s) and now >= self._visible_from:
+            self._draw()
+
+    def turn(self) -> None:
+        """Show that compilation has begun, or is over."""
+        if self.face.tells_compilation and (COMPILATION.under_way or monotonic() >= self._visible_from):
+            self._draw()
+
+    def _draw(self) -> None:
+        self._drawn = monotonic()
+        self.face.show(None if self._begun is None else (self.done, self.total), self._words())
+
+    def _words(self) -> list[str]:
+        """What there is to tell beside how much is done."""
+        over = self._begun is not None and self.done == self.total
+        if COMPILATION.under_way and not over:
+            return ["compiling"]
+        words = []
+        if self._rate is not None:
+            words.append(f"{self._rate:.3g}/s" if self._rate < 1000 else f"{self._rate:.0f}/s")
+            if not over:
+                words.append(f"{clock((self.total - self.done) / self._rate)} left")
+        if over:
+            compiled = COMPILATION.seconds() - self._compiled_before
+            words.append(f"took {clock(monotonic() - self._start)}")
+            if compiled >= WORTH_S:
+                words.append(f"{clock(compiled)} of it compiling")
+        if counts := ", ".join(f"{outcome} {count}" for outcome, count in self._outcomes.items() if count):
+            words.append(counts)
+        return words
+
+
+class _Lines:
+    """A line now and then, as suits a file."""
+
+    every_s = LINE_S
+    tells_compilation = False
+
+    def __init__(self, name: str, stream: "_Patient") -> None:
+        self._name, self._stream = name, stream
+        self._write("begins")
+
+    def show(self, so_far: tuple[int, int] | None, words: list[str]) -> None:
+        if so_far is not None:
+            done, total = so_far
+            self._write("  ".join([f"{100 * done / total if total else 100:3.0f} %", f"{done}/{total}", *words]))
+
+    def close(self) -> None:
+        pass
+
+    def _write(self, text: str) -> None:
+        self._stream.write(f"{self._name}: {text}\n")
+        self._stream.flush()
+
+
+class _Bars:
+    """A bar that is drawn again and again; while nobody knows how much there is to do, the name alone."""
+
+    every_s = REDRAW_S
+    tells_compilation = True
+
+    def __init__(self, name: str, stream: "_Patient", notebook: bool) -> None:
+        self._name, self._stream, self._notebook = name, stream, notebook
+        self._format = BAR.format("{bar}" if notebook else "{bar:20}")
+        self._bar: Any = None
+
+    def show(self, so_far: tuple[int, int] | None, words: list[str]) -> None:
+        done, total = so_far or (0, None)
+        if self._bar is None or self._bar.total != total:
+            if self._bar is not None:
+                self._bar.leave = False
+                self._bar.close()
+            self._bar = _bar_class(self._notebook)(
+                desc=self._name,
+                total=total,
+                initial=done,
+                file=self._stream,
+                bar_format="{desc}{postfix}" if total is None else self._format,
+                leave=total is not None,
+            )
+        self._bar.n = done
+        if not self._notebook:
+            self._bar.ncols = get_terminal_size().columns - 1
+        self._bar.set_postfix_str(", ".join(words))
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+_Face = _Lines | _Bars
+
+
+class _Patient:
+    """A stream that may be gone, or full: that costs what is told and not the work."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> None:
+        """Write, if that is possible."""
+        with suppress(OSError, ValueError):
+            self._stream.write(text)
+
+    def flush(self) -> None:
+        """Flush, if that is possible."""
+        with suppress(OSError, ValueError):
+            self._stream.flush()
+
+
+@cache
+def _bar_class(notebook: bool) -> Any:
+    module = import_module("tqdm.notebook" if notebook else "tqdm.std")
+
+    class Bar(module.tqdm):  # type: ignore[name-defined]
+        # no thread of tqdm's own is to draw
+        monitor_interval = 0
+
+    Bar.set_lock(RLock())
+    return Bar
+
+
+_call: ContextVar[tuple[str, ExitStack]] = ContextVar("call")
+
+
+def watched(function: Callable[P, R]) -> Callable[P, R]:
+    """Have what `teller` shows end with the function, however that ends."""
+    name = function.__name__.replace("_", " ")
+
+    @wraps(function)
+    def run(*arguments: P.args, **keywords: P.kwargs) -> R:
+        with ExitStack() as stack:
+            stack.callback(_call.reset, _call.set((name, stack)))
+            return function(*arguments, **keywords)
+
+    return run
+
+
+def teller(progress: Progress | bool | None) -> Progress | None:
+    """Whom the function at work, which is `watched`, tells how far it is.
+
+    Parameters
+    ----------
+    progress : callable, bool or None
+        Who is to be told; True: standard error or the notebook; None: the same where somebody looks, once it takes
+        longer than a second; False: nobody.
+    """
+    if callable(progress) or progress is False:
+        return progress or None
+    notebook = _in_notebook()
+    terminal = sys.stderr is not None and sys.stderr.isatty()
+    if progress is None and not (notebook or terminal):
+        return None
+    name, stack = _call.get()
+    display = Display(
+        notebook=notebook and find_spec("ipywidgets") is not None,
+        live=notebook or terminal,
+        delay=DELAY_S if progress is None else 0.0,
+    )
+    return stack.enter_context(display).report(name)
+
+
+def _in_notebook() -> bool:
+    """Whether somebody who could also be asked for input looks at a notebook; who only has it run looks at nothing."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    kernel = getattr(shell, "kernel", None)
+    return kernel is not None and bool(kernel.get_parent().get("content", {}).get("allow_stdin"))
+
+
+def clock(seconds: float) -> str:
+    """Hours, minutes and seconds as ``1:02:03``, without the hours below one."""
+    hours, rest = divmod(round(seconds), 3600)
+    minutes, left = divmod(rest, 60)
+    return f"{hours}:{minutes:02}:{left:02}" if hours else f"{minutes}:{left:02}"

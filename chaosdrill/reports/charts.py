@@ -1,0 +1,228 @@
+"""The pictures of an archive inside of the page, and charts in which one points at a parameter to see what happens."""
+
+from base64 import b64encode
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from chaosdrill.reports.html import NOTHING, count, part, render
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import xarray as xr
+
+    from chaosdrill.plot import Picture
+
+MOST_SVG = 500_000
+"""Bytes above which a picture is stored as PNG, which does not grow with the number of its points."""
+
+KINDS = ("bifurcation-diagram", "parameter-chart")
+SECTION_BYTES = 6_000_000
+GRID_BYTES = 6_000_000
+"""At most so many bytes go into one chart, for its sections and for the rest."""
+
+
+def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.Dataset]") -> Markup:
+    """Draw a picture of one group, or of several that belong together.
+
+    Parameters
+    ----------
+    picture : Picture
+    names : sequence of str
+        Groups that it shows.
+    groups : mapping
+        All of the archive, one of which may lie behind.
+    """
+    from chaosdrill.plot import behind
+    from chaosdrill.plot.style import readable, style
+
+    with style():
+        import matplotlib as mpl
+
+        # a picture inside of a page has no fonts of its own
+        mpl.rcParams["svg.fonttype"] = "path"
+        # ids inside of the picture are the same whenever it is drawn
+        mpl.rcParams["svg.hashsalt"] = "chaosdrill"
+        drawn = picture.draw(*(groups[name] for name in names), over=behind(picture, groups[names[0]], dict(groups)))
+        stored, kind = BytesIO(), "svg+xml"
+        drawn.savefig(stored, format="svg", metadata={"Date": None})
+        if stored.tell() > MOST_SVG:
+            stored, kind = BytesIO(), "png"
+            drawn.savefig(stored, format="png")
+        width, height = drawn.get_size_inches()
+        # a function that draws more or less, depending on what there is, says so itself
+        summary = str(drawn.get_label()) or picture.summary
+        drawn.clear()
+    title = readable(picture.name).capitalize()
+    return part(
+        "figure",
+        kind,
+        Markup(b64encode(stored.getvalue()).decode()),
+        f"{title} of {', '.join(names)}",
+        summary,
+        round(96 * width),
+        round(96 * height),
+    )
+
+
+def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) -> Markup:
+    """A chart's frame and its data; the page's script fills it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A diagram or a parameter chart; of any other kind there is no chart.
+    name : str
+        Name of its group.
+    number : int
+        Of the chart in the page, for ids.
+    share : float, default 1
+        Part of the largest size that it may have, where many share a page.
+    """
+    if dataset.attrs.get("kind") not in KINDS:
+        return NOTHING
+    data, left_out = explorer_data(dataset, share)
+    return render(
+        "explorer.html",
+        key=f"explorer-{number}",
+        has_section="section" in dataset,
+        left_out=left_out,
+        data={**data, "name": name},
+    )
+
+
+def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, Any], list[str]]:
+    """What the chart shows, ready for JSON, and what had to be left out, in words.
+
+    Numbers are 32-bit floats in base64, axes 64-bit; more cells than fit are thinned evenly in every direction, and of
+    longer sections the last points are kept, among which every cycle that fits is whole.
+    """
+    import numpy as np
+
+    axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
+    dataset = dataset.sortby(axes).transpose(*axes, "seed", ...)
+    if not all(np.isfinite(dataset[name].values).all() for name in axes):
+        raise ValueError(f"{' and '.join(axes)}: not all values are finite numbers")
+    left_out = []
+    quantities = _quantities(dataset, axes)
+    depth = sum(4 * dataset["lyapunov_exponent"].shape[-1] if name == "lyapunov_exponent" else 4 for name in quantities)
+    cells = int(np.prod([dataset.sizes[name] for name in (*axes, "seed")]))
+    stride = int(np.ceil((max(1.0, cells * (depth + 3) / (share * GRID_BYTES))) ** (1 / len(axes))))
+    if stride > 1:
+        whole = " x ".join(str(dataset.sizes[name]) for name in axes)
+        dataset = dataset.isel({name: slice(None, None, stride) for name in axes})
+        held = " x ".join(str(dataset.sizes[name]) for name in axes)
+        left_out.append(f"Of {whole} points this chart holds {held}, one in {stride} each way; the archive has all.")
+    data: dict[str, Any] = {
+        "kind": str(dataset.attrs["kind"]),
+        "axes": [_axis(dataset, name) for name in axes],
+        "seeds": _seeds(dataset),
+        "states": _states(dataset),
+        "outcomes": _outcomes(dataset),
+        "periods": _period_colours(),
+        "outcome": _base64(dataset["outcome"].values, "i1"),
+        "period": _base64(dataset["period"].values, "<i2"),
+        "quantities": [_quantity(dataset, name) for name in quantities],
+        "colours": _scales(),
+    }
+    if "section" in dataset:
+        section = dataset["section"].transpose(*axes, "seed", "iterate", "state").values
+        most = max(1, int(share * SECTION_BYTES) // max(1, 4 * section[..., 0, :].size))
+        if section.shape[-2] > most:
+            left_out.append(f"Of {section.shape[-2]} section points of each run this chart holds the last {most}.")
+            section = section[..., -most:, :]
+        data["section"] = {"iterates": section.shape[-2], "values": _base64(section, "<f4")}
+    return data, left_out
+
+
+def _quantities(dataset: "xr.Dataset", axes: list[str]) -> list[str]:
+    """Variables with a number for every point, the exponents among them."""
+    grid = {*axes, "seed"}
+    kept = ["lyapunov_exponent", "lyapunov_error"]
+    kept += [str(n) for n, v in dataset.data_vars.items() if set(v.dims) == grid and v.dtype.kind == "f"]
+    if "attractor_count" in dataset and dataset["attractor_count"].dims == tuple(axes):
+        kept.append("attractor_count")
+    return [name for name in kept if name in dataset]
+
+
+def _quantity(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
+    import numpy as np
+
+    variable = dataset[name]
+    values = variable.values
+    if "seed" not in variable.dims:
+        values = np.repeat(values[..., None], dataset.sizes["seed"], axis=-1)
+    count_ = variable.sizes.get("exponent", 1)
+    unit = str(variable.attrs.get("units", ""))
+    return {
+        "name": name,
+        "label": str(variable.attrs.get("long_name", name)),
+        "unit": "" if unit == "1" else unit,
+        "count": count_,
+        "values": _base64(values, "<f4"),
+    }
+
+
+def _axis(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
+    from chaosdrill.plot.style import axis_label
+
+    return {"name": name, "label": axis_label(dataset, name), "values": _base64(dataset[name].values, "<f8")}
+
+
+def _seeds(dataset: "xr.Dataset") -> list[str]:
+    from chaosdrill.plot.style import seed_names
+
+    return seed_names(dataset)
+
+
+def _states(dataset: "xr.Dataset") -> list[dict[str, str]]:
+    from chaosdrill.plot.style import state_label
+
+    names = [str(name) for name in dataset["state_name"].values]
+    return [{"name": name, "label": state_label(dataset, i)} for i, name in enumerate(names)]
+
+
+def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
+    from chaosdrill.dataset.outcomes import Outcome
+    from chaosdrill.plot.style import flag_names, outcome_colour, readable
+
+    advice = {outcome.meaning: outcome.advice for outcome in Outcome}
+    return [
+        {"code": code, "words": readable(name), "advice": advice.get(name, ""), "colour": outcome_colour(name)}
+        for code, name in flag_names(dataset["outcome"]).items()
+    ]
+
+
+def _period_colours() -> list[str]:
+    from chaosdrill.plot.looks import LONGER_COLOUR, PERIOD_COLOURS
+
+    return [*PERIOD_COLOURS, LONGER_COLOUR]
+
+
+def _scales() -> dict[str, list[str]]:
+    """Colours of a scale around zero and of one that ascends, at even steps."""
+    import numpy as np
+    from matplotlib.colors import to_hex
+
+    from chaosdrill.plot.looks import diverging, sequential
+
+    at = np.linspace(0, 1, 33)
+    return {"diverging": [to_hex(c) for c in diverging()(at)], "sequential": [to_hex(c) for c in sequential()(at)]}
+
+
+def _base64(values: Any, dtype: str) -> str:
+    import numpy as np
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        return b64encode(np.ascontiguousarray(values, dtype=dtype).tobytes()).decode()
+
+
+def summary(dataset: "xr.Dataset") -> Markup:
+    """One sentence: how many points there are over what."""
+    axes = [str(name) for name in dataset["outcome"].dims if name != "seed"] if "outcome" in dataset else []
+    if dataset.attrs.get("kind") not in KINDS:
+        return NOTHING
+    over = " and ".join(f"{name} ({count(dataset.sizes[name], 'value')})" for name in axes)
+    return part("paragraph", f"Over {over}, {count(dataset.sizes['seed'], 'seed')} each.")

@@ -1,0 +1,446 @@
+"""Tables of results, each of one dataset: nothing where the dataset has nothing of it."""
+
+from math import log
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from chaosdrill.dataset.references import mapping
+from chaosdrill.reports.html import MISSING, NOTHING, Quantity, count, joined, number, part, seconds, table, uncertain
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import xarray as xr
+
+MOST_STRETCHES = 60
+_PERIODIC = ("ok", "periodic")
+_DIGITS = 12
+
+TRUSTED = 1e-6
+"""Error up to which a chaotic trajectory counts as known."""
+
+
+def single_numbers(dataset: "xr.Dataset") -> Markup:
+    """Every variable that is one number, with its error and its unit."""
+    rows = []
+    for name, variable in dataset.variables.items():
+        if (
+            name == "outcome"
+            or variable.ndim
+            or variable.dtype.kind not in "iuf"
+            or (str(name).endswith("_error") and _owner(dataset, name))
+        ):
+            continue
+        error = next(
+            (dataset[key].values for key in _errors(str(name)) if key in dataset and not dataset[key].ndim), None
+        )
+        if "flag_meanings" in variable.attrs:
+            shown: Any = meaning(variable.values, variable.attrs)
+        elif error is not None:
+            shown = Quantity(uncertain(variable.values, error))
+        else:
+            shown = Quantity(number(variable.values))
+        rows.append((long_name(dataset, name), shown, unit(variable.attrs), str(variable.attrs.get("comment", ""))))
+    return table("Numbers", ("quantity", "value", "unit", "note"), rows)
+
+
+def exponents(dataset: "xr.Dataset") -> Markup:
+    """Exponents of one run, largest first, with their standard errors."""
+    if "lyapunov_exponent" not in dataset or dataset["lyapunov_exponent"].dims != ("exponent",):
+        return NOTHING
+    values, errors = dataset["lyapunov_exponent"].values, dataset["lyapunov_error"].values
+    rows = [
+        (i, Quantity(number(v)), Quantity(number(e, 2))) for i, (v, e) in enumerate(zip(values, errors, strict=True), 1)
+    ]
+    note = part("paragraph", "Per unit of model time. −∞ stands for a direction that is lost at events.", "note")
+    return table("Lyapunov exponents", ("number", "exponent", "standard error"), rows) + note
+
+
+def multipliers(dataset: "xr.Dataset") -> Markup:
+    """Multipliers of the cycle of one run."""
+    if "multiplier_real" not in dataset or dataset["multiplier_real"].ndim != 1:
+        return NOTHING
+    pairs = zip(dataset["multiplier_real"].values, dataset["multiplier_imag"].values, strict=True)
+    rows = [(i, real, imag, abs(complex(real, imag))) for i, (real, imag) in enumerate(pairs, 1) if real == real]
+    return table("Multipliers of the cycle", ("number", "real part", "imaginary part", "modulus"), rows)
+
+
+def event_counts(dataset: "xr.Dataset") -> Markup:
+    """How often each transition was taken in a run."""
+    if "event_count" in dataset and "transition_name" in dataset.coords:
+        counted = zip(map(str, dataset["transition_name"].values), dataset["event_count"].values, strict=True)
+        return table("Events counted", ("transition", "times"), counted)
+    if dataset.attrs.get("kind") != "trajectory":
+        return NOTHING
+    kinds, speeds = dataset["event_kind"], abs(dataset["event_speed"].values)
+    several = "run" in dataset.dims
+    rows = []
+    for run, here in _runs(dataset).items():
+        for code, name in flags(kinds.attrs).items():
+            hit = kinds.values[here] == code
+            if hit.any():
+                rows.append((*[run] * several, name, int(hit.sum()), float(speeds[here][hit].min())))
+    head = (*["run"] * several, "transition", "times", "smallest normal speed")
+    return table("Events on the way", head, rows)
+
+
+def _runs(dataset: "xr.Dataset") -> dict[str, slice]:
+    """Events of each of joined runs; all events if it is one."""
+    if "run" not in dataset.dims:
+        return {"": slice(None)}
+    ends = dataset["event_count"].values.cumsum()
+    starts = ends - dataset["event_count"].values
+    return {str(n): slice(a, b) for n, a, b in zip(dataset["run"].values, starts, ends, strict=True)}
+
+
+def outcomes(dataset: "xr.Dataset") -> Markup:
+    """How many runs ended how, and what to do about it."""
+    if "outcome" not in dataset:
+        return NOTHING
+    from chaosdrill.dataset.outcomes import Outcome, count_outcomes
+
+    advice = {outcome.meaning: outcome.advice for outcome in Outcome}
+    total = dataset["outcome"].size
+    counts = count_outcomes(dataset["outcome"].values)
+    rows = [
+        (name.replace("_", " "), n, Quantity(f"{100 * n / total:.3g} %"), advice.get(name, ""))
+        for name, n in counts.items()
+    ]
+    shown = table("Outcomes", ("outcome", "runs", "share", "what it means, and what to try"), rows)
+    words = [
+        part("paragraph", str(dataset.attrs[key]), "fault")
+        for key in ("message", "disagreement")
+        if dataset.attrs.get(key)
+    ]
+    return joined([shown, *words])
+
+
+def flags(attributes: Any) -> dict[int, str]:
+    """Names of codes, from the CF attributes of their variable."""
+    import numpy as np
+
+    names = str(attributes.get("flag_meanings", "")).split()
+    return dict(zip(map(int, np.atleast_1d(attributes.get("flag_values", []))), names, strict=True))
+
+
+def meaning(code: Any, attributes: Any) -> str:
+    """Name of a code, in words."""
+    return flags(attributes).get(int(code), f"code {int(code)}").replace("_", " ")
+
+
+def long_name(dataset: "xr.Dataset", name: Any) -> str:
+    """Long name of a variable."""
+    return str(dataset[name].attrs.get("long_name", name))
+
+
+def unit(attributes: Any) -> str:
+    """Unit of a variable; nothing where it is dimensionless."""
+    found = str(attributes.get("units", ""))
+    return "" if found == "1" else found
+
+
+def _errors(name: str) -> tuple[str, str]:
+    return f"{name}_error", f"{name.rsplit('_', 1)[0]}_error"
+
+
+def _owner(dataset: "xr.Dataset", error: Any) -> bool:
+    """Whether the number that an error belongs to is in the dataset."""
+    return any(str(error) in _errors(str(name)) for name in dataset.variables if name != error)
+
+
+def motions(dataset: "xr.Dataset") -> Markup:
+    """How many points have each period, and what the others are."""
+    if "seed" not in dataset.dims or "period" not in dataset:
+        return NOTHING
+    names = _kinds(dataset).ravel()
+    largest = _largest(dataset)
+    rows = []
+    for name in dict.fromkeys(sorted(names, key=_rank)):
+        here = names == name
+        span = (number(largest.ravel()[here].min()), number(largest.ravel()[here].max())) if largest is not None else ()
+        rows.append((name, int(here.sum()), Quantity(f"{100 * here.mean():.3g} %"), *map(Quantity, span)))
+    head = [
+        "motion",
+        "points",
+        "share",
+        *(["least largest exponent", "greatest largest exponent"] if largest is not None else []),
+    ]
+    return table("Cycles and other motions", head, rows)
+
+
+def without_results(dataset: "xr.Dataset") -> Markup:
+    """How many points have no exponent."""
+    import numpy as np
+
+    if "seed" not in dataset.dims:
+        return NOTHING
+    largest = _largest(dataset)
+    missing = 0 if largest is None else int(np.isnan(largest).sum())
+    if not missing:
+        return NOTHING
+    return part("paragraph", f"{missing} of {count(largest.size, 'point')} have no exponent.", "note")
+
+
+def stretches(dataset: "xr.Dataset") -> Markup:
+    """Along one parameter: from where to where the first seed has the same motion."""
+    import numpy as np
+
+    if dataset.attrs.get("kind") != "bifurcation-diagram":
+        return NOTHING
+    parameter = str(dataset["outcome"].dims[0])
+    ordered = dataset.isel(seed=0).sortby(parameter)
+    values, names, largest = ordered[parameter].values, _kinds(ordered), _largest(ordered)
+    starts = np.flatnonzero(np.r_[True, names[1:] != names[:-1]])
+    ends = np.r_[starts[1:], len(names)]
+    rows = []
+    for start, end in zip(starts, ends, strict=True):
+        row: list[Any] = [
+            Quantity(number(values[start])),
+            Quantity(number(values[end - 1])),
+            names[start],
+            int(end - start),
+        ]
+        if largest is not None:
+            row.append(Quantity(number(largest[start:end].max())))
+        rows.append(row)
+    head = [f"from {parameter}", "to", "motion", "points", *(["greatest exponent"] if largest is not None else [])]
+    of = " of the first seed" if dataset.sizes["seed"] > 1 else ""
+    return table(f"Motions along {long_name(dataset, parameter)} {parameter}{of}", head, rows, MOST_STRETCHES)
+
+
+def attractors(dataset: "xr.Dataset") -> Markup:
+    """The attractors that basins lead to."""
+    if "attractor_number" not in dataset.dims:
+        return NOTHING
+    names = flags(dataset["attractor_outcome"].attrs)
+    states = [str(name) for name in dataset["state_name"].values]
+    has_exponents, has_rate = "attractor_exponent" in dataset, "attractor_rate" in dataset
+    rows = []
+    for i, place in enumerate(dataset["attractor_number"].values):
+        one = dataset.isel(attractor_number=i)
+        period = int(one["attractor_period"])
+        row: list[Any] = [
+            int(place),
+            f"period {period}" if period else _words(names.get(int(one["attractor_outcome"]), "")),
+        ]
+        row.append(Quantity(uncertain(one["fraction"], one["fraction_error"])))
+        if has_exponents:
+            row.append(Quantity(uncertain(one["attractor_exponent"].values[0], one["attractor_error"].values[0])))
+        if has_rate:
+            row.append(float(one["attractor_rate"]))
+        rows.append([*row, *one["attractor_state"].values])
+    head = ["attractor", "motion", "part of the starts", *(["largest exponent"] if has_exponents else [])]
+    head += [*(["progression rate"] if has_rate else []), *(f"{name} at a point of it" for name in states)]
+    return table("Attractors", head, rows)
+
+
+def _kinds(dataset: "xr.Dataset") -> Any:
+    """Name of the motion of every point."""
+    import numpy as np
+
+    names = flags(dataset["outcome"].attrs)
+    codes, periods = dataset["outcome"].values, dataset["period"].values
+    kinds = np.full(codes.shape, "", dtype=object)
+    for code in np.unique(codes):
+        name = names.get(int(code), f"code {int(code)}")
+        here = codes == code
+        if name not in _PERIODIC:
+            kinds[here] = _words(name)
+            continue
+        for period in np.unique(periods[here]):
+            kinds[here & (periods == period)] = f"period {period}" if period > 0 else "period not found"
+    return kinds
+
+
+def _largest(dataset: "xr.Dataset") -> Any:
+    return dataset["lyapunov_exponent"].isel(exponent=0).values if "lyapunov_exponent" in dataset else None
+
+
+def _rank(name: str) -> tuple[int, str]:
+    """Periods in their order, then the rest."""
+    last = name.rsplit(" ", 1)[-1]
+    return (int(last), "") if name.startswith("period ") and last.isdigit() else (2**31, name)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def orbits(dataset: "xr.Dataset") -> Markup:
+    """Every orbit found, with its point, its multipliers and what its checks say."""
+    if dataset.attrs.get("kind") != "periodic-orbit":
+        return NOTHING
+    many = dataset if "orbit" in dataset.dims else dataset.expand_dims("orbit")
+    states = [str(name) for name in dataset["state_name"].values]
+    points, checks = [], []
+    for i in range(many.sizes["orbit"]):
+        one = many.isel(orbit=i)
+        name = str(int(one["orbit"])) if "orbit" in one.coords else "the one asked for"
+        length = [int(one["period"]), float(one["period_time"])]
+        stable = "stable" if int(one["stable"]) else "unstable"
+        state = [Quantity(number(value, _DIGITS)) for value in one["orbit_state"].values]
+        points.append((name, *length, stable, *state, Quantity(_complex(one))))
+        differences = [float(one[f"{key}_difference"]) for key in ("exponent", "determinant", "recurrence")]
+        agrees = "yes" if int(one["consistent"]) else "no"
+        checks.append(
+            (name, float(one["residual"]), *differences, agrees, int(one["event_count"]), float(one["smallest_speed"]))
+        )
+    head = ("orbit", "period", "duration", "stability", *(f"{name} at phase 0" for name in states), "multipliers")
+    checked = ("orbit", "residual", "exponents against multipliers", "sum rule", "recurrence", "agrees with itself")
+    return joined(
+        [
+            table("Orbits", head, points),
+            table("How good the orbits are", (*checked, "events", "smallest normal speed"), checks),
+            _events(dataset) if "orbit" not in dataset.dims else NOTHING,
+        ]
+    )
+
+
+def branches(dataset: "xr.Dataset") -> Markup:
+    """Branches of orbits with their starts and ends, their special points, and the cascade."""
+    import numpy as np
+
+    if dataset.attrs.get("kind") != "continuation":
+        return NOTHING
+    parameters = [str(name) for name in mapping(dataset.attrs.get("settings")).get("sweep", {})]
+    owner, stable = dataset["branch"].values, dataset["stable"].values
+    rows = []
+    for i, branch in enumerate(dataset["branch_number"].values):
+        own, one = owner == branch, dataset.isel(branch_number=i)
+        spans = []
+        for name in parameters:
+            values = dataset[name].values[own]
+            spans.append(Quantity(f"{number(np.min(values))} to {number(np.max(values))}" if values.size else "–"))
+        start, end = str(one["branch_start"].item()), str(one["branch_end_text"].item())
+        rows.append(
+            (int(branch), int(one["branch_period"]), *spans, int(own.sum()), int(stable[own].sum()), start, end)
+        )
+    head = ("branch", "period", *parameters, "points", "stable", "begins", "ends")
+    return joined([table("Branches", head, rows), _special(dataset, parameters), _cascade(dataset)])
+
+
+def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
+    kinds = dataset["special_kind"]
+    owner = dataset["branch"].values
+    values = [dataset[name].values for name in ("special_value", "special_value_2")[: len(parameters)]]
+    rows = []
+    for i, place in enumerate(dataset["special_index"].values):
+        at = [Quantity(number(column[i], _DIGITS)) for column in values]
+        error = Quantity(number(dataset["special_error"].values[i], 2))
+        kind, words = meaning(kinds.values[i], kinds.attrs), str(dataset["special_text"].values[i])
+        rows.append((kind, *at, error, int(owner[place]), words))
+    return table("Special points", ("kind", *parameters, "error", "branch", "what happens"), rows)
+
+
+def _cascade(dataset: "xr.Dataset") -> Markup:
+    if "doubling_value" not in dataset:
+        return NOTHING
+    columns = [dataset[name].values for name in ("doubling_period", "doubling_value", "feigenbaum_ratio")]
+    rows = [
+        (int(period), Quantity(number(at, _DIGITS)), float(ratio)) for period, at, ratio in zip(*columns, strict=True)
+    ]
+    note = "The ratios tend to Feigenbaum's 4.6692 where one smooth direction doubles."
+    shown = table("Period doublings", ("period that doubles", "at", "ratio of distances"), rows)
+    return shown + part("paragraph", note, "note") if rows else shown
+
+
+def _events(orbit: "xr.Dataset") -> Markup:
+    kinds, names = orbit["event_kind"], flags(orbit["event_kind"].attrs)
+    states = [str(name) for name in orbit["state_name"].values]
+    rows = []
+    for i in range(int(orbit["event_count"])):
+        after = list(orbit["event_state_after"].values[i])
+        name = names.get(int(kinds.values[i]), "")
+        rows.append((name, float(orbit["event_time"].values[i]), float(orbit["event_speed"].values[i]), *after))
+    head = ("event", "time", "normal speed", *(f"{name} after" for name in states))
+    return table("Events of the orbit", head, rows)
+
+
+def _complex(orbit: Any) -> str:
+    pairs = zip(orbit["multiplier_real"].values, orbit["multiplier_imag"].values, strict=True)
+    return ", ".join(number(a) + (f"{'+' if b > 0 else '−'}{number(abs(b))}i" if b else "") for a, b in pairs)
+
+
+def accuracy_section(groups: "Mapping[str, xr.Dataset]") -> Markup:
+    """One table over all analyses."""
+    rows = []
+    for name, dataset in groups.items():
+        wall, runs = dataset.attrs.get("wall_time_s"), dataset["outcome"].size if "outcome" in dataset else 1
+        row: list[Any] = [name, str(dataset.attrs.get("method", MISSING)), Quantity(_attribute(dataset, "tolerance"))]
+        row += [runs, Quantity(MISSING if wall is None else seconds(wall))]
+        row.append(Quantity(MISSING if wall is None else seconds(float(wall) / max(runs, 1))))
+        rows.append([*row, _largest_error(dataset), _grazing(dataset), Quantity(_horizon(dataset))])
+    head = ["analysis", "method", "tolerance", "runs", "wall time", "a run", "largest standard error of an exponent"]
+    head += ["smallest normal speed", f"trajectory known to {TRUSTED:g} until"]
+    note = (
+        "The tolerance bounds the error of a step. A chaotic trajectory is known only for the time ln("
+        f"{TRUSTED:g}/tolerance)/λ₁; averages have standard errors instead, twice which covers the truth in 95 %. "
+        "Tangents, and with them errors, grow without bound as the smallest normal speed at an event goes to zero."
+    )
+    return table("Accuracy and cost", head, rows) + part("paragraph", note, "note")
+
+
+def work_precision(dataset: "xr.Dataset") -> Markup:
+    """Errors, time and steps of every method at every tolerance, and the advice that follows."""
+    if dataset.attrs.get("kind") != "work-precision":
+        return NOTHING
+    quantities = [str(name) for name in dataset["quantity"].values]
+    rows = []
+    for method in range(dataset.sizes["method"]):
+        for place in range(dataset.sizes["tolerance"]):
+            cell = dataset.isel(method=method, tolerance=place)
+            fixed = int(cell["steps_per_period"])
+            asked = f"{fixed} steps" if fixed else number(cell["tolerance"].values, 3)
+            errors = [Quantity(number(value, 2)) for value in cell["error"].values]
+            cost = [Quantity(seconds(cell["wall_time"])), float(cell["steps"]), float(cell["evaluations"])]
+            rows.append(
+                [
+                    str(cell["method"].values),
+                    Quantity(asked),
+                    *errors,
+                    *cost,
+                    meaning(cell["outcome"], cell["outcome"].attrs),
+                ]
+            )
+    head = ["method", "asked", *(f"error: {name.replace('_', ' ')}" for name in quantities)]
+    shown = table(
+        "Work and precision", [*head, "time a period", "steps a period", "evaluations a period", "outcome"], rows
+    )
+    advice = [line for line in str(dataset.attrs.get("recommendation", "")).splitlines() if line.strip()]
+    return part("bullets", advice) + shown if advice else shown
+
+
+def _attribute(dataset: "xr.Dataset", name: str) -> str:
+    return number(dataset.attrs[name], 3) if name in dataset.attrs else MISSING
+
+
+def _largest_error(dataset: "xr.Dataset") -> Quantity:
+    import numpy as np
+
+    errors = dataset["lyapunov_error"].values if "lyapunov_error" in dataset else np.empty(0)
+    known = errors[np.isfinite(errors)]
+    return Quantity(number(known.max(), 2) if known.size else MISSING)
+
+
+def _grazing(dataset: "xr.Dataset") -> Quantity:
+    import numpy as np
+
+    name = next((key for key in ("closest_grazing", "smallest_speed") if key in dataset), None)
+    speeds = np.empty(0) if name is None else dataset[name].values
+    known = speeds[np.isfinite(speeds)]
+    return Quantity(number(known.min(), 3) if known.size else MISSING)
+
+
+def _horizon(dataset: "xr.Dataset") -> str:
+    """Time until which the most chaotic motion of the dataset is known."""
+    import numpy as np
+
+    tolerance = float(dataset.attrs.get("tolerance", 0.0))
+    if "lyapunov_exponent" not in dataset or not 0 < tolerance < TRUSTED:
+        return MISSING
+    exponents = dataset["lyapunov_exponent"].values
+    known = exponents[np.isfinite(exponents)]
+    if not known.size or known.max() <= 0:
+        return MISSING
+    return f"t = {number(log(TRUSTED / tolerance) / float(known.max()), 3)}"

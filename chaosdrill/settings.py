@@ -1,0 +1,389 @@
+"""What a setting may be, said once: arguments of Python are read, and tables of a scene checked, by the same record."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields
+from inspect import Parameter
+from math import inf, isfinite, nan
+from typing import Any, Self, cast
+
+from chaosdrill.errors import SettingsError
+from chaosdrill.names import remedy
+
+Path = tuple[int | str, ...]
+
+Faults = Iterator[tuple[Path, str]]
+"""What is wrong in a table, each with the keys that lead to it."""
+
+LONGEST = 10**10
+"""Largest count: what is longer would not end; it is a slip of the pen."""
+
+
+@dataclass
+class Known:
+    """What is known of the system to which settings belong, without building it.
+
+    Attributes
+    ----------
+    known : mapping of str to float, optional
+        Its parameters with their usual values; None as long as they cannot be told.
+    parameters : mapping of str to float
+        Those that are given other values.
+    states : tuple of str, optional
+        None as long as they cannot be told.
+    """
+
+    known: Mapping[str, float] | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    states: tuple[str, ...] | None = None
+
+    def refuses(self, name: str, value: Any) -> str | None:
+        """Why a parameter cannot have a value; None for one that it can."""
+        return None
+
+
+class Value:
+    """What a setting may be."""
+
+    @property
+    def plural(self) -> str:
+        """What several are called where a list of them is asked for."""
+        return "values"
+
+    def read(self, name: str, value: Any, system: Any) -> Any:
+        """An argument as the analysis takes it.
+
+        Raises
+        ------
+        SettingsError
+            With the name of the argument, the value, and what it must be.
+        """
+        return value
+
+    def faults(self, value: Any) -> Faults:
+        """What is wrong with a value in a scene, whatever the system."""
+        raise NotImplementedError
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        """What of a value in a scene, sound or not, does not fit the system."""
+        yield from ()
+
+    def argument(self, value: Any) -> Any:
+        """The argument for which a sound value of a scene stands."""
+        return value
+
+
+@dataclass(frozen=True)
+class Whole(Value):
+    """A count."""
+
+    least: int = 0
+    most: int = LONGEST
+
+    @property
+    def plural(self) -> str:
+        return f"integers >= {self.least}"
+
+    def read(self, name: str, value: Any, system: Any) -> int:
+        return whole(name, value, self.least, self.most)
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, int) or isinstance(value, bool):
+            yield (), told("expected a whole number", value)
+        else:
+            yield from _beyond(value, least=self.least, most=self.most)
+
+
+@dataclass(frozen=True)
+class Number(Value):
+    """A finite number."""
+
+    least: float = -inf
+    most: float = inf
+    above: float = -inf
+
+    @property
+    def plural(self) -> str:
+        return f"numbers between {self.least:g} and {self.most:g}"
+
+    def read(self, name: str, value: Any, system: Any) -> Any:
+        number = real(value)
+        if not (isfinite(number) and self.least <= number <= self.most and number > self.above):
+            bound = f" > {self.above:g}" * (self.above > -inf)
+            raise SettingsError(f"{name} is {value!r}; it must be a finite number{bound}")
+        return value if isinstance(value, int) else number
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            yield (), told("expected a number", value)
+        elif not isfinite(real(value)):
+            yield (), told("must be finite", value)
+        else:
+            yield from _beyond(value, least=self.least, most=self.most, above=self.above)
+
+    def argument(self, value: Any) -> float:
+        return float(value)
+
+
+class Amount(Number):
+    """A number that stays whole where it is given so, such as a length in periods."""
+
+    def argument(self, value: Any) -> Any:
+        return value
+
+
+class Text(Value):
+    """Text."""
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, str):
+            yield (), told("expected text in quotes", value)
+
+
+@dataclass(frozen=True)
+class Choice(Value):
+    """One of a few words."""
+
+    words: tuple[str, ...]
+    hint: str = ""
+
+    def read(self, name: str, value: Any, system: Any) -> str:
+        if not isinstance(value, str) or value not in self.words:
+            raise SettingsError(f"{name} is {value!r}; expected one of {list(self.words)}{self.hint}")
+        return value
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, str) or value not in self.words:
+            *first, last = map(repr, self.words)
+            yield (), told(f"Input should be {', '.join(first)} or {last}", value)
+
+
+@dataclass(frozen=True)
+class ListOf(Value):
+    """A list of values, not empty."""
+
+    item: Value
+    distinct: bool = False
+    least: int = 1
+    most: int = 1_000_000
+
+    def read(self, name: str, value: Any, system: Any) -> list[Any]:
+        try:
+            found = [self.item.read(name, one, system) for one in entries(value)]
+        except SettingsError:
+            found = []
+        if not found or (self.distinct and len(set(found)) < len(found)):
+            different = "different " * self.distinct
+            raise SettingsError(f"{name} is {value!r}; it must be a list of {different}{self.item.plural}")
+        return found
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, list):
+            yield (), told("expected a list", value)
+            return
+        yield from long(value, self.least, self.most)
+        found = [((index, *path), text) for index, one in enumerate(value) for path, text in self.item.faults(one)]
+        yield from found
+        if self.distinct and not found and len(set(value)) < len(value):
+            yield (), told("contains a value twice; each may occur only once", value)
+
+    def argument(self, value: Any) -> list[Any]:
+        return [self.item.argument(one) for one in value]
+
+
+@dataclass(frozen=True)
+class TableOf(Value):
+    """A table of values under any names; without ``item`` whatever they are."""
+
+    item: Value | None = None
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, Mapping):
+            yield (), told("expected a table", value)
+        elif self.item is not None:
+            for name, one in value.items():
+                yield from within((name,), self.item.faults(one))
+
+    def argument(self, value: Any) -> dict[str, Any]:
+        return {name: one if self.item is None else self.item.argument(one) for name, one in value.items()}
+
+
+def setting(value: Value, default: Any = MISSING, *, positional: bool = False) -> Any:
+    """Declare a field of `Settings`: what it may be, and its default; one whose default is None may be None."""
+    return field(default=default, kw_only=not positional, metadata={"value": value})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """A record of settings: signature of a function, table of a scene, and provenance."""
+
+    @classmethod
+    def values(cls) -> dict[str, Value]:
+        """What each setting may be, by name."""
+        return {one.name: one.metadata["value"] for one in fields(cls)}
+
+    @classmethod
+    def signature(cls) -> list[Parameter]:
+        """The settings as parameters of a function."""
+        return sorted(map(_parameter, fields(cls)), key=lambda one: one.kind)
+
+    @classmethod
+    def default(cls, name: str) -> Any:
+        """Default of a setting; None for one that there is not."""
+        return getattr(cls, name, None)
+
+    @classmethod
+    def read(cls, given: Mapping[str, Any], system: Any) -> Self:
+        """The settings from arguments.
+
+        Raises
+        ------
+        SettingsError
+            An argument that cannot be used.
+        """
+        read = {}
+        for one in fields(cls):
+            value = given[one.name]
+            if value is None and isinstance(one.default, tuple):
+                value = one.default
+            left_out = value is None and one.default is None
+            read[one.name] = None if left_out else one.metadata["value"].read(one.name, value, system)
+        settings = cls(**read)
+        settings.agree(system)
+        return settings
+
+    def agree(self, system: Any) -> None:
+        """Refuse settings that do not go together, or not with the system.
+
+        Raises
+        ------
+        SettingsError
+            With the name of the argument, the value, and what it must be.
+        """
+
+    @classmethod
+    def faults(cls, table: Any, known: Known | None = None, also: Sequence[str] | None = None) -> Faults:
+        """All that is wrong with a table of a scene.
+
+        Parameters
+        ----------
+        table : object
+            What stands in the scene.
+        known : Known, optional
+        also : sequence of str, optional
+            Further keys that it may have; None for a table within another, whose names are few and seen together.
+        """
+        known = known or Known()
+        if not isinstance(table, Mapping):
+            yield (), told("expected a table", table)
+            return
+        values = cls.values()
+        found: list[tuple[Path, str]] = []
+        for key in table:
+            if key not in values and key not in (also or ()):
+                advice = "leave it out" if also is None else remedy(key, (*also, *values))
+                found.append(((key,), f"unknown key; {advice}"))
+        for one in fields(cls):
+            if one.name in table:
+                found += within((one.name,), one.metadata["value"].faults(table[one.name]))
+            elif _is_needed(one):
+                found.append(((one.name,), "missing"))
+        yield from found or cls.together(table, known)
+        yield from cls.beside(table)
+        for name, value in values.items():
+            if name in table:
+                yield from within((name,), value.misfits(table[name], known))
+
+    @classmethod
+    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+        """What is wrong with settings that are each sound."""
+        yield from ()
+
+    @classmethod
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
+        """What is wrong with a setting because of another one, whether or not all are sound."""
+        yield from ()
+
+    @classmethod
+    def arguments(cls, table: Mapping[str, Any]) -> dict[str, Any]:
+        """The arguments for which a sound table stands."""
+        return {name: value.argument(table[name]) for name, value in cls.values().items() if name in table}
+
+
+def _parameter(one: "Field[Any]") -> Parameter:
+    """A setting as a parameter; None stands there for a list that is its default."""
+    default, annotation = one.default, cast(Any, one.type)
+    if isinstance(default, tuple):
+        default, annotation = None, annotation | None
+    return Parameter(
+        one.name,
+        Parameter.KEYWORD_ONLY if one.kw_only else Parameter.POSITIONAL_OR_KEYWORD,
+        default=Parameter.empty if _is_needed(one) else default,
+        annotation=annotation,
+    )
+
+
+def _is_needed(one: "Field[Any]") -> bool:
+    return one.default is MISSING
+
+
+def within(place: Path, faults: Faults) -> Faults:
+    """Faults of what stands at a place."""
+    for path, text in faults:
+        yield (*place, *path), text
+
+
+def told(words: str, value: Any) -> str:
+    """A fault with the value, but for a table, which stands there to be read."""
+    return words if isinstance(value, Mapping) else f"{words}, received {value!r:.60}"
+
+
+def _beyond(value: Any, *, least: float = -inf, most: float = inf, above: float = -inf) -> Faults:
+    if value < least:
+        yield (), told(f"must be at least {least:g}", value)
+    elif value <= above:
+        yield (), told(f"must be greater than {above:g}", value)
+    elif value > most:
+        yield (), told(f"must be at most {most:g}", value)
+
+
+def long(value: Any, least: int, most: int) -> Faults:
+    """Faults of the length of a list or a table."""
+    if len(value) < least:
+        yield (), told("must not be empty" if least == 1 else f"must have at least {least} entries", value)
+    elif len(value) > most:
+        yield (), told(f"must have at most {most} entries", value)
+
+
+def entries(value: Any) -> list[Any]:
+    """The entries of a list, a tuple or an array; none of what is no such thing."""
+    if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:
+        return []
+    return list(value)
+
+
+def whole(name: str, value: Any, least: int, most: int = LONGEST) -> int:
+    """An integer from ``least`` to ``most``, or an error that names the argument."""
+    number = real(value)
+    if number != number // 1 or not least <= number < inf:
+        raise SettingsError(f"{name} is {value!r}; it must be an integer >= {least}")
+    if number > most:
+        raise SettingsError(f"{name} is {value!r}; it must be an integer from {least} to {most}")
+    return int(value)
+
+
+def positive(name: str, value: Any) -> float:
+    """A finite number above 0, or an error that names the argument."""
+    return real(Number(above=0.0).read(name, value, None))
+
+
+def real(value: Any) -> float:
+    """The value as a float; NaN for what is no real number, texts and truth values among it."""
+    truth = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b"
+    if truth or isinstance(value, str | bytes) or getattr(value, "ndim", 0):
+        return nan
+    try:
+        return float(value)
+    except OverflowError:
+        return inf
+    except (TypeError, ValueError):
+        return nan

@@ -1,0 +1,70 @@
+"""A reset that divides by zero, or gives what no double holds, ends a run with an outcome, in every analysis.
+
+Warnings are errors in all tests: numpy's own about such numbers would show here.
+"""
+
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.analysis.registry import analyses
+from chaosdrill.dataset import Outcome
+
+SHORT = {"transient": 5, "periods": 10, "max_period": 4}
+FORCED = {
+    "trajectory": lambda system: cd.trajectory(system, periods=20),
+    "dop853": lambda system: cd.trajectory(system, periods=20, method="dop853"),
+    "rk4": lambda system: cd.trajectory(system, periods=20, method="rk4"),
+    "poincare_section": lambda system: cd.poincare_section(system, periods=20, at="zero"),
+    "strobe": lambda system: cd.poincare_section(system, periods=20),
+    "lyapunov_spectrum": lambda system: cd.lyapunov_spectrum(system, periods=20),
+    "bifurcation_diagram": lambda system: cd.bifurcation_diagram(system, {"w": [2.6, 2.7]}, **SHORT),
+    "parameter_chart": lambda system: cd.parameter_chart(system, {"w": [2.6, 2.7], "d": [0.1]}, **SHORT),
+    "basins": lambda system: cd.basins(system, {"x": [-0.3], "v": [0.0, 0.3]}, **SHORT),
+    "periodic_orbit": lambda system: cd.periodic_orbit(system, start="attractor"),
+    "search": lambda system: cd.periodic_orbit(system, start="search", max_period=1),
+    "continue_orbit": lambda system: cd.continue_orbit(system, {"w": (2.6, 2.7)}, max_points=5),
+    "work_precision": lambda system: cd.work_precision(
+        system, periods=4, methods=["taylor", "dop853"], tolerances=[1e-6], repeats=1
+    ),
+}
+FREE = {
+    "trajectory": lambda system: cd.trajectory(system, duration=60.0),
+    "lyapunov_spectrum": lambda system: cd.lyapunov_spectrum(system, duration=60.0),
+    "poincare_section": lambda system: cd.poincare_section(system, duration=60.0, at="zero"),
+    "periodic_orbit": lambda system: cd.periodic_orbit(system, start="guess"),
+    "search": lambda system: cd.periodic_orbit(system, start="search", max_period=1),
+    "continue_orbit": lambda system: cd.continue_orbit(system, {"d": (0.05, 0.1)}, max_points=5),
+}
+RESETS = ["1/x", "log(x)", "x**(-1/2)", "10**300*exp(600 + x)"]
+
+
+def system(reset, forced):
+    """An oscillator, driven or driving itself, with a third state that is reset where x is zero."""
+    drive = "cos(w*t) - d*v" if forced else "d*v*(1 - x**2)"
+    return cd.HybridSystem(
+        name="no number",
+        states=["x", "v", "y"],
+        time="t" if forced else None,
+        parameters={"w": 2.7, "d": 0.1},
+        modes={"all": {"x": "v", "v": f"-x + {drive}", "y": "-y"}},
+        transitions=[cd.Transition("zero", "all", "all", guard="x", direction=1, reset={"y": reset})],
+        period=2 * sympy.pi / sympy.Symbol("w", real=True) if forced else None,
+        initial={"x": -0.3},
+    )
+
+
+def test_every_analysis_is_called():
+    assert {entry.function for entry in analyses().values()} <= set(FORCED)
+
+
+@pytest.mark.parametrize("reset", RESETS)
+@pytest.mark.parametrize(("forced", "calls"), [(True, FORCED), (False, FREE)], ids=["forced", "free"])
+def test_a_reset_without_a_value_is_an_outcome(reset, forced, calls):
+    tried = system(reset, forced)
+    for name, call in calls.items():
+        found = call(tried)
+        outcomes = set(found["outcome"].values.ravel().tolist())
+        # a start above the guard may never come to it, and a search then finds no orbit
+        assert outcomes <= {Outcome.NONFINITE, Outcome.ESCAPED}, name
+        assert outcomes or name == "search"

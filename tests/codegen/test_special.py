@@ -1,0 +1,119 @@
+"""Special functions of what moves: their series, their tangents and their rounding, in line and in tables."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.codegen import series
+from chaosdrill.codegen.rounding import UNIT, rounding_bound
+from chaosdrill.codegen.signatures import LANES
+from chaosdrill.engine.lanes import aligned
+from chaosdrill.engine.layout import COLUMNS
+from chaosdrill.errors import ModelError
+from chaosdrill.model.special import SPECIAL, hunt_crossley_duration, hunt_crossley_exit
+
+X, Y, Q = sympy.symbols("x y q", real=True)
+ORDER, CHECKED = 23, 10
+PLACE, DAMPING = (0.7, 0.6), 0.45
+
+
+def system(rate, title):
+    hit = cd.Transition("hit", "on", "on", guard=hunt_crossley_exit(X + Y, Q) - 2, direction=1, reset={X: 0})
+    return cd.HybridSystem(
+        name=title, states=(X, Y), parameters={"q": DAMPING}, modes={"on": {X: rate, Y: X - Y}}, transitions=[hit]
+    )
+
+
+@pytest.fixture(scope="module", params=["in line", "in tables"])
+def kernels(request):
+    with pytest.MonkeyPatch.context() as patched:
+        if request.param == "in tables":
+            patched.setattr(series, "IN_LINE", -1)
+        return system(hunt_crossley_exit(X * Y, Q), request.param).kernels
+
+
+@pytest.fixture
+def workspace(kernels):
+    ws, c = np.zeros((kernels.rows + 4, COLUMNS)), kernels.constants({"q": DAMPING})
+    jet, jacobian_jet, tangent = kernels.functions[:3]
+    jet(0, ORDER, 0.0, c, np.array(PLACE), ws)
+    jacobian_jet(0, ORDER, c, ws)
+    tangent(0, ORDER, c, np.array([1.0, -0.4]), np.array([0.3, 2.0]), ws, kernels.rows)
+    return ws
+
+
+def taylor(f):
+    with mpmath.workdps(60):
+        return [float(a) for a in mpmath.taylor(f, 0, CHECKED)]
+
+
+def exact(v):
+    return SPECIAL["hunt_crossley_exit"].in_digits()(v, mpmath.mpf(DAMPING))
+
+
+def polynomial(row):
+    return lambda s: mpmath.polyval([mpmath.mpf(a) for a in row[ORDER::-1]], s)
+
+
+def test_series_of_the_exit_speed(workspace):
+    x, y = map(polynomial, workspace[:2])
+    rate = taylor(lambda s: exact(x(s) * y(s)))
+    np.testing.assert_allclose(workspace[0, 1 : CHECKED + 2], np.array(rate) / np.arange(1, CHECKED + 2), rtol=1e-11)
+    guard = taylor(lambda s: exact(x(s) + y(s)) - 2)
+    np.testing.assert_allclose(workspace[2, : CHECKED + 1], guard, rtol=1e-11, atol=1e-13)
+
+
+def test_tangents_of_the_exit_speed(workspace, kernels):
+    x, y = map(polynomial, workspace[:2])
+    for half in range(2):
+        first, second = workspace[kernels.rows + 2 * half :][:2]
+        dx, dy = polynomial(first), polynomial(second)
+
+        def along(s, dx=dx, dy=dy):
+            tiny = mpmath.mpf("1e-25")
+            ahead = exact((x(s) + tiny * dx(s)) * (y(s) + tiny * dy(s)))
+            return (ahead - exact(x(s) * y(s))) / tiny
+
+        with mpmath.workdps(90):
+            expected = [float(a) for a in mpmath.taylor(along, 0, 5)]
+        np.testing.assert_allclose(first[1:7], np.array(expected) / np.arange(1, 7), rtol=1e-9, atol=1e-12)
+
+
+def test_lanes_have_the_same_series(workspace, kernels):
+    def lanes(numbers):
+        filled = aligned(*np.shape(numbers), LANES)
+        filled[:] = np.asarray(numbers)[..., np.newaxis]
+        return filled
+
+    ws = aligned(kernels.rows + 4, COLUMNS, LANES)
+    ws[:] = 0.0
+    kernels.lanes[0](0, ORDER, lanes(0.0), lanes(kernels.constants({"q": DAMPING})), lanes(PLACE), ws)
+    np.testing.assert_allclose(ws[:3, : ORDER + 1, 3], workspace[:3, : ORDER + 1], rtol=1e-12, atol=1e-12)
+
+
+def test_what_has_no_series_is_refused():
+    with pytest.raises(ModelError, match="hunt_crossley_duration has no Taylor series here in argument 1"):
+        assert system(hunt_crossley_duration(X, Q, 1.5, 100), "a duration").kernels
+    with pytest.raises(ModelError, match="hunt_crossley_exit has no Taylor series here in argument 2"):
+        assert system(hunt_crossley_exit(1 + X**2, Y), "a damping that moves").kernels
+
+
+@pytest.mark.parametrize("name", [name for name, special in SPECIAL.items() if special.exact is not None])
+def test_the_error_of_the_code_is_within_its_bound(name):
+    special = SPECIAL[name]
+    (count,) = special.make.nargs
+    symbols = sympy.symbols(f"a0:{count}", real=True)
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        values = [0.1 + float(a) for a in rng.uniform(0, 3, int(count))]
+        values[2:3] = [1 + v for v in values[2:3]]
+        with mpmath.workdps(30):
+            truth = special.in_digits()(*map(mpmath.mpf, values))
+            error = abs(mpmath.mpf(special.code()(*values)) - truth)
+        assert error <= special.error * abs(truth)
+    bound = rounding_bound(special.make(*symbols)).coeff(sympy.Abs(special.make(*symbols)))
+    assert bound == math.ceil(special.error / UNIT)

@@ -1,0 +1,125 @@
+"""What the engine takes of numba's inner parts: a new numba that has changed one of them is named here."""
+
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+import pytest
+from numba import float64, int64, types
+from numba.core import codegen, cpu, registry
+
+from chaosdrill.codegen.signatures import matrix, vector
+from chaosdrill.engine import front_end
+from chaosdrill.engine.jit import Record, compiled, inner, rare
+from chaosdrill.engine.layout import LaneFunctions
+
+
+def test_the_contexts_of_the_target_are_replaced_and_put_back():
+    target = registry.cpu_target
+    before = target.typing_context, target.target_context
+    with front_end._own_contexts() as context:
+        assert target.target_context is context
+        assert target.typing_context is context.typing_context
+        assert context not in before
+    assert (target.typing_context, target.target_context) == before
+
+
+@pytest.mark.parametrize(
+    ("owner", "overridden"),
+    [
+        (codegen.JITCodeLibrary, front_end._Library),
+        (codegen.JITCPUCodegen, front_end._Codegen),
+        (cpu.CPUContext, front_end._Context),
+    ],
+)
+def test_what_is_overridden_is_there(owner, overridden):
+    for name, own in vars(overridden).items():
+        if inspect.isfunction(own):
+            assert callable(getattr(owner, name, None)), f"numba {numba.__version__} has no {owner.__name__}.{name}"
+
+
+@inner
+def half(x):
+    return 0.5 * x
+
+
+@rare
+def seldom(x):
+    return x**0.3
+
+
+def total(values, number, table):
+    result = float(number)
+    for i in range(values.size):
+        result += half(values[i]) if values[i] < 2.0 else seldom(values[i])
+    table[0, 0] = result
+    return result, number + values.size
+
+
+SIGNATURE = types.Tuple((float64, int64))(vector, int64, matrix)
+
+
+def test_one_module_holds_all_that_is_called_and_shows_two_functions():
+    module = front_end.llvm_module(total, "total", SIGNATURE, set())
+    module.verify()
+    defined = [f for f in module.functions if not f.is_declaration]
+    shown = {f.name for f in defined if f.linkage is not llvm.Linkage.internal}
+    assert shown == {"total", "total" + front_end.FROM_WORDS}
+    assert len(defined) >= 5
+    declared = {f.name for f in module.functions if f.is_declaration}
+    assert all(name.startswith("llvm.") or llvm.address_of_symbol(name) for name in declared)
+
+
+def test_no_code_names_an_address_of_the_process():
+    """What is kept is loaded by other processes."""
+    script = "import sys; sys.path.insert(0, sys.argv[1]); import hashlib, test_front_end as t; "
+    script += "print(hashlib.sha256(t.compiled(t.SIGNATURE)(t.total).code).hexdigest())"
+    told = {
+        subprocess.run(
+            [sys.executable, "-c", script, str(Path(__file__).parent)], capture_output=True, text=True, check=True
+        ).stdout
+        for _ in range(2)
+    }
+    assert len(told) == 1
+
+
+def test_a_call_fills_arrays_and_returns_numbers():
+    values, table = np.array([1.0, 3.0]), np.zeros((1, 2))
+    expected = 7.5 + 3.0**0.3
+    assert compiled(SIGNATURE)(total)(values, 7, table) == (pytest.approx(expected, rel=1e-15), 9)
+    assert table[0, 0] == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("wrong", [np.zeros(3, dtype=np.float32), np.zeros((3, 1)), np.zeros(6)[::2]])
+def test_an_array_of_another_kind_is_refused(wrong):
+    with pytest.raises(TypeError, match="expected an array of 1 dimensions of float64"):
+        compiled(SIGNATURE)(total)(wrong, 0, np.zeros((1, 1)))
+
+
+def test_a_record_in_memory_is_read_with_its_functions():
+    one = front_end.function_pointer("one", float64(float64))
+    kind = front_end.named_tuple((one, vector, float64), LaneFunctions)
+    at = front_end.at_address(kind)
+
+    def doubled(x):
+        return 2.0 * x
+
+    def apply(place):
+        record = at(place)
+        record.jacobian_jet[0] = record.jet(record.tangent)
+        return record.jacobian_jet.size
+
+    values = np.zeros(4)
+    record = Record(kind, LaneFunctions(compiled(float64(float64))(doubled), values, 1.25))
+    assert compiled(int64(int64))(apply)(record) == 4
+    assert values[0] == 2.5
+
+
+def test_python_is_refused_a_part_of_the_engine():
+    compiled(SIGNATURE)(total).code  # noqa: B018
+    with pytest.raises(TypeError):
+        half(1.0)

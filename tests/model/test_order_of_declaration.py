@@ -1,0 +1,121 @@
+"""In which order states, parameters, modes and transitions are declared changes no result but by rounding.
+
+The order of parameters, of modes, and of transitions that never act together changes no bit. The order of states may
+change the last ones, since sums over all states follow it, and tangents begin along the states one by one.
+"""
+
+import numpy as np
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.analysis.registry import analyses
+
+STATES, PARAMETERS, MODES, TRANSITIONS = (
+    ("x", "v", "z"),
+    ("w", "k", "c"),
+    ("free", "pressed"),
+    ("touch", "leave", "top"),
+)
+
+
+def system(states=STATES, parameters=PARAMETERS, modes=MODES, transitions=TRANSITIONS):
+    """An oscillator that hits a soft stop, on a cycle of two turns of the drive, with a mark where it is deepest."""
+    rates = {
+        "free": {"x": "v", "v": "-x - c*v + cos(w*t) + z*x/20", "z": "-z + x**2*v"},
+        "pressed": {"x": "v", "v": "-x - 4*c*v + cos(w*t) - 5*(x - 1/10)", "z": "-z/2 + v"},
+    }
+    numbers = {"w": 2.45, "k": 0.9, "c": 0.1}
+    known = {
+        "touch": {"source": "free", "target": "pressed", "guard": "x - 1/10", "direction": 1},
+        "leave": {"source": "pressed", "target": "free", "guard": "x - 1/10", "direction": -1},
+        "top": {"source": "pressed", "target": "pressed", "guard": "v", "direction": -1},
+    }
+    known["touch"]["reset"] = {"v": "k*v", "z": "z + v*x"}
+    return cd.HybridSystem(
+        name="soft stop",
+        states=states,
+        time="t",
+        parameters={name: numbers[name] for name in parameters},
+        modes={mode: {state: rates[mode][state] for state in states} for mode in modes},
+        transitions=[cd.Transition(name, **known[name]) for name in transitions],
+        period=2 * sympy.pi / sympy.Symbol("w", real=True),
+        quadratures={"work": "v**2 + w*x"},
+        initial={"mode": "free", "x": -0.3},
+    )
+
+
+SHORT = {"transient": 200, "periods": 32, "max_period": 4}
+CALLS = {
+    "trajectory": lambda s: cd.trajectory(s, transient=200, periods=4, samples=8),
+    "poincare-section": lambda s: cd.poincare_section(s, transient=200, periods=16),
+    "lyapunov-spectrum": lambda s: cd.lyapunov_spectrum(s, transient=200, periods=200),
+    "bifurcation-diagram": lambda s: cd.bifurcation_diagram(s, {"w": [2.2, 2.45]}, **SHORT),
+    "parameter-chart": lambda s: cd.parameter_chart(s, {"w": [2.2, 2.45], "c": [0.1, 0.11]}, **SHORT),
+    "basins": lambda s: cd.basins(s, {"x": [-0.3, 0.0], "z": [0.0, 0.2]}, **SHORT),
+    "periodic-orbit": lambda s: cd.periodic_orbit(s, start="attractor", period=2),
+    "continuation": lambda s: cd.continue_orbit(s, {"w": (2.4, 2.5)}, period=2, step=0.02),
+    "work-precision": lambda s: cd.work_precision(s, periods=2, methods=["taylor"], tolerances=[1e-6], repeats=1),
+}
+SAME = {
+    "modes": {"modes": MODES[::-1]},
+    "transitions": {"transitions": ("top", "touch", "leave")},
+    "all of them": {"parameters": PARAMETERS[::-1], "modes": MODES[::-1], "transitions": TRANSITIONS[::-1]},
+}
+EXPONENTS = {"lyapunov_exponent": "lyapunov_error", "attractor_exponent": "attractor_error"}
+"""Means over a time, in which tangents begin along the states in their order, by the names of their errors."""
+
+
+def facts(ds):
+    """Values of a result by name, in an order and with words that do not depend on how the system was declared."""
+    for dimension, name in (("state", "state_name"), ("transition", "transition_name")):
+        if name in ds.variables:
+            ds = ds.isel({dimension: np.argsort(ds[name].values)})
+    found = {}
+    for name, variable in ds.variables.items():
+        values = variable.values
+        if "flag_meanings" in variable.attrs:
+            words = dict(zip(variable.attrs["flag_values"], variable.attrs["flag_meanings"].split(), strict=True))
+            values = np.array([words.get(code, "none") for code in values.ravel()]).reshape(values.shape)
+        elif values.dtype.kind in "OU":
+            # texts name events in the order of their declaration
+            values = np.array([" ".join(sorted(str(text).replace(";", "").split())) for text in values.ravel()])
+        if not str(name).startswith("wall_time"):
+            found[name] = values
+    return found
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return {kind: facts(call(system())) for kind, call in CALLS.items()}
+
+
+def test_every_kind_of_analysis_is_called():
+    assert set(CALLS) == set(analyses())
+
+
+@pytest.mark.parametrize("changed", SAME)
+def test_modes_transitions_and_parameters_may_be_declared_in_any_order(plain, changed):
+    other = system(**SAME[changed])
+    for kind, call in CALLS.items():
+        found = facts(call(other))
+        assert found.keys() == plain[kind].keys()
+        differ = [name for name, values in found.items() if values.tobytes() != plain[kind][name].tobytes()]
+        assert not differ, kind
+
+
+@pytest.mark.parametrize("states", [("z", "x", "v"), ("v", "z", "x")])
+def test_states_may_be_declared_in_any_order_but_for_rounding(plain, states):
+    other = system(states=states)
+    for kind, call in CALLS.items():
+        found = facts(call(other))
+        for name, values in found.items():
+            before = plain[kind][name]
+            error = EXPONENTS.get(name)
+            if error in found:
+                allowed = np.maximum(found[error], plain[kind][error]) + 1e-12
+                assert (np.abs(values - before) <= allowed).all(), (kind, name)
+            elif values.dtype.kind != "f":
+                assert (values == before).all(), (kind, name)
+            elif name not in ("lyapunov_error", "lyapunov_history", "attractor_error"):
+                np.testing.assert_allclose(values, before, rtol=1e-6, atol=1e-9, err_msg=f"{kind} {name}")

@@ -1,0 +1,83 @@
+"""Short scenes of the impact oscillator, on a cycle of period 2: an analysis of every kind, by name."""
+
+HEAD = """\
+title = "Small"
+[system]
+model = "impact-oscillator"
+[system.parameters]
+omega = 3.3
+"""
+
+ANALYSES = {
+    "motion": """\
+[analysis.motion]
+kind = "trajectory"
+periods = 3
+samples = 10
+""",
+    "section": """\
+[analysis.section]
+kind = "poincare-section"
+transient = 100
+periods = 8
+""",
+    "spectrum": """\
+[analysis.spectrum]
+kind = "lyapunov-spectrum"
+transient = 50
+periods = 128
+blocks = 16
+""",
+    "diagram": """\
+[analysis.diagram]
+kind = "bifurcation-diagram"
+sweep.omega = { start = 3.3, stop = 3.4, num = 4 }
+transient = 50
+periods = 32
+max_period = 8
+""",
+    "chart": """\
+[analysis.chart]
+kind = "parameter-chart"
+sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
+sweep.e = { start = 0.7, stop = 0.8, num = 2 }
+transient = 50
+periods = 32
+max_period = 8
+""",
+    "basins": """\
+[analysis.basins]
+kind = "basins"
+grid.x = { start = -0.3, stop = 0.2, num = 3 }
+grid.v = { start = -0.5, stop = 0.5, num = 3 }
+transient = 50
+periods = 32
+max_period = 8
+""",
+    "orbit": """\
+[analysis.orbit]
+kind = "periodic-orbit"
+start = "search"
+max_period = 1
+""",
+    "branch": """\
+[analysis.branch]
+kind = "continuation"
+sweep.omega = { start = 3.3, stop = 3.4 }
+doublings = 0
+transient = 300
+""",
+    "precision": """\
+[analysis.precision]
+kind = "work-precision"
+methods = ["taylor", "dop853"]
+tolerances = [1e-6, 1e-10]
+periods = 20
+repeats = 2
+""",
+}
+
+
+def small_scene(*names):
+    """The text of a scene with some of the analyses; all of them by default."""
+    return HEAD + "".join(ANALYSES[name] for name in names or ANALYSES)
