@@ -116,19 +116,6 @@ BY_METHOD: dict[str, tuple[str, ...]] = {
     "rk4": (),
 }
 
-BY_SYSTEM: dict[str, tuple[str, ...]] = {
-    "percussive-drill": ("drilling",),
-    "percussive-drill-5d": ("drilling",),
-    "impact-oscillator": ("shaw1983",),
-    "belt-stick-slip": ("leine2004",),
-    "bouncing-ball": ("luck1993",),
-    "rimless-wheel": ("mcgeer1990",),
-    "roessler": ("roessler1976",),
-    "chua": ("matsumoto1984",),
-    "lorenz": ("lorenz1963",),
-    "den-hartog": ("denhartog1931",),
-}
-
 
 def package() -> Reference:
     """How this package is cited."""
@@ -162,6 +149,7 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
     """
     from chaosdrill.analysis.base import SPECTRA
     from chaosdrill.analysis.registry import analyses
+    from chaosdrill.systems import REGISTRY
 
     present = set(variables)
     settings = mapping(attributes.get("settings"))
@@ -176,7 +164,7 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
     several = settings.get("methods")
     for name in (method, *(several if isinstance(several, list) else ())):
         keys += BY_METHOD.get(str(name), ())
-    keys += BY_SYSTEM.get(system, ())
+    keys += REGISTRY[system].cites if system in REGISTRY else ()
     if _hits_as_hunt_and_crossley(attributes):
         keys.append("hunt1975")
     return tuple(REFERENCES[key] for key in dict.fromkeys(keys))

@@ -1,13 +1,15 @@
-"""Ready-made systems: one file and one line of this registry each.
+"""Ready-made systems: one file each, found by being here.
 
-A module of the shelf offers ``STATES``, ``PARAMETERS`` (name -> default) and ``system()``; one that is assembled from
-effects offers ``states(effects)``, ``parameters(effects)`` and ``system(effects)``. Nothing here imports sympy before a
-system is built.
+A module of the shelf offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if a result of it cites anything), ``STATES``,
+``PARAMETERS`` (name -> default) and ``system()``; one that is assembled from effects offers ``states(effects)``,
+``parameters(effects)`` and ``system(effects)`` instead of the last three. Nothing here imports sympy before a system is
+built.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
@@ -18,16 +20,35 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 
+GROUPS = (
+    "drilling",
+    "impacts",
+    "friction and sliding",
+    "machines",
+    "converters",
+    "circuits",
+    "neurons",
+    "walkers",
+    "smooth flows",
+    "maps for tests",
+)
+"""In the order in which they are listed."""
+
+
 @dataclass(frozen=True)
 class Entry:
-    """A line of the registry.
+    """What is known of a system before it is built.
 
     Parameters
     ----------
     name : str
         Name by which scenes and `build` know the system.
+    group : str
+        What it is listed with.
     summary : str
         One line.
+    cites : tuple of str
+        Keys of the references that a result of it cites.
     module : str
         Module that writes the system down.
     effects : bool
@@ -35,35 +56,22 @@ class Entry:
     """
 
     name: str
+    group: str
     summary: str
+    cites: tuple[str, ...]
     module: str
-    effects: bool = False
+    effects: bool
+
+
+def _entries() -> Iterator[Entry]:
+    for found in iter_modules(__path__, f"{__name__}."):
+        module = import_module(found.name)
+        cites = getattr(module, "CITES", ())
+        yield Entry(module.NAME, module.GROUP, module.SUMMARY, cites, found.name, hasattr(module, "parameters"))
 
 
 REGISTRY: dict[str, Entry] = {
-    entry.name: entry
-    for entry in (
-        Entry("percussive-drill", "bit and rock, assembled from effects", "chaosdrill.systems.drill", effects=True),
-        Entry(
-            "percussive-drill-5d",
-            "the drill in the autonomous form of the paper, with phase and penetration as states",
-            "chaosdrill.systems.percussive_drill_5d",
-        ),
-        Entry("impact-oscillator", "forced oscillator that hits a wall", "chaosdrill.systems.impact_oscillator"),
-        Entry("bouncing-ball", "ball on a fixed or sinusoidally moving floor", "chaosdrill.systems.bouncing_ball"),
-        Entry(
-            "belt-stick-slip",
-            "spring-held mass on a moving belt, Coulomb friction",
-            "chaosdrill.systems.belt_stick_slip",
-        ),
-        Entry("den-hartog", "forced oscillator with Coulomb friction", "chaosdrill.systems.den_hartog"),
-        Entry("rimless-wheel", "spoked wheel that rolls down a slope", "chaosdrill.systems.rimless_wheel"),
-        Entry("chua", "Chua's circuit, piecewise linear", "chaosdrill.systems.chua"),
-        Entry("tilted-switch", "tripling map from a tilted switching line", "chaosdrill.systems.tilted_switch"),
-        Entry("saddle-reset", "saddle flow with a tripling reset", "chaosdrill.systems.saddle_reset"),
-        Entry("lorenz", "Lorenz's convection model", "chaosdrill.systems.lorenz"),
-        Entry("roessler", "Rössler's single-scroll flow", "chaosdrill.systems.roessler"),
-    )
+    entry.name: entry for entry in sorted(_entries(), key=lambda entry: (GROUPS.index(entry.group), entry.name))
 }
 
 EFFECTS: dict[str, dict[str, str]] = OPTIONS

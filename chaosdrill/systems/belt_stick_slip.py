@@ -14,6 +14,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "belt-stick-slip"
+SUMMARY = "spring-held mass on a moving belt, Coulomb friction"
+GROUP = "friction and sliding"
+CITES = ("leine2004",)
 STATES = ("x", "v")
 PARAMETERS = {"belt": 0.2, "F_s": 1.0, "F_k": 0.5}
 LABELS = {
@@ -36,7 +40,7 @@ def system() -> "HybridSystem":
     fall_back = {"guard": v - belt, "direction": -1}
     grip = sympy.Abs(x) <= f_s
     return HybridSystem(
-        name="belt-stick-slip",
+        name=NAME,
         states=(x, v),
         parameters=PARAMETERS,
         modes={
@@ -52,6 +56,6 @@ def system() -> "HybridSystem":
             Transition("fall-back", source="overtake", target="slip", kind="slip", **fall_back),
         ],
         initial={"mode": "stick", x: 0.0, v: PARAMETERS["belt"]},
-        description="spring-held mass on a moving belt, Coulomb friction",
+        description=SUMMARY,
         labels=LABELS,
     )

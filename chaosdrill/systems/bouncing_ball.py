@@ -15,6 +15,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "bouncing-ball"
+SUMMARY = "ball on a fixed or sinusoidally moving floor"
+GROUP = "impacts"
+CITES = ("luck1993",)
 STATES = ("x", "v")
 PARAMETERS = {"gravity": 1.0, "amplitude": 0.9, "omega": 1.0, "e": 0.8}
 LABELS = {
@@ -38,7 +42,7 @@ def system() -> "HybridSystem":
     speed, acceleration = sympy.diff(floor, t), sympy.diff(floor, t, 2)
     landing = {"guard": x - floor, "direction": -1}
     return HybridSystem(
-        name="bouncing-ball",
+        name=NAME,
         states=(x, v),
         time=t,
         parameters=PARAMETERS,
@@ -53,6 +57,6 @@ def system() -> "HybridSystem":
         ],
         period=2 * sympy.pi / omega,
         initial={"mode": "flight", x: 1.0, v: pi},
-        description="ball on a fixed or sinusoidally moving floor",
+        description=SUMMARY,
         labels=LABELS,
     )

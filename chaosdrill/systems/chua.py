@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "chua"
+SUMMARY = "Chua's circuit, piecewise linear"
+GROUP = "circuits"
+CITES = ("matsumoto1984",)
 STATES = ("x", "y", "z")
 PARAMETERS = {"alpha": 9.0, "beta": 100 / 7, "m0": -8 / 7, "m1": -5 / 7}
 LABELS = {
@@ -34,7 +38,7 @@ def system() -> "HybridSystem":
     x, y, z, alpha, beta, m0, m1 = sympy.symbols("x y z alpha beta m0 m1", real=True)
     currents = {"left": m1 * x - (m0 - m1), "middle": m0 * x, "right": m1 * x + (m0 - m1)}
     return HybridSystem(
-        name="chua",
+        name=NAME,
         states=(x, y, z),
         parameters=PARAMETERS,
         modes={mode: {x: alpha * (y - x - h), y: x - y + z, z: -beta * y} for mode, h in currents.items()},
@@ -45,6 +49,6 @@ def system() -> "HybridSystem":
             Transition("leave-left", source="left", target="middle", guard=x + 1, direction=+1, kind="break"),
         ],
         initial={"mode": "middle", x: 0.1, y: 0.0, z: 0.0},
-        description="Chua's circuit, piecewise linear",
+        description=SUMMARY,
         labels=LABELS,
     )

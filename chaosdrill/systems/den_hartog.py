@@ -11,6 +11,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "den-hartog"
+SUMMARY = "forced oscillator with Coulomb friction"
+GROUP = "friction and sliding"
+CITES = ("denhartog1931",)
 STATES = ("x", "v")
 PARAMETERS = {"omega": 0.8, "S": 0.3}
 LABELS = {
@@ -33,7 +37,7 @@ def system() -> "HybridSystem":
     stop = {"guard": v, "direction": -1}
     turn = {"guard": v, "direction": +1}
     return HybridSystem(
-        name="den-hartog",
+        name=NAME,
         states=(x, v),
         time=t,
         parameters=PARAMETERS,
@@ -52,6 +56,6 @@ def system() -> "HybridSystem":
         ],
         period=2 * sympy.pi / omega,
         initial={"mode": "forward", x: 0.0, v: 1.0},
-        description="forced oscillator with Coulomb friction",
+        description=SUMMARY,
         labels=LABELS,
     )

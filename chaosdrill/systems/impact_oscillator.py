@@ -11,6 +11,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "impact-oscillator"
+SUMMARY = "forced oscillator that hits a wall"
+GROUP = "impacts"
+CITES = ("shaw1983",)
 STATES = ("x", "v")
 PARAMETERS = {"wall": 0.3, "zeta": 0.05, "amplitude": 1.0, "omega": 2.5, "e": 0.8}
 LABELS = {
@@ -32,7 +36,7 @@ def system() -> "HybridSystem":
 
     x, v, t, wall, zeta, amplitude, omega, e = sympy.symbols("x v t wall zeta amplitude omega e", real=True)
     return HybridSystem(
-        name="impact-oscillator",
+        name=NAME,
         states=(x, v),
         time=t,
         parameters=PARAMETERS,
@@ -42,6 +46,6 @@ def system() -> "HybridSystem":
         ],
         period=2 * sympy.pi / omega,
         initial={"mode": "free", x: 0.0, v: 0.3},
-        description="forced oscillator that hits a wall",
+        description=SUMMARY,
         labels=LABELS,
     )

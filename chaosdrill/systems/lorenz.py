@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "lorenz"
+SUMMARY = "Lorenz's convection model"
+GROUP = "smooth flows"
+CITES = ("lorenz1963",)
 STATES = ("x", "y", "z")
 PARAMETERS = {"sigma": 10.0, "rho": 28.0, "beta": 8 / 3}
 LABELS = {
@@ -30,11 +34,11 @@ def system() -> "HybridSystem":
 
     x, y, z, sigma, rho, beta = sympy.symbols("x y z sigma rho beta", real=True)
     return HybridSystem(
-        name="lorenz",
+        name=NAME,
         states=(x, y, z),
         parameters=PARAMETERS,
         modes={"flow": {x: sigma * (y - x), y: rho * x - y - x * z, z: x * y - beta * z}},
         initial={"mode": "flow", x: 1.0, y: 1.0, z: 20.0},
-        description="Lorenz's convection model",
+        description=SUMMARY,
         labels=LABELS,
     )

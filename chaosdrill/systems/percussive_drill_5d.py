@@ -20,6 +20,10 @@ from chaosdrill.systems.drill.effects import parameters as paper_parameters
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "percussive-drill-5d"
+SUMMARY = "the drill in the autonomous form of the paper, with phase and penetration as states"
+GROUP = "drilling"
+CITES = ("drilling",)
 STATES = ("x1", "x2", "x3", "x4", "x5")
 PARAMETERS = paper_parameters()
 STATE_LABELS = {
@@ -52,7 +56,7 @@ def system() -> "HybridSystem":
     free = dict(zip((x2, x4), contact.exchange(law, x2, x4), strict=True))
     weak = {x2: -contact.exit_speed(law, x2)}
     return HybridSystem(
-        name="percussive-drill-5d",
+        name=NAME,
         states=states,
         parameters=PARAMETERS,
         modes={
@@ -69,6 +73,6 @@ def system() -> "HybridSystem":
         period=2 * sympy.pi / eta,
         quadratures={"penetration": x4},
         bounds={x1: None, x2: BOUNDS["u"], x3: None, x4: BOUNDS["w"], x5: None},
-        description="percussive drill, the paper's autonomous form",
+        description=SUMMARY,
         labels={**STATE_LABELS, **{key: label for key, label in LABELS.items() if key in PARAMETERS}},
     )

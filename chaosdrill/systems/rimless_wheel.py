@@ -11,6 +11,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "rimless-wheel"
+SUMMARY = "spoked wheel that rolls down a slope"
+GROUP = "walkers"
+CITES = ("mcgeer1990",)
 STATES = ("th", "om")
 PARAMETERS = {"alpha": 0.3, "gamma": 0.15}
 LABELS = {
@@ -30,7 +34,7 @@ def system() -> "HybridSystem":
     th, om, alpha, gamma = sympy.symbols("th om alpha gamma", real=True)
     loss = {om: sympy.cos(2 * alpha) * om}
     return HybridSystem(
-        name="rimless-wheel",
+        name=NAME,
         states=(th, om),
         parameters=PARAMETERS,
         modes={"stance": {th: om, om: sympy.sin(th)}},
@@ -55,6 +59,6 @@ def system() -> "HybridSystem":
             ),
         ],
         initial={"mode": "stance", th: 0.0, om: 0.5},
-        description="spoked wheel that rolls down a slope",
+        description=SUMMARY,
         labels=LABELS,
     )

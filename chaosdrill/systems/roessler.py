@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "roessler"
+SUMMARY = "Rössler's single-scroll flow"
+GROUP = "smooth flows"
+CITES = ("roessler1976",)
 STATES = ("x", "y", "z")
 PARAMETERS = {"a": 0.2, "b": 0.2, "c": 5.7}
 LABELS = {
@@ -30,11 +34,11 @@ def system() -> "HybridSystem":
 
     x, y, z, a, b, c = sympy.symbols("x y z a b c", real=True)
     return HybridSystem(
-        name="roessler",
+        name=NAME,
         states=(x, y, z),
         parameters=PARAMETERS,
         modes={"flow": {x: -y - z, y: x + a * y, z: b + z * (x - c)}},
         initial={"mode": "flow", x: 1.0, y: 1.0, z: 0.0},
-        description="Rössler's single-scroll flow",
+        description=SUMMARY,
         labels=LABELS,
     )

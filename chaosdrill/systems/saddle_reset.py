@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "saddle-reset"
+SUMMARY = "saddle flow with a tripling reset"
+GROUP = "maps for tests"
 STATES = ("x", "y", "z")
 PARAMETERS = {"decay": 0.7}
 LABELS = {
@@ -29,7 +32,7 @@ def system() -> "HybridSystem":
 
     x, y, z, decay = sympy.symbols("x y z decay", real=True)
     return HybridSystem(
-        name="saddle-reset",
+        name=NAME,
         states=(x, y, z),
         parameters=PARAMETERS,
         modes={"saddle": {x: x, y: -y, z: -decay * z}},
@@ -44,6 +47,6 @@ def system() -> "HybridSystem":
             )
         ],
         initial={"mode": "saddle", x: 0.3141592653589793, y: 1.0, z: 0.0},
-        description="saddle flow with a tripling reset",
+        description=SUMMARY,
         labels=LABELS,
     )

@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+NAME = "tilted-switch"
+SUMMARY = "tripling map from a tilted switching line"
+GROUP = "maps for tests"
 STATES = ("x", "s")
 PARAMETERS: dict[str, float] = {}
 LABELS = {"x": "position", "s": "clock"}
@@ -27,7 +30,7 @@ def system() -> "HybridSystem":
     x, s = sympy.symbols("x s", real=True)
     half = sympy.Rational(1, 2)
     return HybridSystem(
-        name="tilted-switch",
+        name=NAME,
         states=(x, s),
         parameters=PARAMETERS,
         modes={"rising": {x: half, s: 1}, "falling": {x: -half, s: 1}},
@@ -43,6 +46,6 @@ def system() -> "HybridSystem":
             ),
         ],
         initial={"mode": "rising", x: 0.2718281828459045, s: 0.0},
-        description="tripling map from a tilted switching line",
+        description=SUMMARY,
         labels=LABELS,
     )

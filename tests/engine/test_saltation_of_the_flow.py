@@ -12,9 +12,14 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 
+PROBED = (
+    *("percussive-drill", "percussive-drill-5d", "impact-oscillator", "bouncing-ball", "belt-stick-slip", "den-hartog"),
+    *("rimless-wheel", "chua", "tilted-switch", "saddle-reset", "andronov-clock", "izhikevich", "compass-gait"),
+)
+"""Systems whose events random states of unit size lead to; all others have whole runs among the known answers."""
 EVENTS = [
     pytest.param(name, t.name, source, id=f"{name}: {t.name} from {source}")
-    for name in sorted(systems.REGISTRY)
+    for name in PROBED
     for t in systems.build(name).transitions
     for source in t.source
 ]

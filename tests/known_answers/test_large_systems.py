@@ -10,24 +10,6 @@ K = sympy.Symbol("k", real=True)
 MASSES = 64
 
 
-def ring(n=40):
-    x = sympy.symbols(f"x0:{n}", real=True)
-    rates = {x[i]: (x[(i + 1) % n] - x[i - 2]) * x[i - 1] - x[i] + K for i in range(n)}
-    start = {a: 8.0 + 0.1 * np.sin(i) for i, a in enumerate(x)}
-    return cd.HybridSystem(name="ring", states=x, parameters={"k": 8.0}, modes={"on": rates}, initial=start)
-
-
-def rotors(n=50):
-    x = sympy.symbols(f"x0:{n}", real=True)
-    mean = [sum(f(angle) for angle in x) / n for f in (sympy.cos, sympy.sin)]
-    own = np.linspace(-1, 1, n)
-    rates = {
-        a: sympy.Float(w) + K * (mean[1] * sympy.cos(a) - mean[0] * sympy.sin(a)) for a, w in zip(x, own, strict=True)
-    }
-    start = {a: 2.4 * i for i, a in enumerate(x)}
-    return cd.HybridSystem(name="rotors", states=x, parameters={"k": 3.0}, modes={"on": rates}, initial=start)
-
-
 def chain(masses=MASSES):
     t = sympy.Symbol("t", real=True)
     x, v = (sympy.symbols(f"{letter}0:{masses}", real=True) for letter in "xv")
@@ -50,7 +32,7 @@ def chain(masses=MASSES):
 
 def test_all_exponents_of_the_ring():
     """Their sum is the divergence, -40; the largest 1.68(2) and the dimension 27.1(3) are those of the literature."""
-    found = cd.lyapunov_spectrum(ring(), duration=150, transient=20, blocks=64, tolerance=1e-10)
+    found = cd.lyapunov_spectrum(cd.build("lorenz-96"), duration=150, transient=20, blocks=64, tolerance=1e-10)
     exponents, errors = found["lyapunov_exponent"].values, found["lyapunov_error"].values
     assert exponents.sum() == pytest.approx(-40, abs=1e-9)
     assert exponents[0] == pytest.approx(1.68, abs=0.02 + 3 * errors[0])
@@ -60,7 +42,9 @@ def test_all_exponents_of_the_ring():
 
 @pytest.mark.parametrize("count", [1, 6])
 def test_few_exponents_of_the_ring_are_the_first(count):
-    found = cd.lyapunov_spectrum(ring(), duration=150, transient=20, exponents=count, blocks=64, tolerance=1e-10)
+    found = cd.lyapunov_spectrum(
+        cd.build("lorenz-96"), duration=150, transient=20, exponents=count, blocks=64, tolerance=1e-10
+    )
     assert found.sizes["exponent"] == count
     assert float(found["lyapunov_exponent"][0]) == pytest.approx(1.68, abs=0.02 + 3 * float(found["lyapunov_error"][0]))
     assert int(found["outcome"]) == cd.Outcome.CHAOTIC
@@ -72,11 +56,11 @@ def test_rotors_that_their_mean_field_locks():
 
     The sum of all exponents is the mean divergence, k (1 - n r^2) with the order parameter r, which rests.
     """
-    found = cd.lyapunov_spectrum(rotors(), duration=60, transient=60, blocks=16, tolerance=1e-11)
+    found = cd.lyapunov_spectrum(cd.build("kuramoto"), duration=60, transient=60, blocks=16, tolerance=1e-11)
     exponents = found["lyapunov_exponent"].values
     assert exponents[0] == pytest.approx(0, abs=1e-9)
     assert exponents[1] < -0.1
-    angles = cd.trajectory(rotors(), duration=120, samples=1, tolerance=1e-11)["state"].values[-1]
+    angles = cd.trajectory(cd.build("kuramoto"), duration=120, samples=1, tolerance=1e-11)["state"].values[-1]
     order = abs(np.exp(1j * angles).mean())
     assert exponents.sum() == pytest.approx(3.0 * (1 - 50 * order**2), abs=1e-6)
     assert int(found["outcome"]) == cd.Outcome.PERIODIC

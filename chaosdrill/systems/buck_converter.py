@@ -1,0 +1,78 @@
+"""Buck converter under voltage control: the switch closes where a ramp exceeds the amplified error.
+
+    L i' = V_in - v or -v,  C v' = i - v/R,  ramp' = (upper - lower)/T
+    closed while gain (v - reference) < ramp;   at ramp = upper: ramp := lower
+
+Times in ms, L in mH, C in mF. The cycle of one ramp doubles at V_in = 24.5166 V, that of two at 31.1179 V, and chaos
+begins at 32.34 V. Source: Fossas and Olivar 1996, doi:10.1109/81.481457.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+NAME = "buck-converter"
+SUMMARY = "buck converter under voltage control"
+GROUP = "converters"
+STATES = ("v", "i", "ramp")
+PARAMETERS = {
+    "V_in": 24.0,
+    "R": 22.0,
+    "L": 20.0,
+    "C": 0.047,
+    "gain": 8.4,
+    "reference": 11.3,
+    "lower": 3.8,
+    "upper": 8.2,
+    "T": 0.4,
+}
+LABELS = {
+    "v": "output voltage",
+    "i": "current of the inductor",
+    "ramp": "voltage of the ramp",
+    "V_in": "input voltage",
+    "R": "load",
+    "L": "inductance",
+    "C": "capacitance",
+    "gain": "gain of the error amplifier",
+    "reference": "reference voltage",
+    "lower": "lowest voltage of the ramp",
+    "upper": "highest voltage of the ramp",
+    "T": "period of the ramp",
+}
+
+
+def system() -> "HybridSystem":
+    """The buck converter with default parameters: a cycle of one ramp."""
+    from chaosdrill.model import HybridSystem, Transition
+
+    control = "gain*(v - reference)"
+    common = {"v": "(i - v/R)/C", "ramp": "(upper - lower)/T"}
+    return HybridSystem(
+        name=NAME,
+        states=STATES,
+        parameters=PARAMETERS,
+        modes={"closed": {**common, "i": "(V_in - v)/L"}, "open": {**common, "i": "-v/L"}},
+        transitions=[
+            Transition("open", "closed", "open", guard=f"{control} - ramp", direction=+1, kind="switch"),
+            Transition("close", "open", "closed", guard=f"{control} - ramp", direction=-1, kind="switch"),
+            *(
+                Transition(
+                    f"clock-{before}-{after}",
+                    source=before,
+                    target=after,
+                    guard="ramp - upper",
+                    direction=+1,
+                    reset={"ramp": "lower"},
+                    condition=condition,
+                    kind="clock",
+                )
+                for before in ("closed", "open")
+                for after, condition in (("open", f"{control} > lower"), ("closed", None))
+            ),
+        ],
+        initial={"mode": "open", "v": 12.0, "i": 0.5, "ramp": PARAMETERS["lower"]},
+        description=SUMMARY,
+        labels=LABELS,
+    )

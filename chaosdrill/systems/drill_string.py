@@ -1,0 +1,89 @@
+"""Drill string on a lobed bottom: its torsion sticks and slips, its bit bounces.
+
+    in contact:  M z'' = -c z' - load + force, force = k (bottom - z), bottom = height sin(lobes phi)
+                 J w' = K twist - R mu_k force               slip, w > 0
+                 w' = 0 while abs(K twist) <= R mu_s force   stick
+    in the air:  M z'' = -c z' - load, J w' = K twist
+    twist' = speed - w,  phi' = w
+
+z is the height of the bit; the table turns at constant speed and twists the string. On a flat bottom the bit rests at
+-load/k and sticks and slips with the period of a mass on a belt. After Yigit and Christoforou 2006,
+doi:10.1115/1.2358141; here without damping of the torsion, and dimensionless.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+NAME = "drill-string"
+SUMMARY = "drill string with torsion and bit bounce"
+GROUP = "drilling"
+STATES = ("twist", "w", "phi", "z", "u")
+PARAMETERS = {
+    "J": 1.0,
+    "K": 1.0,
+    "speed": 1.0,
+    "M": 1.0,
+    "c": 1.0,
+    "load": 1.0,
+    "k": 50.0,
+    "height": 0.02,
+    "lobes": 3.0,
+    "R": 1.0,
+    "mu_s": 1.0,
+    "mu_k": 0.5,
+}
+LABELS = {
+    "twist": "twist of the string",
+    "w": "angular velocity of the bit",
+    "phi": "angle of the bit",
+    "z": "height of the bit",
+    "u": "vertical velocity of the bit",
+    "J": "moment of inertia of the bit",
+    "K": "torsional stiffness of the string",
+    "speed": "angular velocity of the table",
+    "M": "mass of the string",
+    "c": "damping of the vertical motion",
+    "load": "weight on the bit at rest",
+    "k": "stiffness of the rock",
+    "height": "height of the lobes",
+    "lobes": "number of lobes",
+    "R": "radius of the bit",
+    "mu_s": "coefficient of static friction",
+    "mu_k": "coefficient of kinetic friction",
+}
+
+
+def system() -> "HybridSystem":
+    """The drill string with default parameters, in stick; it bounces between slips."""
+    from chaosdrill.model import HybridSystem, Transition
+
+    force = "k*(height*sin(lobes*phi) - z)"
+    gap = "z - height*sin(lobes*phi)"
+    fall = "(-c*u - load)/M"
+    air = {"twist": "speed - w", "w": "K*twist/J", "phi": "w", "z": "u", "u": fall}
+    slip = {**air, "w": f"(K*twist - R*mu_k*{force})/J", "u": f"{fall} + {force}/M"}
+    back = {**slip, "w": f"(K*twist + R*mu_k*{force})/J"}
+    stick = {**slip, "w": "0", "phi": "0"}
+    grip = f"Abs(K*twist) <= R*mu_s*{force}"
+    return HybridSystem(
+        name=NAME,
+        states=STATES,
+        parameters=PARAMETERS,
+        modes={"slip": slip, "stick": stick, "back": back, "air": air},
+        transitions=[
+            Transition("stick", "slip", "stick", guard="w", direction=-1, reset={"w": "0"}, condition=grip),
+            Transition("turn-back", "slip", "back", guard="w", direction=-1),
+            Transition("stick-again", "back", "stick", "w", +1, reset={"w": "0"}, condition=grip, kind="stick"),
+            Transition("turn-forward", "back", "slip", guard="w", direction=+1),
+            Transition("release", "stick", "slip", guard=f"K*twist - R*mu_s*{force}", direction=+1, kind="slip"),
+            Transition("release-back", "stick", "back", f"K*twist + R*mu_s*{force}", -1, kind="slip"),
+            Transition("lift", ("slip", "stick", "back"), "air", guard=gap, direction=+1),
+            Transition("land", "air", "slip", guard=gap, direction=-1, condition="w > 0"),
+            Transition("land-back", "air", "back", guard=gap, direction=-1, kind="land"),
+        ],
+        initial={"mode": "stick", "twist": 0.0, "w": 0.0, "phi": 0.0, "z": -0.02, "u": 0.0},
+        description=SUMMARY,
+        labels=LABELS,
+    )

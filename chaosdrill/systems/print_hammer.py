@@ -1,0 +1,89 @@
+"""Hammer of a Braille or line printer: held on a backstop by a magnet, thrown at the paper by pulses of current.
+
+    x'' = k x - preload + pulse                                  in flight, 0 < x < gap
+    x'' = k x - preload + pulse - stiffness (x - gap) - damping x'   in the paper
+    pulse = amplitude sin(omega t) where that is positive, else 0;   at the backstop: x' := -e x'
+    x' = 0 on the backstop, until the pulse exceeds the preload
+
+The magnet pulls the harder the closer the hammer is, which is a negative stiffness. Source: Tung and Shaw 1988,
+Journal of Vibration, Acoustics, Stress, and Reliability in Design 110, 193-200.
+"""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem, Transition
+
+NAME = "print-hammer"
+SUMMARY = "hammer of a Braille printer between backstop and paper"
+GROUP = "machines"
+STATES = ("x", "v")
+PARAMETERS = {
+    "k": 0.5,
+    "preload": 0.8,
+    "amplitude": 5.0,
+    "omega": 2.0,
+    "gap": 1.0,
+    "stiffness": 100.0,
+    "damping": 2.0,
+    "e": 0.5,
+}
+LABELS = {
+    "x": "distance from the backstop",
+    "v": "velocity of the hammer",
+    "k": "negative stiffness of the magnet over the mass",
+    "preload": "pull at the backstop over the mass",
+    "amplitude": "height of a pulse over the mass",
+    "omega": "frequency of the pulses",
+    "gap": "distance of the paper",
+    "stiffness": "stiffness of the paper over the mass",
+    "damping": "damping of the paper over the mass",
+    "e": "coefficient of restitution at the backstop",
+}
+
+
+def system() -> "HybridSystem":
+    """The print hammer with default parameters; chaotic."""
+    from chaosdrill.model import HybridSystem, Transition
+
+    pull, pulse, paper = "k*x - preload", "amplitude*sin(omega*t)", "(stiffness*(x - gap) + damping*v)"
+    return HybridSystem(
+        name=NAME,
+        states=STATES,
+        time="t",
+        parameters=PARAMETERS,
+        modes={
+            "flight-pulse": {"x": "v", "v": f"{pull} + {pulse}"},
+            "flight-rest": {"x": "v", "v": pull},
+            "paper-pulse": {"x": "v", "v": f"{pull} + {pulse} - {paper}"},
+            "paper-rest": {"x": "v", "v": f"{pull} - {paper}"},
+            "held-pulse": {"x": "0", "v": "0"},
+            "held-rest": {"x": "0", "v": "0"},
+        },
+        transitions=[
+            *(
+                Transition(f"{name}-{place}", f"{place}-{before}", f"{place}-{after}", "sin(omega*t)", sign, kind=name)
+                for name, before, after, sign in (("begin", "rest", "pulse", +1), ("end", "pulse", "rest", -1))
+                for place in ("flight", "paper", "held")
+            ),
+            *(event for current in ("pulse", "rest") for event in _places(current)),
+            Transition("release", "held-pulse", "flight-pulse", guard=f"{pulse} - preload", direction=+1),
+        ],
+        period="2*pi/omega",
+        initial={"mode": "flight-pulse", "x": 0.2, "v": 0.0},
+        description=SUMMARY,
+        labels=LABELS,
+    )
+
+
+def _places(current: str) -> "list[Transition]":
+    """How the hammer comes from place to place, with current or without."""
+    from chaosdrill.model import Transition
+
+    flight, paper, held = (f"{place}-{current}" for place in ("flight", "paper", "held"))
+    return [
+        Transition(f"print-{current}", flight, paper, guard="x - gap", direction=+1, kind="print"),
+        Transition(f"leave-{current}", paper, flight, guard="x - gap", direction=-1, kind="leave"),
+        Transition(f"impact-{current}", flight, flight, "x", -1, reset={"v": "-e*v"}, kind="impact"),
+        Transition(f"hold-{current}", flight, held, "x", -1, reset={"x": "0", "v": "0"}, completes=f"impact-{current}"),
+    ]
