@@ -20,6 +20,7 @@ _HOME = {
     "save_scene": "chaosdrill.scene",
     "check": "chaosdrill.scene",
     "list_names": "chaosdrill.scene",
+    "new_scene": "chaosdrill.scene",
     "run": "chaosdrill.archive",
     "info": "chaosdrill.archive",
     "save": "chaosdrill.archive",

@@ -73,7 +73,11 @@ def write_tables() -> None:
     """Write the pages of names and of variables from the registries."""
     GENERATED.mkdir(exist_ok=True)
     names = ["# Names in scenes\n", "## Systems\n"]
-    names.append(_table(["`model`", "description"], [[f"`{key}`", entry.summary] for key, entry in REGISTRY.items()]))
+    names.append(
+        _table(
+            ["group", "`model`", "description"], [[one.group, f"`{key}`", one.summary] for key, one in REGISTRY.items()]
+        )
+    )
     names.append("## Effects of the drill\n\nEffects that a scene leaves out are not simulated and cost nothing.\n")
     rows = [[f"`{effect}`", f"`{key}`", text] for effect, options in EFFECTS.items() for key, text in options.items()]
     names.append(_table(["effect", "option", "description"], rows))

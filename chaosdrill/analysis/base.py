@@ -1,13 +1,14 @@
 """What makes a function an analysis: its settings are its signature, its table in a scene, and its provenance."""
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import LONGEST_PERIOD, Exponents, Method, Periods, Span, Time, no_forcing, span
-from chaosdrill.analysis.registry import FIXED_STEP, METHODS
+from chaosdrill.analysis.registry import FIXED_STEP, METHODS, function
 from chaosdrill.dataset.schema import Table
 from chaosdrill.errors import SettingsError
 from chaosdrill.progress import Progress, teller, watched
@@ -185,6 +186,24 @@ class Analysis:
             ],
             return_annotation="xr.Dataset",
         )
+
+    def described(self) -> dict[str, str]:
+        """Type, default and meaning of each setting, in a line, as the functions' docstrings have them."""
+        own = self._documented()
+        lines = {}
+        for name in self.told():
+            line = own[name]
+            while other := re.search(r"As in `(\w+)`", line):
+                line = function(other[1]).analysis._documented()[name]
+            lines[name] = line
+        return lines
+
+    def _documented(self) -> dict[str, str]:
+        """What the function's docstring says of each of its parameters."""
+        _, section = cleandoc(self.run.__doc__ or "").split("Parameters\n----------\n")
+        section, _ = section.split("\n\nReturns\n")
+        found = re.findall(r"^(\w.*?) : (.*)\n((?: .*(?:\n|$))+)", section, re.MULTILINE)
+        return {name: f"{kind}: {' '.join(text.split())}" for names, kind, text in found for name in names.split(", ")}
 
     def told(self) -> tuple[str, ...]:
         """What is kept as provenance: all arguments that determine the numbers, but for the system."""

@@ -12,6 +12,7 @@ from chaosdrill.cli.cite import cite
 from chaosdrill.cli.info import info
 from chaosdrill.cli.interrupts import second_one_ends
 from chaosdrill.cli.list import list_names
+from chaosdrill.cli.new import new
 from chaosdrill.cli.output import emit_error
 from chaosdrill.cli.plot import plot
 from chaosdrill.cli.report import report
@@ -37,7 +38,7 @@ def chaosdrill() -> None:
     """
 
 
-for command in (run, check, plot, report, verify, info, cite, list_names):
+for command in (new, run, check, plot, report, verify, info, cite, list_names):
     chaosdrill.add_command(command)
 
 

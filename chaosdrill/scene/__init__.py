@@ -3,7 +3,8 @@
 from chaosdrill.scene.describe import check
 from chaosdrill.scene.load import load_scene, parse_scene
 from chaosdrill.scene.names import list_names
+from chaosdrill.scene.new import new_scene
 from chaosdrill.scene.scene import Scene
 from chaosdrill.scene.write import save_scene
 
-__all__ = ["Scene", "check", "list_names", "load_scene", "parse_scene", "save_scene"]
+__all__ = ["Scene", "check", "list_names", "load_scene", "new_scene", "parse_scene", "save_scene"]

@@ -3,17 +3,20 @@
 from typing import Any
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.names import remedy
 
 TOPICS = ("systems", "effects", "analyses", "methods")
 
 
-def list_names(topic: str) -> dict[str, Any]:
+def list_names(topic: str, name: str | None = None) -> dict[str, Any]:
     """Names that a scene may use, as ``chaosdrill list`` prints them.
 
     Parameters
     ----------
     topic : {"systems", "effects", "analyses", "methods"}
         Which names.
+    name : str, optional
+        One of the analyses, whose settings are to be listed.
 
     Returns
     -------
@@ -23,15 +26,21 @@ def list_names(topic: str) -> dict[str, Any]:
     Raises
     ------
     SettingsError
-        If there is no such topic.
+        If there is no such topic or analysis, or if a name is given with another topic.
     """
     from chaosdrill.analysis.registry import METHODS, analyses
     from chaosdrill.systems import EFFECTS, REGISTRY
 
     if topic not in TOPICS:
         raise SettingsError(f"topic: unknown topic {topic!r:.60}; choose from {', '.join(TOPICS)}")
+    if name is not None:
+        if topic != "analyses":
+            raise SettingsError(f"name is {name!r:.60}, but only analyses have settings to list; leave it out")
+        if name not in analyses():
+            raise SettingsError(f"name: unknown analysis {name!r:.60}; {remedy(name, analyses())}")
+        return analyses()[name].described()
     if topic == "effects":
         return {effect: dict(options) for effect, options in EFFECTS.items()}
     if topic == "methods":
         return dict(METHODS)
-    return {name: entry.summary for name, entry in (REGISTRY if topic == "systems" else analyses()).items()}
+    return {key: entry.summary for key, entry in (REGISTRY if topic == "systems" else analyses()).items()}

@@ -28,6 +28,7 @@ RIGHT = {
     "save_scene": {"path": "new.toml", "system": SYSTEM, "analyses": {}},
     "check": {"scene": "scene.toml"},
     "list_names": {"topic": "systems"},
+    "new_scene": {"model": "lorenz"},
     "trajectory": {"system": SYSTEM, "periods": 1},
     "poincare_section": {"system": SYSTEM, "periods": 1},
     "lyapunov_spectrum": {"system": SYSTEM, "periods": 1},
