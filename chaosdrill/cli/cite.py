@@ -15,7 +15,7 @@ def cite(archive: str, bibtex: bool, as_json: bool) -> None:
     """Print what to cite for OUT.nc: this package, and the references of its analyses, methods and systems."""
     from dataclasses import asdict
 
-    from chaosdrill.archive import cite as references
+    from chaosdrill.workflow import cite as references
 
     if bibtex and as_json:
         raise click.UsageError("--bibtex and --json are different formats; choose one")

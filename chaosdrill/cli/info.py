@@ -14,7 +14,7 @@ from chaosdrill.cli.streams import say
 @json_option
 def info(archive: str, as_json: bool) -> None:
     """Show the contents and provenance of OUT.nc."""
-    from chaosdrill.archive import info as describe
+    from chaosdrill.workflow import info as describe
 
     described = describe(archive)
     if as_json:

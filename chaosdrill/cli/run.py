@@ -49,7 +49,7 @@ def run(
     outcome, which the archive contains, with a line of advice on stderr. It is 1 if the archive cannot be
     written, and 2 if the scene or the command line is invalid.
     """
-    from chaosdrill.archive import run as run_scene
+    from chaosdrill.workflow import run as run_scene
 
     with Display() as progress:
         tree = run_scene(

@@ -24,7 +24,7 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
     """
     from dataclasses import asdict
 
-    from chaosdrill.archive import verify as verify_archive
+    from chaosdrill.workflow import verify as verify_archive
 
     with Display() as progress:
         result = verify_archive(archive, workers=workers, report=progress.report)

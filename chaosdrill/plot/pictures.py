@@ -47,7 +47,7 @@ def plot_archive(
     """
     from chaosdrill.archive import check_writable, writing
     from chaosdrill.archive import open as open_archive
-    from chaosdrill.archive.blame import blaming
+    from chaosdrill.archive.digest import error_context
     from chaosdrill.plot.style import style
 
     if output is not None and fspath(output) == "-":
@@ -62,7 +62,7 @@ def plot_archive(
     if group is not None and group.strip("/") not in groups:
         raise ArchiveError(f"{path}: no group {group!r}; groups are {', '.join(groups) or 'none'}")
     wanted = groups if group is None else {group.strip("/"): groups[group.strip("/")]}
-    with blaming(path, groups.values(), "drawn"):
+    with error_context(path, groups.values(), "drawn"):
         planned = plan(wanted)
     if not planned:
         kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
@@ -73,7 +73,7 @@ def plot_archive(
     for file in files:
         check_writable(file, target.suffix)
     for (names, picture), file in zip(planned, files, strict=True):
-        with blaming(path, groups.values(), "drawn"), style():
+        with error_context(path, groups.values(), "drawn"), style():
             figure = picture.draw(*(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups))
             with writing(file, "picture") as draft:
                 figure.savefig(draft, format=target.suffix.lstrip(".").lower())

@@ -1,14 +1,13 @@
 """A scene that has been read and found sound."""
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.errors import ChaosdrillError, SceneError, SettingsError
+from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
@@ -16,12 +15,8 @@ from chaosdrill.scene.problems import InvalidSceneError, Problem
 from chaosdrill.scene.si import ReadSI
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from chaosdrill.model import HybridSystem
-    from chaosdrill.progress import Progress
     from chaosdrill.scene.check_analyses import Asked
-    from chaosdrill.sweep import Parts
 
 STDIN, PIPED = "-", "stdin"
 """What the command line calls standard input, and what messages call a scene that came from there."""
@@ -149,83 +144,6 @@ class Scene:
         """The command ``run`` with this scene, what was set in it, and further arguments."""
         sets = [part for key, value in self.changes.items() for part in ("--set", f"{key}={value}")]
         return shlex.join(["run", STDIN if self.name == PIPED else self.name, *sets, *map(name_text, more)])
-
-    def run(
-        self,
-        *,
-        workers: int = 1,
-        scheduler: str | None = None,
-        parts: "Parts | None" = None,
-        report: "Callable[[str], Progress] | None" = None,
-        command: str | None = None,
-    ) -> "xr.DataTree":
-        """Run every analysis of the scene.
-
-        Parameters
-        ----------
-        workers : int
-            Points computed at a time; results do not depend on it.
-        scheduler : str, optional
-            Address of a Dask scheduler whose workers compute the points instead.
-        parts : Parts, optional
-            Where finished chunks and analyses are kept; those that are there already are not run again.
-        report : callable, optional
-            Given the name of an analysis that begins, returns what is called with its progress.
-        command : str, optional
-            What the archive's history says was done; default: ``run`` with its name and what was set in it.
-
-        Returns
-        -------
-        xarray.DataTree
-            One group an analysis; the root's attributes hold the scene and where the numbers came from.
-
-        Raises
-        ------
-        SceneError
-            If the scene asks for no analysis.
-        SettingsError
-            If the scheduler cannot be used.
-        ArchiveError
-            If a part cannot be kept.
-        """
-        import xarray as xr
-
-        from chaosdrill.dataset import described_again, provenance
-        from chaosdrill.scene.in_si import in_si, si_table
-
-        if not self.analyses:
-            raise SceneError(f"{self.name}: the scene asks for no analysis; add a table such as [analysis.spectrum]")
-        system = self.system
-        if scheduler is not None:
-            # an address that does not answer is told before hours of other analyses
-            from chaosdrill.sweep.cluster import connect
-
-            connect(scheduler).close()
-        start = perf_counter()
-        groups = {}
-        for group, analysis in self.analyses.items():
-            begin = perf_counter()
-            finished = None if parts is None or analysis.parallel else parts.finished(group)
-            if finished is not None:
-                finished = described_again(finished, analysis.kind, system=system)
-            if finished is not None:
-                groups[group] = finished
-                continue
-            result = analysis.run(
-                system,
-                self.numerics,
-                workers=workers,
-                scheduler=scheduler,
-                store=parts.store(group) if parts else None,
-                progress=report(group) if report else None,
-            )
-            groups[group] = in_si(result, analysis.kind, system, self.scales)
-            groups[group].attrs["wall_time_s"] = perf_counter() - begin
-            if parts and not analysis.parallel:
-                parts.keep(group, groups[group])
-        root = provenance(self.title, action=command or self.command(), scene=self)
-        root["wall_time_s"] = perf_counter() - start
-        return xr.DataTree.from_dict({"/": xr.Dataset(si_table(self.si, system), attrs=root), **groups})
 
     def _check_modes(self, system: "HybridSystem") -> list[Problem]:
         places: dict[Path, Any] = {("system", "initial", "mode"): self.initial.get("mode")}

@@ -87,8 +87,8 @@ class Killed:
         wrong : str
             What is wrong at the end; empty if nothing is.
         """
-        from chaosdrill.archive import compare
         from chaosdrill.archive import open as open_archive
+        from chaosdrill.workflow import compare
 
         left: list[str] = []
         while True:

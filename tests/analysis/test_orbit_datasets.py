@@ -5,10 +5,10 @@ import pytest
 
 import chaosdrill as cd
 from chaosdrill.analysis.orbit_datasets import branches_dataset, numbered, orbits_dataset
-from chaosdrill.archive import compare
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, Checks, FoundOrbit, SpecialPoint
 from chaosdrill.orbits.table import nothing
+from chaosdrill.workflow import compare
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
 from chaosdrill.dataset import label
 from chaosdrill.scene import parse_scene
+from chaosdrill.workflow import run
 
 SYSTEM = SimpleNamespace(
     name="ball",
@@ -56,7 +57,7 @@ def every_kind(tmp_path_factory):
     asked = {analysis.kind for analysis in parse_scene(small_scene()).analyses.values()}
     more = [f'[analysis.{kind}]\nkind = "{kind}"\nperiods = 8\n' for kind in analyses() if kind not in asked]
     scene = parse_scene(small_scene() + "".join(more), "every_kind.toml")
-    return save(scene.run(), tmp_path_factory.mktemp("every") / "kind.nc")
+    return save(run(scene), tmp_path_factory.mktemp("every") / "kind.nc")
 
 
 @pytest.fixture(scope="session")

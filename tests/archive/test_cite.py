@@ -6,9 +6,9 @@ from importlib.resources import files
 
 import pytest
 
-from chaosdrill.archive import cite
 from chaosdrill.cli import main
 from chaosdrill.dataset.references import BY_METHOD, REFERENCES, package, references
+from chaosdrill.workflow import cite
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from chaosdrill.archive import compare
+from chaosdrill.workflow import compare
 
 
 @pytest.fixture

@@ -7,11 +7,12 @@ from importlib import import_module
 import pytest
 import xarray as xr
 
-from chaosdrill.archive import compare, info, save
 from chaosdrill.archive import open as open_archive
+from chaosdrill.archive import save
 from chaosdrill.archive.seal import LENGTH
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
+from chaosdrill.workflow import compare, info
 
 
 def refusal(path):

@@ -9,8 +9,8 @@ import sympy
 import xarray as xr
 
 import chaosdrill as cd
-from chaosdrill.archive import info, verify
 from chaosdrill.errors import ArchiveError
+from chaosdrill.workflow import info, verify
 
 HOSTILE = [
     "__import__('os').system('touch owned')",

@@ -6,9 +6,10 @@ import pytest
 import xarray as xr
 
 import chaosdrill as cd
-from chaosdrill.archive import compare, info, save
 from chaosdrill.archive import open as open_archive
+from chaosdrill.archive import save
 from chaosdrill.errors import ArchiveError
+from chaosdrill.workflow import compare, info
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,8 @@ import json
 import netCDF4
 import pytest
 
-from chaosdrill.archive import info, save
+from chaosdrill.archive import save
+from chaosdrill.workflow import info
 
 
 @pytest.fixture

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from chaosdrill.archive import compare, save
 from chaosdrill.archive import open as open_archive
+from chaosdrill.archive import save
 from chaosdrill.errors import ArchiveError
+from chaosdrill.workflow import compare
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ def test_missing_archive(call, tmp_path, command):
 
 
 def test_output_folder_that_does_not_exist_is_told_before_the_run(call, scene, monkeypatch, tmp_path):
-    monkeypatch.setattr("chaosdrill.scene.Scene.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
     answer = call("run", scene, "-o", tmp_path / "none" / "out.nc")
     assert answer.code == 1
     assert "does not exist; create it first" in answer.err
@@ -93,7 +93,7 @@ def test_interrupt_leaves_the_earlier_archive(call, scene, tmp_path, monkeypatch
         raise KeyboardInterrupt
 
     (tmp_path / "out.nc").write_bytes(b"the earlier archive")
-    monkeypatch.setattr("chaosdrill.scene.Scene.run", interrupted)
+    monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", interrupted)
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     assert answer.code == 130
     assert answer.err.strip() == "interrupted"

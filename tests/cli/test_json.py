@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from chaosdrill.archive import Difference, Verification, save
 from chaosdrill.archive import open as open_archive
+from chaosdrill.archive import save
 from chaosdrill.cli.output import strict
+from chaosdrill.workflow import Difference, Verification
 
 
 def document(text):
@@ -24,7 +25,7 @@ def document(text):
 @pytest.fixture
 def archive(scene):
     """An archive of the short scene."""
-    from chaosdrill.archive import run
+    from chaosdrill.workflow import run
 
     output = scene.with_name("out.nc")
     run(scene, output)
@@ -112,7 +113,7 @@ def test_interrupt(call, scene, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("chaosdrill.scene.Scene.run", interrupted)
+    monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", interrupted)
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--json")
     assert answer.code == 130
     assert document(answer.out)["error"] == {"exit_code": 130, "kind": "KeyboardInterrupt", "message": "interrupted"}
@@ -127,14 +128,14 @@ def test_an_infinite_exponent(call, tmp_path, scene, monkeypatch):
     spectrum = xr.Dataset({"lyapunov_exponent": ("exponent", [0.1, -np.inf])}, attrs={"kind": "lyapunov-spectrum"})
     root = xr.Dataset(attrs={"title": "", "scene_sha256": "", "wall_time_s": 0.0})
     tree = xr.DataTree.from_dict({"/": root, "spectrum": spectrum})
-    monkeypatch.setattr("chaosdrill.archive.run", lambda *_, **__: tree)
+    monkeypatch.setattr("chaosdrill.workflow.run", lambda *_, **__: tree)
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--json")
     assert document(answer.out)["groups"]["spectrum"]["values"] == {"lyapunov_exponent": [0.1, "-inf"]}
 
 
 def test_a_difference_without_a_number(call, archive, monkeypatch):
     result = Verification(archive, (Difference("/motion", "time", "is missing"),), ())
-    monkeypatch.setattr("chaosdrill.archive.verify", lambda *_, **__: result)
+    monkeypatch.setattr("chaosdrill.workflow.verify", lambda *_, **__: result)
     answer = call("verify", archive, "--json")
     assert document(answer.out)["differences"][0]["max_abs"] is None
 

@@ -68,7 +68,7 @@ def test_what_was_finished_is_found_again(tmp_path, monkeypatch):
         raise cd.ArchiveError("the disk is full")
 
     with monkeypatch.context() as patched:
-        patched.setattr(sys.modules["chaosdrill.archive.run"], "save", full)
+        patched.setattr(sys.modules["chaosdrill.workflow.run_scene"], "save", full)
         with pytest.raises(cd.ArchiveError, match="full"):
             cd.run(tmp_path / "scene.toml", output)
     told = []
@@ -79,7 +79,7 @@ def test_what_was_finished_is_found_again(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", ["\ud800.nc", "a/\ud800/b.nc"])
 def test_a_name_that_no_file_can_have(tmp_path, monkeypatch, motion, name):
-    monkeypatch.setattr("chaosdrill.scene.Scene.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
     (tmp_path / "scene.toml").write_text(SCENE)
     with pytest.raises(cd.ArchiveError, match=r"letters that names of files do not have here \(utf-8\)"):
         cd.run(tmp_path / "scene.toml", tmp_path / name)

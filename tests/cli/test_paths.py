@@ -111,7 +111,7 @@ def test_any_other_fault_of_a_file_is_told_too(call, folder, monkeypatch):
     def lost(*_, **__):
         raise OSError(5, "Input/output error", "own.nc")
 
-    monkeypatch.setattr("chaosdrill.archive.describe.altered", lost)
+    monkeypatch.setattr("chaosdrill.workflow.describe.altered", lost)
     assert told(call, "info", "own.nc") == {"exit_code": 1, "kind": "OSError", "message": "own.nc: Input/output error"}
 
 

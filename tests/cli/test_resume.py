@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 from chaosdrill.analysis.points import PointTask
-from chaosdrill.archive.compare import compare
 from chaosdrill.archive.read import open_archive
+from chaosdrill.workflow.compare import compare
 
 SCENE = """\
 title = "Impacts"

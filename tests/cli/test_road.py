@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from chaosdrill.archive import compare
 from chaosdrill.archive import open as open_archive
 from chaosdrill.cli import main
+from chaosdrill.workflow import compare
 
 SCENE = """\
 title = "A short drilling"

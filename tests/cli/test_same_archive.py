@@ -9,9 +9,9 @@ import time
 import netCDF4
 import pytest
 
-from chaosdrill.archive.compare import compare
 from chaosdrill.archive.read import open_archive
 from chaosdrill.sweep.store import kept_points
+from chaosdrill.workflow.compare import compare
 
 KILLS = 10
 POINTS = 600 + 2 * 20 + 2 * 30 * 20 + 30 * 30

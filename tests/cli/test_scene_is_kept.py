@@ -17,7 +17,7 @@ def link(scene, kind):
 
 @pytest.mark.parametrize("kind", ["same", "symbolic link", "hard link"])
 def test_an_output_that_is_the_scene_is_refused_before_the_run(call, scene, monkeypatch, kind):
-    monkeypatch.setattr("chaosdrill.scene.Scene.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
     text, output = scene.read_text(), link(scene, kind)
     answer = call("run", scene, "-o", output)
     assert (answer.code, answer.out) == (2, "")

@@ -30,7 +30,7 @@ def still(tmp_path):
 @pytest.mark.parametrize("omega", ["0.0", "0", "-1.5"])
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_the_line_of_the_frequency_is_told(call, still, monkeypatch, tmp_path, command, omega):
-    monkeypatch.setattr("chaosdrill.scene.Scene.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
     answer = call(command, still(omega), *(["-o", tmp_path / "out.nc"] if command == "run" else []))
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith("still.toml:4: system.parameters.omega: impact-oscillator: the period 2*pi/omega is")

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from chaosdrill.archive import open as open_archive
-from chaosdrill.archive import run
+from chaosdrill.workflow import run
 
 
 def test_the_archive_holds_the_scene_that_was_run(call, scene, tmp_path):
@@ -52,7 +52,7 @@ def test_a_changed_scene_is_not_gone_on_with(call, scene, tmp_path, monkeypatch)
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(sys.modules["chaosdrill.archive.run"], "save", full_disk)
+        patch.setattr(sys.modules["chaosdrill.workflow.run_scene"], "save", full_disk)
         with pytest.raises(OSError, match="No space left"):
             run(scene, output, changes={"system.parameters.eta": 0.5})
     answer = call("run", scene, "-o", output, "--resume", "--set", "system.parameters.eta=0.6")

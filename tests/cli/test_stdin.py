@@ -59,7 +59,7 @@ def test_standard_input_that_is_closed():
 @pytest.mark.parametrize("command", [["run", "scene.toml"], ["plot", "out.nc"]])
 def test_no_file_goes_to_standard_output(call, scene, monkeypatch, command):
     monkeypatch.chdir(scene.parent)
-    monkeypatch.setattr("chaosdrill.scene.Scene.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("chaosdrill.workflow.run_scene.compute", lambda *_, **__: pytest.fail("it ran"))
     answer = call(*command, "-o", "-")
     assert (answer.code, answer.out) == (2, "")
     assert len(answer.err.splitlines()) == 1

@@ -21,14 +21,15 @@ from values import HOSTILE, OWNED
 
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
-from chaosdrill.archive.again import system_of
 from chaosdrill.archive.digest import altered
 from chaosdrill.archive.seal import LENGTH, seal
 from chaosdrill.errors import ArchiveError
-from chaosdrill.scene import Scene, parse_scene
+from chaosdrill.scene import parse_scene
+from chaosdrill.workflow import run
+from chaosdrill.workflow.rerun import system_of
 
 # the package has a function of that name
-verifying = import_module("chaosdrill.archive.verify")
+verifying = import_module("chaosdrill.workflow.verify")
 
 name, ending = "archive", ".json"
 SOUND = ("0", "0 0 0", "0 0 1")
@@ -54,7 +55,7 @@ RESULTS = {}
 
 def prepare(folder):
     """Run the scenes once."""
-    trees_of = {key: parse_scene(small_scene(*names), f"{key}.toml").run() for key, names in SCENES.items()}
+    trees_of = {key: run(parse_scene(small_scene(*names), f"{key}.toml")) for key, names in SCENES.items()}
     # saved from Python, groups are computed again from their definitions
     trees_of["python"] = trees_of["runs"]["motion"].to_dataset()
     for key, tree in trees_of.items():
@@ -79,7 +80,7 @@ def _run(scene, **_):
     return found
 
 
-def _run_again(ds, **_):
+def _rerun(ds, **_):
     """What an analysis has given, once its system has been read."""
     system_of(ds)
     groups = (node for key in SCENES for node in RESULTS[key].children.values())
@@ -101,8 +102,8 @@ def attempt(data, folder, guard):
     codes, wrong, turn = [], [], crc32(data)
     with (
         guard.watching(folder / "out"),
-        patch.object(Scene, "run", _run),
-        patch.object(verifying, "run_again", _run_again),
+        patch.object(verifying, "compute", _run),
+        patch.object(verifying, "rerun", _rerun),
     ):
         # what has no seal is first read by another process, which takes a while
         for command in ("info", "cite", "verify") if recipe["sealed"] else (("info", "cite", "verify")[turn % 3],):

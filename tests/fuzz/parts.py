@@ -15,8 +15,8 @@ from small_scenes import small_scene
 from values import HOSTILE
 
 from chaosdrill.analysis.points import PointTask
-from chaosdrill.archive import compare
 from chaosdrill.archive import open as open_archive
+from chaosdrill.workflow import compare
 
 name, ending = "parts", ".json"
 SOUND = ("0",)

@@ -38,7 +38,7 @@ def test_the_example_is_the_system_of_the_readme():
 
 def test_its_exponents():
     """The largest is 0.091; their sum is what damping and impacts take away, -2 zeta + ln(e^2) impacts a time unit."""
-    found = parse_scene(TEXT).run()["spectrum"]
+    found = cd.run(parse_scene(TEXT))["spectrum"]
     largest, error = float(found["lyapunov_exponent"][0]), float(found["lyapunov_error"][0])
     assert abs(largest - 0.091) < 4 * error < 0.02
     rate = float(found["impacts_per_period"]) / (2 * np.pi / 2.5)
@@ -49,7 +49,7 @@ def test_numbers_are_those_of_python_to_the_last_bit():
     text = TEXT.replace("periods = 5000", "periods = 50").replace("transient = 200", "transient = 5")
     scene = parse_scene(text, changes={"system.parameters.e": 0.7})
     python = cd.lyapunov_spectrum(of_the_readme().with_parameters(e=0.7), periods=50, transient=5)
-    for name, variable in scene.run()["spectrum"].data_vars.items():
+    for name, variable in cd.run(scene)["spectrum"].data_vars.items():
         assert np.array_equal(variable.values, python[name].values, equal_nan=True), name
 
 

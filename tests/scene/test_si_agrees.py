@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from chaosdrill.scene import parse_scene
+from chaosdrill.workflow import run
 
 ANALYSIS = """
 [analysis.section]
@@ -32,7 +33,7 @@ k = 12e5
 
 @pytest.fixture
 def results(in_si):
-    return [parse_scene(text + ANALYSIS).run()["section"] for text in (in_si, DIMENSIONLESS)]
+    return [run(parse_scene(text + ANALYSIS))["section"] for text in (in_si, DIMENSIONLESS)]
 
 
 def test_same_motion(results):
@@ -52,6 +53,6 @@ def test_progression_in_metres_per_hour(results):
 
 
 def test_scales_are_kept(in_si):
-    tree = parse_scene(in_si + ANALYSIS).run()
+    tree = run(parse_scene(in_si + ANALYSIS))
     assert tree.attrs["si_length_m"] == pytest.approx(2e-3, rel=1e-14)
     assert tree.attrs["si_time_s"] == pytest.approx(7.905694150420949e-3, rel=1e-14)

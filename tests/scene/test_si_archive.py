@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from chaosdrill.archive import open as open_archive
-from chaosdrill.archive import run
 from chaosdrill.scene import check, parse_scene
+from chaosdrill.workflow import run
 
 ANALYSES = """
 [analysis.motion]
@@ -127,7 +127,7 @@ def test_a_fixed_rock(in_si):
     text = in_si.replace('rock = "moving"', 'rock = "fixed"').replace('"stribeck"', '"none"')
     for name in ("m2", "mu_d", "gamma"):
         text = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(f"{name} "))
-    motion = parse_scene(text + ANALYSES[: ANALYSES.index("[analysis.spectrum]")]).run()["motion"]
+    motion = run(parse_scene(text + ANALYSES[: ANALYSES.index("[analysis.spectrum]")]))["motion"]
     state = motion["state"].values * [METRE, METRE / SECOND]
     np.testing.assert_allclose(motion["force_si"], 4e6 * state[:, 0] + 3800 * state[:, 1], rtol=1e-10, atol=1e-8)
 
@@ -145,6 +145,6 @@ def test_a_dimensionless_scene_has_none(sound):
     scene = parse_scene(sound)
     assert check(scene)["si"] == {}
     text = sound[: sound.index("[analysis.spectrum]")] + '[analysis.motion]\nkind = "trajectory"\nperiods = 1\n'
-    tree = parse_scene(text).run()
+    tree = run(parse_scene(text))
     assert not tree.to_dataset().data_vars
     assert not [name for name in tree["motion"].data_vars if name.endswith("_si")]

@@ -5,6 +5,7 @@ import pytest
 
 from chaosdrill.archive import save
 from chaosdrill.scene import parse_scene
+from chaosdrill.workflow import run
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore"),
@@ -42,7 +43,7 @@ def tree(request, in_si):
     text = in_si.replace("n = 1\n", f"{request.param}\n")
     if request.param != "n = 1":
         text = text.replace("4.8e12 N/m", "4.8e12 N/m^1.5")
-    return parse_scene(text + ANALYSES).run()
+    return run(parse_scene(text + ANALYSES))
 
 
 def result(ds):

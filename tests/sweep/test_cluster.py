@@ -41,7 +41,7 @@ def test_same_bits(cluster, whole, same, tmp_path):
     assert same(found, whole(task))
 
 
-def test_a_worker_that_is_killed_is_replaced_and_its_chunks_run_again(cluster, whole, same):
+def test_a_worker_that_is_killed_is_replaced_and_its_chunks_rerun(cluster, whole, same):
     task = Logistic(units=400, pause=0.01)
     pids = [worker.pid for worker in cluster.workers.values()]
     told = []

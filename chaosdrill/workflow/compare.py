@@ -184,7 +184,7 @@ def _attributes(
 def _agreeing(path: str, name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[list[Difference], str]:
     import numpy as np
 
-    from chaosdrill.archive.agreement import agreement
+    from chaosdrill.workflow.agreement import agreement
 
     one, other = first[name].values, second[name].values
     if (one.dtype.kind in "OUT") != (other.dtype.kind in "OUT"):

@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.again import hindrance, run_again
-from chaosdrill.archive.blame import blaming
-from chaosdrill.archive.compare import CLOCKED, Check, Difference, examine
-from chaosdrill.archive.describe import stored_versions
-from chaosdrill.archive.digest import altered
+from chaosdrill.archive.digest import altered, error_context
 from chaosdrill.archive.read import format_of, open_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, expecting
+from chaosdrill.workflow.compare import CLOCKED, Check, Difference, examine
+from chaosdrill.workflow.describe import stored_versions
+from chaosdrill.workflow.rerun import hindrance, rerun
+from chaosdrill.workflow.run_scene import compute
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +102,7 @@ def verify(
     workers : int
         Points computed at a time.
     report : callable, optional
-        As for `Scene.run`.
+        As for `run`.
 
     Returns
     -------
@@ -134,7 +134,7 @@ def _from_scene(
 
     try:
         scene = parse_scene(text, str(tree.attrs.get("scene_name", "scene.toml")))
-        again = scene.run(workers=workers, report=report)
+        again = compute(scene, workers=workers, report=report)
     except ChaosdrillError as fault:
         raise ArchiveError(f"{path}: the scene in it cannot be run:\n{fault}") from fault
     notes = _notes(tree.attrs, again.attrs)
@@ -181,8 +181,8 @@ def _computed(
     if (reason := hindrance(ds)) is not None:
         return reason
     try:
-        with blaming(path, [ds], "computed again"):
-            return run_again(ds, workers=workers, progress=progress)
+        with error_context(path, [ds], "computed again"):
+            return rerun(ds, workers=workers, progress=progress)
     except ChaosdrillError as fault:
         return str(fault)
 

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.again import hindrance
 from chaosdrill.archive.digest import altered
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
 from chaosdrill.errors import ArchiveError
 from chaosdrill.typed import PATH, expecting
+from chaosdrill.workflow.rerun import hindrance
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -47,7 +47,7 @@ def system_of(ds: "xr.Dataset") -> "HybridSystem":
     return build_defined(definition, parameters, initial)
 
 
-def run_again(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] | None = None) -> "xr.Dataset":
+def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] | None = None) -> "xr.Dataset":
     """What the analysis of a dataset gives now.
 
     Parameters

@@ -1,0 +1,196 @@
+"""Run a scene, into an archive or into memory; what has finished outlives whatever stops the run."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.archive.write import check_writable, save
+from chaosdrill.errors import SceneError, SettingsError
+from chaosdrill.files import followed, remove_drafts
+from chaosdrill.typed import COUNT, FUNCTION, PATH, SWITCH, TABLE, expecting, refuse
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.progress import Progress
+    from chaosdrill.scene import Scene
+    from chaosdrill.sweep import Parts
+
+
+@expecting(SettingsError, output=PATH, changes=TABLE, workers=COUNT, resume=SWITCH, report=FUNCTION, tell=FUNCTION)
+def run(
+    scene: "str | os.PathLike[str] | Scene",
+    output: str | os.PathLike[str] | None = None,
+    *,
+    changes: Mapping[str, Any] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    resume: bool = False,
+    report: "Callable[[str], Progress] | None" = None,
+    tell: Callable[[str], None] | None = None,
+) -> "xr.DataTree":
+    """Run every analysis of a scene and write one archive, whole or not at all, as ``chaosdrill run`` does.
+
+    Parameters
+    ----------
+    scene : path-like or Scene
+        A scene file, ``"-"`` for standard input, or what `load_scene` returned.
+    output : path-like, optional
+        Archive to write; an earlier one is replaced. Without it nothing is written.
+    changes : mapping of str to value, optional
+        Values that the scene is to have, as for `load_scene`; only with a path.
+    workers : int
+        Points computed at a time; results do not depend on it.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers compute the points instead.
+    resume : bool
+        Go on with a run that did not end, from what the folder ``output.parts`` holds; begin one if there is none.
+    report : callable, optional
+        Given the name of an analysis that begins, returns what is called with its progress.
+    tell : callable, optional
+        Called with lines about parts that are kept.
+
+    Returns
+    -------
+    xarray.DataTree
+        What the archive holds: one group an analysis; the root's attributes hold the scene and where the numbers came
+        from.
+
+    Raises
+    ------
+    SceneError
+        If the scene cannot be read or run.
+    SettingsError
+        If the arguments do not fit together, if the scheduler cannot be used, or if an unfinished run is there and
+        ``resume`` is not set.
+    ArchiveError
+        If the archive or a part of it cannot be written.
+    """
+    from chaosdrill.scene import load_scene
+    from chaosdrill.scene.scene import Scene
+    from chaosdrill.sweep import Parts
+
+    if scheduler is not None and workers != 1:
+        raise SettingsError(
+            f"--workers is {workers}, but the scheduler at {scheduler} has its own workers; give only one of the two"
+        )
+    if output is not None and os.fspath(output) == "-":
+        raise SettingsError("--output is '-', but an archive is a file, not a stream; name one, such as result.nc")
+    if isinstance(scene, Scene):
+        if changes:
+            raise SettingsError("changes: a loaded scene cannot be changed; pass them to load_scene")
+        loaded = scene
+    else:
+        refuse(SceneError, "scene", scene, PATH)
+        loaded = load_scene(scene, changes)
+        if output is not None and os.path.exists(output) and os.path.exists(scene) and os.path.samefile(scene, output):
+            raise SettingsError(
+                f"--output is {os.fspath(output)!r}, which is the scene itself; name another file, such as result.nc"
+            )
+    loaded.check_period()
+    if output is None:
+        if resume:
+            raise SettingsError(
+                "resume: a run is resumed from the folder beside its archive; name the archive as output"
+            )
+        return compute(loaded, workers=workers, scheduler=scheduler, report=report)
+    check_writable(output)
+    with Parts(f"{os.fspath(output)}.parts", loaded.fingerprint(), resume=resume) as parts:
+        remove_drafts(followed(Path(output)))
+        for name, state in parts.kept().items():
+            if tell:
+                tell(f"{name}: {state} before")
+        try:
+            tree = compute(
+                loaded,
+                workers=workers,
+                scheduler=scheduler,
+                parts=parts,
+                report=report,
+                command=loaded.command("-o", os.fspath(output)),
+            )
+            save(tree, output)
+        except BaseException:
+            if tell and parts.kept():
+                tell(f"finished parts are kept in {parts.folder}; continue with --resume")
+            raise
+        parts.finish()
+    return tree
+
+
+def compute(
+    scene: "Scene",
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    parts: "Parts | None" = None,
+    report: "Callable[[str], Progress] | None" = None,
+    command: str | None = None,
+) -> "xr.DataTree":
+    """Run every analysis of a scene that has been read.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    workers, scheduler, report
+        As for `run`.
+    parts : Parts, optional
+        Where finished chunks and analyses are kept; those that are there already are not run again.
+    command : str, optional
+        What the archive's history says was done; default: ``run`` with its name and what was set in it.
+
+    Returns
+    -------
+    xarray.DataTree
+        As for `run`.
+
+    Raises
+    ------
+    SceneError
+        If the scene asks for no analysis.
+    SettingsError
+        If the scheduler cannot be used.
+    ArchiveError
+        If a part cannot be kept.
+    """
+    import xarray as xr
+
+    from chaosdrill.dataset import described_again, provenance
+    from chaosdrill.scene.in_si import in_si, si_table
+
+    if not scene.analyses:
+        raise SceneError(f"{scene.name}: the scene asks for no analysis; add a table such as [analysis.spectrum]")
+    system = scene.system
+    if scheduler is not None:
+        # an address that does not answer is told before hours of other analyses
+        from chaosdrill.sweep.cluster import connect
+
+        connect(scheduler).close()
+    start = perf_counter()
+    groups = {}
+    for group, analysis in scene.analyses.items():
+        begin = perf_counter()
+        finished = None if parts is None or analysis.parallel else parts.finished(group)
+        if finished is not None:
+            finished = described_again(finished, analysis.kind, system=system)
+        if finished is not None:
+            groups[group] = finished
+            continue
+        result = analysis.run(
+            system,
+            scene.numerics,
+            workers=workers,
+            scheduler=scheduler,
+            store=parts.store(group) if parts else None,
+            progress=report(group) if report else None,
+        )
+        groups[group] = in_si(result, analysis.kind, system, scene.scales)
+        groups[group].attrs["wall_time_s"] = perf_counter() - begin
+        if parts and not analysis.parallel:
+            parts.keep(group, groups[group])
+    root = provenance(scene.title, action=command or scene.command(), scene=scene)
+    root["wall_time_s"] = perf_counter() - start
+    return xr.DataTree.from_dict({"/": xr.Dataset(si_table(scene.si, system), attrs=root), **groups})
