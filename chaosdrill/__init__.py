@@ -7,8 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from chaosdrill.analysis.registry import FUNCTIONS
-
-__version__ = "0.1.0"
+from chaosdrill.version import __version__
 
 _HOME = {
     "HybridSystem": "chaosdrill.model",

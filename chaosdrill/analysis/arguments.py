@@ -6,7 +6,7 @@ from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.registry import METHODS
-from chaosdrill.dataset.schema import unfit
+from chaosdrill.declared import unfit
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.settings import (

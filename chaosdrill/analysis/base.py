@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import LONGEST_PERIOD, Exponents, Method, Periods, Span, Time, no_forcing, span
 from chaosdrill.analysis.registry import FIXED_STEP, METHODS, function
+from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table
+from chaosdrill.declared import DECLARED
 from chaosdrill.errors import SettingsError
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Faults, Known, Number, Settings, Text, Whole, setting, whole
@@ -124,7 +126,6 @@ class Job:
         return None if progress is None else lambda done: progress(done, total, None)
 
 
-SPECTRA = ("benettin1980", "mueller1995", "flyvbjerg1989")
 POINTS = (*SPECTRA, "smith1987", "das2017")
 ORBITS = ("mueller1995", "dankowicz2013", "dercole2005", "dibernardo2008")
 """What analyses of the same family cite, by keys of the list of references."""
@@ -218,6 +219,7 @@ class Analysis:
             An argument that cannot be used.
         """
         from chaosdrill.dataset import label
+        from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
         from chaosdrill.model import HybridSystem
 
         system = given["system"]
@@ -240,6 +242,8 @@ class Analysis:
         if execution:
             execution["workers"] = whole("workers", execution["workers"], 1)
         job = Job(_numerics(numerics) if numerics else None, **execution, progress=teller(given["progress"]))
+        if not self.settings.parallel:
+            compile_ahead(ONE_RUN)
         found = self.run(system, settings, job)
         kept = {name: getattr(settings, name) for name in self.settings.values()} | numerics
         return label(found, self.kind, system=system, settings=kept).assign_attrs(found.attrs)
@@ -261,6 +265,7 @@ def analysis(
 
     def wrap(run: Callable[..., Any]) -> Any:
         entry = Analysis(kind, run.__name__, summary, settings, variables, cites, run)
+        DECLARED.enter(entry)
         signature = entry.signature()
 
         def called(*arguments: Any, **keywords: Any) -> Any:

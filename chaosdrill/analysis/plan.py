@@ -8,7 +8,7 @@ import numpy as np
 
 from chaosdrill.analysis.arguments import section_transitions, tangent_count
 from chaosdrill.analysis.base import Points
-from chaosdrill.codegen.ahead import LANES, compile_ahead
+from chaosdrill.engine.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import Structure, examine

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.analysis.precision_start import Mapped, Place, Survey, find_cycle, run_map
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
@@ -143,8 +144,8 @@ def flow_direction_error(system: "HybridSystem", unit: float, count: int, numeri
         system = timed.with_initial(**{**system.initial, system.time.name: 0.0})
     size = len(system.states) + len(system.quadratures)
     before, after = np.empty(size), np.empty(size)
-    c = system.kernels.constants(system.parameters)
-    field_of = system.kernels.functions[3]
+    c = kernels_of(system).constants(system.parameters)
+    field_of = kernels_of(system).functions[3]
     start = np.array([system.initial[name] for name in system.state_names])
     n = len(start)
     field_of(system.mode_names.index(system.initial["mode"]), 0.0, c, start, before)

@@ -13,6 +13,7 @@ import numpy as np
 import sympy
 
 from chaosdrill.analysis.precision_extrapolation import Point, along, arc, extrapolated_step
+from chaosdrill.analysis.precision_special import EXACT
 from chaosdrill.model.derive import pinned_states, reset_map
 from chaosdrill.model.places import arguments
 from chaosdrill.model.special import SPECIAL
@@ -100,11 +101,11 @@ class Exact:
         self.unit = mpmath.mpf(unit)
         symbols = arguments(system)
         self._c = [mpmath.mpf(value) for value in system.parameters.values()]
-        if missing := sorted(_special_names(system) - _exact().keys()):
+        if missing := sorted(_special_names(system) - EXACT.keys()):
             raise NoReferenceError(f"{', '.join(missing)} has no evaluation in extended precision")
 
         def function(expression: Any) -> Any:
-            return sympy.lambdify(symbols, expression, modules=[_exact(), "mpmath"], cse=True)
+            return sympy.lambdify(symbols, expression, modules=[EXACT, "mpmath"], cse=True)
 
         self._rates = {mode: function([f[x] for x in system.states]) for mode, f in system.modes.items()}
         self._guards = [function(t.guard) for t in system.transitions]
@@ -226,10 +227,6 @@ class Followed:
     state: Point
     times: list[Any]
     legs: list[Leg]
-
-
-def _exact() -> dict[str, Any]:
-    return {name: special.in_digits() for name, special in SPECIAL.items() if special.exact is not None}
 
 
 def _special_names(system: "HybridSystem") -> set[str]:

@@ -73,3 +73,10 @@ def _speed(left: Any, lam: Any, way: int) -> Any:
 def positive_power(d: Any, n: Any) -> Any:
     """max(d, 0)^n."""
     return d**n if d > 0 else mpmath.mpf(0)
+
+
+EXACT = {
+    function.__name__: function
+    for function in (hunt_crossley_exit, hunt_crossley_peak, hunt_crossley_duration, positive_power)
+}
+"""By name, those that can be evaluated in many digits."""

@@ -1,9 +1,11 @@
 """What can be asked for by name: kinds of analysis and numerical methods. Imports nothing heavy."""
 
 import os
-from functools import cache
+from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from chaosdrill.declared import DECLARED
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Analysis
@@ -32,8 +34,14 @@ def function(name: str) -> Any:
     return getattr(import_module(f"chaosdrill.analysis.kinds.{name}"), name)
 
 
-@cache
-def analyses() -> "dict[str, Analysis]":
+def analyses() -> "Mapping[str, Analysis]":
     """All analyses by their kind."""
-    found = (function(name).analysis for name in FUNCTIONS)
-    return {entry.kind: entry for entry in found}
+    return DECLARED
+
+
+def _import_all() -> None:
+    for name in FUNCTIONS:
+        function(name)
+
+
+DECLARED.completed_by(_import_all)

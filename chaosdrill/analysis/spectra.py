@@ -9,6 +9,7 @@ from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
 from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
@@ -114,7 +115,7 @@ def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) 
     rates = np.zeros(len(run.x) + len(system.quadratures))
     place = run.x if state is None else np.ascontiguousarray(state)
     present = int(run.standing["mode"]) if mode is None else mode
-    system.kernels.functions[3](present, float(run.standing["time"]), run.c, place, rates)
+    kernels_of(system).functions[3](present, float(run.standing["time"]), run.c, place, rates)
     return rates[: len(run.x)]
 
 

@@ -6,7 +6,6 @@ from contextlib import suppress
 
 import click
 
-from chaosdrill import __version__
 from chaosdrill.cli.check import check
 from chaosdrill.cli.cite import cite
 from chaosdrill.cli.info import info
@@ -20,6 +19,7 @@ from chaosdrill.cli.run import run
 from chaosdrill.cli.streams import tell, usable_streams
 from chaosdrill.cli.verify import verify
 from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError
+from chaosdrill.version import __version__
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 

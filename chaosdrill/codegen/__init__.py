@@ -1,5 +1,5 @@
 """Expressions become compiled kernels."""
 
-from chaosdrill.codegen.kernels import Kernels, compile_system
+from chaosdrill.codegen.kernels import Kernels, kernels_of
 
-__all__ = ["Kernels", "compile_system"]
+__all__ = ["Kernels", "kernels_of"]

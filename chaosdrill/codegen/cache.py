@@ -76,7 +76,7 @@ def code_key() -> str:
     import numba
 
     digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
-    compiling = [PACKAGE / "codegen" / name for name in ("signatures.py", "machine.py")]
+    compiling = [PACKAGE / "codegen" / name for name in ("signatures.py", "machine.py", "special.py")]
     for path in (*compiling, *sorted((PACKAGE / "engine").glob("*.py"))):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

@@ -10,7 +10,6 @@ import numpy as np
 from llvmlite import ir
 
 from chaosdrill.codegen import kept
-from chaosdrill.codegen.ahead import compile_one_run_ahead
 from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, array
 from chaosdrill.codegen.events import Event, check_functions, guard_keys, mode_events
@@ -20,11 +19,14 @@ from chaosdrill.codegen.mathematics import address, imports
 from chaosdrill.codegen.pointwise import Pointwise
 from chaosdrill.codegen.series import ModeSeries
 from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, LANES, POINTWISE, SIGNATURES
+from chaosdrill.errors import ModelError
+from chaosdrill.model.exponents import specialise
+from chaosdrill.model.places import UnsupportedError, parameter, places_of
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
-_loading = RLock()
+_compiling, _loading = RLock(), RLock()
 _VECTOR, _MATRIX, _BLOCK = array(1), array(2), array(3)
 
 
@@ -274,10 +276,36 @@ def _functions(codes: tuple[Code, ...], signatures: dict[str, Any]) -> dict[str,
     return {name: found for code in codes for name, found in code.functions(signatures).items()}
 
 
-def compile_system(system: "HybridSystem") -> Kernels:
+def kernels_of(system: "HybridSystem") -> Kernels:
+    """The compiled functions of a system, compiled on first use.
+
+    Copies with other numbers share them, unless a number is a whole exponent here and another one there.
+
+    Raises
+    ------
+    ModelError
+        If an expression has no numerical code.
+    """
+    own = system.parameters
+    key = tuple((name, int(own[name])) for name in system.exponent_parameters if own[name].is_integer())
+    if key not in system.shared:
+        # several threads may ask for the kernels of one system at once, and each would compile them
+        with _compiling:
+            if key not in system.shared:
+                places = places_of(system)
+                whole = {places[parameter(name)].name: value for name, value in key}
+                try:
+                    system.shared[key] = _compiled(specialise(system.placed, whole) if whole else system.placed)
+                except UnsupportedError as fault:
+                    own_names = {place: symbol for symbol, place in places.items()}
+                    raise ModelError(f"{system.name}: {fault.told(own_names)}") from None
+    found: Kernels = system.shared[key]
+    return found
+
+
+def _compiled(system: "HybridSystem") -> Kernels:
     """Write, compile and load the kernels of a system."""
     written = write(system)
-    compile_one_run_ahead()
     found = _functions(written.single, {**SIGNATURES, "constants": CONSTANTS})
     guards = max((len(e) for e in written.events), default=0)
     mode_table = np.zeros((len(written.events), 1 + guards), dtype=np.int64)

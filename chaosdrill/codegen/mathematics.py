@@ -10,7 +10,6 @@ from functools import cache
 from typing import Any
 
 from chaosdrill.codegen.emitter import DOUBLE, Function, Module, Number
-from chaosdrill.model.special import SPECIAL
 
 _TURNS = 1e5
 """Largest argument of a sine or cosine for which the reduction is exact enough."""
@@ -150,7 +149,9 @@ def address(name: str) -> int:
     import numba
     from numba import float64
 
-    found = SPECIAL[name.removeprefix(_PREFIX)].code()
+    from chaosdrill.codegen.special import CODE
+
+    found = CODE[name.removeprefix(_PREFIX)]
     count = found.py_func.__code__.co_argcount
     made = numba.cfunc(float64(*[float64] * count), cache=True, error_model="numpy")(found.py_func)
     return int(made.address)

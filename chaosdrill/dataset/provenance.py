@@ -10,6 +10,7 @@ from typing import Any
 
 from chaosdrill.dataset.references import package, references
 from chaosdrill.errors import ModelError
+from chaosdrill.version import __version__
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
@@ -99,9 +100,7 @@ def now() -> str:
 
 def signature() -> str:
     """Name and version of the package."""
-    import chaosdrill
-
-    return f"chaosdrill {chaosdrill.__version__}"
+    return f"chaosdrill {__version__}"
 
 
 def _definition(system: Any) -> dict[str, str]:
@@ -142,9 +141,7 @@ def library_versions() -> dict[str, str]:
     """Versions of the package and of the libraries that its numbers depend on."""
     from importlib.metadata import PackageNotFoundError, version
 
-    import chaosdrill
-
-    found = {"chaosdrill": chaosdrill.__version__}
+    found = {"chaosdrill": __version__}
     for name in LIBRARIES:
         try:
             found[name] = version(name)

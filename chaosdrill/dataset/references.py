@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
+from chaosdrill.declared import DECLARED
+from chaosdrill.systems import REGISTRY
+from chaosdrill.version import __version__
+
 _PLACES = {"article": "journal", "book": "publisher", "inproceedings": "booktitle"}
 
 
@@ -110,6 +114,9 @@ _BIBTEX = files("chaosdrill.dataset").joinpath("references.bib").read_text(encod
 
 REFERENCES = {reference.key: reference for reference in _read(_BIBTEX)}
 
+SPECTRA = ("benettin1980", "mueller1995", "flyvbjerg1989")
+"""Of Lyapunov exponents and their errors."""
+
 BY_METHOD: dict[str, tuple[str, ...]] = {
     "taylor": ("jorba2005", "farouki2012"),
     "dop853": ("hairer1993", "farouki2012"),
@@ -119,14 +126,12 @@ BY_METHOD: dict[str, tuple[str, ...]] = {
 
 def package() -> Reference:
     """How this package is cited."""
-    import chaosdrill
-
     return Reference(
         "chaosdrill",
         "The chaosdrill developers",
         2026,
         "chaosdrill: event-accurate simulation and Lyapunov spectra of hybrid systems",
-        f"version {chaosdrill.__version__}",
+        f"version {__version__}",
         entry="software",
     )
 
@@ -147,14 +152,10 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
     tuple of Reference
         In the order analysis, method, system.
     """
-    from chaosdrill.analysis.base import SPECTRA
-    from chaosdrill.analysis.registry import analyses
-    from chaosdrill.systems import REGISTRY
-
     present = set(variables)
     settings = mapping(attributes.get("settings"))
     kind, method, system = (str(attributes.get(name, "")) for name in ("kind", "method", "system"))
-    keys = list(analyses()[kind].cites) if kind in analyses() else []
+    keys = list(DECLARED[kind].cites) if kind in DECLARED else []
     if settings.get("start") == "search":
         keys.append("auerbach1987")
     if "feigenbaum_ratio" in present:

@@ -12,15 +12,14 @@ where one orbit was asked for). States are the dimension ``state`` with the coor
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
-from unicodedata import is_normalized
+
+from chaosdrill.declared import DECLARED
 
 SWEEP = "{sweep}"
 QUADRATURE = "{quadrature}"
 ORBIT = "{orbit}"
-
-PLACEHOLDERS = frozenset({SWEEP, QUADRATURE, ORBIT})
 
 _QUALITY = re.compile(r"(^|_)(error|residual|difference)(_|$)")
 
@@ -205,9 +204,7 @@ class _Schema(Mapping[str, dict[str, Variable]]):
 
     @cached_property
     def _tables(self) -> dict[str, dict[str, Variable]]:
-        from chaosdrill.analysis.registry import analyses
-
-        return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in analyses().items()}
+        return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in DECLARED.items()}
 
     def __getitem__(self, kind: str) -> dict[str, Variable]:
         return self._tables[kind]
@@ -220,30 +217,3 @@ class _Schema(Mapping[str, dict[str, Variable]]):
 
 
 SCHEMA = _Schema()
-
-
-MOST_BYTES = 200
-"""Bytes of a name, of which NetCDF takes 256."""
-
-
-def unfit(name: str) -> str | None:
-    """Why no quadrature, swept parameter or state of a grid can have a name; None if it can.
-
-    They become variables of results and so of archives.
-    """
-    if name in reserved():
-        return "is reserved for results"
-    if name[0].isascii() and not (name[0].isalnum() or name[0] == "_"):
-        return f"begins with {name[0]!r}, as no variable of an archive can"
-    if len(name.encode(errors="replace")) > MOST_BYTES:
-        return f"takes more than the {MOST_BYTES} bytes that the name of a variable of an archive may take"
-    if not is_normalized("NFC", name):
-        return "would be written otherwise in an archive, in Unicode's composed form"
-    return None
-
-
-@cache
-def reserved() -> frozenset[str]:
-    """Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
-    variables = (variable for table in SCHEMA.values() for variable in table.values())
-    return frozenset(name for variable in variables for name in (variable.name, *variable.dims)) - PLACEHOLDERS

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.codegen.ahead import LANES, ONE_RUN, await_part
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
 from chaosdrill.engine.run import STANDING
@@ -97,7 +98,7 @@ class Batch:
         points, n = starts.shape
         if points:
             system = system.with_parameters(**{name: float(values[0]) for name, values in parameters.items()})
-        kernels = system.kernels
+        kernels = kernels_of(system)
         q, kinds = len(system.quadratures), len(kernels.transition_table)
         frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         m = len(frame)
@@ -157,9 +158,10 @@ class Batch:
         """Rates of the states of some runs where they stand, shape (len(which), n)."""
         n = self.x.shape[1]
         rates = np.zeros((len(which), n + self._quadratures))
+        field = kernels_of(self.system).functions[3]
         for p, row in zip(which.tolist(), rates, strict=True):
             run = self._states.run[p]
-            self.system.kernels.functions[3](int(run["mode"]), float(run["time"]), self._states.c[p], self.x[p], row)
+            field(int(run["mode"]), float(run["time"]), self._states.c[p], self.x[p], row)
         return rates[:, :n]
 
     def run(self, transient: int, ends: np.ndarray) -> None:
@@ -191,7 +193,7 @@ class Batch:
             values[ended] = np.nan
 
     def _step_in_lanes(self, which: np.ndarray, stretches: np.ndarray) -> None:
-        kernels, m = self.system.kernels, len(self._frame)
+        kernels, m = kernels_of(self.system), len(self._frame)
         if not len(which):
             return
         in_lanes = at.LaneFunctions(*kernels.lanes)
@@ -267,7 +269,7 @@ class Batch:
     def _machine(self, **search: Any) -> "Record":
         from chaosdrill.engine.stepper import machine
 
-        functions = self.system.kernels.functions
+        functions = kernels_of(self.system).functions
         return machine(functions, self.method, self._settings, self._tables, self._states, self._scratch, **search)
 
     def _results(self) -> at.Results:
@@ -317,8 +319,8 @@ def _constants(system: "HybridSystem", parameters: Mapping[str, np.ndarray], poi
     given = np.zeros((points, len(system.parameters) + 1))
     for column, (name, value) in enumerate(system.parameters.items()):
         given[:, column] = parameters.get(name, value)
-    c = np.empty((points, max(system.kernels.written.constants, 1)))
-    fill = system.kernels.fill_constants
+    c = np.empty((points, max(kernels_of(system).written.constants, 1)))
+    fill = kernels_of(system).fill_constants
     for values, row in zip(given, c, strict=True):
         fill(values, row)
     return c

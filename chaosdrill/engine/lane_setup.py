@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.lane_events import DEGREE
 from chaosdrill.engine.lane_flow import ACTIVE
@@ -24,10 +25,10 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
     constants : ndarray, shape (constants,)
         Those of one point; what varies from point to point is filled in later.
     """
-    n, q, guards = len(system.states), len(system.quadratures), system.kernels.key_table.shape[1]
+    n, q, guards = len(system.states), len(system.quadratures), kernels_of(system).key_table.shape[1]
     in_lanes = aligned(len(constants), LANES)
     in_lanes[:] = constants[:, np.newaxis]
-    rows = system.kernels.rows + (m + m % 2) * n
+    rows = kernels_of(system).rows + (m + m % 2) * n
     return at.Block(
         t=aligned(LANES),
         c=in_lanes,
@@ -55,7 +56,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
 
 def room(system: "HybridSystem", m: int, constants: np.ndarray, row: np.ndarray, spare: np.ndarray) -> at.LaneRoom:
     """What ``lane_flow`` works in for a system with m tangents; see `block` and `chaosdrill.engine.layout.LaneRoom`."""
-    guards = system.kernels.key_table.shape[1]
+    guards = kernels_of(system).key_table.shape[1]
     return at.LaneRoom(
         queues=np.zeros((len(system.modes) * (m + 1), 2 + ACTIVE), dtype=np.int64),
         ends=np.zeros((LANES + 1, LANES), dtype=np.int64),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import frozen_states
@@ -75,7 +76,7 @@ def check_period(system: "HybridSystem", period: float) -> None:
     """Raise SettingsError if a field, a quadrature, a guard or a reset does not repeat after the period."""
     if repeats(system):
         return
-    kernels = system.kernels
+    kernels = kernels_of(system)
     n, q = len(system.states), len(system.quadratures)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260104)

@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.codegen.ahead import ONE_RUN, await_part
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.ahead import ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
@@ -58,7 +59,7 @@ class Run:
     ) -> None:
         if system.time is not None and period == system.forcing_period():
             check_period(system, period)
-        kernels = system.kernels
+        kernels = kernels_of(system)
         n, q = len(system.states), len(system.quadratures)
         frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         m = len(frame)
@@ -203,7 +204,7 @@ class Run:
     def just_took(self, transition: int) -> None:
         """Begin directly after an event: its guard is known to have been crossed, wherever the state now lies."""
         mode = self.system.mode_names.index(self.system.transitions[transition].source[0])
-        events = self.system.kernels.events[mode]
+        events = kernels_of(self.system).events[mode]
         j = next(k for k, event in enumerate(events) if transition in event.outcomes)
         key, direction = events[j].key, events[j].direction
         run = self.states.run
@@ -266,7 +267,7 @@ class Run:
 
         if self._machine is None:
             self._machine = machine(
-                self.system.kernels.functions, self.method, self.settings, self.tables, self.states, self._scratch
+                kernels_of(self.system).functions, self.method, self.settings, self.tables, self.states, self._scratch
             )
         if periods:
             self.settings["target"] = self.strobes + periods

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import stage_rows
@@ -29,7 +30,7 @@ def settings_of(
     settings["samples"] = samples
     settings["orthonormalise"] = int(orthonormalise)
     settings["absolute_time"] = int(system.period is None)
-    settings["own_jacobian"] = int(system.kernels.own_jacobian)
+    settings["own_jacobian"] = int(kernels_of(system).own_jacobian)
     settings["max_events"] = numerics.max_events or (10_000 if system.period is not None else 10_000_000)
     settings["max_stalls"] = numerics.max_stalls
     settings["tolerance"] = numerics.tolerance
@@ -40,7 +41,7 @@ def settings_of(
 
 def tables_of(system: "HybridSystem", deficient: Collection[int], shifts: np.ndarray) -> at.Tables:
     """Tables of a system; rank may be lost at the transitions in ``deficient``, ``shifts`` are rows (k, n)."""
-    kernels = system.kernels
+    kernels = kernels_of(system)
     transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
     transitions[:, :2] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
@@ -65,7 +66,7 @@ def _marks(system: "HybridSystem", deficient: Collection[int]) -> np.ndarray:
     """What the guards of every mode are, in bits."""
     from chaosdrill.engine.structure import passes
 
-    kernels = system.kernels
+    kernels = kernels_of(system)
     through = passes(system)
     marks = np.zeros(kernels.key_table.shape, dtype=np.int64)
     for mode, events in enumerate(kernels.events):
@@ -140,7 +141,7 @@ def states_of(
         Initial tangents of each run, one a row.
     numerics : Numerics
     """
-    kernels = system.kernels
+    kernels = kernels_of(system)
     points, n = starts.shape
     m, q, keys, kinds = len(tangents), len(system.quadratures), kernels.moves_table.shape[1], len(kernels.moves_table)
     run = np.zeros(points, dtype=at.RUN)
@@ -169,9 +170,9 @@ def states_of(
 
 def scratch_of(system: "HybridSystem", m: int) -> at.Scratch:
     """Scratch arrays of the engine for a system with m tangents."""
-    n, q, guards = len(system.states), len(system.quadratures), system.kernels.key_table.shape[1]
+    n, q, guards = len(system.states), len(system.quadratures), kernels_of(system).key_table.shape[1]
     return at.Scratch(
-        workspace=np.zeros((system.kernels.rows + (m + m % 2) * n, at.COLUMNS)),
+        workspace=np.zeros((kernels_of(system).rows + (m + m % 2) * n, at.COLUMNS)),
         polynomial=np.zeros(at.COLUMNS),
         shifted=np.zeros(at.COLUMNS),
         stack=np.zeros((DEPTH, at.COLUMNS)),

@@ -12,6 +12,7 @@ import numpy as np
 import sympy
 from numba import float64, void
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled
@@ -34,7 +35,7 @@ MEASURES = 64
 
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
-    kernels = system.kernels
+    kernels = kernels_of(system)
     guard, transit = kernels.functions[5], kernels.functions[7]
     n = len(system.states)
     c = kernels.constants(system.parameters)
@@ -92,7 +93,7 @@ def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
 
 
 def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
-    kernels = system.kernels
+    kernels = kernels_of(system)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260103)
     placed = system.placed
@@ -112,7 +113,7 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
 
 def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np.random.Generator) -> bool:
     """Whether the motion goes on beyond a guard at one random state on it."""
-    kernels = system.kernels
+    kernels = kernels_of(system)
     field, guard, transit = kernels.functions[3], kernels.functions[5], kernels.functions[7]
     n = len(system.states)
     place = event_places(n)
@@ -294,8 +295,8 @@ def _frame(effects: list[np.ndarray], shifts: list[list[float]], n: int) -> np.n
 
 def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.ndarray]:
     n = len(system.states)
-    c = system.kernels.constants(system.parameters)
-    variation = system.kernels.functions[4]
+    c = kernels_of(system).constants(system.parameters)
+    variation = kernels_of(system).functions[4]
     rng = np.random.default_rng(20260102)
     column = np.empty(n)
     for mode in range(len(system.modes)):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.dataset.schema import unfit
+from chaosdrill.declared import unfit
 from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import frozen_states
 from chaosdrill.model.reading import NAMES, is_name

@@ -5,7 +5,6 @@ so G(exit) = G(entry) whatever k, n and the masses are. Source: Hunt and Crossle
 """
 
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import sympy
@@ -117,10 +116,6 @@ class Special:
     ----------
     make : type
         The sympy function, with its derivatives.
-    compiled : str
-        ``module:function`` of its code.
-    exact : str or None
-        ``module:function`` of its evaluation with mpmath.
     error : float
         Largest relative error of its code.
     moving : tuple of int
@@ -129,42 +124,21 @@ class Special:
     """
 
     make: Any
-    compiled: str
-    exact: str | None
     error: float
     moving: tuple[int, ...] = ()
-
-    def code(self) -> Any:
-        """Its code, which Python can call."""
-        return _found(self.compiled)
-
-    def in_digits(self) -> Any:
-        """Its evaluation with mpmath."""
-        return _found(self.exact or "")
-
-
-def _found(place: str) -> Any:
-    module, _, function = place.partition(":")
-    return getattr(import_module(module), function)
-
-
-def _special(make: Any, module: str, error: float, *, exact: bool = False, moving: tuple[int, ...] = ()) -> Special:
-    name = make.__name__
-    reference = f"chaosdrill.analysis.precision_special:{name}" if exact else None
-    return Special(make, f"chaosdrill.engine.{module}:{name}", reference, error, moving)
 
 
 SPECIAL: dict[str, Special] = {
     special.make.__name__: special
     for special in (
-        _special(hunt_crossley_exit, "special", 5e-16, exact=True, moving=(0,)),
-        _special(hunt_crossley_exit_lam, "special", 1e-14),
-        _special(hunt_crossley_peak, "special", 1e-14, exact=True),
-        _special(hunt_crossley_duration, "contact_time", 1e-12, exact=True),
-        _special(hunt_crossley_duration_v, "contact_time", 1e-11),
-        _special(hunt_crossley_duration_lam, "contact_time", 1e-11),
-        _special(hunt_crossley_duration_n, "contact_time", 1e-11),
-        _special(positive_power, "special", 2e-16, exact=True, moving=(0,)),
+        Special(hunt_crossley_exit, 5e-16, moving=(0,)),
+        Special(hunt_crossley_exit_lam, 1e-14),
+        Special(hunt_crossley_peak, 1e-14),
+        Special(hunt_crossley_duration, 1e-12),
+        Special(hunt_crossley_duration_v, 1e-11),
+        Special(hunt_crossley_duration_lam, 1e-11),
+        Special(hunt_crossley_duration_n, 1e-11),
+        Special(positive_power, 2e-16, moving=(0,)),
     )
 }
-"""The special functions by name."""
+"""The special functions by name; their code is `chaosdrill.codegen.special`."""

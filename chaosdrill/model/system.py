@@ -10,16 +10,16 @@ import sympy
 
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.check import check_system
-from chaosdrill.model.exponents import exponent_parameters, expressions, specialise
-from chaosdrill.model.places import UnsupportedError, in_places, parameter, places_of, rewrite
+from chaosdrill.model.exponents import exponent_parameters, expressions
+from chaosdrill.model.places import in_places, parameter, places_of, rewrite
 from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
 from chaosdrill.model.transition import Transition
 from chaosdrill.typed import TEXT, refuse
 
 DEFAULT_BOUND = 1e9
 
-# several threads may ask for the kernels of one system at once, and each would compile them
-_compiling = RLock()
+# several threads may ask for the placed form of one system at once, and each would derive it
+_deriving = RLock()
 
 _LATELY = 32
 """Systems of which what was derived is kept for others of the same equations."""
@@ -124,7 +124,7 @@ class HybridSystem:
             tuple(t.content() for t in self.transitions),
             *(self.period, tuple(self.quadratures.items()), repr(self.bounds)),
         )
-        with _compiling:
+        with _deriving:
             shared = _derived.setdefault(key, Shared())
             _derived.move_to_end(key)
             while len(_derived) > _LATELY:
@@ -144,7 +144,7 @@ class HybridSystem:
     @property
     def placed(self) -> "HybridSystem":
         """This system with its symbols named by their places, see `chaosdrill.model.places`."""
-        with _compiling:
+        with _deriving:
             form = self.shared.get("placed")
             if form is None:
                 form = self.shared["placed"] = in_places(self)
@@ -153,28 +153,6 @@ class HybridSystem:
         starts = (self.initial[name] for name in self.state_names)
         other.initial = {"mode": self.initial["mode"], **dict(zip(form.state_names, starts, strict=True))}
         return other
-
-    @property
-    def kernels(self) -> Any:
-        """The compiled functions of this system.
-
-        Copies with other numbers share them, unless a number is a whole exponent here and another one there.
-        """
-        own = self.parameters
-        key = tuple((name, int(own[name])) for name in self.exponent_parameters if own[name].is_integer())
-        if key not in self.shared:
-            from chaosdrill.codegen import compile_system
-
-            with _compiling:
-                if key not in self.shared:
-                    places = places_of(self)
-                    whole = {places[parameter(name)].name: value for name, value in key}
-                    try:
-                        self.shared[key] = compile_system(specialise(self.placed, whole) if whole else self.placed)
-                    except UnsupportedError as fault:
-                        own_names = {place: symbol for symbol, place in places.items()}
-                        raise ModelError(f"{self.name}: {fault.told(own_names)}") from None
-        return self.shared[key]
 
     def forcing_period(self) -> float | None:
         """The period of the forcing at the present parameters.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
@@ -93,7 +94,7 @@ def touches(problem: "Problem", orbit: "Orbit") -> "Iterator[tuple[float, Touch,
     for i, (mode, _, _) in enumerate(orbit.segments.tolist()):
         instants = begin + orbit.durations[i] * (np.arange(SETTINGS.guard_samples) + 0.5) / SETTINGS.guard_samples
         states = problem.at([orbit], instants[np.newaxis])[0][0]
-        for j, event in enumerate(problem.system.kernels.events[mode]):
+        for j, event in enumerate(kernels_of(problem.system).events[mode]):
             if all(transitions[k].marks_only() for k in event.outcomes):
                 continue
             values, _ = _guard(problem, orbit, i, j, instants, states)
@@ -146,9 +147,9 @@ def taken(problem: "Problem", orbit: "Orbit", segment: int, guard: int, after: f
     x[: problem.states] = problem.at([orbit], np.array([[instant]]))[0][0, 0]
     x[problem.states :] = orbit.starts[0, problem.states :]
     room = np.zeros(event_places(n).size)
-    constants = system.kernels.constants(system.parameters)
+    constants = kernels_of(system).constants(system.parameters)
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
-    transit = system.kernels.functions[7]
+    transit = kernels_of(system).functions[7]
     return int(transit(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
 
 
@@ -157,8 +158,8 @@ def _guard(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values and rates of a guard in states (K, d) at times since the start of an orbit."""
     system = problem.system
-    field, evaluate = system.kernels.functions[3], system.kernels.functions[5]
-    constants = system.kernels.constants(system.parameters)
+    field, evaluate = kernels_of(system).functions[3], kernels_of(system).functions[5]
+    constants = kernels_of(system).constants(system.parameters)
     n, d = len(system.states), problem.states
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
     values, slopes = np.zeros(len(instants)), np.zeros(len(instants))
@@ -192,7 +193,7 @@ def reason(problem: "Problem", border: Border) -> tuple[Special, str]:
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         if shot.crossed[i] >= 0:
             came = taken(problem, orbit, i, int(shot.crossed[i]), float(shot.met[i]))
-            first = problem.system.kernels.events[mode][shot.crossed[i]].outcomes[0]
+            first = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
             name = system.transitions[came if came >= 0 else first].name
             if shot.crossed[i] == end and shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed

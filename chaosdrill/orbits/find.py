@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
@@ -57,7 +58,7 @@ def inadmissible_words(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
         name = system.mode_names[mode]
         if shot.crossed[i] >= 0:
-            found = problem.system.kernels.events[mode][shot.crossed[i]].outcomes[0]
+            found = kernels_of(problem.system).events[mode][shot.crossed[i]].outcomes[0]
             return f"in mode {name!r} the guard of {system.transitions[found].name!r} is crossed on the way"
         if not orbit.durations[i] > 0:
             return f"the stay in mode {name!r} would last {orbit.durations[i]:.3g}"
@@ -112,7 +113,7 @@ def _rests(run: "Run") -> bool:
     system = run.system
     rates = np.zeros(len(run.x) + len(system.quadratures))
     mode = system.mode_names.index(run.mode)
-    system.kernels.functions[3](mode, run.elapsed, run.c, run.x, rates)
+    kernels_of(system).functions[3](mode, run.elapsed, run.c, run.x, rates)
     return bool(np.abs(rates[: len(run.x)]).max() <= SETTINGS.at_rest * max(1.0, float(np.abs(run.x).max())))
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
@@ -203,7 +204,7 @@ def _crossing(place: "Place", numerics: Numerics, unit: float) -> tuple[float, i
     rates = np.zeros((len(rows), d + len(system.quadratures)))
     times = np.arange(1, len(rows) + 1) * unit / SETTINGS.characteristic_samples
     for row, time, rate in zip(rows, times, rates, strict=True):
-        system.kernels.functions[3](int(row[-1]), time, run.c, row[:d].copy(), rate)
+        kernels_of(system).functions[3](int(row[-1]), time, run.c, row[:d].copy(), rate)
     extent = np.ptp(rows[:, :d], axis=0)
     mean = np.sqrt((rates[:, :d] ** 2).mean(axis=0))
     moving = (mean > 0) & (extent > 0)
@@ -487,7 +488,7 @@ def orbit_of_events(
     phase: float,
 ) -> Orbit:
     d = problem.states
-    guards = problem.system.kernels.events
+    guards = kernels_of(problem.system).events
     segments = np.zeros((len(events), 3), dtype=np.int64)
     for segment, row in zip(segments, events, strict=True):
         mode, kind = int(row[layout.EVENT_MODE]), int(row[layout.EVENT_KIND])

@@ -7,6 +7,7 @@ import numpy as np
 import sympy
 from scipy.linalg.lapack import dgetrf, dgetrs
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.first_event import first_event
 from chaosdrill.engine.layout import DONE
@@ -100,7 +101,7 @@ class Problem:
         self.numerics = numerics or Numerics()
         self.states = len(system.states)
         self.system = _with_free(system, self.free) if self.free else system
-        kernels = self.system.kernels
+        kernels = kernels_of(self.system)
         n = len(self.system.states)
         self.forced = system.period is not None
         settings = settings_of(self.system, self.numerics, self.numerics.order)
@@ -377,7 +378,7 @@ class Problem:
         if end != at.PLANE:
             return self._no_plane
         rate = np.zeros(len(self.system.states) + len(self.system.quadratures))
-        self.system.kernels.functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
+        kernels_of(self.system).functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
         return np.array([orbit.starts[0, : self.states], rate[: self.states]])
 
     def _sizes(self, orbit: Orbit) -> np.ndarray:

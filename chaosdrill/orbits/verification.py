@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
+from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.special import CODE
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.model.derive import jacobian, saltation
 from chaosdrill.model.places import arguments
-from chaosdrill.model.special import SPECIAL
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
 from chaosdrill.orbits.orbit import segment_by_segment
@@ -70,8 +71,7 @@ def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndar
 
 def _function(placed: "HybridSystem", expression: Any) -> Any:
     """An expression of time, states and parameters as a function of numbers."""
-    functions = {name: special.code() for name, special in SPECIAL.items()}
-    return sympy.lambdify(arguments(placed), expression, modules=[functions, "math"])
+    return sympy.lambdify(arguments(placed), expression, modules=[CODE, "math"])
 
 
 def _divergence(system: "HybridSystem", mode: int) -> Any:
@@ -372,7 +372,7 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
     """Events in the order in which they come from phase 0 on, as fields of a `FoundOrbit`."""
     d, count = problem.states, len(orbit)
     before, speeds = np.zeros((count, d)), np.full(count, np.inf)
-    kernels = problem.plain.kernels
+    kernels = kernels_of(problem.plain)
     constants = kernels.constants(problem.plain.parameters)
     rates, gradient = np.zeros(d + len(problem.plain.quadratures)), np.zeros(d + 1)
     for i, (one, state) in enumerate(segment_by_segment(problem, orbit)):

@@ -16,6 +16,7 @@ from chaosdrill.reports import charts, tables
 from chaosdrill.reports.html import NOTHING, joined, part, render, shown, table
 from chaosdrill.reports.origin import altered_parts, citations_section, origin_section, scene_section
 from chaosdrill.typed import PATH, expecting
+from chaosdrill.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -236,8 +237,6 @@ def _framed(title: str, **content: Any) -> str:
     ArchiveError
         If anything but the frame would lead away from the page, or load something.
     """
-    import chaosdrill
-
     body = render("body.html", title=title, **content)
     if found := _LEADS_AWAY.search(body):
         raise ArchiveError(f"the report would hold an element {found[1]}, which no page may; it is not written")
@@ -246,7 +245,7 @@ def _framed(title: str, **content: Any) -> str:
         "page.html",
         title=title,
         body=body,
-        version=chaosdrill.__version__,
+        version=__version__,
         style=Markup(_asset("page.css")),
         script=Markup(f'"use strict";\n(() => {{\n{scripts}}})();\n'),
     )

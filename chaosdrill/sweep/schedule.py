@@ -9,7 +9,7 @@ from typing import Any
 from chaosdrill.errors import SettingsError
 from chaosdrill.progress import Progress
 from chaosdrill.sweep.chunks import ChunkSizes, Gaps
-from chaosdrill.sweep.executors import Crew, hire
+from chaosdrill.sweep.executors import Executor, executor_for
 from chaosdrill.sweep.store import Memory, Store
 from chaosdrill.sweep.task import Arrays, Task
 
@@ -70,8 +70,8 @@ def execute(
     tally.tell()
     gaps = Gaps(task.units, kept.finished)
     if gaps.left:
-        with hire(task, workers, scheduler) as crew:
-            _run(crew, gaps, kept, tally)
+        with executor_for(task, workers, scheduler) as executor:
+            _run(executor, gaps, kept, tally)
     return kept.arrays()
 
 
@@ -103,15 +103,15 @@ class Tally:
             self.progress(self.done, self.task.total, dict(self.outcomes))
 
 
-def _run(crew: Crew, gaps: Gaps, kept: Memory, tally: Tally) -> None:
+def _run(executor: Executor, gaps: Gaps, kept: Memory, tally: Tally) -> None:
     sizes = ChunkSizes(kept.unit_bytes)
     pending: dict[Future[tuple[Arrays, float]], tuple[int, int]] = {}
     while gaps.left or pending:
-        hands = crew.size()
-        ahead = AHEAD if crew.parallel and not sizes.growing else 1
+        hands = executor.size()
+        ahead = AHEAD if executor.parallel and not sizes.growing else 1
         while gaps.left and len(pending) < ahead * hands:
             first, count = gaps.take(sizes.next(gaps.left, hands))
-            pending[crew.submit(first, count)] = (first, count)
+            pending[executor.submit(first, count)] = (first, count)
         # what has finished beside a chunk that failed is kept before its fault goes up
         for future in sorted(wait(pending, return_when=FIRST_COMPLETED).done, key=_failed):
             first, count = pending.pop(future)

@@ -16,6 +16,7 @@ import numpy as np
 from numba import float64, int64
 
 import chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import compiled, inner
@@ -203,7 +204,7 @@ def compare(rounds: int, periods: int = 20_000) -> dict[str, float]:
     """
     install()
     system = cd.build("impact-oscillator")
-    c = system.kernels.constants(system.parameters)
+    c = kernels_of(system).constants(system.parameters)
     period = system.forcing_period()
     start = (system.initial["x"], system.initial["v"])
     first = np.zeros(20)

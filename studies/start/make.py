@@ -6,6 +6,7 @@ A chain of Duffing masses that hits a stop, of a size that no cache has seen, in
 first spectrum of 20 periods less that of the same run once more, a first diagram in the same way, and a second object
 of the same equations. The unit is ``import numba, sympy, xarray`` in the same process, so that a busy machine slows
 both. The engine's own code is taken from the cache: a first process sees to that. ``PYTHON`` is an interpreter that can
+from chaosdrill.codegen import kernels_of
 import heyoka (``pip install heyoka``), whose compact mode compiles the same chain with its variational equations.
 
 A second table shows what a step costs, from 2 to 256 states: its time over the operations of a series, and over these
@@ -69,7 +70,7 @@ def seconds(call, load):
 
 
 unit = imported - began
-alone = seconds(lambda load: chain(load).kernels, 1.5)
+alone = seconds(lambda load: kernels_of(chain(load)), 1.5)
 first, second, again = (seconds(spectrum, load) for load in (1.5, 1.6, 1.5))
 drawn, redrawn = seconds(diagram, 1.5), seconds(diagram, 1.5)
 print(json.dumps({"unit": unit, "compile": alone, "spectrum": (alone + first - again) / unit,

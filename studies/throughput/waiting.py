@@ -33,24 +33,24 @@ def alone(chart: Chart, workers: int) -> tuple[float, float]:
 @contextlib.contextmanager
 def _watched() -> Iterator[dict[str, Any]]:
     """While there are workers: the time of the clock, waiting of each, waiting and processor time of this thread."""
-    hire, seen = schedule.hire, {}
+    original, seen = schedule.executor_for, {}
 
     @contextlib.contextmanager
     def watched(*given: Any) -> Iterator[Any]:
-        with hire(*given) as crew:
+        with original(*given) as executor:
             main = threading.get_native_id()
             clock, processor, waited = time.perf_counter(), time.thread_time(), _waited(main)
-            yield crew
+            yield executor
             seen["clock"], seen["processor"] = time.perf_counter() - clock, time.thread_time() - processor
             seen["waited"] = _waited(main) - waited
             team = (t.native_id for t in threading.enumerate() if t.name.startswith("chaosdrill"))
             seen["workers"] = [_waited(number) for number in team]
 
-    schedule.hire = watched
+    schedule.executor_for = watched
     try:
         yield seen
     finally:
-        schedule.hire = hire
+        schedule.executor_for = original
 
 
 def _waited(thread: int) -> float:

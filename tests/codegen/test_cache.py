@@ -11,8 +11,9 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import ahead, cache, kept
+from chaosdrill.codegen import cache, kept, kernels_of
 from chaosdrill.codegen.kernels import write
+from chaosdrill.engine import ahead
 
 X, K = sympy.symbols("x k", real=True)
 
@@ -107,9 +108,10 @@ def test_a_folder_that_cannot_be_made_falls_back(tmp_path, monkeypatch, broken):
 
 SCRIPT = """
 import sympy, chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 x, k = sympy.symbols("x k", real=True)
 system = cd.HybridSystem(name="decay", states=(x,), parameters={"k": 1.0}, modes={"on": {x: -k * x}})
-assert system.kernels.functions
+assert kernels_of(system).functions
 from chaosdrill.codegen.cache import cache_folder
 print(cache_folder())
 """
@@ -128,7 +130,7 @@ def test_a_fresh_process_compiles_with_and_without_a_cache(tmp_path, home):
 def test_the_name_of_a_system_is_no_code(folder, tmp_path):
     harm = tmp_path / "harm"
     system = decay(name=f'"""; open({str(harm)!r}, "w").close() #')
-    assert system.kernels.functions
+    assert kernels_of(system).functions
     assert not harm.exists()
     assert text_of(system) == text_of(decay(name="decay"))
 
@@ -160,12 +162,13 @@ DAMAGES = {
 
 ENDS = """
 import os, sys, warnings, sympy, chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 os.cpu_count = lambda: 1  # the engine is not wanted, so that no process begins to compile it
 warnings.simplefilter("always")
 x, k = sympy.symbols("x k", real=True)
 system = cd.HybridSystem(name="decay", states=(x,), parameters={"k": 1.0}, modes={"on": {x: -k * x}}, initial={x: 1.0})
-system.kernels
-print(len(system.kernels.functions))
+kernels_of(system)
+print(len(kernels_of(system).functions))
 """
 
 

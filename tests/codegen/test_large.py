@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import series
+from chaosdrill.codegen import kernels_of, series
 from chaosdrill.codegen.kernels import write
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine.layout import COLUMNS
@@ -67,7 +67,7 @@ def both(request):
             patched.setattr(series, "IN_LINE", limit)
             patched.setattr(series, "SUMS", limit)
             system = MAKERS[request.param](SIZE)
-            found.append((system, system.kernels))
+            found.append((system, kernels_of(system)))
     return found
 
 
@@ -117,7 +117,7 @@ def test_an_event_is_that_of_code_in_line():
             patched.setattr(series, "IN_LINE", limit)
             patched.setattr(series, "SUMS", limit)
             system = chain(SIZE)
-            kernels = system.kernels
+            kernels = kernels_of(system)
         n = len(system.states)
         x, _ = numbers(n)
         x[SIZE - 1] = 1.0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.kernels import write
 from chaosdrill.systems.drill.effects import OPTIONS
 
@@ -76,7 +77,7 @@ def test_every_parameter_is_read(sources, effects):
     """By the kernels, or by an expression of parameters that they read."""
     system, source = sources[name_of(effects)]
     read = places(text_of(source), "c")
-    kernels = system.kernels
+    kernels = kernels_of(system)
     numbers = {name: 0.3 + 0.1 * i for i, name in enumerate(system.parameters)}
     before = kernels.constants(numbers)
     for parameter in numbers:

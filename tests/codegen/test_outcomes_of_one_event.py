@@ -5,6 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.events import mode_events
 from chaosdrill.codegen.signatures import event_places
 
@@ -17,7 +18,7 @@ def outcome(name, target="a", **more):
 
 def outcome_of(system, c, speed):
     event = np.empty(event_places(2).size)
-    return system.kernels.functions[7](0, 0, 0.0, c, np.array([0.0, speed]), 0, np.ones(2), 0.0, event)
+    return kernels_of(system).functions[7](0, 0, 0.0, c, np.array([0.0, speed]), 0, np.ones(2), 0.0, event)
 
 
 @pytest.fixture(scope="module")
@@ -43,12 +44,12 @@ def system():
     [(0.5, "slow"), (1.0, "middling"), (1.5, "exact"), (2.0, "fast"), (49.0, "fast"), (60.0, None), (101.0, "exact")],
 )
 def test_the_first_condition_that_holds_decides(system, speed, taken):
-    c = system.kernels.constants(system.parameters)
+    c = kernels_of(system).constants(system.parameters)
     assert outcome_of(system, c, speed) == ([t.name for t in system.transitions].index(taken) if taken else -1)
 
 
 def test_the_limit_is_the_parameter_of_the_run(system):
-    assert outcome_of(system, system.kernels.constants({"limit": 20.0}), 5.0) == 0
+    assert outcome_of(system, kernels_of(system).constants({"limit": 20.0}), 5.0) == 0
 
 
 def test_events_are_grouped_by_guard_and_direction(system):
@@ -73,5 +74,5 @@ def test_larger_priority_comes_first_then_declaration():
 
 
 def test_tables_hold_directions_and_targets(system):
-    np.testing.assert_array_equal(system.kernels.mode_table, [[3, 1, -1, 0], [1, 0, 0, 0]])
-    np.testing.assert_array_equal(system.kernels.transition_table, [[0, 1], [0, 1], [1, 0], [0, 1], [1, 0], [1, 0]])
+    np.testing.assert_array_equal(kernels_of(system).mode_table, [[3, 1, -1, 0], [1, 0, 0, 0]])
+    np.testing.assert_array_equal(kernels_of(system).transition_table, [[0, 1], [0, 1], [1, 0], [0, 1], [1, 0], [1, 0]])

@@ -9,6 +9,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.emitter import DOUBLE, Function, Module
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.machine import compile_object, load
@@ -38,7 +39,7 @@ def kernels():
         ],
         quadratures={"work": X * Y},
     )
-    return system.kernels, system.kernels.constants(system.parameters)
+    return kernels_of(system), kernels_of(system).constants(system.parameters)
 
 
 def value(expression, place, t):
@@ -194,7 +195,7 @@ def test_the_force_of_a_contact_that_has_just_begun():
         parameters={"k": 3.0, "n": 1.5},
         modes={"touch": {d: X, X: -k * positive_power(d, n)}},
     )
-    kernels, c = system.kernels, system.kernels.constants(system.parameters)
+    kernels, c = kernels_of(system), kernels_of(system).constants(system.parameters)
     out = np.empty(2)
     for depth, slope in ((-1e-300, 0.0), (0.0, 0.0), (0.25, -3.0 * 1.5 * 0.5)):
         kernels.functions[4](0, 0.0, c, np.array([depth, 1.0]), np.array([1.0, 2.0]), out)

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 import chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 from chaosdrill.engine.layout import COLUMNS
 
 X, Y, T, P, W = SYMBOLS = sympy.symbols("x y t p w", real=True)
@@ -67,7 +68,7 @@ def test_the_series_solves_the_equation(f, g, place, t, numeric, coefficients, p
         modes={"on": {X: f, Y: X * Y - f}},
         transitions=[cd.Transition("event", "on", "on", guard=g, direction=+1)],
     )
-    kernels = system.kernels
+    kernels = kernels_of(system)
     jet, jacobian_jet, tangent = kernels.functions[:3]
     c = kernels.constants(NUMBERS)
     ws = np.full((kernels.rows + 4, COLUMNS), np.nan)
@@ -96,7 +97,7 @@ def test_the_series_solves_the_equation(f, g, place, t, numeric, coefficients, p
 
 def test_the_property_can_fail(numeric, coefficients, polynomial, agree):
     """A series with one coefficient off by a part in 1e10 does not pass."""
-    kernels = cd.HybridSystem(name="e", states=(X,), parameters={}, modes={"on": {X: X}}).kernels
+    kernels = kernels_of(cd.HybridSystem(name="e", states=(X,), parameters={}, modes={"on": {X: X}}))
     ws = np.zeros((kernels.rows, COLUMNS))
     kernels.functions[0](0, ORDER, 0.0, np.zeros(1), np.array([1.0]), ws)
     row = ws[0, : ORDER + 1]

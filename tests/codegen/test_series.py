@@ -11,7 +11,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import series
+from chaosdrill.codegen import kernels_of, series
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.layout import COLUMNS
@@ -98,7 +98,7 @@ def kernels(request):
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
             patched.setattr(series, "IN_LINE", -1)
-        return system(NAMES, f"every operation {request.param}").kernels
+        return kernels_of(system(NAMES, f"every operation {request.param}"))
 
 
 @pytest.fixture

@@ -8,9 +8,11 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.codegen import series
+from chaosdrill.analysis.precision_special import EXACT
+from chaosdrill.codegen import kernels_of, series
 from chaosdrill.codegen.rounding import UNIT, rounding_bound
 from chaosdrill.codegen.signatures import LANES
+from chaosdrill.codegen.special import CODE
 from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.layout import COLUMNS
 from chaosdrill.errors import ModelError
@@ -33,7 +35,7 @@ def kernels(request):
     with pytest.MonkeyPatch.context() as patched:
         if request.param == "in tables":
             patched.setattr(series, "IN_LINE", -1)
-        return system(hunt_crossley_exit(X * Y, Q), request.param).kernels
+        return kernels_of(system(hunt_crossley_exit(X * Y, Q), request.param))
 
 
 @pytest.fixture
@@ -52,7 +54,7 @@ def taylor(f):
 
 
 def exact(v):
-    return SPECIAL["hunt_crossley_exit"].in_digits()(v, mpmath.mpf(DAMPING))
+    return EXACT["hunt_crossley_exit"](v, mpmath.mpf(DAMPING))
 
 
 def polynomial(row):
@@ -97,12 +99,12 @@ def test_lanes_have_the_same_series(workspace, kernels):
 
 def test_what_has_no_series_is_refused():
     with pytest.raises(ModelError, match="hunt_crossley_duration has no Taylor series here in argument 1"):
-        assert system(hunt_crossley_duration(X, Q, 1.5, 100), "a duration").kernels
+        assert kernels_of(system(hunt_crossley_duration(X, Q, 1.5, 100), "a duration"))
     with pytest.raises(ModelError, match="hunt_crossley_exit has no Taylor series here in argument 2"):
-        assert system(hunt_crossley_exit(1 + X**2, Y), "a damping that moves").kernels
+        assert kernels_of(system(hunt_crossley_exit(1 + X**2, Y), "a damping that moves"))
 
 
-@pytest.mark.parametrize("name", [name for name, special in SPECIAL.items() if special.exact is not None])
+@pytest.mark.parametrize("name", EXACT)
 def test_the_error_of_the_code_is_within_its_bound(name):
     special = SPECIAL[name]
     (count,) = special.make.nargs
@@ -112,8 +114,8 @@ def test_the_error_of_the_code_is_within_its_bound(name):
         values = [0.1 + float(a) for a in rng.uniform(0, 3, int(count))]
         values[2:3] = [1 + v for v in values[2:3]]
         with mpmath.workdps(30):
-            truth = special.in_digits()(*map(mpmath.mpf, values))
-            error = abs(mpmath.mpf(special.code()(*values)) - truth)
+            truth = EXACT[name](*map(mpmath.mpf, values))
+            error = abs(mpmath.mpf(CODE[name](*values)) - truth)
         assert error <= special.error * abs(truth)
     bound = rounding_bound(special.make(*symbols)).coeff(sympy.Abs(special.make(*symbols)))
     assert bound == math.ceil(special.error / UNIT)

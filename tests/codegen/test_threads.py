@@ -6,6 +6,7 @@ import threading
 import numpy as np
 
 import chaosdrill as cd
+from chaosdrill.codegen import kernels_of
 
 
 def test_kernels_that_several_threads_ask_for_at_once():
@@ -16,7 +17,7 @@ def test_kernels_that_several_threads_ask_for_at_once():
 
     def ask(copy):
         barrier.wait()
-        kernels, rates = copy.kernels, np.empty(2)
+        kernels, rates = kernels_of(copy), np.empty(2)
         kernels.functions[3](0, 0.3, kernels.constants(copy.parameters), np.array([0.1, 0.7]), rates)
         found.append((tuple(rates), len(kernels.lanes)))
 

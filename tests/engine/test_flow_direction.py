@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from numba import float64, int64, void
 
 from chaosdrill import systems
+from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.events import mode_events
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine import events
@@ -71,7 +72,7 @@ def put_on_guard(guard, mode, j, c, x, gradient):
 @given(seed=st.integers(0, 2**32 - 1), size=st.sampled_from([1e-3, 0.1, 1.0, 3.0]))
 def test_the_flow_goes_over_into_the_flow(augmented, name, mode, j, seed, size):
     system = augmented(name)
-    kernels = system.kernels
+    kernels = kernels_of(system)
     guard, transit = kernels.functions[5], kernels.functions[7]
     mode = system.mode_names.index(mode)
     n = len(system.states)

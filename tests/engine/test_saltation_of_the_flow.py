@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from chaosdrill import systems
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
@@ -75,7 +76,7 @@ def held(system, source):
 def candidates(system, source, event):
     """Random states near the guard, on the side from which it is reached."""
     rng = np.random.default_rng(5)
-    kernels = system.kernels
+    kernels = kernels_of(system)
     mode = system.mode_names.index(source)
     index = [t.name for t in system.transitions].index(event)
     j = next(k for k, e in enumerate(kernels.events[mode]) if index in e.outcomes)

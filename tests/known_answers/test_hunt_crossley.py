@@ -5,8 +5,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.engine.contact_time import hunt_crossley_duration
-from chaosdrill.engine.special import hunt_crossley_exit, hunt_crossley_peak
+from chaosdrill.codegen.special import hunt_crossley_duration, hunt_crossley_exit, hunt_crossley_peak
 from chaosdrill.model.special import positive_power
 
 # mass, stiffness, exponent, damping, entry speed; exit speed, slope, duration, peak force

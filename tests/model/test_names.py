@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import chaosdrill as cd
 from chaosdrill.analysis.registry import analyses
-from chaosdrill.dataset.schema import unfit
+from chaosdrill.declared import unfit
 
 NASTY = (
     *("y0", "y1", "d_0", "d_1", "s_0", "s_1", "x0", "x_0", "x_1", "p_0", "p_1", "c", "c[0]", "t", "event", "value"),

@@ -4,7 +4,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.dataset.schema import reserved
+from chaosdrill.declared import reserved
 from chaosdrill.model.special import hunt_crossley_exit
 
 X, V, T, K = sympy.symbols("x v t k", real=True)

@@ -3,13 +3,12 @@
 import pytest
 import sympy
 
-from chaosdrill.model.special import SPECIAL
+from chaosdrill.codegen.special import CODE
 
 
 @pytest.fixture(scope="session")
 def number():
     """Value of an expression at numbers given by symbol name."""
-    functions = {name: special.code() for name, special in SPECIAL.items()}
 
     def evaluate(expression, values):
         symbols = sorted(sympy.sympify(expression).free_symbols, key=lambda s: s.name)

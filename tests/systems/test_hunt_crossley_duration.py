@@ -6,7 +6,7 @@ import mpmath
 import pytest
 import sympy
 
-from chaosdrill.engine.contact_time import hunt_crossley_duration
+from chaosdrill.codegen.special import hunt_crossley_duration
 from chaosdrill.model.special import hunt_crossley_duration as symbolic_duration
 
 PRODUCTS = [1e-12, 1e-6, 0.01, 0.5, 1.0, 3.0, 12.0, 50.0]

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from chaosdrill.analysis.arguments import Exponents
-from chaosdrill.analysis.base import SPECTRA, Record, analysis
+from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import (
     COVERS,
     EXPONENT,

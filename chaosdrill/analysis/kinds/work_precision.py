@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import Method
-from chaosdrill.analysis.base import SPECTRA, Record, analysis
+from chaosdrill.analysis.base import Record, analysis
 from chaosdrill.analysis.registry import METHODS
+from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import STATES, axis, clocked, forcing, need, outcome, table
 from chaosdrill.errors import SettingsError
 from chaosdrill.settings import Faults, ListOf, Number, Whole, setting

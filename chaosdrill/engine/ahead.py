@@ -49,12 +49,6 @@ def _begin(part: str) -> None:
         _started[part] = subprocess.Popen(command, env=environment, **quiet)  # type: ignore[call-overload]
 
 
-def compile_one_run_ahead() -> None:
-    """The same for single runs, unless something else is wanted first."""
-    if not _started:
-        compile_ahead(ONE_RUN)
-
-
 def await_part(part: str) -> None:
     """Wait for the processes that compile a part, if there are any."""
     for one in (part, *_WITH.get(part, ())):

@@ -1,0 +1,89 @@
+"""What analyses declare, for the rooms that they stand upon: each enters itself, and none is known by name here."""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from threading import RLock
+from typing import Any, Protocol
+from unicodedata import is_normalized
+
+MOST_BYTES = 200
+"""Bytes of a name, of which NetCDF takes 256."""
+
+
+class Declaration(Protocol):
+    """What is known of an analysis wherever its results are."""
+
+    @property
+    def kind(self) -> str:
+        """Its name in scenes and archives."""
+
+    @property
+    def variables(self) -> tuple[Any, ...]:
+        """What it puts out, of the class `chaosdrill.dataset.schema.Variable`."""
+
+    @property
+    def cites(self) -> tuple[str, ...]:
+        """Keys of its references."""
+
+
+class _Declared(Mapping[str, Any]):
+    """Analyses by kind; what imports them all is called before the first look."""
+
+    def __init__(self) -> None:
+        self._entries: dict[str, Any] = {}
+        self._complete: Callable[[], None] | None = None
+        self._completing = RLock()
+
+    def enter(self, entry: Declaration) -> None:
+        """Declare one."""
+        self._entries[entry.kind] = entry
+
+    def completed_by(self, complete: Callable[[], None]) -> None:
+        """Say how all of them come to be declared."""
+        self._complete = complete
+
+    def _all(self) -> dict[str, Any]:
+        with self._completing:
+            if self._complete is not None:
+                complete, self._complete = self._complete, None
+                complete()
+                # whatever was imported first
+                self._entries = dict(sorted(self._entries.items()))
+        return self._entries
+
+    def __getitem__(self, kind: str) -> Any:
+        return self._all()[kind]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._all())
+
+    def __len__(self) -> int:
+        return len(self._all())
+
+
+DECLARED = _Declared()
+
+
+def unfit(name: str) -> str | None:
+    """Why no quadrature, swept parameter or state of a grid can have a name; None if it can.
+
+    They become variables of results and so of archives.
+    """
+    if name in reserved():
+        return "is reserved for results"
+    if name[0].isascii() and not (name[0].isalnum() or name[0] == "_"):
+        return f"begins with {name[0]!r}, as no variable of an archive can"
+    if len(name.encode(errors="replace")) > MOST_BYTES:
+        return f"takes more than the {MOST_BYTES} bytes that the name of a variable of an archive may take"
+    if not is_normalized("NFC", name):
+        return "would be written otherwise in an archive, in Unicode's composed form"
+    return None
+
+
+@cache
+def reserved() -> frozenset[str]:
+    """Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
+    variables = (variable for entry in DECLARED.values() for variable in entry.variables)
+    names = {name for variable in variables for name in (variable.name, *variable.dims)}
+    # placeholders stand in braces
+    return frozenset(name for name in names if not name.startswith("{"))

@@ -1,0 +1,95 @@
+"""The order of the rooms: imports run downward, nothing imports itself by way of another, no function takes too much.
+
+The table is in ``pyproject.toml``, where `lint-imports` reads it as well.
+"""
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import chaosdrill
+
+PACKAGE = Path(chaosdrill.__file__).parent
+SETTINGS = PACKAGE.parent / "pyproject.toml"
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+MOST_ARGUMENTS = 12
+"""Of a function; those of an analysis are the fields of its settings, which travel as one record."""
+
+AS_TEXT = {"capture_output": True, "text": True, "check": False}
+
+_LINT = "from importlinter.cli import lint_imports_command; lint_imports_command()"
+
+
+def order():
+    """The room's place by its name, 0 at the top."""
+    (contract,) = tomllib.loads(SETTINGS.read_text())["tool"]["importlinter"]["contracts"]
+    return {name.strip(): place for place, layer in enumerate(contract["layers"]) for name in layer.split(":")}
+
+
+def lint(folder):
+    """What import-linter says of the package in a folder."""
+    pytest.importorskip("importlinter")
+    command = [sys.executable, "-c", _LINT, "--no-cache", "--config", str(SETTINGS)]
+    return subprocess.run(command, cwd=folder, env={"PYTHONPATH": ":".join([str(folder), *sys.path])}, **AS_TEXT)
+
+
+def test_imports_run_downward():
+    done = lint(PACKAGE.parent)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("file", "planted"),
+    [
+        ("model/places.py", "def late():\n    from chaosdrill.codegen import kernels_of\n    return kernels_of\n"),
+        ("dataset/label.py", "if TYPE_CHECKING:\n    import chaosdrill.analysis.base\n"),
+        ("archive/write.py", "import chaosdrill\n\n\ndef late():\n    from chaosdrill.workflow import run\n"),
+    ],
+)
+def test_an_arrow_back_is_found(tmp_path, file, planted):
+    shutil.copytree(PACKAGE, tmp_path / "chaosdrill", ignore=shutil.ignore_patterns("__pycache__"))
+    with (tmp_path / "chaosdrill" / file).open("a") as source:
+        source.write("\n\n" + planted)
+    done = lint(tmp_path)
+    assert done.returncode == 1
+    assert f"chaosdrill.{file.replace('/', '.').removesuffix('.py')} ->" in done.stdout
+
+
+def test_no_file_imports_itself_by_way_of_another():
+    # a name in an annotation imports nothing
+    grimp = pytest.importorskip("grimp")
+    graph = grimp.build_graph("chaosdrill", exclude_type_checking_imports=True, cache_dir=None)
+    packages = ["chaosdrill", *(f"chaosdrill.{file.parent.name}" for file in PACKAGE.glob("*/__init__.py"))]
+    assert {package: found for package in packages if (found := graph.nominate_cycle_breakers(package))} == {}
+
+
+def test_no_text_names_a_room_above():
+    places, back = order(), []
+    for file in FILES:
+        room = file.relative_to(PACKAGE).with_suffix("").parts[0]
+        if room == "__init__":
+            continue
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                named = re.fullmatch(r"chaosdrill\.(\w+)[\w.:]*", node.value)
+                if named and named[1] in places and places[named[1]] < places[room]:
+                    back.append(f"{file}:{node.lineno}: {node.value}")
+    assert back == []
+
+
+def test_no_function_takes_more_than_a_dozen_arguments():
+    found = []
+    for file in FILES:
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                names = [one.arg for one in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+                if len([name for name in names if name not in ("self", "cls")]) > MOST_ARGUMENTS:
+                    found.append(f"{file}:{node.lineno}: {node.name}")
+    assert found == []
