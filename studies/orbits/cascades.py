@@ -17,7 +17,7 @@ EXACT = (
     2.731935060931647197,
     2.731956708952384684,
 )
-"""Doublings of the impact oscillator by the exact flow in 45 digits (``tests/orbits/wall_at_rest_cascade.py``)."""
+"""Doublings of the impact oscillator by the exact flow in 45 digits (``tests/support/wall_at_rest_cascade.py``)."""
 
 
 def ends(out: Path) -> str:

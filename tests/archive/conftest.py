@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from small_scenes import small_scene
+from support.small_scenes import small_scene
 
 from chaosdrill.analysis.registry import analyses
 from chaosdrill.archive import open as open_archive

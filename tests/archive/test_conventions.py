@@ -1,9 +1,9 @@
 """Archives follow CF-1.11 and ACDD-1.3, by a checker that is not ours."""
 
-import compliance
 import netCDF4
 import pytest
 import xarray as xr
+from support import compliance
 
 from chaosdrill.archive import save
 from chaosdrill.dataset import SCHEMA

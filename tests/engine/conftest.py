@@ -1,13 +1,7 @@
 """Solutions in closed form, found once for all tests."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from closed_forms import CASES
+from support.closed_forms import CASES
 
 
 @pytest.fixture(scope="session")

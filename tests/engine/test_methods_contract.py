@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closed_forms import growth_with_harvest, impact_oscillator
+from support.closed_forms import growth_with_harvest, impact_oscillator
 
 from chaosdrill.analysis.registry import FIXED_STEP
 from chaosdrill.dataset import Outcome

@@ -16,7 +16,7 @@ import netCDF4
 import numpy as np
 import scenes
 import trees
-from small_scenes import small_scene
+from support.small_scenes import small_scene
 from values import HOSTILE, OWNED
 
 from chaosdrill.archive import open as open_archive

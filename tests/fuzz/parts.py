@@ -11,7 +11,7 @@ from hashlib import sha256
 import archives
 import judge
 import trees
-from small_scenes import small_scene
+from support.small_scenes import small_scene
 from values import HOSTILE
 
 from chaosdrill.analysis.points import PointTask

@@ -1,12 +1,7 @@
-"""Reference orbits lie beside the tests that use them."""
-
-import sys
-from pathlib import Path
+"""A working precision, and the orbit of the drill that several tests begin with."""
 
 import pytest
 from mpmath import mp
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from closed_impact import one_impact
+from support.closed_impact import one_impact
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drill_orbits import ALL, CASCADES
+from support.drill_orbits import ALL, CASCADES
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine.numerics import Numerics

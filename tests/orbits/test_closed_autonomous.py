@@ -1,9 +1,9 @@
 """Cycles without a clock: SciPy's motion takes the time that the closed forms say, and returns."""
 
-import closed_autonomous as closed
 import numpy as np
 import pytest
-from motion import arc
+from support import closed_autonomous as closed
+from support.motion import arc
 
 
 @pytest.mark.parametrize(("speed", "static", "kinetic"), [(0.2, 1.0, 0.5), (0.1, 1.0, 0.6), (0.7, 1.5, 0.3)])

@@ -2,10 +2,10 @@
 
 from math import cos, pi, sin
 
-import closed_bouncing_ball as closed
 import numpy as np
 import pytest
-from motion import arc, derivative
+from support import closed_bouncing_ball as closed
+from support.motion import arc, derivative
 
 CASES = [(0.9, 1.0, 0.8, 1.0, 1), (0.4, 1.0, 0.8, 1.0, 1), (0.02, 11.0, 0.5, 2.0, 1), (0.75, 1.0, 0.8, 1.0, 2)]
 

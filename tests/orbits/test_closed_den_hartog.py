@@ -2,10 +2,10 @@
 
 from math import cos, pi
 
-import closed_den_hartog as closed
 import numpy as np
 import pytest
-from motion import arc, derivative
+from support import closed_den_hartog as closed
+from support.motion import arc, derivative
 
 CASES = [(0.8, 0.3), (0.6, 0.2), (1.4, 0.5), (0.45, 0.1)]
 

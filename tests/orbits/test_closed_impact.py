@@ -2,10 +2,10 @@
 
 from math import cos, pi
 
-import closed_impact as closed
 import numpy as np
 import pytest
-from motion import arc, derivative
+from support import closed_impact as closed
+from support.motion import arc, derivative
 
 CASES = [(1.9, 0.3, 0.05, 0.8, 1), (2.0, 0.3, 0.05, 0.8, 1), (1.8, 0.5, 0.05, 0.8, 1), (4.1, 0.02, 0.1, 0.6, 2)]
 

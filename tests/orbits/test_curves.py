@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from following import at_both_limits, followed
+from support.following import at_both_limits, followed
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from following import followed
+from support.following import followed
 
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome

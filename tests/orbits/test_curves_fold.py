@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy
-from following import followed
+from support.following import followed
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import BranchEnd

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import sympy
-from following import followed
 from scipy.linalg import expm
 from scipy.optimize import fsolve
+from support.following import followed
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import Special

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from drill_in_series import SLIP, Drill
-from motion import arc
 from mpmath import mp
 from scipy.special import lambertw
-from strobe_orbits import Branch
+from support.drill_in_series import SLIP, Drill
+from support.motion import arc
+from support.strobe_orbits import Branch
 
 KNOWN = {
     "0.8": (

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from drill_in_series import SLIP, Drill
-from drill_orbits import ALL, CASCADES, TESTS, located, named
 from mpmath import mp
-from strobe_orbits import Branch, touches
+from support.drill_in_series import SLIP, Drill
+from support.drill_orbits import ALL, CASCADES, TESTS, located, named
+from support.strobe_orbits import Branch, touches
 
 FEIGENBAUM = 4.669201609102991
 

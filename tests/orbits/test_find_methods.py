@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closed_autonomous import belt, gait
+from support.closed_autonomous import belt, gait
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics

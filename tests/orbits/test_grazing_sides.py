@@ -1,11 +1,11 @@
 """Beyond a grazing: where the orbit with the new event exists, and what it does to the doubled orbit."""
 
 import pytest
-from drill_in_series import SLIP
-from drill_orbits import named
-from grazing_sides import with_event
 from mpmath import mp
-from strobe_orbits import Branch, doubled
+from support.drill_in_series import SLIP
+from support.drill_orbits import named
+from support.grazing_sides import with_event
+from support.strobe_orbits import Branch, doubled
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from closed_bouncing_ball import bounces
-from closed_impact import one_impact
+from support.closed_bouncing_ball import bounces
+from support.closed_impact import one_impact
 
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.search import search

@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import wall_at_rest as wall
-import wall_at_rest_cascade as cascade
 from mpmath import mp
 from scipy.integrate import solve_ivp
+from support import wall_at_rest as wall
+from support import wall_at_rest_cascade as cascade
 
 CASES = [("0.8", 1, "2.6"), ("0.8", 1, "1.3"), ("0.5", 1, "2.2"), ("0.6", 2, "4.3"), ("0.9", 3, "5.7")]
 

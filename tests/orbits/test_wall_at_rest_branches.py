@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-import wall_at_rest as wall
 from mpmath import mp
-from wall_at_rest_cascade import DOUBLINGS, RATIOS
+from support import wall_at_rest as wall
+from support.wall_at_rest_cascade import DOUBLINGS, RATIOS
 
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics

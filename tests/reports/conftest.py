@@ -1,18 +1,14 @@
 """Reports of archives made by hand, and a browser that is really there."""
 
 import shutil
-import sys
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture
 def tree():
     """An archive in memory with a diagram and a chart."""
-    from archives import both
+    from support.archives import both
 
     return both()
 
@@ -33,7 +29,7 @@ def write(tmp_path):
 @pytest.fixture(scope="session")
 def written(tmp_path_factory):
     """The report of that archive, for tests that only read it."""
-    from archives import both
+    from support.archives import both
 
     from chaosdrill.archive import save
     from chaosdrill.reports import report

@@ -3,7 +3,7 @@
 import base64
 
 import numpy as np
-from archives import chart, diagram
+from support.archives import chart, diagram
 
 from chaosdrill.reports.charts import GRID_BYTES, SECTION_BYTES, explorer_data
 

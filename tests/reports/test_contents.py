@@ -5,8 +5,8 @@ import json
 
 import netCDF4
 import pytest
-from archives import SCENE
-from pages import read
+from support.archives import SCENE
+from support.pages import read
 
 import chaosdrill as cd
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import sympy
 import xarray as xr
-from archives import chart, diagram
 from markupsafe import Markup
-from pages import parsed, read
+from support.archives import chart, diagram
+from support.pages import parsed, read
 
 import chaosdrill as cd
 from chaosdrill.reports.origin import system_part

@@ -6,7 +6,7 @@ import re
 from itertools import pairwise
 
 import pytest
-from pages import read
+from support.pages import read
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 """Archives of scenes in SI units, root and groups, follow CF-1.11, by a checker that is not ours."""
 
-import compliance
 import pytest
+from support import compliance
 
 from chaosdrill.archive import save
 from chaosdrill.scene import parse_scene

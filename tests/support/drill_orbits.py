@@ -1,7 +1,7 @@
 """Special points of the drill's periodic orbits at xi = 0.06: reference values, and how to compute them again.
 
 All were located by Newton's method on the period map of `drill_in_series`, with 30 digits, and stand in
-``drill_orbits.csv``. Run as a program this file computes that table again, to as many digits as are asked for.
+``drill_orbits.csv``. ``python -m support.drill_orbits DIGITS``, called in ``tests``, computes that table again.
 
 What they say:
 
@@ -21,9 +21,10 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from drill_in_series import SLIP
 from mpmath import mp
-from strobe_orbits import Branch, Orbit, touches
+
+from support.drill_in_series import SLIP
+from support.strobe_orbits import Branch, Orbit, touches
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ So to first order the orbit with the event solves a linear system in v, whose so
 from typing import Any
 
 import mpmath
-from drill_in_series import SLIP, Run
-from drill_orbits import Special, located
 from mpmath import mp
-from strobe_orbits import Branch, Orbit, touches
+
+from support.drill_in_series import SLIP, Run
+from support.drill_orbits import Special, located
+from support.strobe_orbits import Branch, Orbit, touches
 
 OVERLOOK = 1e-2
 DEPTH = "1e-8"

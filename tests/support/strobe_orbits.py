@@ -10,8 +10,9 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from drill_in_series import STICK, Drill, Run
 from mpmath import mp
+
+from support.drill_in_series import STICK, Drill, Run
 
 Condition = Callable[[list[Any], Run], Any]
 """Of the unknowns (y, u, w, eta) and the run from there; zero where it is met."""

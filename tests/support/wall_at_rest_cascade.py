@@ -9,7 +9,8 @@ from typing import Any
 
 import mpmath
 from mpmath import mp
-from wall_at_rest import Orbit, cyclic, doubling, flights_of, impact_law, orbit, period_one
+
+from support.wall_at_rest import Orbit, cyclic, doubling, flights_of, impact_law, orbit, period_one
 
 R = "0.8"
 

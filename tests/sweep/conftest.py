@@ -1,13 +1,6 @@
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-# processes that a cluster starts look for the task's class too
-sys.path.insert(0, str(Path(__file__).parent))
-
-from logistic_task import Logistic
+from support.logistic_task import Logistic
 
 
 def expected(task):

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from logistic_task import Deadly, Faulty, Logistic
+from support.logistic_task import Deadly, Faulty, Logistic
 
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.sweep import execute
@@ -26,7 +26,7 @@ distributed = pytest.importorskip("distributed")
 def cluster():
     """Two worker processes on this machine."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), *sys.path]))
+        patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parents[1]), *sys.path]))
         # a chunk may take one worker with it before it is given up
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 1}),

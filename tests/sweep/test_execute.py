@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from logistic_task import Faulty, Logistic
+from support.logistic_task import Faulty, Logistic
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.sweep import execute

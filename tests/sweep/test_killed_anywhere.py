@@ -9,7 +9,7 @@ import os, shutil, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 import numpy as np, xarray as xr
-from logistic_task import Logistic
+from support.logistic_task import Logistic
 from chaosdrill.files import remove_drafts, replacing
 from chaosdrill.sweep import Parts, execute
 
@@ -66,7 +66,7 @@ print(call)
 
 
 def test_killed_at_every_system_call(tmp_path):
-    command = [sys.executable, "-c", RUNS, str(tmp_path), str(Path(__file__).parent)]
+    command = [sys.executable, "-c", RUNS, str(tmp_path), str(Path(__file__).parents[1])]
     done = subprocess.run(command, capture_output=True, text=True, timeout=200)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 60

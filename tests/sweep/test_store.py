@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 import xarray as xr
-from logistic_task import Logistic
+from support.logistic_task import Logistic
 
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.sweep import execute

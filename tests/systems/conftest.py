@@ -12,6 +12,6 @@ def number():
 
     def evaluate(expression, values):
         symbols = sorted(sympy.sympify(expression).free_symbols, key=lambda s: s.name)
-        return sympy.lambdify(symbols, expression, [functions, "math"])(*(values[s.name] for s in symbols))
+        return sympy.lambdify(symbols, expression, [CODE, "math"])(*(values[s.name] for s in symbols))
 
     return evaluate
