@@ -16,7 +16,7 @@ WINDOW, FIRST = 1 + np.sqrt(8), 3.8414990075
 """Where the window of period 3 opens, and where its cycle doubles."""
 
 IMPACT_DOUBLING = 2.65334772785532
-"""Wall at rest, restitution 0.8: see tests/known_answers/test_impact_wall_at_rest.py."""
+"""Wall at rest, restitution 0.8: see tests/known_answers/test_hits_and_sticking.py."""
 
 
 def cascade():

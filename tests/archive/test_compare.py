@@ -1,10 +1,24 @@
-"""The smallest change is found, named and measured; times and history do not count."""
+"""What differs between two archives is found, named and measured, bit by bit or by what can be compared."""
 
+import sys
+from hashlib import sha256
+
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 
-from chaosdrill.workflow import compare
+from chaosdrill.archive import save
+from chaosdrill.archive.digest import altered as altered_names
+from chaosdrill.dataset import SCHEMA, Outcome
+from chaosdrill.reports import report
+from chaosdrill.scene import parse_scene
+from chaosdrill.workflow import compare, info, run, verify
+from chaosdrill.workflow.agreement import LEADERS
+from chaosdrill.workflow.compare import examine
+from chaosdrill.workflow.verify import Verification
+
+# The smallest change is found, named and measured; times and history do not count.
 
 
 @pytest.fixture
@@ -115,3 +129,302 @@ def test_the_order_in_a_table_of_settings_says_nothing(tree, other):
     assert compare(other, tree) == []
     other["first"].attrs["settings"] = '{"sweep": {"e": [0.2, 0.1]}, "periods": 8}'
     assert only(tree, other).variable == ":settings"
+
+
+# Between machines and versions each variable is compared by what can be, and what is beyond that is found.
+
+
+CHAOS = """\
+[system]
+model = "impact-oscillator"
+[analysis.motion]
+kind = "trajectory"
+periods = 60
+samples = 10
+[analysis.section]
+kind = "poincare-section"
+transient = 100
+periods = 64
+[analysis.spectrum]
+kind = "lyapunov-spectrum"
+transient = 100
+periods = 3000
+[analysis.diagram]
+kind = "bifurcation-diagram"
+sweep.omega = { start = 2.45, stop = 2.5, num = 3 }
+transient = 100
+periods = 512
+max_period = 8
+"""
+
+
+@pytest.fixture(scope="module")
+def chaos():
+    return run(parse_scene(CHAOS))
+
+
+@pytest.fixture(scope="module")
+def elsewhere():
+    """The same run with another tolerance, which changes round-off and nothing that can be compared."""
+    return run(parse_scene(CHAOS + "[numerics]\ntolerance = 2e-13\n"))
+
+
+def named(first, second):
+    """Variables that disagree, and how each was compared."""
+    differences, checks = examine(first, second, exact=False)
+    return {f"{d.group}/{d.variable}" for d in differences if ":" not in d.variable}, {
+        f"{check.group}/{check.variable}": check.how for check in checks
+    }
+
+
+def altered(tree, path, index, value):
+    copy = tree.copy(deep=True)
+    copy[path].values[index] = value
+    return copy
+
+
+def test_names_are_those_of_variables():
+    assert set(LEADERS.values()) <= {name for table in SCHEMA.values() for name in table}
+    for table in SCHEMA.values():
+        assert {variable.rule for variable in table.values()} <= {"", "average", "sampled", "magnitude"}
+        assert {variable.bar for variable in table.values()} <= {"", *table}
+
+
+def test_another_round_off_agrees(chaos, elsewhere):
+    assert chaos["motion/state"].values[-1, 0] != elsewhere["motion/state"].values[-1, 0]
+    wrong, how = named(elsewhere, chaos)
+    assert wrong == set()
+    assert how["/spectrum/lyapunov_exponent"] == "within 8 standard errors"
+    assert how["/spectrum/kaplan_yorke_dimension"] == "within a tenth"
+    assert how["/motion/state"] == "until the runs part, then by their range"
+    assert how["/diagram/outcome"] == "exactly"
+    assert how["/diagram/omega"] == "within 1e-08"
+
+
+CASES = {
+    "an average beyond its error": ("spectrum/lyapunov_exponent", 0, 0.2),
+    "an error bar": ("spectrum/lyapunov_error", 0, 1.0),
+    "a rate": ("spectrum/impacts_per_period", (), 3.0),
+    "a sample before the runs part": ("motion/state", (5, 0), 0.12345),
+    "a sample out of range after": ("motion/state", (-1, 0), -40.0),
+    "a mode that is none": ("motion/mode", 3, 1),
+    "an event before the runs part": ("motion/event_time", 1, 0.5),
+    "a point off the attractor": ("section/section", (7, 1), 50.0),
+    "an outcome": ("diagram/outcome", (1, 0), Outcome.ESCAPED),
+    "a period": ("diagram/period", (1, 0), 3),
+    "a swept value": ("diagram/omega", 1, 2.4751),
+    "a text": ("diagram/state_name", 1, "w"),
+    "a number that is missing": ("spectrum/lyapunov_exponent", 0, np.nan),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_beyond_that_is_found(chaos, elsewhere, case):
+    path, index, value = CASES[case]
+    tree = elsewhere.copy(deep=True)
+    if path == "diagram/omega":
+        group = tree["diagram"].to_dataset()
+        values = group["omega"].values.copy()
+        values[index] = value
+        tree["diagram"] = group.assign_coords(omega=("omega", values, group["omega"].attrs))
+    else:
+        tree = altered(elsewhere, path, index, value)
+    assert named(tree, chaos)[0] == {f"/{path}"}
+
+
+@pytest.fixture(scope="module")
+def regular(every_group):
+    return xr.DataTree.from_dict(every_group)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "section/multiplier_real",
+        "orbit/orbit_state",
+        "branch/multiplier_imag",
+        "diagram/section",
+        "chart/lyapunov_exponent",
+    ],
+)
+def test_cycles_and_multipliers_agree_within_the_stated_error(regular, path):
+    place = (0,) * regular[path].ndim
+    near = altered(regular, path, place, regular[path].values[place] + 2e-9)
+    far = altered(regular, path, place, regular[path].values[place] + 3e-8)
+    wrong, how = named(near, regular)
+    assert wrong == set()
+    assert how[f"/{path}"] == "within 1e-08"
+    assert named(far, regular)[0] == {f"/{path}"}
+
+
+def test_errors_agree_in_magnitude(regular):
+    error = float(regular["precision/error"].values[0, 0, 0])
+    assert named(altered(regular, "precision/error", (0, 0, 0), 5 * error), regular)[0] == set()
+    assert named(altered(regular, "precision/error", (0, 0, 0), 50 * error), regular)[0] == {"/precision/error"}
+
+
+@pytest.mark.parametrize(("name", "text"), [("versions", '{"chaosdrill": "0.0.1"}'), ("platform", "Plan 9 on a Cray")])
+def test_verify_chooses_by_version_and_platform(chaos, elsewhere, monkeypatch, tmp_path, name, text):
+    from chaosdrill.archive import save
+
+    tree = elsewhere.copy(deep=True)
+    tree.attrs[name] = text
+    for node in tree.children.values():
+        # settings and the like are those of the same scene
+        node.attrs = dict(chaos[node.name].attrs)
+    for key in ("scene", "scene_name", "scene_sha256"):
+        tree.attrs[key] = chaos.attrs[key]
+    monkeypatch.setattr(sys.modules["chaosdrill.workflow.verify"], "compute", lambda *args, **keywords: chaos)
+    result = verify(save(tree, tmp_path / "there.nc"))
+    assert isinstance(result, Verification)
+    assert result.equal, result.table()
+    assert not result.exact
+    assert result.notes
+    assert "within 8 standard errors" in result.how()
+
+
+def test_descriptions_of_another_version_may_differ(chaos):
+    tree = chaos.copy(deep=True)
+    tree["diagram/outcome"].attrs["flag_meanings"] = "ok periodic"
+    tree["diagram"].attrs["references"] = "none"
+    assert {d.variable for d in examine(tree, chaos)[0]} == {"outcome:flag_meanings", ":references"}
+    assert examine(tree, chaos, older=True)[0] == []
+
+
+# An archive in which any single value was altered does not verify, and the variable is named.
+
+
+@pytest.fixture
+def verified(every_kind, monkeypatch, tmp_path):
+    """Verify a copy of the archive that was altered; the run that it is compared with is not made anew each time."""
+    from chaosdrill.archive import open as open_archive
+
+    again = open_archive(every_kind)
+    monkeypatch.setattr(sys.modules["chaosdrill.workflow.verify"], "compute", lambda *args, **keywords: again)
+
+    def check(alter):
+        copy = tmp_path / "altered.nc"
+        copy.write_bytes(every_kind.read_bytes())
+        with netCDF4.Dataset(copy, "a") as file:
+            alter(file)
+        return verify(copy)
+
+    return check
+
+
+def test_unaltered(every_kind):
+    result = verify(every_kind)
+    assert result.equal, result.table()
+    assert result.exact
+    assert {check.how for check in result.checks} == {
+        "bit for bit",
+        "by the checksum of its values alone: measured time",
+    }
+
+
+def other_value(value, rng):
+    """Another value, as near as can be for numbers."""
+    if isinstance(value, str):
+        return value + "x"
+    if np.asarray(value).dtype.kind in "iu":
+        return value + 1 if value < 100 else value - 1
+    if np.isfinite(value):
+        return np.nextafter(value, rng.choice([-np.inf, np.inf]))
+    return 0.0
+
+
+def test_any_value_of_any_variable(every_kind, verified):
+    rng = np.random.default_rng(6)
+    changed = []
+    with netCDF4.Dataset(every_kind) as file:
+        places = [
+            (group, name, tuple(int(rng.integers(n)) for n in variable.shape))
+            for group, content in file.groups.items()
+            for name, variable in content.variables.items()
+            if variable.size
+        ]
+
+    def alter_all(file):
+        for group, name, index in places:
+            variable = file[group][name]
+            variable.set_auto_mask(False)
+            variable[index] = other_value(variable[index], rng)
+            changed.append((f"/{group}", name))
+
+    result = verified(alter_all)
+    assert len(changed) > 150
+    named = {(item.group, item.variable) for item in result.differences}
+    # texts along a dimension have another name in the file
+    along = {"/precision": {"method_name": "method", "quantity_name": "quantity"}}
+    assert {(group, along.get(group, {}).get(name, name)) for group, name in changed} - named == set()
+
+
+@pytest.mark.parametrize(
+    "name", ["motion/state", "orbit/multiplier_real", "precision/wall_time", "branch/event_sequence"]
+)
+def test_only_the_altered_one_is_named(verified, name):
+    def alter(file):
+        variable = file[name]
+        index = (0,) * variable.ndim
+        variable[index] = variable[index] + "x" if variable.dtype is str else np.nextafter(variable[index], np.inf)
+
+    (difference,) = verified(alter).differences
+    assert f"{difference.group}/{difference.variable}" == f"/{name}"
+
+
+def test_an_attribute(verified):
+    def alter(file):
+        file["spectrum"].parameters = file["spectrum"].parameters.replace("3.3", "3.4")
+
+    assert [(d.group, d.variable) for d in verified(alter).differences] == [("/spectrum", ":parameters")]
+
+
+def test_a_line_of_history_is_no_alteration(verified):
+    def alter(file):
+        file.history = "ncatted ...\n" + file.history
+
+    assert verified(alter).equal
+
+
+SCENE = 'title = "A ball"\n[system]\nmodel = "impact-oscillator"\n[system.parameters]\ne = 0.9\n'
+
+ROOT = {"scene": SCENE.replace("0.9", "0.8"), "scene_sha256": "0" * 64, "title": "Another", "wall_time_s": 2.5}
+
+
+@pytest.fixture
+def small(tree, tmp_path):
+    """An archive with a scene that was never run."""
+    tree.attrs |= {"scene": SCENE, "scene_sha256": sha256(SCENE.encode()).hexdigest()}
+    return save(tree, tmp_path / "small.nc")
+
+
+@pytest.mark.parametrize("name", ROOT)
+def test_an_attribute_of_the_root_is_told_without_a_run(small, name):
+    with netCDF4.Dataset(small, "a") as file:
+        file.setncattr(name, ROOT[name])
+    assert info(small)["altered"] == ([":", ":scene"] if name.startswith("scene") else [":"])
+    page = report(small).path.read_text(encoding="utf-8")
+    assert "Altered since the archive was written" in page
+    assert "altered since they were written: :" in page
+    assert "as they were written, by the digests" not in page
+
+
+def test_a_number_of_the_root_is_told_without_a_run(tree, tmp_path):
+    path = save(tree.assign(si_m1=xr.Variable((), 250.0)), tmp_path / "si.nc")
+    with netCDF4.Dataset(path, "a") as file:
+        file["si_m1"][...] = 25.0
+    assert info(path)["altered"] == ["si_m1"]
+    assert "altered since they were written: si_m1" in report(path).path.read_text(encoding="utf-8")
+
+
+def test_an_archive_without_digests_has_the_digest_of_its_scene():
+    root = xr.Dataset(attrs={"scene": "e = 0.8", "scene_sha256": sha256(b"e = 0.9").hexdigest()})
+    assert altered_names(root) == [":scene"]
+    assert altered_names(root.assign_attrs(scene="e = 0.9")) is None
+
+
+def test_nothing_is_told_of_one_that_was_not(small):
+    assert "altered" not in info(small)
+    page = report(small).path.read_text(encoding="utf-8")
+    assert "Altered" not in page
+    assert "as they were written, by the digests" in page

@@ -1,14 +1,21 @@
-"""What is saved comes back bit for bit, through this package and through plain xarray."""
+"""What is saved comes back bit for bit, here and in other programs; trajectories are cut and joined."""
+
+import json
+import shutil
+import subprocess
 
 import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
 
+import chaosdrill as cd
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
 from chaosdrill.errors import ArchiveError
-from chaosdrill.workflow import compare
+from chaosdrill.workflow import compare, info
+
+# What is saved comes back bit for bit, through this package and through plain xarray.
 
 
 @pytest.fixture
@@ -73,3 +80,165 @@ def test_the_file_is_free_after_opening(path, tree):
     assert compare(opened, tree) == []
     with pytest.raises(ArchiveError, match="No such file"):
         open_archive(path)
+
+
+# Other programs open archives of every kind and find the same numbers in them.
+
+
+JSFIVE = """
+const {File} = require("jsfive");
+const bytes = require("fs").readFileSync(process.argv[1]);
+const file = new File(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), "archive");
+const found = {};
+for (const group of file.keys)
+  for (const name of file.get(group).keys) {
+    const data = file.get(group).get(name);
+    if (data.dtype !== undefined && data.shape !== undefined && data.shape.every((length) => length > 0))
+      found[`${group}/${name}`] = Array.from(data.value, String);
+  }
+console.log(JSON.stringify(found));
+"""
+"""A reader in JavaScript alone, which shares no line with the HDF5 library."""
+
+
+def run(*command):
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout
+
+
+@pytest.fixture(scope="module")
+def stored(every_kind):
+    """Values of all variables by group/name; empty ones, and mere dimensions, apart."""
+    with netCDF4.Dataset(every_kind) as file:
+        file.set_auto_mask(False)
+        return {
+            f"{group}/{name}": variable[...]
+            for group, content in file.groups.items()
+            for name, variable in content.variables.items()
+            if variable.size
+        }
+
+
+@pytest.mark.skipif(not shutil.which("ncdump"), reason="ncdump is not installed (Debian: netcdf-bin)")
+def test_ncdump(every_kind, stored):
+    text = run("ncdump", "-n", "archive", str(every_kind))
+    assert ':Conventions = "CF-1.11, ACDD-1.3"' in text
+    value = float(stored["spectrum/kaplan_yorke_dimension"])
+    assert f"kaplan_yorke_dimension = {value:g} ;" in text
+    for name in stored:
+        assert f" {name.split('/')[1]}" in text, name
+
+
+@pytest.mark.skipif(not shutil.which("ncks"), reason="ncks is not installed (Debian: nco)")
+def test_netcdf_operators(every_kind, stored):
+    text = run("ncks", "--json", "-g", "section", "-v", "multiplier_real", str(every_kind))
+    read = json.loads(text)["groups"]["section"]["variables"]["multiplier_real"]["data"]
+    np.testing.assert_allclose(read, stored["section/multiplier_real"], rtol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def node():
+    """Node with the package jsfive."""
+    if not shutil.which("node"):
+        pytest.skip("node is not installed")
+    if subprocess.run(["node", "-e", "require('jsfive')"], capture_output=True, check=False).returncode:
+        pytest.skip("jsfive is not installed (npm install jsfive, here or where NODE_PATH says)")
+    return "node"
+
+
+def test_javascript(every_kind, stored, node):
+    read = json.loads(run(node, "-e", JSFIVE, str(every_kind)))
+    # under this name NetCDF-4 keeps a variable that has the name of a dimension and is not its coordinate
+    read |= {name.replace("_nc4_non_coord_", ""): values for name, values in read.items() if "_nc4_non_coord_" in name}
+    assert stored.keys() - read.keys() == set()
+    for name, values in stored.items():
+        values = np.asarray(values).ravel()
+        if values.dtype.kind in "OU":
+            assert read[name] == values.tolist(), name
+        else:
+            numbers = [float(text.replace("Infinity", "inf")) for text in read[name]]
+            np.testing.assert_array_equal(numbers, values.astype(float), err_msg=name)
+
+
+# Trajectories are cut and joined with their events.
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """Three runs of the impact oscillator, with different numbers of impacts."""
+    system = cd.build("impact-oscillator")
+    return {f"start {x}": cd.trajectory(system.with_initial(x=x), periods=12, samples=10) for x in (-0.4, 0.0, 0.2)}
+
+
+@pytest.fixture(scope="module")
+def one_run(runs):
+    return runs["start 0.0"]
+
+
+def test_cut_takes_the_events_of_its_times(one_run):
+    part = cd.cut(one_run, 5.0, 20.0)
+    assert part["time"].values[[0, -1]] == pytest.approx([5.0, 20.0], abs=0.26)
+    expected = [time for time in one_run["event_time"].values if 5.0 <= time <= 20.0]
+    assert 0 < len(expected) < one_run.sizes["event"]
+    assert part["event_time"].values.tolist() == expected
+    assert part["event_state_after"].shape == (len(expected), 2)
+
+
+def test_two_cuts_make_the_whole(one_run):
+    middle = 0.5 * (one_run["time"].values[40] + one_run["time"].values[41])
+    one, other = cd.cut(one_run, -1.0, middle), cd.cut(one_run, middle, 1e9)
+    for name, dim in (("state", "time"), ("event_speed", "event")):
+        both = np.concatenate([one[name].values, other[name].values])
+        np.testing.assert_array_equal(both, one_run[name].values)
+        assert one_run[name].dims[0] == dim
+
+
+def test_the_history_tells_of_it(one_run):
+    before, line = cd.cut(one_run, 5.0, 20.0).attrs["history"].splitlines()
+    assert before == one_run.attrs["history"]
+    assert line.endswith("cut to times 5.0 to 20.0")
+
+
+def test_join_keeps_every_event_of_every_run(runs):
+    joined = cd.join(runs)
+    counts = joined["event_count"].values
+    assert len(set(counts.tolist())) > 1
+    ends = np.cumsum(counts)
+    for (name, own), start, end in zip(runs.items(), ends - counts, ends, strict=True):
+        np.testing.assert_array_equal(joined["state"].sel(run=name), own["state"])
+        for variable in ("event_time", "event_kind", "event_state_before"):
+            np.testing.assert_array_equal(joined[variable].values[start:end], own[variable].values)
+    assert joined["event_count"].attrs["sample_dimension"] == "event"
+
+
+def test_a_join_is_an_archive(runs, tmp_path):
+    joined = cd.join(runs)
+    path = save(joined, tmp_path / "joined.nc")
+    assert compare(open_archive(path), open_archive(save(open_archive(path), tmp_path / "again.nc"))) == []
+    with netCDF4.Dataset(path) as file:
+        assert file["run_name"][:].tolist() == list(runs)
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [
+        (lambda run: cd.cut(run, 1e6, 2e6), "no sample between"),
+        (lambda run: cd.cut(run.drop_vars("event_time"), 0, 1), "without event_time"),
+        (lambda run: cd.join({}), "must be a mapping of names to trajectories"),
+        (lambda run: cd.join({"a": run, "b": cd.cut(run, 0, 5)}), "b: time differs"),
+    ],
+)
+def test_what_cannot_be_done_is_said(run, act, words):
+    with pytest.raises(ArchiveError, match=words):
+        act(run)
+
+
+def test_plain_xarray_parts_and_merges(every_group, tmp_path):
+    """As the page on archives shows."""
+    diagram = every_group["diagram"]
+    low, high = diagram.sel(omega=slice(0, 3.34)), diagram.sel(omega=slice(3.35, 9))
+    both = xr.concat([high, low], "omega", data_vars="minimal", coords="minimal", compat="override").sortby("omega")
+    assert both.drop_attrs().identical(diagram.drop_attrs())
+    tree = xr.DataTree.from_dict({"here": low, "there": high})
+    opened = open_archive(cd.save(tree, tmp_path / "together.nc"))
+    assert compare(opened, tree) == []
+    assert all("altered" not in group for group in info(tmp_path / "together.nc")["groups"].values())

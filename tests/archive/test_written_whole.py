@@ -1,16 +1,28 @@
-"""A write that fails leaves the earlier archive whole and nothing beside it."""
+"""An archive is written whole or not at all; what is damaged or no result is refused with the reason."""
 
 import os
+import random
 import subprocess
 import sys
+from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
+import chaosdrill as cd
 from chaosdrill.archive import check_writable, save
+from chaosdrill.archive import open as open_archive
+from chaosdrill.archive.seal import LENGTH
+from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, remove_drafts
+from chaosdrill.workflow import compare, info
+
+# A write that fails leaves the earlier archive whole and nothing beside it.
+
 
 PLACES = [str(folder) for folder in Path(__file__).parents[:2]]
 """Where scripts find what tests share."""
@@ -163,3 +175,178 @@ def test_drafts_of_another_target_are_left_alone(tmp_path):
     theirs.touch()
     remove_drafts(one)
     assert os.listdir(tmp_path) == [theirs.name]
+
+
+# What cannot be opened is refused with the reason, whatever has happened to it.
+
+
+def refusal(path):
+    with pytest.raises(ArchiveError) as caught:
+        open_archive(path)
+    return str(caught.value)
+
+
+def test_missing(tmp_path):
+    assert "No such file" in refusal(tmp_path / "none.nc")
+
+
+def test_folder(tmp_path):
+    assert "directory" in refusal(tmp_path)
+
+
+def test_empty(tmp_path):
+    (tmp_path / "a.nc").touch()
+    assert "is empty" in refusal(tmp_path / "a.nc")
+
+
+def test_text(tmp_path):
+    (tmp_path / "a.nc").write_text("time,state\n0,1\n")
+    assert "not a NetCDF-4 file" in refusal(tmp_path / "a.nc")
+
+
+def test_classic_netcdf(tmp_path):
+    (tmp_path / "a.nc").write_bytes(b"CDF\x01" + bytes(100))
+    assert "not a NetCDF-4 file" in refusal(tmp_path / "a.nc")
+
+
+def test_somebody_elses(tmp_path):
+    xr.Dataset({"x": ("t", [1.0])}).to_netcdf(tmp_path / "a.nc", engine="netcdf4")
+    assert "not an archive of chaosdrill" in refusal(tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3, 0.6, 0.9, 0.999])
+def test_truncated(tree, tmp_path, share):
+    path = save(tree, tmp_path / "a.nc")
+    content = path.read_bytes()[:-LENGTH]
+    path.write_bytes(content[: int(share * len(content))])
+    assert "truncated or damaged" in refusal(path)
+
+
+def test_altered_bytes_raise_nothing_else(tree, tmp_path):
+    path = save(tree, tmp_path / "a.nc")
+    content = path.read_bytes()
+    chance = random.Random(1)
+    refused = 0
+    for _ in range(8):
+        altered = bytearray(content)
+        for _ in range(20):
+            altered[chance.randrange(len(altered))] = chance.randrange(256)
+        path.write_bytes(altered)
+        try:
+            info(path)
+        except ArchiveError:
+            refused += 1
+    assert refused > 0
+
+
+def test_without_its_last_line_it_is_whole(tree, tmp_path):
+    path = save(tree, tmp_path / "a.nc")
+    path.write_bytes(path.read_bytes()[:-1])
+    assert compare(open_archive(path), tree) == []
+
+
+def test_the_last_line_is_the_digest_of_the_rest(tree, tmp_path):
+    content = save(tree, tmp_path / "a.nc").read_bytes()
+    assert content[-LENGTH:].split() == [b"chaosdrill", b"sha256", sha256(content[:-LENGTH]).hexdigest().encode()]
+
+
+def test_of_a_later_format(tree, tmp_path):
+    tree.attrs |= {"format_version": FORMAT + 1, "versions": '{"chaosdrill": "9.1.0"}'}
+    message = refusal(save(tree, tmp_path / "a.nc"))
+    assert f"format {FORMAT + 1}" in message
+    assert "install" in message
+    assert "9.1.0" in message
+
+
+def test_of_the_first_format(tree, tmp_path):
+    """Without number, digests and last line, and with texts under the names of their dimensions."""
+    tree.to_netcdf(tmp_path / "a.nc", engine="netcdf4")
+    assert compare(open_archive(tmp_path / "a.nc"), tree) == []
+
+
+def test_a_file_on_which_the_library_goes_round_for_ever_takes_bounded_processor_time(tmp_path, monkeypatch):
+    """Also where nobody is left to end the process in which it is tried."""
+    # the package has a function of that name
+    seal = import_module("chaosdrill.archive.seal")
+    monkeypatch.setattr(seal, "AT_WORK", 1)
+    before_it_reads = seal._TRIAL.split("from chaosdrill")[0]
+    monkeypatch.setattr(seal, "_TRIAL", before_it_reads + "while True: pass\n")
+    (tmp_path / "round.nc").write_bytes(b"any")
+    with pytest.raises(ArchiveError, match="or never ends"):
+        seal.try_reading(tmp_path / "round.nc")
+
+
+# What is not the result of an analysis is refused when it is saved, cut or joined, not when it is read.
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return cd.trajectory(cd.build("impact-oscillator"), periods=3, samples=10)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (None, "expected an xarray.DataTree or an xarray.Dataset, received NoneType None"),
+        ([1.0, 2.0], r"received list \[1.0, 2.0\]"),
+        (xr.DataArray([1.0]), "received DataArray"),
+        (xr.Dataset({"a": ("t", [1.0])}), "holds a, and no result of an analysis"),
+        (xr.DataTree.from_dict({"g": xr.Dataset({"b": ("t", [1.0])})}), "holds b, and no result of an analysis"),
+        (xr.Dataset(), "holds nothing, and no result"),
+    ],
+    ids=["None", "list", "array", "dataset", "tree", "empty"],
+)
+def test_save(given, message, tmp_path):
+    with pytest.raises(ArchiveError, match=f"^tree: .*{message}"):
+        cd.save(given, tmp_path / "a.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_other_data_beside_a_result_are_saved(motion, tmp_path):
+    tree = xr.DataTree.from_dict({"motion": motion, "mine": xr.Dataset({"a": ("t", [1.0])})})
+    assert float(cd.open(cd.save(tree, tmp_path / "a.nc"))["mine/a"][0]) == 1.0
+
+
+@pytest.mark.parametrize("runs", [None, [], {}, 3, "both"], ids=repr)
+def test_join_of_what_names_no_trajectories(runs):
+    with pytest.raises(ArchiveError, match=r"^runs is .*; it must be a mapping of names to trajectories"):
+        cd.join(runs)
+
+
+def test_join_of_a_list(motion):
+    with pytest.raises(ArchiveError, match=r'^runs is list; .* as in join\(\{"soft": one, "hard": another\}\)'):
+        cd.join([motion, motion])
+
+
+@pytest.mark.parametrize("wrong", [None, "a.nc", np.zeros(3)], ids=["None", "text", "array"])
+def test_what_is_no_dataset(motion, wrong):
+    with pytest.raises(ArchiveError, match=r"^runs\['b'\] is .*; it must be the xarray.Dataset of a trajectory"):
+        cd.join({"a": motion, "b": wrong})
+    with pytest.raises(ArchiveError, match=r"^ds is .*; it must be the xarray.Dataset of a trajectory"):
+        cd.cut(wrong, 0.0, 1.0)
+
+
+def test_a_node_of_a_tree_is_answered_with_the_way_to_its_dataset(motion):
+    with pytest.raises(ArchiveError, match=r"to_dataset\(\)"):
+        cd.cut(xr.DataTree(motion), 0.0, 1.0)
+
+
+@pytest.mark.parametrize(("start", "stop", "name"), [("a", "b", "start"), (0.0, None, "stop"), (np.nan, 1.0, "start")])
+def test_cut_at_what_is_no_time(motion, start, stop, name):
+    with pytest.raises(ArchiveError, match=f"^{name} is .*; it must be a number"):
+        cd.cut(motion, start, stop)
+
+
+def test_join_of_what_is_joined_already(motion):
+    joined = cd.join({"a": motion, "b": motion})
+    with pytest.raises(ArchiveError, match="is already joined; join all runs at once"):
+        cd.join({"both": joined, "again": joined})
+
+
+def test_cut_of_joined_runs_counts_the_events_that_are_left():
+    system = cd.build("impact-oscillator")
+    runs = {str(x): cd.trajectory(system.with_initial(x=x), periods=12, samples=10) for x in (-0.4, 0.2)}
+    both = cd.cut(cd.join(runs), 5.0, 20.0)
+    apart = [cd.cut(run, 5.0, 20.0).sizes["event"] for run in runs.values()]
+    assert both["event_count"].values.tolist() == apart
+    assert sum(apart) == both.sizes["event"] > 0

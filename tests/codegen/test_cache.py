@@ -1,12 +1,15 @@
-"""Compiled code is kept by content, in a folder that the user can name, or in a temporary one."""
+"""Compiled code is kept by content, where nobody else can write, and whole; threads share it."""
 
 import errno
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy
 
@@ -16,6 +19,9 @@ from chaosdrill.codegen.kernels import write
 from chaosdrill.engine import ahead
 
 X, K = sympy.symbols("x k", real=True)
+
+
+# Compiled code is kept by content, in a folder that the user can name, or in a temporary one.
 
 
 def decay(rate=K, name="decay", k=1.0):
@@ -286,3 +292,27 @@ def test_code_of_the_engine_that_is_kept_is_not_compiled_again(folder, monkeypat
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     assert kept.engine_code("chaosdrill.engine.flow", "one", lambda: b"code") == b"code"
     assert kept.engine_code("chaosdrill.engine.flow", "one", lambda: b"other") == b"code"
+
+
+# Several threads that ask for the kernels of one system at once get them, whole.
+
+
+def test_kernels_that_several_threads_ask_for_at_once():
+    system = cd.build("impact-oscillator")
+    # copies that were sent one by one share nothing but the files of compiled code
+    copies = [pickle.loads(pickle.dumps(system)) for _ in range(4)]
+    barrier, found = threading.Barrier(len(copies)), []
+
+    def ask(copy):
+        barrier.wait()
+        kernels, rates = kernels_of(copy), np.empty(2)
+        kernels.functions[3](0, 0.3, kernels.constants(copy.parameters), np.array([0.1, 0.7]), rates)
+        found.append((tuple(rates), len(kernels.lanes)))
+
+    threads = [threading.Thread(target=ask, args=(copy,)) for copy in copies]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == len(copies)
+    assert len(set(found)) == 1

@@ -1,14 +1,26 @@
-"""Code on a page fits its width, and a page that would load from the network is told."""
+"""Pages, links and docstrings: what is quick to check of the documentation."""
 
+import inspect
 import re
 import runpy
 from pathlib import Path
 
 import pytest
 
+import chaosdrill
+import chaosdrill as cd
+from chaosdrill import errors
+from chaosdrill.analysis.registry import FUNCTIONS as NAMES_FUNCTIONS
+
+# Code on a page fits its width, and a page that would load from the network is told.
+
+
 ROOT = Path(__file__).parents[2]
+
 PAGES = [page for page in sorted((ROOT / "docs").rglob("*.md")) if not {"_build", "generated"} & set(page.parts)]
+
 FENCE = re.compile(r"^```(\S*)[^\n]*\n(?:---\n.*?^---\n)?(.*?)^```$", re.MULTILINE | re.DOTALL)
+
 # columns of a block of code on a page of the theme's width
 WIDTH = 88
 
@@ -31,3 +43,148 @@ def test_lines_of_code_fit_the_page(page):
 )
 def test_what_a_page_loads_from_the_network_is_found(page, loaded):
     assert runpy.run_path(str(ROOT / "docs" / "_ext" / "offline.py"))["addresses"](page) == loaded
+
+
+# Links of the README and of the documentation lead somewhere, addresses outside have their form, formulas end.
+
+
+LINKS_PAGES = [
+    ROOT / "README.md",
+    ROOT / "CHANGELOG.md",
+    *sorted(page for page in (ROOT / "docs").rglob("*.md") if "_build" not in page.parts),
+    *sorted(page for page in (ROOT / "studies").glob("*/*.md") if page.parent.name != "out"),
+]
+
+LINK = re.compile(r"!?\[([^\]\[]*)\]\(([^()\s]+(?:\([^()\s]*\)[^()\s]*)*)\)")
+
+DOI = re.compile(r"10\.\d{4,9}/\S+")
+
+
+def prose(page):
+    """Text of a page without its code."""
+    text = re.sub(r"^(`{3,}).*?^\1$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`\n]*`", "code", text)
+
+
+def anchors(page):
+    """Anchors of a page as GitHub and MyST make them of headings."""
+    titles = re.findall(r"^#{1,6} (.+)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.strip().lower()).replace(" ", "-") for title in titles}
+
+
+def links(page):
+    """Text and target of every link."""
+    return LINK.findall(prose(page))
+
+
+@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_within_the_repository_lead_to_a_file_and_an_anchor(page):
+    wrong = []
+    for _, target in links(page):
+        if "://" in target or target.startswith("mailto:"):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path).resolve() if path else page
+        # these pages are made when the documentation is built
+        made = file.parent.name == "generated"
+        if not made and (not file.exists() or (anchor and anchor not in anchors(file))):
+            wrong.append(target)
+    assert not wrong
+
+
+@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_addresses_are_https_and_identifiers_are_those_of_their_text(page):
+    for text, target in links(page):
+        if "://" not in target:
+            continue
+        assert target.startswith("https://")
+        if "doi.org" in target:
+            assert target.startswith("https://doi.org/")
+            doi = target.removeprefix("https://doi.org/")
+            assert DOI.fullmatch(doi)
+            said = text.removeprefix("doi:")
+            assert said == doi or not said.startswith("10.")
+
+
+@pytest.mark.parametrize("page", LINKS_PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_formulas_in_a_paragraph_are_closed(page):
+    paragraphs = re.split(r"\n\s*\n", re.sub(r"\$\$.*?\$\$", "", prose(page), flags=re.DOTALL))
+    assert [text for text in paragraphs if len(re.findall(r"(?<!\\)\$", text)) % 2] == []
+
+
+# Docstrings of public functions name the arguments that there are, in their order, and say what comes back.
+
+
+FUNCTIONS = [name for name in cd.__all__ if inspect.isfunction(getattr(cd, name))]
+
+
+def section(text, title):
+    """Lines of one section of a numpydoc docstring."""
+    found = re.search(rf"^{title}\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", text, flags=re.MULTILINE | re.DOTALL)
+    return found[1] if found else ""
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_docstring_has_the_arguments_of_the_signature(name):
+    function = getattr(cd, name)
+    text = inspect.getdoc(function)
+    named = re.findall(r"^(\*{0,2}\w+(?:, \w+)*) : ", section(text, "Parameters"), flags=re.MULTILINE)
+    stars = {inspect.Parameter.VAR_KEYWORD: "**", inspect.Parameter.VAR_POSITIONAL: "*"}
+    expected = [stars.get(p.kind, "") + p.name for p in inspect.signature(function).parameters.values()]
+    assert ", ".join(named).split(", ") == expected
+    assert re.search(r"^    \S", section(text, "Returns"), flags=re.MULTILINE)
+    assert section(text, "Raises")
+
+
+# The check that runs the examples of the documentation fails where an example does.
+
+
+EXECUTED = Path(__file__).parents[2] / "docs" / "_ext" / "executed.py"
+
+
+@pytest.fixture(scope="module")
+def check():
+    return runpy.run_path(str(EXECUTED))
+
+
+@pytest.mark.parametrize(
+    "example",
+    [
+        "```python\nx = 1\nassert x == 2\n```",
+        "```python\nx = 1\n```\n\n```sh\nfalse\n```",
+        "```sh\npython3 studies/run.py nothing\n```",
+        '```toml\n[analysis.orbit]\nkind = "periodic-orbit"\nperiods = 2\n```',
+        "    chaosdrill run scene.toml\n",
+    ],
+)
+def test_an_example_that_fails_is_told_with_its_page(check, tmp_path, example):
+    page = tmp_path / "page.md"
+    page.write_text(f"# A page\n\n{example}\n", encoding="utf-8")
+    (fault,) = check["faults_of"](page)
+    assert str(page) in fault
+
+
+def test_examples_share_names_and_files_and_marked_ones_are_left_out(check, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(
+        "```python\nnumber = 3\nopen('note.txt', 'w').close()\n```\n\n```sh\n# not run: it would fail\nfalse\n```\n\n"
+        "```sh\ntest -f note.txt\n```\n\n```python\nassert number == 3\n```\n",
+        encoding="utf-8",
+    )
+    assert check["faults_of"](page) == []
+
+
+# The page of the Python interface has every public name, and no other.
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "api.md"
+
+
+def test_the_page_has_the_public_names():
+    text = PAGE.read_text(encoding="utf-8")
+    shown = set(re.findall(r"^\.\. auto(?:function|class):: chaosdrill\.(\w+)$", text, flags=re.MULTILINE))
+    if "generated/analyses.md" in text:
+        shown |= set(NAMES_FUNCTIONS)
+    if ".. automodule:: chaosdrill.errors" in text:
+        shown |= {name for name in vars(errors) if name.endswith("Error")}
+    assert shown == set(chaosdrill.__all__) - {"__version__"}

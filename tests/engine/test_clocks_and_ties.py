@@ -2,8 +2,6 @@
 
 import importlib
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +12,6 @@ from chaosdrill.engine.layout import EVENT_COLUMNS, EVENT_KIND
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "studies" / "hard_cases"))
 clocks = importlib.import_module("case_14_clocks_ties_and_scales")
 
 X, V, Y, U, N, M, T = sympy.symbols("x v y u n m t", real=True)

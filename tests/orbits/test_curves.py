@@ -1,12 +1,18 @@
-"""Curves of special points over two parameters lie where closed forms say."""
+"""Curves of special points over two parameters, against closed forms, the exact flow and branches."""
 
 import numpy as np
 import pytest
+import sympy
+from scipy.linalg import expm
+from scipy.optimize import fsolve
 from support.following import at_both_limits, followed
 
+import chaosdrill as cd
 from chaosdrill.dataset import Outcome
-from chaosdrill.dataset.branches import Special
+from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.systems import build
+
+# Curves of special points over two parameters lie where closed forms say.
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +104,118 @@ def test_no_orbit_is_said():
     assert result.outcome != Outcome.PERIODIC
     assert result.message
     assert not len(result.values)
+
+
+# A curve of folds runs through its cusps and closes on itself; cycles of a flow without forcing fold too.
+
+
+@pytest.fixture(scope="module")
+def loop():
+    x, y, t, p, q = sympy.symbols("x y t p q", real=True)
+    # x rests where p = x^3/3 + (q^2 - 1) x, a surface that folds on x^2 + q^2 = 1; y only keeps it from being at rest
+    system = cd.HybridSystem(
+        name="folded-surface",
+        states=(x, y),
+        time=t,
+        parameters={"p": 0.0, "q": 0.3},
+        modes={"free": {x: p - (x**3 / 3 + (q**2 - 1) * x), y: -y + sympy.cos(t)}},
+        period=2 * sympy.pi,
+        initial={"mode": "free", x: 1.7, y: 0.5},
+    )
+    return followed(system, {"p": (-1.0, 1.0), "q": (-1.5, 1.5)}, "fold", 0.04, transient=20)
+
+
+def test_folds_lie_on_the_closed_form(loop):
+    p, q = loop.values.T
+    x = loop.section[:, 0, 0]
+    assert np.abs(x**2 + q**2 - 1).max() < 1e-11
+    assert np.abs(p + 2 / 3 * x**3).max() < 1e-11
+
+
+def test_the_curve_is_closed_and_passes_both_cusps(loop):
+    p, q = loop.values.T
+    assert loop.branches[0].end_code == BranchEnd.CLOSED
+    assert q.min() < -0.999
+    assert q.max() > 0.999
+    assert p.min() < -0.66
+    assert p.max() > 0.66
+    # the whole circle, and no part of it twice
+    angles = np.unwrap(np.arctan2(loop.section[:, 0, 0], q))
+    steps = np.diff(angles)
+    assert (steps > 0).all() or (steps < 0).all()
+    assert 2 * np.pi - 0.1 < abs(angles[-1] - angles[0]) < 2 * np.pi
+
+
+def test_cycles_fold_together():
+    x, y, mu, q = sympy.symbols("x y mu q", real=True)
+    square = x**2 + y**2
+    # growth mu + q r^2 - r^4 of the radius: two cycles meet at r^2 = q/2
+    growth, turning = mu + q * square - square**2, 1 + square / 2
+    system = cd.HybridSystem(
+        name="two-cycles",
+        states=(x, y),
+        parameters={"mu": -0.1, "q": 1.0},
+        modes={"flow": {x: growth * x - turning * y, y: growth * y + turning * x}},
+        initial={"mode": "flow", x: 1.0, y: 0.0},
+    )
+    result = followed(system, {"mu": (-1.0, 0.5), "q": (0.2, 1.8)}, "fold", 0.06, transient=100)
+    mu, q = result.values.T
+    assert np.abs(mu + q**2 / 4).max() < 1e-12
+    assert np.abs((result.section[:, 0] ** 2).sum(axis=1) - q / 2).max() < 1e-10
+    assert np.allclose([q.min(), q.max()], [0.2, 1.8], rtol=0, atol=1e-12)
+
+
+# Where an event that moves the state however slow it is vanishes: the curve against the exact flow.
+
+
+KICK, DAMPING = 0.5, 0.2
+
+
+@pytest.fixture(scope="module")
+def kicked():
+    x, v, t, omega, wall = sympy.symbols("x v t omega wall", real=True)
+    system = cd.HybridSystem(
+        name="kicked-oscillator",
+        states=(x, v),
+        time=t,
+        parameters={"omega": 1.9, "wall": 0.2},
+        modes={"free": {x: v, v: -x - sympy.Rational(1, 5) * v + sympy.cos(omega * t)}},
+        transitions=[
+            cd.Transition(
+                "kick", "free", "free", guard=x - wall, direction=+1, reset={v: -v / 2 - sympy.Rational(1, 2)}
+            )
+        ],
+        period=2 * sympy.pi / omega,
+        initial={"mode": "free", x: 0.0, v: 0.0},
+    )
+    return followed(system, {"omega": (1.2, 6.0), "wall": (-1.0, 1.0)}, "grazing", 0.05)
+
+
+def touching_walls(omega, guess):
+    """Walls that the flight which leaves them with the kick alone just touches a period later, by the exact flow."""
+    flow = expm(np.array([[0, 1], [-1, -DAMPING]]) * 2 * np.pi / omega)
+
+    def gap(unknown):
+        phase, wall = unknown
+        force = np.exp(1j * phase) / (1 - omega**2 + 1j * DAMPING * omega)
+        forced = np.array([force.real, (1j * omega * force).real])
+        return flow @ (np.array([wall, -KICK]) - forced) + forced - np.array([wall, 0.0])
+
+    found = [fsolve(gap, (phase, guess), full_output=True, xtol=1e-13) for phase in (0.0, 2.0, 3.0, 4.0)]
+    return np.array([one[0][1] for one in found if np.abs(one[1]["fvec"]).max() < 1e-14])
+
+
+def test_the_kick_vanishes_where_the_exact_flow_says(kicked):
+    points = kicked.values[:: len(kicked.values) // 8]
+    for omega, wall in points:
+        assert np.abs(touching_walls(omega, wall) - wall).min() < 1e-11
+    assert np.ptp(points[:, 0]) > 1.0
+
+
+def test_it_is_met_at_no_speed(kicked):
+    assert (kicked.special == Special.GRAZING).all()
+    assert kicked.sequences == ("kick",)
+    assert kicked.smallest_speed.max() < 1e-11
+    # the tangent map has no bound there
+    assert np.isnan(kicked.multipliers).all()
+    assert not kicked.stable.any()

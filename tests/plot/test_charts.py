@@ -1,4 +1,4 @@
-"""Charts over two parameters: what each cell shows, what the legend says, and grids of every size."""
+"""Pictures over a plane: charts, basins, and the cells that both are made of."""
 
 import time
 
@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.text import Annotation
 
+from chaosdrill.plot.basins import basins
+from chaosdrill.plot.cells import bounds, draw_kinds
 from chaosdrill.plot.charts import (
     attractor_count_chart,
     isoperiodic_chart,
@@ -14,9 +19,21 @@ from chaosdrill.plot.charts import (
     outcome_chart,
     progression_chart,
 )
-from chaosdrill.plot.looks import LONGER_COLOUR, PERIOD_COLOURS, POSITIVE, diverging, sequential
+from chaosdrill.plot.looks import (
+    ATTRACTOR_COLOURS,
+    LONGER_COLOUR,
+    PERIOD_COLOURS,
+    POSITIVE,
+    UNRECOGNISED,
+    Look,
+    diverging,
+    sequential,
+)
 from chaosdrill.plot.pictures import PICTURES
 from chaosdrill.plot.style import OUTCOME_COLOURS, style
+
+# Charts over two parameters: what each cell shows, what the legend says, and grids of every size.
+
 
 CHARTS = [isoperiodic_chart, lyapunov_chart, progression_chart, attractor_count_chart, outcome_chart]
 
@@ -202,3 +219,188 @@ def test_every_cell_has_a_dot_as_far_as_prints_show(chart, cells, least, most):
     assert least <= figure.dpi <= most
     figure.draw_without_rendering()
     assert figure.axes[0].get_window_extent().width >= min(cells, 5 * most)
+
+
+# Basins: a colour an attractor, a legend that says what each is, and attractors marked where they can be seen.
+
+
+def _cells(figure):
+    """Colours as hex, over v (up) and x (across)."""
+    return np.array([[to_hex(cell).upper() for cell in row] for row in figure.axes[0].collections[0].get_array()])
+
+
+def test_the_legend_says_what_each_attractor_is_and_its_part(basin):
+    """Half of 19/20 each; sqrt(0.475 0.525 / 800) is 0.01766, and sqrt(0.05 0.95 / 800) is 0.0077."""
+    assert _legend(basins(basin)) == [
+        "1: period 2, λ₁ = −0.25; 48(2) %",
+        "2: chaotic, λ₁ = 0.0151(4); 48(2) %",
+        "escaped; 5.0(8) %",
+        "points of attractors",
+    ]
+
+
+def test_cells_have_the_colour_of_their_attractor(basin):
+    cells = _cells(basins(basin))
+    assert (cells[:19, :20] == ATTRACTOR_COLOURS[0]).all()
+    assert (cells[:19, 20:] == ATTRACTOR_COLOURS[1]).all()
+    assert (cells[19] == OUTCOME_COLOURS["escaped"]).all()
+
+
+def test_axes_are_named_and_regions_numbered(basin):
+    axes = basins(basin).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("height x", "speed v")
+    texts = {text.get_text(): text.get_position()[0] for text in axes.texts}
+    assert texts["1"] < 0 < texts["2"]
+
+
+def test_only_points_in_the_plane_of_the_grid_are_marked(basin):
+    axes = basins(basin).axes[0]
+    (mark,) = axes.get_lines()
+    assert [mark.get_xdata()[0], mark.get_ydata()[0]] == [-0.5, 0.5]
+    assert mark.get_color() == ATTRACTOR_COLOURS[0]
+    assert [text.get_text() for text in axes.texts if isinstance(text, Annotation)] == ["1"]
+
+
+def test_points_outside_of_the_grid_are_not_marked(basin):
+    axes = basins(basin.isel(x=slice(20, 40))).axes[0]
+    assert not axes.get_lines()
+    assert axes.get_xlim()[0] > -0.5
+
+
+def test_a_run_that_ended_on_no_known_attractor_is_said(basin):
+    basin["attractor"][:, 0] = 0
+    figure = basins(basin)
+    assert f"{UNRECOGNISED.name}; 5.0(8) %" in _legend(figure)
+    assert (_cells(figure)[0] == UNRECOGNISED.colour).all()
+
+
+def test_many_attractors_share_a_look_in_the_end(basin):
+    """Twenty of them: twelve are named, and the rest is one kind."""
+    table = {
+        name: v for name, v in basin.variables.items() if "attractor_number" in v.dims and name != "attractor_number"
+    }
+    many = xr.Dataset(
+        {name: xr.concat([basin[name].isel(attractor_number=0)] * 20, "attractor_number") for name in table}
+    )
+    many = many.assign_coords(attractor_number=np.arange(1, 21)).assign_attrs(basin.attrs)
+    reached = basin["attractor"].copy(data=np.arange(800).reshape(40, 20) % 20 + 1)
+    figure = basins(many.assign(attractor=reached, outcome=basin["outcome"], state_name=basin["state_name"]))
+    names = _legend(figure)
+    assert names[12] == "further attractors; 40(2) %"
+    assert [name.split(":")[0] for name in names[:12]] == [str(n) for n in range(1, 13)]
+
+
+@pytest.mark.parametrize("shape", [(1, 20), (40, 1), (2, 2)])
+def test_grids_of_any_size_of_basins(basin, shape, tmp_path):
+    figure = basins(basin.isel(x=slice(shape[0]), v=slice(shape[1])))
+    figure.savefig(tmp_path / "a.png", dpi=40)
+    assert _cells(figure).shape == shape[::-1]
+
+
+def test_a_grid_on_which_everything_escapes(basin):
+    lost = basin.isel(v=[19]).isel(attractor_number=slice(0))
+    assert _legend(basins(lost)) == ["escaped; 100 %"]
+
+
+def test_the_title_says_where_the_plane_is(basin):
+    assert basins(basin).axes[0].get_title() == "at w = 0.25"
+    plane = basin.isel(state=[0, 1]).assign_attrs(initial='{"mode": "free", "x": 0.0, "v": 0.0}')
+    figure = basins(plane)
+    assert figure.axes[0].get_title() == ""
+    assert len(figure.axes[0].get_lines()) == 2, "in a plane of all states every attractor can be marked"
+
+
+def test_the_progression_is_told_where_there_is_one(basin):
+    basin["attractor_rate"] = ("attractor_number", [0.146, np.nan])
+    first, second = _legend(basins(basin))[:2]
+    assert first == "1: period 2, λ₁ = −0.25, progression 0.146; 48(2) %"
+    assert "progression" not in second
+
+
+# Cells have their true bounds on any grid, hatchings cover what they should, and names stand inside their regions.
+
+
+PLAIN, HATCHED = Look("plain", "#FFFFFF", short="plain"), Look("hatched", "#009E73", "....", "h")
+
+
+def test_bounds_are_half_way_between_neighbours_and_as_far_outside():
+    np.testing.assert_allclose(bounds(np.array([0.0, 1.0, 4.0])), [-0.5, 0.5, 2.5, 5.5])
+
+
+@pytest.mark.parametrize(("value", "expected"), [(2.0, [1.9, 2.1]), (-2.0, [-2.1, -1.9]), (0.0, [-0.5, 0.5])])
+def test_a_value_alone_has_a_cell_around_it(value, expected):
+    np.testing.assert_allclose(bounds(np.array([value])), expected)
+
+
+def _drawn(kinds, x=None, y=None, **options):
+    axes = Figure().subplots()
+    x = np.arange(kinds.shape[1] + 1.0) if x is None else x
+    y = np.arange(kinds.shape[0] + 1.0) if y is None else y
+    draw_kinds(axes, x, y, kinds, [PLAIN, HATCHED], (5.0, 4.0), **options)
+    return axes
+
+
+def _area(patch):
+    """Of the rectangles of a path, each of five corners."""
+    corners = patch.get_path().vertices.reshape(-1, 5, 2)
+    return np.prod(corners[:, 2] - corners[:, 0], axis=1).sum()
+
+
+def _hatched(axes):
+    return next(patch for patch in axes.patches if isinstance(patch, PathPatch))
+
+
+def test_the_mesh_has_the_bounds_and_the_colours_of_the_looks():
+    x, y = np.array([0.0, 0.1, 2.0]), np.array([1.0, 5.0])
+    mesh = _drawn(np.array([[0, 1]]), x, y).collections[0]
+    np.testing.assert_array_equal(mesh.get_coordinates()[0, :, 0], x)
+    np.testing.assert_array_equal(mesh.get_coordinates()[:, 0, 1], y)
+    np.testing.assert_allclose(mesh.get_array()[0], [[1, 1, 1], [0, 0x9E / 255, 0x73 / 255]])
+    assert mesh.get_rasterized()
+
+
+def test_hatching_covers_exactly_the_cells_of_its_kind():
+    rng = np.random.default_rng(3)
+    kinds = rng.integers(0, 2, (12, 15))
+    x, y = np.sort(rng.random(16)), np.sort(rng.random(13))
+    cells = np.diff(y)[:, None] * np.diff(x)
+    axes = _drawn(kinds, x, y)
+    assert _area(_hatched(axes)) == pytest.approx(cells[kinds == 1].sum(), rel=1e-12)
+    inside = _hatched(axes).get_path()
+    centres = [((x[j] + x[j + 1]) / 2, (y[i] + y[i + 1]) / 2) for i in range(12) for j in range(15)]
+    np.testing.assert_array_equal(inside.contains_points(centres), kinds.ravel() == 1)
+
+
+def test_hatching_of_a_grid_finer_than_a_point_is_as_large():
+    row, column = np.mgrid[0:1500, 0:1000]
+    kinds = ((row - 750) ** 2 + (column - 500) ** 2 < 400**2).astype(int)
+    patch = _hatched(_drawn(kinds))
+    assert _area(patch) == pytest.approx(np.pi * 400**2, rel=5e-3)
+    assert len(patch.get_path().vertices) < 5 * 300
+
+
+def test_names_stand_inside_their_regions_and_small_regions_have_none():
+    """A disc and a speck of kind 1 in a sea of kind 0: the disc is named in its middle, the speck is not."""
+    row, column = np.mgrid[0:100, 0:100]
+    kinds = ((row - 40) ** 2 + (column - 60) ** 2 < 20**2).astype(int)
+    kinds[90, 90] = 1
+    texts = {text.get_text(): text.get_position() for text in _drawn(kinds).texts}
+    assert set(texts) == {"plain", "h"}
+    np.testing.assert_allclose(texts["h"], [60.5, 40.5], atol=2)
+    x, y = texts["plain"]
+    assert kinds[int(y), int(x)] == 0
+    assert not _drawn(kinds, names=False).texts
+
+
+def test_regions_apart_are_named_apart():
+    kinds = np.zeros((60, 90), dtype=int)
+    kinds[:, :40] = kinds[:, 50:] = 1
+    axes = _drawn(kinds)
+    where = sorted(text.get_position()[0] for text in axes.texts if text.get_text() == "h")
+    np.testing.assert_allclose(where, [20, 70], atol=2)
+
+
+def test_cells_with_a_colour_of_their_own_keep_it():
+    shades = np.full((1, 2, 3), 0.25)
+    mesh = _drawn(np.array([[-1, 1]]), colours=shades).collections[0]
+    np.testing.assert_allclose(mesh.get_array()[0], [[0.25] * 3, [0, 0x9E / 255, 0x73 / 255]])

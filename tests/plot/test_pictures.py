@@ -1,11 +1,28 @@
-"""What the pictures say: labels, legends and titles come from the dataset, and nothing is drawn that is not there."""
+"""What pictures say and how: labels, curves, colours, numbers, names of files."""
 
+import re
+from itertools import combinations, pairwise
+
+import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.colors import to_rgb
 
+import chaosdrill as cd
+from chaosdrill.dataset import Outcome
+from chaosdrill.errors import ArchiveError, SettingsError
+from chaosdrill.plot import PICTURES, looks, plot_archive
 from chaosdrill.plot.convergence import convergence
+from chaosdrill.plot.curve import join, last_part, stops, strobe
+from chaosdrill.plot.joined import MOST_RUNS, runs_of
+from chaosdrill.plot.pictures import stems_of
 from chaosdrill.plot.poincare import poincare
+from chaosdrill.plot.style import shorten, subscript, uncertain
 from chaosdrill.plot.trajectories import phase_portrait, time_history
+from chaosdrill.reports.tables import event_counts
+
+# What the pictures say: labels, legends and titles come from the dataset, and nothing is drawn that is not there.
 
 
 def _labels(axes):
@@ -69,3 +86,379 @@ def test_long_names_of_states_stand_on_the_axes(ball):
 def test_one_state_is_drawn_against_the_iterate(section, known):
     axes = poincare(section.isel(state=[0]).assign(period=2 * known)).axes[0]
     assert axes.get_xlabel() == "iterate"
+
+
+# One call draws what suits an archive, under predictable names, and leaves matplotlib as it was.
+
+
+@pytest.fixture
+def archive(tmp_path, ball, spectrum):
+    path = tmp_path / "run.nc"
+    xr.DataTree.from_dict({"orbit": ball, "spectrum": spectrum}).to_netcdf(path)
+    return path
+
+
+def test_every_suitable_picture_is_drawn_beside_the_archive(archive):
+    files = plot_archive(archive)
+    assert [file.name for file in files] == [
+        "run-orbit-time-history.png",
+        "run-orbit-phase-portrait.png",
+        "run-spectrum-convergence.png",
+    ]
+    assert all(file.read_bytes().startswith(b"\x89PNG") for file in files)
+
+
+def test_several_pictures_of_a_group_are_named_apart(tmp_path, chart, basin):
+    path = tmp_path / "run.nc"
+    xr.DataTree.from_dict({"load": chart, "basins": basin}).to_netcdf(path)
+    assert [file.name for file in plot_archive(path)] == [
+        "run-load-isoperiodic-chart.png",
+        "run-load-lyapunov-chart.png",
+        "run-load-progression-chart.png",
+        "run-load-attractor-count-chart.png",
+        "run-load-outcome-chart.png",
+        "run-basins.png",
+    ]
+
+
+def test_no_picture_replaces_another_where_archive_and_group_are_named_as_pictures():
+    drawn = {picture.name: picture for picture in PICTURES if picture.kind == "continuation"}
+    planned = [(["branches"], drawn["branches"]), (["branches"], drawn["cascade"])]
+    assert stems_of("cascade", planned) == ["cascade-branches-branches", "cascade-branches-cascade"]
+    assert stems_of("orbits", planned) == ["orbits-branches", "orbits-branches-cascade"]
+
+
+def test_one_picture_goes_exactly_where_it_was_asked_to(archive, tmp_path):
+    assert plot_archive(archive, tmp_path / "a.svg", group="spectrum") == [tmp_path / "a.svg"]
+    assert "λ₂ = −0.0879(2)" in (tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
+def test_unknown_group_is_refused_with_the_names_of_the_others(archive):
+    with pytest.raises(ArchiveError, match=r"no group 'orbid'; groups are orbit, spectrum"):
+        plot_archive(archive, group="orbid")
+
+
+def test_an_archive_without_a_suitable_picture_says_what_it_holds(tmp_path, ball):
+    path = tmp_path / "other.nc"
+    ball.attrs["kind"] = "unheard-of"
+    xr.DataTree.from_dict({"orbit": ball}).to_netcdf(path)
+    with pytest.raises(ArchiveError, match=r"no picture for orbit \(unheard-of\)"):
+        plot_archive(path)
+
+
+def test_unknown_format_is_refused(archive, tmp_path):
+    with pytest.raises(SettingsError, match=r"\.gif.*png, pdf, svg"):
+        plot_archive(archive, tmp_path / "a.gif")
+    assert not (tmp_path / "a.gif").exists()
+
+
+def test_nothing_is_left_changed_in_matplotlib(archive):
+    before = dict(mpl.rcParams)
+    plot_archive(archive, group="spectrum")
+    assert dict(mpl.rcParams) == before
+
+
+# Joined runs are drawn each by itself, with its own events.
+
+
+@pytest.fixture
+def runs(ball):
+    """The ball, and another of twice the height and speed whose last four events are missing."""
+    other = ball.isel(event=slice(6)).copy()
+    for name in ("state", "event_state_before", "event_state_after"):
+        other[name] = 2 * other[name]
+    return {"low": ball, "high": other}
+
+
+@pytest.fixture
+def joined(runs):
+    return cd.join(runs)
+
+
+def test_taken_apart_they_are_what_was_joined(runs, joined):
+    for (name, run), (expected, whole) in zip(runs_of(joined), runs.items(), strict=True):
+        assert name == expected
+        for variable in ("state", "mode", "event_time", "event_state_after", "outcome"):
+            np.testing.assert_array_equal(run[variable].values, whole[variable].values)
+
+
+def test_a_line_for_each_run_in_its_colour(joined):
+    state = time_history(joined).axes[1]
+    lines = {line.get_label(): line for line in state.lines if line.get_linestyle() == "-"}
+    assert list(lines) == ["low", "high"]
+    assert lines["low"].get_color() != lines["high"].get_color()
+    np.testing.assert_allclose([line.get_ydata().max() for line in lines.values()], [0.5, 1.0])
+
+
+def test_events_stand_on_the_line_of_their_own_run(joined):
+    speed = time_history(joined).axes[2]
+    marked = {
+        line.get_color(): (line.get_xdata().size, set(line.get_ydata().tolist()))
+        for line in speed.lines
+        if line.get_linestyle() == "None"
+    }
+    colours = [line.get_color() for line in speed.lines if line.get_linestyle() == "-"]
+    assert marked == {colours[0]: (10, {-1.0}), colours[1]: (6, {-2.0})}
+
+
+def test_the_portrait_shows_each_run(joined):
+    axes = phase_portrait(joined).axes[0]
+    extents = {
+        line.get_label(): np.nanmax(line.get_xdata()) for line in axes.lines if line.get_label() in ("low", "high")
+    }
+    assert (extents["low"], extents["high"]) == (0.5, 1.0)
+
+
+def test_runs_that_are_not_shown_are_told(ball):
+    figure = time_history(cd.join({f"run {i}": ball for i in range(MOST_RUNS + 3)}))
+    assert figure.axes[0].get_title().startswith(f"first {MOST_RUNS} of {MOST_RUNS + 3} runs")
+    assert len([line for line in figure.axes[1].lines if line.get_linestyle() == "-"]) == MOST_RUNS
+
+
+def test_pictures_and_report_of_an_archive(joined, tmp_path):
+    path = cd.save(joined, tmp_path / "join.nc")
+    assert [file.name for file in plot_archive(path)] == ["join-time-history.png", "join-phase-portrait.png"]
+    made = cd.report(path)
+    assert (made.pictures, made.faults) == (2, ())
+
+
+def test_the_report_counts_the_events_of_each_run(joined):
+    found = re.findall(r"<t[hd][^>]*>([^<]*)</t[hd]>", event_counts(joined))
+    assert found[4:] == ["low", "bounce_off", "10", "1", "high", "bounce_off", "6", "1"]
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda ds: ds.drop_vars("event_count"),
+        lambda ds: ds.assign(event_count=("run", [10, 7])),
+        lambda ds: ds.assign(event_count=("run", [17, -1])),
+        lambda ds: xr.concat([ds.isel(run=0, drop=True).drop_vars("event_count")] * 2, "e"),
+    ],
+    ids=["no counts", "too many", "negative", "other dimension"],
+)
+def test_runs_that_cannot_be_told_apart_are_refused_with_the_remedy(joined, spoil):
+    for draw in (time_history, phase_portrait):
+        with pytest.raises(ArchiveError, match=r"join runs by chaosdrill\.join"):
+            draw(spoil(joined))
+
+
+def test_what_is_drawn_is_what_the_caption_names(ball, joined):
+    assert time_history(ball).get_label() == "penetration and states over time, with events and modes"
+    assert time_history(joined).get_label() == "penetration and states over time, a colour for each run, with events"
+    plain = ball.drop_vars("penetration").isel(event=slice(0))
+    plain["mode"].attrs |= {"flag_values": np.array([0], dtype=np.int8), "flag_meanings": "dry"}
+    plain["mode"] = 0 * plain["mode"]
+    assert time_history(plain).get_label() == "states over time"
+
+
+# The curve that pictures draw jumps exactly at the events, and knows modes, walls and strobe points.
+
+
+def test_both_sides_of_every_event_stand_at_the_same_time_in_order(ball):
+    curve = join(ball)
+    assert curve.time.size == 401 + 2 * 10
+    assert np.all(np.diff(curve.time) >= 0)
+    at = np.flatnonzero(curve.time == 4.0)
+    # before, after, and the sample that the archive has there anyway
+    assert curve.state[at, 1].tolist() == [-1.0, 1.0, 1.0]
+
+
+def test_bands_cover_the_whole_time_and_alternate(ball):
+    bands = join(ball).bands()
+    assert bands[0][0] == 0.0
+    assert bands[-1][1] == 20.0
+    assert all(a[1] == b[0] and a[2] != b[2] for a, b in pairwise(bands))
+    # x < 1/4 near the ends of a flight: t (2 - t) = 1/2 at t = 1 - 1/sqrt 2, so that much of every half flight is wet
+    wet = sum(end - start for start, end, mode in bands if mode == 1)
+    assert abs(wet - 20 * (1 - 1 / np.sqrt(2))) < 20 * 0.05
+
+
+def test_a_wall_is_found_where_the_state_jumps_and_nowhere_else(ball):
+    assert stops(ball, 0) == [("bounce_off", 0.0)]
+    assert stops(ball, 1) == []
+
+
+def test_events_that_change_no_state_are_no_wall(ball):
+    ball["event_state_after"] = ball["event_state_before"]
+    assert stops(ball, 0) == []
+
+
+def test_strobe_points_are_one_a_forcing_period(ball):
+    assert strobe(ball).tolist() == [[0.0, 1.0]] * 11
+    assert strobe(ball.drop_vars("forcing_period")).shape == (0, 2)
+
+
+def test_a_long_record_is_cut_at_a_whole_forcing_period(ball):
+    end = last_part(ball, 4)
+    assert end["time"].values[0] == 14.0
+    assert end.sizes["event"] == 4
+    assert last_part(ball, 10) is ball
+
+
+# Numbers in legends and titles: digits that the error leaves, a true minus sign, infinity by its symbol.
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.0151012, 0.0000123, "0.01510(1)"),
+        (-0.08792, 0.00021, "−0.0879(2)"),
+        (14.5723, 0.3, "14.6(3)"),
+        (1234.5, 20.0, "1234(20)"),
+        (0.0914, 0.00097, "0.091(1)"),
+        (-0.05148136, 0.0, "−0.0514814"),
+        (-0.05148136, np.nan, "−0.0514814"),
+        (-np.inf, np.nan, "−∞"),
+    ],
+)
+def test_the_error_sets_the_digits(value, error, text):
+    assert uncertain(value, error) == text
+
+
+def test_plain_numbers_have_four_digits():
+    assert shorten(-0.332781501) == "−0.3328"
+    assert shorten(-np.inf) == "−∞"
+
+
+def test_indices_are_lowered():
+    assert subscript("λ", 12) == "λ₁₂"
+
+
+# What stands in one picture is told apart by every kind of eyes, and in grey; scales are even.
+#
+# A difference of 2.3 in CIELAB is just noticed when two patches touch; regions and legends lie apart.
+
+
+# Machado, Oliveira and Fernandes 2009, full severity, for linear sRGB; doi:10.1109/TVCG.2009.113
+EYES = {
+    "all cones": np.eye(3),
+    "protanopia": np.array(
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+    ),
+    "deuteranopia": np.array(
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+    ),
+    "tritanopia": np.array(
+        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
+    ),
+}
+
+_TO_XYZ = np.array(
+    [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+)
+
+_WHITE = np.array([0.95047, 1.0, 1.08883])
+
+
+def lab(colours, eyes="all cones"):
+    """CIELAB (D65) of colours as they are seen, shape (k, 3)."""
+    srgb = np.array([to_rgb(colour) for colour in colours])
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(linear @ EYES[eyes].T, 0, 1)
+    ratio = seen @ _TO_XYZ.T / _WHITE
+    f = np.where(ratio > 216 / 24389, np.cbrt(ratio), (24389 / 27 * ratio + 16) / 116)
+    return np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
+
+
+def lightness(colours):
+    """What a print in grey leaves of colours: CIE L*, from 0 to 100."""
+    return lab(colours)[:, 0]
+
+
+# most of those after "failed" are outcomes of looking for an orbit, which no chart shows
+OUTCOMES = [looks.outcome_look(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in looks.MOTIONS]
+
+PERIODS = [looks.Look(f"period {n}", colour) for n, colour in enumerate(looks.PERIOD_COLOURS, 1)]
+
+PERIODS.append(looks.Look("longer", looks.LONGER_COLOUR))
+
+TOGETHER = {
+    "outcomes": OUTCOMES,
+    "periods": PERIODS + [look for look in OUTCOMES if look.name != "periodic"] + [looks.PERIOD_NOT_FOUND],
+    "attractors": [looks.attractor_look(n, str(n)) for n in range(12)]
+    + [look for look in OUTCOMES if look.name not in looks.ATTRACTED]
+    + [looks.UNRECOGNISED, looks.FURTHER],
+    "lines": [looks.Look(colour, colour) for colour in (*looks.LINE_COLOURS, looks.BACKGROUND)],
+    "seeds": [looks.Look(colour, colour) for colour in looks.SEED_COLOURS],
+}
+
+
+@pytest.mark.parametrize("eyes", EYES)
+@pytest.mark.parametrize("picture", TOGETHER)
+def test_colours_with_the_same_hatching_are_told_apart(picture, eyes):
+    for a, b in combinations(TOGETHER[picture], 2):
+        if a.hatch == b.hatch:
+            first, second = lab([a.colour, b.colour], eyes)
+            assert np.linalg.norm(first - second) > 12, (a.name, b.name)
+
+
+@pytest.mark.parametrize("picture", TOGETHER)
+def test_they_are_told_apart_in_grey(picture):
+    for a, b in combinations(TOGETHER[picture], 2):
+        if a.hatch == b.hatch:
+            first, second = lightness([a.colour, b.colour])
+            assert abs(first - second) > 7, (a.name, b.name)
+
+
+@pytest.mark.parametrize("look", [look for group in TOGETHER.values() for look in group], ids=lambda look: look.name)
+def test_text_and_hatching_are_read_on_their_colour(look):
+    first, second = lightness([look.ink, look.colour])
+    assert abs(first - second) > 45
+
+
+@pytest.mark.parametrize("colours", [looks.SEED_COLOURS, looks.LINE_COLOURS])
+def test_dots_and_lines_are_seen_on_white(colours):
+    assert (lightness(colours) < 75).all()
+
+
+def test_the_diverging_scale_is_even_and_both_signs_alike():
+    shades = looks.diverging()(np.linspace(0, 1, 129))[:, :3]
+    light = lightness(shades)
+    below, above = light[:64][::-1], light[65:]
+    assert light[64] == light.max() > 95
+    assert np.abs(below - above).max() < 2
+    for arm in (below, above):
+        assert (np.diff(arm) < 0).all()
+        steps = -np.diff(arm[::8])
+        assert steps.min() > 0.7 * steps.mean()
+        assert steps.max() < 1.3 * steps.mean()
+
+
+@pytest.mark.parametrize("eyes", EYES)
+def test_signs_are_told_apart(eyes):
+    shades = looks.diverging()(np.linspace(0, 1, 129))[:, :3]
+    seen = lab(shades, eyes)
+    apart = np.linalg.norm(seen[:64][::-1] - seen[65:], axis=1)
+    assert (apart[8:] > 12).all()
+    assert (apart[16:] > 25).all()
+
+
+def test_eight_numbers_of_attractors_are_told_apart():
+    light = lightness(looks.diverging()(np.linspace(0.5, 0, 8))[:, :3])
+    assert (np.diff(light) < -7).all()
+
+
+def test_the_sequential_scale_is_even():
+    light = lightness(looks.sequential()(np.linspace(0, 1, 17))[:, :3])
+    steps = -np.diff(light)
+    assert steps.min() > 0.8 * steps.mean()
+    assert steps.max() < 1.2 * steps.mean()
+    # escape is black
+    assert light[-1] > 15
+
+
+def test_a_hatching_over_a_scale_means_one_thing():
+    others = [look for look in OUTCOMES if look.name not in looks.ATTRACTED] + [looks.NO_NUMBER, looks.MINUS_INFINITY]
+    hatches = [look.hatch for look in [*others, looks.POSITIVE] if look.hatch]
+    assert len(set(hatches)) == len(hatches)
+
+
+@pytest.mark.parametrize("eyes", EYES)
+def test_what_has_no_number_is_no_shade_of_the_scale(eyes):
+    """Either the colour is far from all of the scale, or a hatching marks it."""
+    for scale in (looks.sequential(), looks.diverging()):
+        shades = lab(scale(np.linspace(0, 1, 65))[:, :3], eyes)
+        for look in [*OUTCOMES, looks.NO_NUMBER, looks.MINUS_INFINITY]:
+            if look.name not in looks.MOTIONS and not look.hatch:
+                assert np.linalg.norm(shades - lab([look.colour], eyes), axis=1).min() > 12, look.name

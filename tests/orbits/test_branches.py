@@ -1,0 +1,268 @@
+"""Branches and what happens on them, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy
+from mpmath import mp
+from support import wall_at_rest as wall
+from support.wall_at_rest_cascade import DOUBLINGS, RATIOS
+
+import chaosdrill as cd
+from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.orbits.branches import branches
+from chaosdrill.orbits.special import changes, noise_of, outside, pair_on_circle, torus_test
+from chaosdrill.systems import build
+
+x, v, y, t = sympy.symbols("x v y t", real=True)
+
+
+# Branches of the impact oscillator with its wall at rest, against its closed forms and its cascade in 45 digits.
+
+
+R = 0.8
+
+
+@pytest.fixture(scope="module")
+def system():
+    """Started beside the orbit with one impact a period, away from the other attractors there."""
+    return build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.64, "e": R}, {}).with_initial(
+        x=-0.615, v=0.0178
+    )
+
+
+@pytest.fixture(scope="module")
+def cascade(system):
+    return branches(system, "omega", (2.55, 2.76), 1, "attractor", 300, 5, 0.0015, 150, Numerics(), None)
+
+
+def test_trace_and_determinant_follow_their_closed_forms(cascade, digits):
+    digits(30)
+    first = np.flatnonzero(cascade.branch == 0)
+    assert len(first) > 100
+    for k in first[:: len(first) // 40]:
+        known = wall.period_one(cascade.values[k, 0], R)
+        product, total = cascade.multipliers[k].prod(), cascade.multipliers[k].sum()
+        assert abs(total - float(known.trace)) < 1e-11
+        assert abs(product - float(known.determinant)) < 1e-11
+        assert abs(cascade.smallest_speed[k] - float(known.speed)) < 1e-11
+
+
+def test_the_first_doubling_is_where_the_closed_form_has_it(cascade, digits):
+    digits(30)
+    assert abs(cascade.cascade.values[0] - float(wall.doubling(mp.mpf("0.8"), 2.65))) < 1e-12
+
+
+def test_five_further_doublings_are_those_of_the_exact_flow(cascade):
+    assert cascade.cascade.periods.tolist() == [1, 2, 4, 8, 16, 32]
+    assert np.abs(cascade.cascade.values - [float(w) for w in DOUBLINGS[:6]]).max() < 1e-10
+    found = cascade.cascade.ratios[2:]
+    # the gap between two doublings, as exact as they are, divides
+    errors = 1e-10 * np.array(RATIOS[:4]) / np.diff(cascade.cascade.values)[1:]
+    assert (np.abs(found - RATIOS[:4]) < errors + 1e-8).all()
+    assert abs(found[-1] - 4.669201609) < 0.02
+
+
+def test_the_limit_is_as_exact_as_it_says(cascade):
+    beyond = float(DOUBLINGS[-1])
+    limit = beyond + (beyond - float(DOUBLINGS[-2])) / (4.669201609 - 1)
+    assert abs(cascade.cascade.limit - limit) < cascade.cascade.limit_error < 1e-5
+
+
+def test_each_doubling_has_the_multiplier_minus_one(cascade):
+    for event in cascade.events:
+        if event.code == Special.PERIOD_DOUBLING:
+            assert np.abs(cascade.multipliers[event.point] + 1).min() < 1e-8
+
+
+def test_orbits_are_stable_up_to_their_doubling_and_unstable_beyond(cascade):
+    first = cascade.branch == 0
+    values = cascade.values[first, 0]
+    regular = cascade.special[first] == Special.REGULAR
+    assert (cascade.stable[first] == (values < float(DOUBLINGS[0])))[regular].all()
+
+
+def test_multipliers_of_an_orbit_multiply_to_what_its_impacts_leave(cascade):
+    # the product is known to the round-off of the matrix, which is as large as a multiplier is on the way
+    for period in np.unique(cascade.period):
+        multipliers = cascade.multipliers[cascade.period == period]
+        largest = max(1.0, np.abs(multipliers).max())
+        assert np.abs(multipliers.prod(axis=1) - R ** (2.0 * period)).max() < 4e-15 * period * largest**2
+
+
+def test_both_ends_are_the_limits(cascade):
+    ends = cascade.values[cascade.branch == 0, 0][[0, -1]]
+    assert cascade.branches[0].end_code == BranchEnd.LIMIT
+    assert ends.tolist() == [2.55, 2.76]
+
+
+def test_no_doubling_is_jumped_over_where_the_range_is_narrow(system):
+    start = system.with_parameters(omega=2.7285)
+    found = branches(start, "omega", (2.728, 2.732), 4, "attractor", 600, 3, 2e-5, 300, Numerics(), None)
+    assert found.cascade.periods.tolist() == [4, 8, 16, 32]
+    assert np.abs(found.cascade.values - [float(w) for w in DOUBLINGS[2:6]]).max() < 1e-10
+
+
+# Multipliers that pass through 1 without a fold, branches that shrink onto rest, and hits that are the only ones.
+
+
+def follow(system, parameter, limits, start="attractor", doublings=0):
+    step = (limits[1] - limits[0]) / 200
+    return branches(system, parameter, limits, 1, start, 300, doublings, step, 2000, Numerics(), None)
+
+
+@pytest.fixture(scope="module")
+def cubic():
+    """y := k y - y^3 once a period: y = 0, and beyond k = 1 the two orbits y^2 = k - 1 of multiplier 3 - 2 k."""
+    k = sympy.Symbol("k", real=True)
+    jump = cd.Transition("jump", "rest", "rest", guard=sympy.sin(t), direction=1, reset={y: k * y - y**3})
+    return cd.HybridSystem(
+        name="cubic", states=(y,), time=t, parameters={"k": 1.5}, modes={"rest": {y: 0}}, transitions=[jump],
+        period=2 * sympy.pi, initial={"mode": "rest", y: 0.5},
+    )  # fmt: skip
+
+
+def test_a_pitchfork_is_no_fold(cubic):
+    result = follow(cubic, "k", (0.2, 2.5))
+    crossings = [e for e in result.events if e.code == Special.BRANCH_POINT]
+    assert [abs(e.values[0] - 1) < e.error < 1e-7 for e in crossings] == [True]
+    assert not any(e.code == Special.FOLD for e in result.events)
+    doublings = [e.values[0] for e in result.events if e.code == Special.PERIOD_DOUBLING]
+    assert np.abs(np.array(doublings) - 2).max() < 1e-12
+    regular = result.special == Special.REGULAR
+    assert np.abs(result.multipliers[:, 0].real - (3 - 2 * result.values[:, 0]))[regular].max() < 1e-9
+
+
+def test_a_symmetric_branch_says_where_it_loses_its_stability(cubic):
+    result = follow(cubic.with_initial(y=0.0), "k", (0.3, 2.5), start="guess")
+    crossings = [e for e in result.events if e.code == Special.BRANCH_POINT]
+    assert [abs(e.values[0] - 1) < 1e-12 for e in crossings] == [True]
+    assert (result.stable == (np.abs(result.values[:, 0]) < 1))[result.special == 0].all()
+
+
+def test_a_cycle_that_shrinks_onto_rest_ends_there():
+    """The normal form of a Hopf bifurcation at m = 0; the cycle has the radius sqrt(m)."""
+    m = sympy.Symbol("m", real=True)
+    square = x**2 + v**2
+    field = {x: m * x - v - x * square, v: x + m * v - v * square}
+    system = cd.HybridSystem(name="hopf", states=(x, v), parameters={"m": 1.0}, modes={"flow": field}, initial={x: 0.5})
+    result = follow(system, "m", (-1.0, 2.0))
+    assert BranchEnd.REST.advice in result.branches[0].end
+    assert not len(result.events)
+    radius = np.hypot(result.section[:, 0, 0], result.section[:, 0, 1])
+    assert np.abs(radius**2 - result.values[:, 0]).max() < 1e-10
+
+
+def test_the_lorenz_cycle_has_no_fold_between_its_homoclinic_orbit_and_40():
+    system = build("lorenz", {}, {}).with_initial(x=-13.763610682134, y=-19.578751942452, z=27.0)
+    result = branches(system, "rho", (15.0, 40.0), 1, "guess", 0, 0, 0.25, 2000, Numerics(), None)
+    assert not len(result.events)
+    assert result.values[[0, -1], 0].tolist() == [15.0, 40.0]
+    assert np.abs(result.multipliers - 1).min(axis=1).max() < 1e-8
+
+
+def test_the_only_hit_of_an_orbit_may_vanish():
+    """Both ways from resonance the response leaves the wall where its amplitude is the wall's distance."""
+    zeta, wall = 0.1, 1.2
+    system = build("impact-oscillator", {"wall": wall, "zeta": zeta, "omega": 0.7}, {})
+    result = follow(system, "omega", (0.3, 3.0), doublings=1)
+    h = 1 - 2 * zeta**2
+    exact = [math.sqrt(h + sign * math.sqrt(h * h - 1 + 1 / wall**2)) for sign in (-1, 1)]
+    grazing = [e for e in result.events if e.code == Special.GRAZING and result.branch[e.point] == 0]
+    assert len(grazing) == 2
+    assert np.abs(np.sort([e.values[0] for e in grazing]) - exact).max() < 1e-9
+    first = result.branch == 0
+    assert result.values[first, 0].min() == 0.3
+    assert result.values[first, 0].max() == 3.0
+    # an orbit that is told as one of twice the period is none of the period itself
+    doubled = (result.period == 2) & (result.special == Special.REGULAR)
+    assert np.abs(result.section[doubled, 0] - result.section[doubled, 1]).max(axis=1).min() > 1e-6
+
+
+def test_one_state_is_enough():
+    k = sympy.Symbol("k", real=True)
+    fire = cd.Transition("fire", "m", "m", guard=y - 1, direction=1, reset={y: 0})
+    system = cd.HybridSystem(
+        name="integrate-and-fire", states=(y,), parameters={"k": 2.0}, modes={"m": {y: k - y}}, transitions=[fire]
+    )
+    result = follow(system, "k", (1.5, 3.0))
+    assert result.values[[0, -1], 0].tolist() == [1.5, 3.0]
+    assert not len(result.events)
+
+
+# Neimark-Sacker points are found whatever other multipliers are near to the unit circle.
+
+
+@pytest.mark.parametrize("slow", [1e-4, 1e-7])
+def test_a_slow_real_multiplier_hides_no_pair(slow):
+    """x'' + p x' + x = cos(w t)/10 turns unstable at p = 0, with |mu| = exp(-p T/2); beside it z decays slowly."""
+    x, v, z, t, p, w, k = sympy.symbols("x v z t p w k", real=True)
+    system = cd.HybridSystem(
+        name="slow-beside", states=(x, v, z), time=t, parameters={"p": 0.2, "w": 1.7, "k": slow},
+        modes={"on": {x: v, v: -p * v - x + sympy.cos(w * t) / 10, z: -k * z}}, period=2 * sympy.pi / w,
+        initial={"mode": "on"},
+    )  # fmt: skip
+    result = branches(system, "p", (-0.5, 0.5), 1, "attractor", 200, 0, 0.02, 200, Numerics(), None)
+    assert [e.code for e in result.events] == [Special.NEIMARK_SACKER]
+    assert abs(result.events[0].values[0]) < 1e-12
+    assert (result.stable == (result.values[:, 0] > 0))[result.special == Special.REGULAR].all()
+
+
+@pytest.mark.parametrize("others", [[], [0.0], [0.0, 0.0, 0.9999], [0.9999, -0.9999, 1.0001]])
+def test_the_sign_changes_with_the_pair_alone(others):
+    values = [np.array([r * np.exp(1j), r * np.exp(-1j), *others]) for r in (0.999, 1.001)]
+    assert torus_test(values[0]) * torus_test(values[1]) < 0
+    assert outside(values[1]) - outside(values[0]) == 2
+    assert pair_on_circle(values[0]) == pytest.approx(1e-3)
+
+
+def test_two_real_multipliers_are_no_pair():
+    assert pair_on_circle(np.array([2.0, 0.5], dtype=complex)) == np.inf
+
+
+# A fold and a period doubling between the same two points of a branch are both located.
+
+
+def test_multipliers_at_special_points_are_what_their_names_say(drill):
+    """At 0.58658 a fold and a doubling of the drill's orbit of period 2 are 1e-6 apart, in steps of 0.02."""
+    branch = cd.continue_orbit(drill.with_parameters(eta=0.6), {"eta": (0.4, 0.9)}, period=2, step=0.02)
+    points, kinds = branch["special_index"].values, branch["special_kind"].values
+    multipliers = branch["multiplier_real"].values + 1j * branch["multiplier_imag"].values
+    values = branch["special_value"].values
+    for kind, known in ((Special.FOLD, 1.0), (Special.PERIOD_DOUBLING, -1.0)):
+        here = points[kinds == kind]
+        assert np.abs(multipliers[here] - known).min(axis=1).max() < 1e-10
+        near = values[kinds == kind]
+        assert np.abs(near - 0.586579).min() < 2e-6
+
+
+# Along a branch only those changes of sign count that stand out of round-off.
+
+
+@pytest.mark.parametrize(
+    ("values", "noise", "found"),
+    [
+        ([3.0, 1.0, -1.0, -2.0, 5.0], 0.0, [2, 4]),
+        ([3.0, 0.0, -1.0], 0.0, [1]),
+        ([3.0, np.nan, -1.0], 0.0, [2]),
+        ([3.0, 0.1, -0.1, 0.1, -3.0], 0.2, [2]),
+        ([3.0, -0.1, 0.1, 3.0], 0.2, []),
+        ([0.1, -0.1, -3.0], 0.2, []),
+    ],
+)
+def test_a_change_is_between_two_values_that_are_sure(values, noise, found):
+    assert changes(np.array(values), np.full(len(values), noise)) == found
+
+
+def test_noise_covers_the_round_off_of_determinants():
+    """Products of matrices of determinant 1, up to entries of 1e7."""
+    random = np.random.default_rng(5)
+    product, arcs = np.eye(2), 0
+    while np.abs(product).max() < 1e7:
+        a, b = random.normal(size=2)
+        product = np.array([[1 + a * b, a], [b, 1.0]]) @ product
+        arcs += 1
+        assert abs(np.linalg.det(product) - 1) < noise_of(product, arcs)
+    assert abs(np.linalg.det(product) - 1) > 1e-6

@@ -1,0 +1,393 @@
+"""An orbit is found from wherever it can be, whatever the method and the units; where there is none, words say so."""
+
+import math
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+import sympy
+from support.closed_autonomous import belt, gait
+from support.closed_impact import one_impact
+
+import chaosdrill as cd
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.model.derive import conserved_combinations, shift_directions
+from chaosdrill.orbits.branches import branches
+from chaosdrill.orbits.find import admissible, find_orbit, inadmissible_words
+from chaosdrill.orbits.guess import Place, characteristic_time
+from chaosdrill.orbits.multipliers import neutral_of
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.problem import Problem
+from chaosdrill.orbits.search import search
+from chaosdrill.orbits.verification import describe
+from chaosdrill.systems import build
+
+x, v, y, z, t, c, w = sympy.symbols("x v y z t c w", real=True)
+
+
+# Every method of integration finds the same orbit, each to its own tolerance.
+
+
+METHODS = [
+    (Numerics(tolerance=1e-13), 1e-11),
+    (Numerics(tolerance=1e-7), 1e-5),
+    (Numerics("dop853", 1e-12), 1e-9),
+    (Numerics("rk4", 1e-12, 1000), 1e-8),
+]
+
+
+@pytest.mark.parametrize(("numerics", "error"), METHODS)
+def test_the_drill(drill, numerics, error):
+    found = find_orbit(drill, 1, "attractor", 200, numerics)
+    assert found.outcome == Outcome.PERIODIC
+    assert found.checks.consistent, found.checks.disagreements
+    # quadruple precision, another program
+    expected = [0.5117707419326684, 0.2579689590074009, 0.3668787222623992]
+    np.testing.assert_allclose(found.states[0], expected, atol=error)
+    np.testing.assert_allclose(found.multipliers[0].real, 0.11672896840556, atol=10 * error)
+    assert found.rank == 2
+
+
+@pytest.mark.parametrize(("numerics", "error"), METHODS)
+def test_the_belt(numerics, error):
+    system = build("belt-stick-slip")
+    own = system.parameters
+    closed = belt(own["belt"], own["F_s"], own["F_k"])
+    found = find_orbit(system, 1, "attractor", 50, numerics)
+    assert found.duration == pytest.approx(closed.period, abs=error)
+    np.testing.assert_allclose(found.multipliers, [1, 0], atol=10 * error)
+    assert found.multipliers[1] == 0
+
+
+@pytest.mark.parametrize(("numerics", "error"), METHODS)
+def test_the_wheel(numerics, error):
+    system = build("rimless-wheel")
+    closed = gait(system.parameters["alpha"], system.parameters["gamma"])
+    found = find_orbit(system, 1, "attractor", 50, numerics)
+    assert found.duration == pytest.approx(closed.period, abs=error)
+    np.testing.assert_allclose(found.multipliers.real, closed.multipliers, atol=10 * error)
+
+
+# Orbits of systems without a clock are found whatever the unit of time is.
+
+
+FINE = Numerics(tolerance=1e-13)
+
+
+@pytest.fixture(scope="module")
+def van_der_pol():
+    x, v, mu, c = sympy.symbols("x v mu c", real=True)
+    return cd.HybridSystem(
+        name="van-der-pol",
+        states=(x, v),
+        parameters={"mu": 1.0, "c": 1.0},
+        modes={"on": {x: c * v, v: c * (mu * (1 - x**2) * v - x)}},
+        initial={"mode": "on", x: 1.0, v: 0.0},
+    )
+
+
+@pytest.mark.parametrize("c", [1e-5, 1.0, 1e5])
+def test_any_unit_of_time(van_der_pol, c):
+    found = find_orbit(van_der_pol.with_parameters(c=c), 1, "attractor", 50 / c, FINE)
+    # the period known to many digits
+    assert found.duration * c == pytest.approx(6.66328685932313, abs=1e-11)
+    assert found.multipliers[0] == pytest.approx(1, abs=1e-11)
+    assert found.checks.consistent, found.checks.disagreements
+
+
+@pytest.mark.parametrize("c", [1e-5, 1e5])
+def test_any_unit_of_time_in_a_search(van_der_pol, c):
+    found = search(van_der_pol.with_parameters(c=c), 2, np.zeros((0, 2)), np.zeros(0, dtype=np.int64), FINE)
+    assert [o.duration * c for o in found] == pytest.approx([6.66328685932313], abs=1e-11)
+
+
+@pytest.mark.parametrize("mu", [0.1, 10.0, 100.0])
+def test_weak_and_strong_relaxation(van_der_pol, mu):
+    found = find_orbit(van_der_pol.with_parameters(mu=mu), 1, "attractor", 50 + 50 * mu, FINE)
+    # averaging where it is weak (Hayashi), Dorodnicyn's series where it is strong
+    known = 2 * np.pi * (1 + mu**2 / 16) if mu < 1 else (3 - 2 * np.log(2)) * mu + 3 * 2.338107410 / mu ** (1 / 3)
+    assert found.duration == pytest.approx(known, rel=1e-5 if mu < 1 else 0.04)
+    assert found.checks.consistent, found.checks.disagreements
+    # no double holds the smaller multiplier of the strong one, its exponent is known all the same
+    assert found.rank == 2
+    assert np.isfinite(found.checks.exponents).all()
+
+
+def test_the_characteristic_time_is_that_of_the_motion(van_der_pol):
+    slow, fast = (characteristic_time(Place(van_der_pol.with_parameters(c=c)), FINE) for c in (1e-3, 1e3))
+    assert slow / fast == pytest.approx(1e6, rel=1)
+
+
+# Orbits that go on beyond their own guards are found wherever on them the search begins.
+
+
+def clock_of(*states):
+    """x'' = -c x' - x, kicked by L in its direction whenever x = 0 upward: what it meets, it goes through."""
+    x, v, c, size = sympy.symbols("x v c L", real=True)
+    kick = cd.Transition("kick", "swing", "swing", guard=x, direction=1, reset={v: v + size})
+    return cd.HybridSystem(
+        name="clock", states=[{"x": x, "v": v}[name] for name in states], parameters={"c": 0.2, "L": 1.0},
+        modes={"swing": {x: v, v: -x - c * v}}, transitions=[kick], initial={"mode": "swing", x: -1.0, v: 0.0},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def clock():
+    return clock_of("x", "v")
+
+
+def turn(c):
+    """Duration of a turn, and by what a deviation shrinks over it."""
+    duration = 2 * math.pi / math.sqrt(1 - c**2 / 4)
+    return duration, np.exp(-c / 2 * duration)
+
+
+def is_the_cycle(found, c=0.2, size=1.0):
+    duration, shrinks = turn(c)
+    assert found.outcome == Outcome.PERIODIC, found.message
+    assert found.duration == pytest.approx(duration, abs=1e-13)
+    np.testing.assert_allclose(found.multipliers, [1, shrinks], atol=1e-12)
+    # after the kick v = L + v exp(-c T/2)
+    assert np.abs(found.event_states_after[0]).max() == pytest.approx(size / (1 - shrinks), rel=1e-12)
+    assert found.checks.consistent, found.checks.disagreements
+
+
+@pytest.mark.parametrize("transient", range(60, 80))
+def test_the_clock_from_any_place(clock, transient):
+    is_the_cycle(find_orbit(clock, 1, "attractor", transient, FINE))
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e6])
+def test_the_clock_of_any_size(clock, size):
+    changed = clock.with_parameters(L=size).with_initial(x=-size)
+    is_the_cycle(find_orbit(changed, 1, "attractor", 70, FINE), size=size)
+
+
+def test_the_clock_with_its_states_in_another_order():
+    is_the_cycle(find_orbit(clock_of("v", "x"), 1, "attractor", 67, FINE))
+
+
+def test_a_branch_of_clocks(clock):
+    result = branches(clock, "c", (0.1, 0.4), 1, "attractor", 61, 0, 0.01, 200, FINE, None)
+    assert result.message == ""
+    assert not result.events
+    assert (result.values[0, 0], result.values[-1, 0]) == (0.1, 0.4)
+    expected = [turn(c)[1] for c in result.values[:, 0]]
+    np.testing.assert_allclose(result.multipliers, np.column_stack([np.ones(len(expected)), expected]), atol=1e-12)
+    assert result.stable.all()
+
+
+@pytest.fixture(scope="module")
+def walker():
+    """The simplest walker: stance angle th, swing angle ph; the foot scuffs at mid-stance, through its own guard.
+
+    Garcia, Chatterjee, Ruina and Coleman 1998, doi:10.1115/1.2798313.
+    """
+    th, om, ph, ps, slope = sympy.symbols("th om ph ps slope", real=True)
+    stance = sympy.sin(th - slope)
+    swing = stance + om**2 * sympy.sin(ph) - sympy.cos(th - slope) * sympy.sin(ph)
+    turned = sympy.cos(2 * th)
+    strike = cd.Transition(
+        "strike", "swing", "swing", guard=ph - 2 * th, direction=1, condition=th < -0.05,
+        reset={th: -th, om: turned * om, ph: -2 * th, ps: turned * (1 - turned) * om},
+    )  # fmt: skip
+    return cd.HybridSystem(
+        name="walker", states=(th, om, ph, ps), parameters={"slope": 0.009},
+        modes={"swing": {th: om, om: stance, ph: ps, ps: swing}}, transitions=[strike],
+        initial={"mode": "swing", th: 0.2, om: -0.2, ph: 0.4, ps: -0.0158},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("transient", range(20, 26))
+def test_the_walker_from_any_place(walker, transient):
+    found = find_orbit(walker, 1, "attractor", transient, FINE)
+    assert found.outcome == Outcome.PERIODIC, found.message
+    assert found.checks.consistent, found.checks.disagreements
+    # the gait of period one at this slope, as widely published for this model
+    gait = [0.200310900544287, -0.199832473004977, 0.400621801088574, -0.015822999948318]
+    np.testing.assert_allclose(found.event_states_after[0], gait, atol=1e-9)
+    assert found.rank == 3
+    assert found.multipliers[3] == 0
+    assert found.multipliers[0] == pytest.approx(1, abs=1e-10)
+    assert abs(found.multipliers[1]) < 1
+
+
+# Orbits that come in families: what the structure of a system leaves neutral is no obstacle, and is told.
+
+
+@pytest.fixture(scope="module")
+def carried():
+    """A forced linear oscillator and z' = v: z - x is conserved, and z can be anything."""
+    return cd.HybridSystem(
+        name="carried", states=(x, v, z), time=t, parameters={"c": 0.2, "w": 1.7}, period=2 * sympy.pi / w,
+        modes={"on": {x: v, v: -c * v - x + sympy.cos(w * t) / 10, z: v}}, initial={"mode": "on", z: 3.0},
+    )  # fmt: skip
+
+
+def response(damping, frequency=1.7):
+    """State (x, v) at phase 0, and the multipliers of the oscillator."""
+    amplitude = 0.1 / (1 - frequency**2 + 1j * damping * frequency)
+    rate = complex(-damping / 2, math.sqrt(1 - damping**2 / 4))
+    pair = np.exp(np.array([rate, rate.conjugate()]) * 2 * math.pi / frequency)
+    return np.array([amplitude.real, (1j * frequency * amplitude).real]), pair
+
+
+def test_a_shift_and_what_it_changes_are_one(carried):
+    assert shift_directions(carried) == [[0, 0, 1]]
+    assert np.array(conserved_combinations(carried)) @ [1, 0, 1] == pytest.approx([0])
+    assert neutral_of(carried).count == 1
+
+
+def test_a_stable_orbit_beside_a_conserved_quantity(carried):
+    found = find_orbit(carried, 1, "attractor", 200, FINE)
+    state, pair = response(0.2)
+    np.testing.assert_allclose(found.states[0, :2], state, atol=1e-12)
+    # z - x stays 3
+    assert found.states[0, 2] == pytest.approx(3 + state[0], abs=1e-10)
+    assert found.multipliers[0] == pytest.approx(1, abs=1e-13)
+    assert sorted(found.multipliers[1:].imag) == pytest.approx(sorted(pair.imag), abs=1e-12)
+    assert found.neutral == 1
+    assert found.checks.consistent, found.checks.disagreements
+    orbit = cd.periodic_orbit(carried)
+    assert int(orbit["stable"]) == 1
+    assert int(orbit["neutral"]) == 1
+    assert "shifted along z" in orbit.attrs["structure"]
+
+
+def test_a_branch_of_them(carried):
+    result = branches(carried, "c", (0.1, 0.5), 1, "attractor", 200, 0, 0.02, 200, FINE, None)
+    assert (result.values[0, 0], result.values[-1, 0]) == (0.1, 0.5)
+    assert not result.events
+    assert result.stable.all()
+    expected = np.array([response(damping)[0] for damping in result.values[:, 0]])
+    np.testing.assert_allclose(result.section[:, 0, :2], expected, atol=1e-11)
+
+
+def test_a_sum_that_is_kept_is_that_of_the_start():
+    """x and y turn into each other at a forced rate: their sum is kept, and deviations at a constant sum die out."""
+    flow = (2 + sympy.cos(t)) * x - y
+    system = cd.HybridSystem(
+        name="exchange", states=(x, y), time=t, parameters={}, modes={"on": {x: -flow, y: flow}},
+        period=2 * sympy.pi, initial={"mode": "on", x: 0.7, y: 0.1},
+    )  # fmt: skip
+    found = find_orbit(system, 1, "guess", 0, FINE)
+    assert found.states[0].sum() == pytest.approx(0.8, abs=1e-12)
+    np.testing.assert_allclose(found.multipliers, [1, math.exp(-6 * math.pi)], atol=1e-13)
+    assert found.neutral == 1
+
+
+def test_a_state_that_drifts_has_no_orbit(carried):
+    drifting = cd.HybridSystem(
+        name="drifting", states=(x, v, z), time=t, parameters={"c": 0.2, "w": 1.7}, period=2 * sympy.pi / w,
+        modes={"on": {x: v, v: -c * v - x + sympy.cos(w * t) / 10, z: v + x**2}}, initial={"mode": "on", z: 3.0},
+    )  # fmt: skip
+    assert find_orbit(drifting, 1, "attractor", 200, FINE).outcome.meaning == "open"
+
+
+# Where the equations close but the system goes otherwise, no orbit is reported.
+
+
+def closed(w, d, n, which):
+    """The orbit of a closed form, the system it belongs to, and whether it stays below the wall."""
+    impact = one_impact(w, d, 0.05, 0.8, n)[which]
+    problem = Problem(build("impact-oscillator", {"omega": w, "wall": d}), (), FINE)
+    segments, starts = np.array([[0, 0, 0]]), np.array([[d, -0.8 * impact.speed]])
+    guess = Orbit(segments, n, starts, impact.phase / w, np.array([n * 2 * pi / w]))
+    code, orbit, shot, residuals = problem.newton(guess)
+    assert code == 0
+    assert residuals[-1] < 1e-12
+    assert np.trace(shot.monodromy) == pytest.approx(impact.trace, rel=1e-9)
+    return problem, orbit, shot, residuals, impact.highest < d
+
+
+@pytest.mark.parametrize(
+    ("w", "d", "n", "which"), [(2.0, 0.3, 2, 0), (2.0, 0.3, 3, 0), (2.5, 0.3, 4, 0), (1.8, 0.5, 3, 1)]
+)
+def test_an_orbit_through_the_wall(w, d, n, which):
+    problem, orbit, shot, residuals, below = closed(w, d, n, which)
+    assert not below
+    assert not admissible(orbit, shot)
+    assert inadmissible_words(problem, orbit, shot) == "in mode 'free' the guard of 'impact' is crossed on the way"
+    found = describe(problem, orbit, shot, residuals)
+    assert found.outcome == Outcome.INADMISSIBLE
+    assert "the equations close, but" in found.message
+    assert len(found.states) == 0
+
+
+@pytest.mark.parametrize(("w", "d", "n", "which"), [(2.0, 0.3, 1, 0), (2.5, 0.3, 2, 0), (1.8, 0.5, 3, 0)])
+def test_an_orbit_below_the_wall(w, d, n, which):
+    problem, orbit, shot, residuals, below = closed(w, d, n, which)
+    assert below
+    assert admissible(orbit, shot)
+    found = describe(problem, orbit, shot, residuals)
+    assert found.outcome == Outcome.PERIODIC
+    assert found.residual < 1e-12
+    assert found.checks.consistent
+
+
+# A start that leads to no orbit gets an outcome and words, never numbers.
+
+
+def nothing(system, outcome, words, period=1, start="guess", transient=100):
+    found = find_orbit(system, period, start, transient, Numerics(tolerance=1e-13))
+    assert found.outcome == outcome, found.message
+    assert words in found.message
+    assert found.period == period
+    assert len(found.states) == len(found.event_times) == 0
+    assert np.isnan(found.multipliers).all()
+    assert np.isnan(found.residual)
+
+
+def test_chatter_that_never_rests():
+    pressed = build("impact-oscillator", {"wall": -0.5, "amplitude": 0.1}, initial={"x": -0.6})
+    nothing(pressed, Outcome.STALLED, "infinitely many impacts")
+
+
+def test_a_state_beyond_a_guard():
+    nothing(build("impact-oscillator", initial={"x": 0.5}), Outcome.INVALID_START, "beyond a guard")
+
+
+def test_a_mode_that_escapes(drill):
+    nothing(drill.with_initial(y=-1.0, u=2.0), Outcome.ESCAPED, "runs away")
+    nothing(drill.with_parameters(eta=0.48), Outcome.ESCAPED, "ended", start="attractor")
+
+
+@pytest.mark.parametrize("rho", [0.5, 10.0])
+def test_a_flow_that_comes_to_rest(rho):
+    nothing(build("lorenz", {"rho": rho}), Outcome.EQUILIBRIUM, "comes to rest", start="attractor")
+
+
+def test_a_flow_that_starts_at_rest():
+    at_rest = sqrt(8 / 3 * 27)
+    for x in (0.0, at_rest):
+        start = {"x": x, "y": x, "z": 27.0 if x else 0.0}
+        nothing(build("lorenz", initial=start), Outcome.EQUILIBRIUM, "comes to rest")
+
+
+def test_a_forced_system_without_force(drill):
+    words = "a point at rest"
+    nothing(build("impact-oscillator", {"amplitude": 0.0}), Outcome.EQUILIBRIUM, words, start="attractor")
+    nothing(drill.with_parameters(a=0.0, b=0.3), Outcome.EQUILIBRIUM, words, start="attractor")
+
+
+def test_states_that_only_grow():
+    nothing(build("percussive-drill-5d"), Outcome.OPEN, "x1 by 0.9", start="attractor")
+
+
+def test_an_angle_that_only_grows():
+    angle, rate = sympy.symbols("angle rate", real=True)
+    turning = cd.HybridSystem(
+        name="turning",
+        states=(angle, rate),
+        parameters={},
+        modes={"on": {angle: rate, rate: 1 + sympy.cos(angle) - rate}},
+        initial={"mode": "on", angle: 0.0, rate: 1.0},
+    )
+    nothing(turning, Outcome.OPEN, "angle by", start="attractor")
+
+
+def test_a_period_that_no_orbit_has():
+    # counted by another program: no orbit of period 3 or 5
+    for period in (3, 5):
+        nothing(build("impact-oscillator"), Outcome.NO_ORBIT, "Newton's method", period, "attractor")

@@ -1,0 +1,243 @@
+"""Pictures over one axis: bifurcation diagrams, and error over time."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+
+from chaosdrill.plot.bifurcation import bifurcation
+from chaosdrill.plot.work_precision import work_precision
+
+# The diagram tells one, two and eight seeds apart, and says what it has no number for.
+
+
+def _labels(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def _several(diagram, count, **coords):
+    return xr.concat([diagram] * count, "seed").assign_coords(**coords)
+
+
+def test_diagram_names_sweep_unit_lost_exponent_and_outcomes(diagram):
+    figure = bifurcation(diagram)
+    section, spectrum, rate, outcome = figure.axes
+    assert outcome.get_xlabel() == "load q (kN)"
+    assert _labels(spectrum) == ["λ₁", "λ₂ = −∞"]
+    assert _labels(outcome) == ["period 1", "period 2", "escaped"]
+    assert rate.get_ylabel() == "mean\nprogression\nrate"
+    assert section.get_xlim() == (0.0, 1.0)
+
+
+def test_diagram_leaves_out_what_the_archive_has_not(diagram):
+    assert len(bifurcation(diagram.drop_vars(["lyapunov_exponent", "progression_rate"])).axes) == 2
+
+
+def test_points_without_a_result_are_counted_and_shaded(diagram):
+    figure = bifurcation(diagram)
+    assert _labels(figure.axes[0]) == ["no result: 1 of 101 points"]
+    (shade,) = figure.axes[0].patches
+    np.testing.assert_allclose([shade.get_x(), shade.get_x() + shade.get_width()], [0.695, 0.705])
+
+
+def test_a_point_that_one_of_two_seeds_has_a_result_at_is_not_shaded(diagram):
+    other = diagram.copy(deep=True)
+    other["outcome"][70], other["section"][70] = 1, 0.5
+    figure = bifurcation(xr.concat([diagram, other], "seed"))
+    assert not figure.axes[0].patches
+
+
+def test_a_section_that_is_never_reached_is_said(diagram):
+    diagram["section"][20:30] = np.nan
+    assert "section not reached: 10 of 101 points" in _labels(bifurcation(diagram).axes[0])
+
+
+def test_shorter_records_of_a_section_keep_their_last_turn(diagram):
+    """At an event there may be fewer points than asked for; the rest is missing."""
+    diagram["section"][:, :, 3:] = np.nan
+    cycles, _ = bifurcation(diagram).axes[0].get_lines()
+    assert cycles.get_xdata().size == 51 + 2 * 49
+
+
+def test_a_state_that_the_section_pins_is_passed_over(diagram):
+    diagram["section"][..., 0] = diagram["section"][..., 0] * 0 + 0.3
+    axes = bifurcation(diagram).axes[0]
+    assert axes.get_ylabel() == "v"
+    assert np.ptp(axes.get_lines()[0].get_ydata()) > 1
+
+
+def test_lost_exponents_are_marked_at_the_foot(diagram):
+    exponents = diagram["lyapunov_exponent"].values
+    exponents[..., 1] = -2.0
+    exponents[10:14, :, 1] = -np.inf
+    axes = bifurcation(diagram).axes[1]
+    assert _labels(axes) == ["λ₁", "λ₂", "λ₂ = −∞ at 4 of 101 points"]
+    marks = axes.get_lines()[-1]
+    np.testing.assert_allclose(marks.get_xdata(), [0.10, 0.11, 0.12, 0.13])
+    # heights are parts of the panel, so that the marks stand at its foot whatever the scale
+    assert marks.get_ydata().max() < 0.2
+    assert np.isfinite(axes.get_ylim()).all()
+
+
+def test_of_a_cycle_one_turn_is_drawn(diagram):
+    """100 points of periods 1 (51 of them) and 2 (49), and nothing at the one that escaped."""
+    cycles, clouds = bifurcation(diagram).axes[0].get_lines()
+    assert cycles.get_xdata().size == 51 + 2 * 49
+    assert clouds.get_xdata().size == 0
+
+
+def test_seeds_are_told_apart_by_colour_and_size(diagram):
+    section = bifurcation(_several(diagram, 2, seed_name=("seed", ["forward", "backward"]))).axes[0]
+    assert _labels(section)[-2:] == ["forward", "backward"]
+    drawn = [line for line in section.get_lines() if line.get_xdata().size > 10]
+    assert len({to_hex(line.get_color()) for line in drawn}) == 2
+    assert drawn[0].get_markersize() > 2 * drawn[1].get_markersize()
+
+
+@pytest.mark.parametrize("count", [1, 2, 8])
+def test_each_seed_has_a_row_of_its_own_and_its_name(diagram, count):
+    rows = bifurcation(_several(diagram, count)).axes[-1]
+    assert rows.collections[0].get_array().shape == (count, 101, 3)
+    names = [f"seed {i + 1}" for i in range(count)] if count > 1 else []
+    assert [text.get_text() for text in rows.get_yticklabels()] == names
+    low, high = rows.get_ylim()
+    assert low > high, "the first seed stands on top"
+
+
+def test_very_many_seeds_share_a_strip(diagram, tmp_path):
+    figure = bifurcation(_several(diagram, 200))
+    assert figure.get_figheight() < 11
+    assert figure.axes[-1].get_ylabel() == "200 seeds"
+    figure.savefig(tmp_path / "a.png", dpi=40)
+
+
+def test_values_in_any_order_are_drawn_in_theirs(diagram):
+    shuffled = diagram.isel(q=np.random.default_rng(0).permutation(101))
+    rate = bifurcation(shuffled).axes[2].get_lines()[0]
+    assert (np.diff(rate.get_xdata()) > 0).all()
+
+
+def test_lines_join_what_was_followed_and_nothing_else(diagram):
+    followed = _several(diagram, 3, seed_name=("seed", ["forward", "random 1", "random 2"]))
+    styles = [line.get_linestyle() for line in bifurcation(followed).axes[2].get_lines()]
+    assert styles == ["-", "None", "None"]
+
+
+def test_a_diagram_of_one_point_has_a_width(diagram):
+    low, high = bifurcation(diagram.isel(q=[50])).axes[0].get_xlim()
+    assert low < 0.5 < high
+
+
+def test_the_caption_names_the_panels_that_are_drawn(diagram):
+    assert bifurcation(diagram).get_label() == "section, exponents, progression and periods"
+    assert bifurcation(diagram.drop_vars("progression_rate")).get_label() == "section, exponents and periods"
+
+
+# The picture of a made-up table: one line a method, a panel a quantity, titles with the price of a digit.
+
+
+FLAGS = {"flag_values": np.arange(8, dtype=np.int8), "flag_meanings": "ok a b c escaped e f nonfinite"}
+
+QUANTITIES = ["strobe", "event_time", "tangent", "multiplier", "flow_direction", "exponent"]
+
+
+@pytest.fixture
+def table():
+    """`series` pays 3 % a digit, `steps` twice the price; strobe and multipliers were measured."""
+    tolerances = 10.0 ** -np.arange(4, 15, 2)
+    digits = -np.log10(tolerances)
+    error = np.full((6, 2, 6), np.nan)
+    error[[0, 3]] = tolerances
+    times = 1e-6 * np.array([10 * 1.03**digits, 50 * 2.0**digits])
+    return xr.Dataset(
+        {
+            "error": (("quantity", "method", "tolerance"), error),
+            "wall_time": (("method", "tolerance"), times),
+            "horizon": (("method", "tolerance"), np.full((2, 6), np.nan)),
+            "lyapunov_exponent": -0.1,
+            "lyapunov_error": 0.0,
+            "period": 1,
+            "outcome": (("method", "tolerance"), np.zeros((2, 6), dtype=np.int8), FLAGS),
+            "forcing_period": 2.0,
+        },
+        {"quantity": QUANTITIES, "method": ["series", "steps"], "tolerance": tolerances},
+        {"kind": "work-precision", "system": "oscillator"},
+    )
+
+
+def texts(panel):
+    return [text.get_text() for text in panel.texts]
+
+
+def test_a_panel_a_quantity_with_the_price_of_a_digit(table):
+    figure = work_precision(table)
+    assert [panel.get_title(loc="left") or panel.get_title() for panel in figure.axes] == [
+        "Strobe point\neach digit: series +3 %, steps +100 %",
+        "Multipliers\neach digit: series +3 %, steps +100 %",
+    ]
+    assert figure.axes[0].get_ylabel() == "time per forcing period (µs)"
+    assert figure.get_suptitle().startswith("What a digit costs: oscillator, on a cycle of period 1\n")
+
+
+def test_lines_are_named_and_points_carry_their_tolerance(table):
+    panel = work_precision(table).axes[0]
+    assert [text for text in texts(panel) if not text.startswith("1e")] == ["series", "steps"]
+    assert texts(panel).count("1e-8") == 2
+    assert len({line.get_linestyle() for line in panel.lines[:2]}) == 2
+    assert len({line.get_marker() for line in panel.lines[:2]}) == 2
+
+
+def test_points_stand_at_digits_and_microseconds(table):
+    x, y = work_precision(table).axes[0].lines[0].get_data()
+    np.testing.assert_allclose(x, [4, 6, 8, 10, 12, 14])
+    np.testing.assert_allclose(y[0], 10 * 1.03**4)
+
+
+def test_the_ring_is_at_the_cell_to_use(table):
+    panel = work_precision(table).axes[1]
+    ring = panel.lines[-1]
+    x, y = ring.get_data()
+    assert (ring.get_markersize(), x[0]) == (11, 10)
+    np.testing.assert_allclose(y[0], 10 * 1.03**10)
+
+
+def test_in_chaos_the_horizon_has_a_panel_and_the_statistical_error_a_shade(table):
+    error = table["error"].values.copy()
+    error[5], error[3] = error[3], np.nan
+    chaos = table.assign(
+        error=(("quantity", "method", "tolerance"), error),
+        horizon=(("method", "tolerance"), np.arange(12.0).reshape(2, 6) * 20),
+        lyapunov_exponent=0.02,
+        lyapunov_error=1e-3,
+        period=0,
+    )
+    strobe, exponent, horizon = work_precision(chaos).axes[:3]
+    assert "lost in the statistical\nerror of the run" in texts(exponent)
+    assert exponent.patches[0].get_x() == pytest.approx(3)
+    assert horizon.get_xlabel() == "forcing periods within 1e-6 of the truth"
+    np.testing.assert_allclose(horizon.lines[0].get_xdata(), np.arange(6) * 10)
+    assert not strobe.patches
+
+
+def test_a_cell_without_a_number_is_left_out(table):
+    error = table["error"].values.copy()
+    error[0, 0, 2] = np.nan
+    error[0, 1, 0] = np.inf
+    panel = work_precision(table.assign(error=(("quantity", "method", "tolerance"), error))).axes[0]
+    assert [len(line.get_xdata()) for line in panel.lines[:2]] == [5, 5]
+
+
+def test_a_method_without_a_result_is_named(table):
+    codes = table["outcome"].copy()
+    codes[0] = 7
+    codes[1, 0] = 4
+    assert (
+        work_precision(table.assign(outcome=codes))
+        .get_suptitle()
+        .startswith("What a digit costs: oscillator, on a cycle of period 1 (not measured: series, nonfinite)\n")
+    )
+
+
+def test_nothing_measured_is_said(table):
+    figure = work_precision(table.assign(error=table["error"] * np.nan))
+    assert texts(figure.axes[0]) == ["nothing could be measured; see outcome"]
