@@ -76,7 +76,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
     ds = xr.Dataset(variables)
     numbers: dict[str, Any] = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
     numbers |= {name: np.arange(1, ds.sizes[name] + 1, dtype=np.int32) for name in ("orbit", "multiplier")}
-    return ds.assign_coords(state_name=("state", list(system.state_names)), **numbers)
+    return ds.assign_coords(state=list(system.state_names), **numbers)
 
 
 def orbit_rates(
@@ -178,7 +178,7 @@ def branches_dataset(system: "HybridSystem", result: "BranchResult") -> xr.Datas
         }
     ds = xr.Dataset(variables)
     return ds.assign_coords(
-        state_name=("state", list(system.state_names)),
+        state=list(system.state_names),
         multiplier=np.arange(1, n + 1, dtype=np.int32),
         iterate=np.arange(ds.sizes["iterate"], dtype=np.int32),
         branch_number=np.arange(len(branches), dtype=np.int32),

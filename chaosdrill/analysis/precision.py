@@ -134,7 +134,7 @@ def _dataset(
             "quantity": list(QUANTITIES),
             "method": names,
             "tolerance": tolerances,
-            "state_name": ("state", list(system.state_names)),
+            "state": list(system.state_names),
         },
     )
     if plan.periodic:

@@ -58,7 +58,7 @@ def section(system: "HybridSystem", plan: Span, chosen: set[int] | None, max_per
     coords = {
         "iterate": np.arange(len(points), dtype=np.int32),
         "time": ("iterate", times),
-        "state_name": ("state", list(system.state_names)),
+        "state": list(system.state_names),
         "multiplier": np.arange(1, n + 1, dtype=np.int32),
     }
     return xr.Dataset(variables, coords=coords)

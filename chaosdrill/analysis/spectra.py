@@ -81,7 +81,7 @@ def spectrum(system: "HybridSystem", plan: Span, exponents: int | None, blocks: 
             "block_time": ("block", ends[1:] * plan.unit),
         },
     )
-    return ds.assign(_averages(system, run, plan, ends, drilled, complete)).set_coords("transition_name")
+    return ds.assign(_averages(system, run, plan, ends, drilled, complete))
 
 
 def computed_exponents(structure: Structure, count: int) -> int:
@@ -159,7 +159,7 @@ def _averages(
         rates |= {name: np.nan for name in rates if name != "closest_grazing"}
     variables: dict[str, Any] = {
         "event_count": ("transition", run.counts[: len(system.transitions)].copy()),
-        "transition_name": ("transition", np.array([t.name for t in system.transitions], dtype=str)),
+        "transition": np.array([t.name for t in system.transitions], dtype=str),
         "tie_count": ((), np.int64(run.ties)),
         **{name: ((), value) for name, value in rates.items()},
     }

@@ -74,8 +74,7 @@ def over_parameters(
     variables["forcing_period"] = (names, forcing_periods(system, grid, int(np.prod(shape))).reshape(shape))
     coords = {
         **given.sweep,
-        "seed": np.arange(len(chosen.starts) + len(lines), dtype=np.int32),
-        "seed_name": ("seed", list(chosen.names + lines)),
+        "seed": list(chosen.names + lines),
         **_labels(system, plan),
     }
     if rows:
@@ -123,7 +122,7 @@ def _own(system: "HybridSystem") -> tuple[np.ndarray, int]:
 
 def _labels(system: "HybridSystem", plan: Plan) -> dict[str, Any]:
     """Coordinates of states and exponents."""
-    labels: dict[str, Any] = {"state_name": ("state", list(system.state_names))}
+    labels: dict[str, Any] = {"state": list(system.state_names)}
     if plan.exponents:
         labels["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
     return labels

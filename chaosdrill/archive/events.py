@@ -84,7 +84,7 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
         _check_trajectory(f"runs[{name!r}]", ds)
         if "run" in ds.dims:
             raise ArchiveError(f"runs[{name!r}] is already joined; join all runs at once")
-        for axis in ("time", "state_name"):
+        for axis in ("time", "state"):
             if not np.array_equal(ds[axis].values, first[axis].values):
                 raise ArchiveError(
                     f"{name}: {axis} differs from that of {first_name}; cut the runs to the same times, or "
@@ -94,9 +94,7 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     events = [ds[[str(name) for name in ds.variables if "event" in ds[name].dims]] for ds in runs.values()]
     along = xr.IndexVariable("run", list(runs), {"long_name": "name of the run", "units": "1"})
     fixed: dict[str, Any] = {"compat": "override", "combine_attrs": "override"}
-    # xarray takes state (time, state) for a coordinate of the dimension state
-    sampled = [name for name in samples[0].coords if "time" in samples[0][name].dims and name != "time"]
-    joined = xr.concat(samples, along, data_vars="all", coords=sampled, **fixed)
+    joined = xr.concat(samples, along, data_vars="all", coords="minimal", **fixed)
     listed = xr.concat(events, "event", data_vars="minimal", coords="minimal", **fixed)
     joined = joined.assign({str(name): listed[name] for name in listed.variables if "event" in listed[name].dims})
     counts = np.array([ds.sizes["event"] for ds in runs.values()], dtype=np.int32)
@@ -111,7 +109,7 @@ def _check_trajectory(argument: str, ds: "xr.Dataset") -> None:
     if not isinstance(ds, xr.Dataset):
         advice = "; give its dataset, as in node.to_dataset()" if isinstance(ds, xr.DataTree) else ""
         raise ArchiveError(f"{argument} is {type(ds).__name__}; it must be the xarray.Dataset of a trajectory{advice}")
-    missing = [name for name in ("time", "state_name", "event_time") if name not in ds.variables]
+    missing = [name for name in ("time", "states", "event_time") if name not in ds.variables]
     if missing:
         kind = ds.attrs.get("kind", "dataset")
         raise ArchiveError(

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.labels import labels_from_file
 from chaosdrill.archive.seal import is_sealed, try_reading
 from chaosdrill.dataset.layout import check_layout
 from chaosdrill.dataset.provenance import FORMAT
@@ -55,8 +54,7 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
             xr.open_datatree(known, engine="netcdf4", **_AS_STORED) as lazy,
         ):
             # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
-            nodes = {node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree}
-            tree = xr.DataTree.from_dict({path: labels_from_file(ds) for path, ds in nodes.items()})
+            tree = xr.DataTree.from_dict({node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree})
     except ArchiveError:
         raise
     except MemoryError as fault:

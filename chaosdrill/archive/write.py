@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.digest import with_digests
-from chaosdrill.archive.labels import labels_to_file
 from chaosdrill.archive.seal import seal
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, followed, netcdf_name, replacing, small_netcdf_cache
@@ -59,8 +58,7 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
         )
     target = Path(path)
     check_writable(target)
-    nodes = {node.path: with_digests(node.to_dataset(inherit=False)) for node in tree.subtree}
-    tree = xr.DataTree.from_dict({path: labels_to_file(ds) for path, ds in nodes.items()})
+    tree = xr.DataTree.from_dict({node.path: with_digests(node.to_dataset(inherit=False)) for node in tree.subtree})
     with writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:
         try:
             tree.to_netcdf(known, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))

@@ -63,8 +63,8 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
 
     The long names of the states are added to their names.
     """
-    if "state_name" in ds:
-        names = [str(name) for name in ds["state_name"].values]
+    if "state" in ds.coords:
+        names = [str(name) for name in ds["state"].values]
         ds = ds.assign_coords(state_long_name=("state", [str(system.labels.get(name, name)) for name in names]))
     declared = declarations(kind, system=system, sweep=tuple(sweep), many="orbit" in ds.dims)
     present = {str(name) for name in ds.variables}

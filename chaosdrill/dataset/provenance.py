@@ -14,7 +14,7 @@ from chaosdrill.version import __version__
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
-FORMAT = 3
+FORMAT = 4
 """Version of the layout of archives.
 
 1: without this number, and without the attributes of ACDD and the digests. 2: without the definitions of systems.

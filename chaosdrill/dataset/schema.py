@@ -5,8 +5,7 @@ The tables stand with the analyses (``VARIABLES`` in each file of ``analysis/kin
 Some things depend on the system and the request at hand and stand in a table as placeholders: ``SWEEP`` (each swept
 parameter, or each state that spans a grid of initial states, as a dimension and as its coordinate), ``QUADRATURE``
 (each integral that the system carries along), and ``ORBIT`` (the leading dimension ``orbit`` of a search, and nothing
-where one orbit was asked for). States are the dimension ``state`` with the coordinate ``state_name``, since a variable
-``state`` with more dimensions exists too.
+where one orbit was asked for). States, seeds and transitions are dimensions with their names as the index.
 """
 
 import re
@@ -121,7 +120,7 @@ def table(
 
 
 STATES: Table = (
-    axis("state_name", "state", "str", "name of the state", "Label of each entry of the dimension state.", True),
+    axis("state", "state", "str", "name of the state", "Order of the states, as in the system.", True),
     axis("state_long_name", "state", "str", "long name of the state", "What each state is, for people."),
 )
 EXPONENT = axis("exponent", "exponent", "i4", "index of the exponent", "Exponents are in descending order, from 1.")
@@ -184,8 +183,7 @@ def swept(forcing_doc: str) -> Table:
     return (
         axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
         *STATES,
-        axis("seed", "seed", "i4", "index of the seed", "Number of the initial state that the point started from."),
-        axis("seed_name", "seed", "str", "name of the seed", "How it starts: fixed, random, forward, backward."),
+        axis("seed", "seed", "str", "name of the seed", "How a point starts: fixed, random, forward, backward."),
         ITERATE,
         EXPONENT,
         need("period", dims, "i2", "period found", "In iterates of the section; 0 when none was found."),

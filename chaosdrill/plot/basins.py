@@ -111,7 +111,7 @@ def _percent(part: float, error: float) -> str:
 def _plane(dataset: "xr.Dataset") -> dict[str, float]:
     """The states that the grid does not vary, and their values, as far as the archive tells."""
     initial = json.loads(dataset.attrs.get("initial", "{}"))
-    names = [str(name) for name in dataset["state_name"].values]
+    names = [str(name) for name in dataset["state"].values]
     return {name: float(initial[name]) for name in names if name not in dataset["attractor"].dims and name in initial}
 
 
@@ -119,7 +119,7 @@ def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) 
     """Mark the attractors' points that lie in the plane and within the grid, and return a handle of the marks."""
     from matplotlib.patheffects import withStroke
 
-    names = [str(name) for name in dataset["state_name"].values]
+    names = [str(name) for name in dataset["state"].values]
     plane = np.array([_plane(dataset).get(name, np.nan) for name in names])
     points = dataset["attractor_state"].transpose("attractor_number", "state").values[:_MOST]
     off = np.array([name not in (across, up) for name in names])

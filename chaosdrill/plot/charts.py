@@ -122,7 +122,7 @@ def _start(dataset: "xr.Dataset", seed: int) -> str:
     if "initial_state" not in dataset.variables:
         return ""
     states = dataset["initial_state"].transpose("seed", "state").values
-    names = dataset["state_name"].values
+    names = dataset["state"].values
     apart = np.flatnonzero(np.ptp(states, axis=0) > 0)
     return ": " * bool(apart.size) + ", ".join(f"{names[i]} = {shorten(float(states[seed, i]))}" for i in apart)
 

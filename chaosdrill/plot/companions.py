@@ -37,7 +37,7 @@ def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
     """All that has to agree: the system, the names of its states, the parameters but those swept."""
     parameters = json.loads(str(dataset.attrs.get("parameters", "{}")))
     rest = {name: value for name, value in parameters.items() if name not in apart}
-    states = [str(name) for name in dataset["state_name"].values]
+    states = [str(name) for name in dataset["state"].values]
     return dataset.attrs.get("system"), states, rest
 
 

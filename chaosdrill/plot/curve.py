@@ -58,7 +58,7 @@ def join(dataset: "xr.Dataset") -> Curve:
     last = max(time.size - 1, 0)
     before = _event_mode(dataset, "event_mode_before", mode[np.clip(np.searchsorted(time, events) - 1, 0, last)])
     after = _event_mode(dataset, "event_mode_after", mode[np.clip(np.searchsorted(time, events, "right"), 0, last)])
-    states = [dataset[name].values for name in ("state", "event_state_before", "event_state_after")]
+    states = [dataset[name].values for name in ("states", "event_state_before", "event_state_after")]
     times = np.concatenate([time, events, events])
     # at equal times the events come first, in their own order, each with its two sides: a sample there is after them
     order = np.concatenate(
@@ -103,7 +103,7 @@ def _from(dataset: "xr.Dataset", start: float) -> "xr.Dataset":
 
 def strobe(dataset: "xr.Dataset") -> "NDArray[np.float64]":
     """Return the sampled states at whole forcing periods, shape (k, n); empty for a system that is not forced."""
-    state = dataset["state"].values
+    state = dataset["states"].values
     if "forcing_period" not in dataset.variables:
         return state[:0]
     turns = dataset["time"].values / float(dataset["forcing_period"])
@@ -117,7 +117,7 @@ def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
     which changes another entry visibly.
     """
     found = []
-    extent = np.ptp(dataset["state"].values, axis=0)
+    extent = np.ptp(dataset["states"].values, axis=0)
     before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
     kinds = dataset["event_kind"].values
     for code, name in (flag_names(dataset["event_kind"]) if kinds.size else {}).items():

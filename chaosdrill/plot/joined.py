@@ -40,7 +40,7 @@ def runs_of(dataset: "xr.Dataset") -> "list[tuple[str, xr.Dataset]]":
             (str(name), dataset.isel(run=i, event=slice(starts[i], ends[i])).drop_vars("event_count"))
             for i, name in enumerate(names[:MOST_RUNS])
         ]
-    for name, dims in {"state": ("time", "state"), "mode": ("time",), "event_time": ("event",)}.items():
+    for name, dims in {"states": ("time", "state"), "mode": ("time",), "event_time": ("event",)}.items():
         if runs[0][1][name].dims != dims:
             received = ", ".join(map(str, dataset[name].dims))
             raise ArchiveError(f"{name} has the dimensions {received}; a trajectory has {', '.join(dims)}: {_REMEDY}")

@@ -101,7 +101,7 @@ def progression(dataset: "xr.Dataset") -> "xr.DataArray":
 
 def state_label(dataset: "xr.Dataset", index: int) -> str:
     """Return the axis label of state number ``index``: its long name where the archive has one, and its symbol."""
-    symbol = str(dataset["state_name"].values[index])
+    symbol = str(dataset["state"].values[index])
     if "state_long_name" not in dataset.variables:
         return symbol
     text = str(dataset["state_long_name"].values[index])
@@ -116,8 +116,8 @@ def flag_names(variable: "xr.DataArray") -> dict[int, str]:
 
 def seed_names(dataset: "xr.Dataset") -> list[str]:
     """Return what each seed is called: by its name in the archive, or else by its number."""
-    if "seed_name" in dataset.variables:
-        return [readable(str(name)) for name in np.atleast_1d(dataset["seed_name"].values)]
+    if "seed" in dataset.variables:
+        return [readable(str(name)) for name in np.atleast_1d(dataset["seed"].values)]
     return [f"seed {number + 1}" for number in range(dataset.sizes["seed"])]
 
 

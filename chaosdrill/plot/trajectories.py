@@ -200,7 +200,7 @@ def phase_portrait(dataset: "xr.Dataset") -> "Figure":
         legend_outside(figure, axes.get_legend_handles_labels()[0])
     else:
         legend_above(axes)
-    symbols = " against ".join(str(name) for name in dataset["state_name"].values[1::-1])
+    symbols = " against ".join(str(name) for name in dataset["state"].values[1::-1])
     figure.set_label(f"{symbols}{', a colour for each run' if is_joined(dataset) else ''}")
     return figure
 
@@ -244,7 +244,7 @@ def _explain(axes: "Axes", jumps: bool) -> None:
 
 
 def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]") -> None:
-    names = [str(name) for name in runs[0]["state_name"].values[:2]]
+    names = [str(name) for name in runs[0]["state"].values[:2]]
     for index, (line, symbol) in enumerate(zip((axes.axvline, axes.axhline), names, strict=True)):
         walls = list(dict.fromkeys((name, round(value, 12)) for run in runs for name, value in stops(run, index)))
         for level in sorted({value for _, value in walls}):

@@ -180,7 +180,7 @@ def _seeds(dataset: "xr.Dataset") -> list[str]:
 def _states(dataset: "xr.Dataset") -> list[dict[str, str]]:
     from chaosdrill.plot.style import state_label
 
-    names = [str(name) for name in dataset["state_name"].values]
+    names = [str(name) for name in dataset["state"].values]
     return [{"name": name, "label": state_label(dataset, i)} for i, name in enumerate(names)]
 
 

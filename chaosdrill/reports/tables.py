@@ -68,8 +68,8 @@ def multipliers(dataset: "xr.Dataset") -> Markup:
 
 def event_counts(dataset: "xr.Dataset") -> Markup:
     """How often each transition was taken in a run."""
-    if "event_count" in dataset and "transition_name" in dataset.coords:
-        counted = zip(map(str, dataset["transition_name"].values), dataset["event_count"].values, strict=True)
+    if "event_count" in dataset and "transition" in dataset.coords:
+        counted = zip(map(str, dataset["transition"].values), dataset["event_count"].values, strict=True)
         return table("Events counted", ("transition", "times"), counted)
     if dataset.attrs.get("kind") != "trajectory":
         return NOTHING
@@ -214,7 +214,7 @@ def attractors(dataset: "xr.Dataset") -> Markup:
     if "attractor_number" not in dataset.dims:
         return NOTHING
     names = flags(dataset["attractor_outcome"].attrs)
-    states = [str(name) for name in dataset["state_name"].values]
+    states = [str(name) for name in dataset["state"].values]
     has_exponents, has_rate = "attractor_exponent" in dataset, "attractor_rate" in dataset
     rows = []
     for i, place in enumerate(dataset["attractor_number"].values):
@@ -272,7 +272,7 @@ def orbits(dataset: "xr.Dataset") -> Markup:
     if dataset.attrs.get("kind") != "periodic-orbit":
         return NOTHING
     many = dataset if "orbit" in dataset.dims else dataset.expand_dims("orbit")
-    states = [str(name) for name in dataset["state_name"].values]
+    states = [str(name) for name in dataset["state"].values]
     points, checks = [], []
     for i in range(many.sizes["orbit"]):
         one = many.isel(orbit=i)
@@ -347,7 +347,7 @@ def _cascade(dataset: "xr.Dataset") -> Markup:
 
 def _events(orbit: "xr.Dataset") -> Markup:
     kinds, names = orbit["event_kind"], flags(orbit["event_kind"].attrs)
-    states = [str(name) for name in orbit["state_name"].values]
+    states = [str(name) for name in orbit["state"].values]
     rows = []
     for i in range(int(orbit["event_count"])):
         after = list(orbit["event_state_after"].values[i])

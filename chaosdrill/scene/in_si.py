@@ -66,7 +66,7 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
 
 def _force(result: "xr.Dataset", system: "HybridSystem") -> "xr.Variable":
     """Force of spring and damper, y + 2 xi (u - w), over the static friction; a rock that is fixed has no speed."""
-    state = {str(name): result["state"].variable[:, index] for index, name in enumerate(result["state_name"].values)}
+    state = {name: result["states"].sel(state=name).variable for name in system.state_names}
     speed = state["u"] - state["w"] if "w" in state else state["u"]
     force: xr.Variable = state["y"] + 2 * system.parameters["xi"] * speed
     return force

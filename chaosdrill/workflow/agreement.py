@@ -25,7 +25,7 @@ DEVIATIONS = 8.0
 BAR = 30.0
 """Factor within which the error bars of two runs agree: with so few frequencies ten is passed in one of 500."""
 
-LEADERS = {"time": "state", "iterate": "section", "event": "event_state_before"}
+LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
 """Dimensions along which a run is recorded, and the variable that tells from where on two runs have parted."""
 
 _UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED)
@@ -63,8 +63,7 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
         return "exactly", np.asarray(one.values, dtype=str) != np.asarray(other.values, dtype=str)
     a, b = one.values.astype(float), other.values.astype(float)
     loose = ~np.broadcast_to(_settled(first, second, one), a.shape)
-    # xarray takes a variable with the name of a dimension, such as state (time, state), for a coordinate
-    axis = name in first.coords and name not in LEADERS.values()
+    axis = name in first.coords
     bound = STATED if axis else _stated(second)
     with np.errstate(invalid="ignore", over="ignore"):
         apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))

@@ -139,7 +139,7 @@ def claims(diagram: xr.Dataset) -> list[Claim]:
     step = float(diagram["eta"][1] - diagram["eta"][0])
     outside = lost(diagram, step)
     rate = diagram["progression_rate"].sel(eta=0.52, method="nearest").values
-    directions = [str(name) for name in diagram["seed_name"].values]
+    directions = [str(name) for name in diagram["seed"].values]
     row = int(np.abs(diagram["eta"].values - 0.52).argmin())
     forward, backward = (diagram["progression_rate"].values[row, directions.index(d)] for d in ("forward", "backward"))
     last, exponents = slow_end(diagram)

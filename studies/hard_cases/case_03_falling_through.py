@@ -40,7 +40,7 @@ def findings() -> list[Finding]:
         Finding(
             "lowest point until t = 5, e = 0.5",
             0.0,
-            float(np.nanmin(run["state"].values[:, 0])),
+            float(np.nanmin(run["states"].values[:, 0])),
             0.0,
             f"{show(lowest, 3)} at t = 5 (scipy's DOP853: falls after {len(times)} bounces)",
         ),

@@ -49,6 +49,6 @@ def findings() -> list[Finding]:
     names = event_names(cd.trajectory(drill, periods=50))
     rows.append(Finding("drill, r = 1, xi = 0: releases beside hits", 0.0, float(names.count("release"))))
     counted = cd.lyapunov_spectrum(drill, periods=50)
-    hits = dict(zip(counted["transition_name"].values, counted["event_count"].values, strict=True))["strong-hit"]
+    hits = dict(zip(counted["transition"].values, counted["event_count"].values, strict=True))["strong-hit"]
     rows.append(Finding("its ties, as many as strong hits", float(hits), float(counted["tie_count"])))
     return rows

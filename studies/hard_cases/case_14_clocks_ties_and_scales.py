@@ -248,7 +248,7 @@ def heyoka_beside_decay(scale: float) -> str:
 
 def _counts(system: "cd.HybridSystem", method: str, blocks: int) -> dict[str, int]:
     run = cd.lyapunov_spectrum(system, periods=PERIODS, blocks=blocks, exponents=1, method=method)
-    return dict(zip(run["transition_name"].values, run["event_count"].values.tolist(), strict=True))
+    return dict(zip(run["transition"].values, run["event_count"].values.tolist(), strict=True))
 
 
 def findings() -> list[Finding]:
@@ -294,7 +294,7 @@ def findings() -> list[Finding]:
     rows.append(Finding("its largest distance of two kicks from a turn", 0.0, float(off), 1e-11))
     for size in (1.0, 1e-3, 1e-9):
         run = cd.trajectory(duffing().with_parameters(size=size).with_initial(x=size), duration=100.0, samples=100)
-        lost = np.abs(energy(*run["state"].values.T, size, 1.0) / 0.75 - 1).max()
+        lost = np.abs(energy(*run["states"].values.T, size, 1.0) / 0.75 - 1).max()
         elsewhere = f"{scipy_oscillator(size, 'DOP853'):.0e} (scipy's DOP853, rtol = 1e-12, its own atol)"
         rows.append(Finding(f"relative error of the energy at the size {size:g}", 0.0, float(lost), 1e-10, elsewhere))
     return rows

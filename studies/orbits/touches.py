@@ -168,7 +168,7 @@ def smallest_distance(system: "cd.HybridSystem", run: xr.Dataset, names: Iterabl
     """
     modes = flag_names(run["mode"])
     kept = np.array([modes[int(code)] for code in run["mode"].values])
-    time, states = run["time"].values, run["state"].values
+    time, states = run["time"].values, run["states"].values
     bounds = np.searchsorted(run["event_time"].values, time)
     smallest = np.inf
     for transition in system.transitions:

@@ -41,7 +41,7 @@ def hit(speed: float, parameters: dict[str, float]) -> xr.Dataset:
 def force(hit: xr.Dataset) -> np.ndarray:
     """Return the contact force of a hit over time, in units of the static friction."""
     law = json.loads(hit.attrs["parameters"])
-    state = dict(zip(hit["state_name"].values, hit["state"].values.T, strict=True))
+    state = {name: hit["states"].sel(state=name).values for name in ("u", "w", "depth")}
     depth = np.maximum(state["depth"], 0.0)
     return law["k"] * depth ** law["n"] * (1 + law["lam"] * (state["u"] - state["w"]))
 

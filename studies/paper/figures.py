@@ -72,7 +72,7 @@ def _figure3(out: Path) -> Figure:
 
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    above.plot(periods, orbit["state"].values[:, 0] + drift, color=PALETTE[0], label="bit x₁")
+    above.plot(periods, orbit["states"].values[:, 0] + drift, color=PALETTE[0], label="bit x₁")
     above.plot(periods, drift, color=PALETTE[1], label="rock x₃")
     above.set_ylabel("displacement")
     below.plot((curve.time - start) / forcing, curve.state[:, 1], color=PALETTE[0], label="bit x₂")

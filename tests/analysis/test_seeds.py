@@ -21,7 +21,7 @@ def test_hysteresis_between_the_folds(bistable):
     """Forward the lower equilibrium is left at the upper fold, backward the upper one at the lower fold."""
     a = np.array([-0.6, -0.3845, -0.2, 0.0, 0.2, 0.3845, 0.3855, 0.6])
     found = cd.bifurcation_diagram(bistable, {"a": a}, follow="both", **SHORT)
-    assert found["seed_name"].values.tolist() == ["forward", "backward"]
+    assert found["seed"].values.tolist() == ["forward", "backward"]
     x = found["section"].values[:, :, -1, 0]
     for k, value in enumerate(a):
         low, high = equilibria(value)
@@ -64,7 +64,7 @@ def test_all_kinds_of_seeds_stand_side_by_side(bistable):
         **SHORT,
     )
     names = ["fixed 1", "random 1", "random 2", "forward", "backward"]
-    assert found["seed_name"].values.tolist() == names
+    assert found["seed"].values.tolist() == names
     start = found["initial_state"].values
     np.testing.assert_array_equal(start[0], [1.0, 0.1])
     np.testing.assert_array_equal(start[3:], [[-1.0, 0.1]] * 2)

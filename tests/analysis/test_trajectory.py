@@ -22,7 +22,7 @@ def test_smooth_forced_flow(duffing):
     np.testing.assert_allclose(run["time"].values, times, rtol=1e-14)
     x, v, work, drift = reference(times, (0.5, -0.2))
     # the flow stretches by some hundred in three periods
-    np.testing.assert_allclose(run["state"].values, np.array([x, v]).T, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(run["states"].values, np.array([x, v]).T, rtol=0, atol=1e-11)
     np.testing.assert_allclose(run["work"].values, work, rtol=1e-11, atol=1e-11)
     np.testing.assert_allclose(run["penetration"].values, drift, rtol=0, atol=1e-11)
     assert int(run["outcome"]) == cd.Outcome.OK
@@ -34,14 +34,14 @@ def test_after_a_transient_phase_and_time_go_on(duffing):
     whole = cd.trajectory(duffing, periods=3, samples=10)
     np.testing.assert_allclose(late["time"].values, whole["time"].values[20:], rtol=1e-14)
     x, v, _, _ = reference(np.arange(31) * 2 * np.pi / 10, (0.5, -0.2))
-    np.testing.assert_allclose(late["state"].values, np.array([x, v]).T[20:], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(late["states"].values, np.array([x, v]).T[20:], rtol=0, atol=1e-11)
     assert float(late["work"][0]) == 0.0
 
 
 def test_runge_kutta_agrees(duffing):
     run = cd.trajectory(duffing, periods=1, samples=8, method="rk4", steps=4000)
     x, v, _, _ = reference(np.arange(9) * 2 * np.pi / 8, (0.5, -0.2))
-    np.testing.assert_allclose(run["state"].values, np.array([x, v]).T, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(run["states"].values, np.array([x, v]).T, rtol=0, atol=1e-11)
 
 
 G, E, X0, V0 = 2.0, 0.75, 1.0, 3.0
@@ -75,7 +75,7 @@ def bounced(bouncer):
 
 def test_heights_are_parabolas(bounced):
     exact = [height(t) for t in bounced["time"].values]
-    np.testing.assert_allclose(bounced["state"].values[:, 0], exact, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(bounced["states"].values[:, 0], exact, rtol=0, atol=1e-12)
 
 
 def test_events_are_all_there_in_order(bounced):
@@ -111,7 +111,7 @@ def test_a_run_that_ends_early_keeps_what_it_has(circle):
     times = run["time"].values
     # the bound is met at ln 100, in a step of at most one period
     assert np.log(100) - 0.1 < times[-1] < np.log(100) + 1
-    radius = np.hypot(*run["state"].values.T)
+    radius = np.hypot(*run["states"].values.T)
     np.testing.assert_allclose(radius, np.exp(times), rtol=1e-11)
 
 

@@ -38,7 +38,7 @@ def diagram(points=3):
             "lyapunov_exponent": ((*grid, "exponent"), exponents),
             "outcome": (grid, np.full((points, 1), 3)),
         },
-        coords={"e": swept, "state_name": ("state", ["x", "v"])},
+        coords={"e": swept, "state": ["x", "v"]},
     )
     return label(ds, "bifurcation-diagram", system=SYSTEM, settings={"sweep": {"e": swept}, "tolerance": 1e-12})
 

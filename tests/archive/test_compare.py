@@ -69,7 +69,8 @@ def test_code(tree, other):
 
 
 def test_text(tree, other):
-    other["first/state_name"].values[0] = "y"
+    group = other["first"].to_dataset()
+    other["first"] = group.assign_coords(state=("state", ["y", "v"], group["state"].attrs))
     assert (only(tree, other).what, only(tree, other).differing) == ("text differs", 1)
 
 
@@ -191,12 +192,12 @@ def test_names_are_those_of_variables():
 
 
 def test_another_round_off_agrees(chaos, elsewhere):
-    assert chaos["motion/state"].values[-1, 0] != elsewhere["motion/state"].values[-1, 0]
+    assert chaos["motion/states"].values[-1, 0] != elsewhere["motion/states"].values[-1, 0]
     wrong, how = named(elsewhere, chaos)
     assert wrong == set()
     assert how["/spectrum/lyapunov_exponent"] == "within 8 standard errors"
     assert how["/spectrum/kaplan_yorke_dimension"] == "within a tenth"
-    assert how["/motion/state"] == "until the runs part, then by their range"
+    assert how["/motion/states"] == "until the runs part, then by their range"
     assert how["/diagram/outcome"] == "exactly"
     assert how["/diagram/omega"] == "within 1e-08"
 
@@ -205,15 +206,15 @@ CASES = {
     "an average beyond its error": ("spectrum/lyapunov_exponent", 0, 0.2),
     "an error bar": ("spectrum/lyapunov_error", 0, 1.0),
     "a rate": ("spectrum/impacts_per_period", (), 3.0),
-    "a sample before the runs part": ("motion/state", (5, 0), 0.12345),
-    "a sample out of range after": ("motion/state", (-1, 0), -40.0),
+    "a sample before the runs part": ("motion/states", (5, 0), 0.12345),
+    "a sample out of range after": ("motion/states", (-1, 0), -40.0),
     "a mode that is none": ("motion/mode", 3, 1),
     "an event before the runs part": ("motion/event_time", 1, 0.5),
     "a point off the attractor": ("section/section", (7, 1), 50.0),
     "an outcome": ("diagram/outcome", (1, 0), Outcome.ESCAPED),
     "a period": ("diagram/period", (1, 0), 3),
     "a swept value": ("diagram/omega", 1, 2.4751),
-    "a text": ("diagram/state_name", 1, "w"),
+    "a text": ("diagram/state", 1, "w"),
     "a number that is missing": ("spectrum/lyapunov_exponent", 0, np.nan),
 }
 
@@ -222,11 +223,11 @@ CASES = {
 def test_what_is_beyond_that_is_found(chaos, elsewhere, case):
     path, index, value = CASES[case]
     tree = elsewhere.copy(deep=True)
-    if path == "diagram/omega":
-        group = tree["diagram"].to_dataset()
-        values = group["omega"].values.copy()
+    if path in ("diagram/omega", "diagram/state"):
+        group, name = tree["diagram"].to_dataset(), path.removeprefix("diagram/")
+        values = group[name].values.copy()
         values[index] = value
-        tree["diagram"] = group.assign_coords(omega=("omega", values, group["omega"].attrs))
+        tree["diagram"] = group.assign_coords({name: (name, values, group[name].attrs)})
     else:
         tree = altered(elsewhere, path, index, value)
     assert named(tree, chaos)[0] == {f"/{path}"}
@@ -354,13 +355,11 @@ def test_any_value_of_any_variable(every_kind, verified):
     result = verified(alter_all)
     assert len(changed) > 150
     named = {(item.group, item.variable) for item in result.differences}
-    # texts along a dimension have another name in the file
-    along = {"/precision": {"method_name": "method", "quantity_name": "quantity"}}
-    assert {(group, along.get(group, {}).get(name, name)) for group, name in changed} - named == set()
+    assert set(changed) - named == set()
 
 
 @pytest.mark.parametrize(
-    "name", ["motion/state", "orbit/multiplier_real", "precision/wall_time", "branch/event_sequence"]
+    "name", ["motion/states", "orbit/multiplier_real", "precision/wall_time", "branch/event_sequence"]
 )
 def test_only_the_altered_one_is_named(verified, name):
     def alter(file):

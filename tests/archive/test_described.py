@@ -49,7 +49,7 @@ def test_variables(described):
         "units": "1",
         "long_name": "state on the section",
     }
-    assert variables["state_name"]["dtype"] == "text"
+    assert variables["state"]["dtype"] == "text"
 
 
 def test_it_is_plain(described):

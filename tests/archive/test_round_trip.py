@@ -28,7 +28,7 @@ def test_nothing_is_lost(tree, path):
     again = open_archive(path)
     assert np.isnan(again["first/section"].values[0]).all()
     assert np.isneginf(again["first/lyapunov_exponent"].values[:, 0, 1]).all()
-    assert again["first/state_name"].values.tolist() == ["x", "v"]
+    assert again["first/state"].values.tolist() == ["x", "v"]
 
 
 def test_an_opened_archive_can_be_saved_again(tree, path, tmp_path):
@@ -186,7 +186,7 @@ def test_cut_takes_the_events_of_its_times(one_run):
 def test_two_cuts_make_the_whole(one_run):
     middle = 0.5 * (one_run["time"].values[40] + one_run["time"].values[41])
     one, other = cd.cut(one_run, -1.0, middle), cd.cut(one_run, middle, 1e9)
-    for name, dim in (("state", "time"), ("event_speed", "event")):
+    for name, dim in (("states", "time"), ("event_speed", "event")):
         both = np.concatenate([one[name].values, other[name].values])
         np.testing.assert_array_equal(both, one_run[name].values)
         assert one_run[name].dims[0] == dim
@@ -204,7 +204,7 @@ def test_join_keeps_every_event_of_every_run(runs):
     assert len(set(counts.tolist())) > 1
     ends = np.cumsum(counts)
     for (name, own), start, end in zip(runs.items(), ends - counts, ends, strict=True):
-        np.testing.assert_array_equal(joined["state"].sel(run=name), own["state"])
+        np.testing.assert_array_equal(joined["states"].sel(run=name), own["states"])
         for variable in ("event_time", "event_kind", "event_state_before"):
             np.testing.assert_array_equal(joined[variable].values[start:end], own[variable].values)
     assert joined["event_count"].attrs["sample_dimension"] == "event"
@@ -215,7 +215,7 @@ def test_a_join_is_an_archive(runs, tmp_path):
     path = save(joined, tmp_path / "joined.nc")
     assert compare(open_archive(path), open_archive(save(open_archive(path), tmp_path / "again.nc"))) == []
     with netCDF4.Dataset(path) as file:
-        assert file["run_name"][:].tolist() == list(runs)
+        assert file["run"][:].tolist() == list(runs)
 
 
 @pytest.mark.parametrize(

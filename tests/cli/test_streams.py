@@ -78,12 +78,12 @@ def test_verify(call, archive):
 
 def test_verify_of_an_altered_archive(call, archive):
     with netCDF4.Dataset(archive, "a") as file:
-        file["motion/state"][1, 0] = np.nan
+        file["motion/states"][1, 0] = np.nan
     answer = call("verify", archive, "--json")
     assert answer.code == 1
     found = document(answer.out)
     assert found["equal"] is False
-    assert [(item["variable"], item["max_abs"]) for item in found["differences"]] == [("state", "inf")]
+    assert [(item["variable"], item["max_abs"]) for item in found["differences"]] == [("states", "inf")]
 
 
 @pytest.mark.parametrize(

@@ -209,7 +209,7 @@ def test_a_full_disk_costs_the_keeping_alone(folder, monkeypatch):
     monkeypatch.setattr(tempfile, "mkstemp", full)
     system = decay(rate=K / 3)
     run = cd.trajectory(system.with_initial(x=1.0), duration=3.0)
-    assert float(run["state"].values[-1, 0]) == pytest.approx(2.718281828459045**-1, rel=1e-11)
+    assert float(run["states"].values[-1, 0]) == pytest.approx(2.718281828459045**-1, rel=1e-11)
     assert not list(folder.rglob("*.code"))
 
 

@@ -87,7 +87,7 @@ def test_another_exponent_ends_the_taylor_method_with_advice(force):
 def test_where_it_is_analytic_any_exponent_has_a_series():
     system = contact(1.5, positive_power(D, N)).with_initial(d=1e-3, v=0.0)
     run = cd.trajectory(system, duration=1e-3)
-    speed, depth = run["state"].values[-1, 1], run["state"].values[-1, 0]
+    speed, depth = run["states"].values[-1, 1], run["states"].values[-1, 0]
     assert speed**2 / 2 == pytest.approx(1e6 * (1e-3**2.5 - depth**2.5) / 2.5, rel=1e-12)
 
 

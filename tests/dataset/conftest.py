@@ -29,7 +29,7 @@ def diagram():
             "period": (grid, np.ones((3, 2), dtype=np.int64)),
             "outcome": (grid, np.full((3, 2), 4, dtype=np.int64)),
         },
-        coords={"e": [0.1, 0.2, 0.3], "state_name": ("state", ["x"])},
+        coords={"e": [0.1, 0.2, 0.3], "state": ["x"]},
     )
 
 

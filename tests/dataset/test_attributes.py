@@ -25,7 +25,7 @@ def test_a_swept_parameter_takes_the_label_of_the_system(labelled):
 
 
 def test_states_have_names_and_long_names(labelled):
-    assert labelled["state_name"].values.tolist() == ["x"]
+    assert labelled["state"].values.tolist() == ["x"]
     assert labelled["state_long_name"].values.tolist() == ["height"]
 
 
@@ -42,7 +42,7 @@ def test_names_with_blanks_stay_one_meaning(system):
 
     ds = xr.Dataset(
         {
-            "state": (("time", "state"), np.zeros((2, 1))),
+            "states": (("time", "state"), np.zeros((2, 1))),
             "mode": ("time", [0, 1]),
             "path": ("time", [0.0, 1.0]),
             "event_time": ("event", [0.5]),
@@ -52,7 +52,7 @@ def test_names_with_blanks_stay_one_meaning(system):
             "event_state_after": (("event", "state"), [[0.0]]),
             "outcome": ((), 0),
         },
-        coords={"time": [0.0, 1.0], "state_name": ("state", ["x"])},
+        coords={"time": [0.0, 1.0], "state": ["x"]},
     )
     labelled = label(ds, "trajectory", system=system, settings={})
     assert labelled["mode"].attrs["flag_meanings"].split() == ["free_flight", "held"]

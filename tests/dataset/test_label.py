@@ -45,7 +45,7 @@ def test_value_that_a_code_cannot_hold(diagram, system, settings, value):
 
 
 def test_number_in_place_of_a_name(diagram, system, settings):
-    assert "state_name" in refusal(diagram.assign_coords(state_name=("state", [1.0])), system, settings)
+    assert "state holds" in refusal(diagram.assign_coords(state=[1.0]), system, settings)
 
 
 def test_unknown_kind(diagram, system, settings):

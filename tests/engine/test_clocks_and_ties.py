@@ -20,7 +20,7 @@ both_methods = pytest.mark.parametrize("method", METHODS)
 
 
 def counts(spectrum):
-    names = spectrum["transition_name"].values
+    names = spectrum["transition"].values
     return dict(zip(names, spectrum["event_count"].values.tolist(), strict=True))
 
 
@@ -109,7 +109,7 @@ def test_two_clocks_that_tie_every_period_tick_in_step(method, phase):
     twice = np.sort(np.concatenate([once, (first + 0.5) % 1 + np.arange(periods)]))
     np.testing.assert_allclose(times(run)["one"], once, rtol=0, atol=2e-14)
     np.testing.assert_allclose(times(run)["two"], twice, rtol=0, atol=2e-14)
-    end = dict(zip(run["state_name"].values, run["state"].values[-1], strict=True))
+    end = dict(zip(run["state"].values, run["states"].values[-1], strict=True))
     assert (end["n"], end["m"]) == (periods, 2 * periods)
 
 
@@ -161,7 +161,7 @@ def test_two_oscillators_in_step_are_kicked_in_step(method, level, count):
     assert len(right) == count
     for name in ("first", "second"):
         np.testing.assert_allclose(times(run)[name], right, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(run["state"].values[-1], [*end, *end], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run["states"].values[-1], [*end, *end], rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -293,7 +293,7 @@ def test_a_reset_that_jumps_over_a_guard_fires_it_at_once(method):
         "back": [],
     }
     # a sample that coincides with an event shows the state before it
-    np.testing.assert_array_equal(run["state"].values, [[0, 0, 0]] * 3 + [[1, 1, 0]] * 2)
+    np.testing.assert_array_equal(run["states"].values, [[0, 0, 0]] * 3 + [[1, 1, 0]] * 2)
 
 
 @pytest.mark.parametrize("tangents", [0, 3])

@@ -156,7 +156,7 @@ def test_blocks_do_not_change_the_number_of_events(name, method, number, blocks)
         family.at(numbers), **length, exponents=1, blocks=blocks, method=method, tolerance=TOLERANCE
     )
     assert lists.outcome(run) not in lists.FAILED
-    counts = dict(zip(run["transition_name"].values, run["event_count"].values, strict=True))
+    counts = dict(zip(run["transition"].values, run["event_count"].values, strict=True))
     assert counts == {name: len(found) for name, (found, _) in times.items()}
 
 
@@ -182,7 +182,7 @@ def test_a_run_is_cut_in_two_at_a_strobe(method, number, first):
     """Guards of explicit time with the period of the strobe: the second part is a run of its own."""
     family, numbers, times = drawn("clocks", number)
     ended, found, run = lists.single(family, numbers, method, TOLERANCE, periods=first)
-    end = dict(zip(run["state_name"].values, run["state"].values[-1], strict=True))
+    end = dict(zip(run["state"].values, run["states"].values[-1], strict=True))
     then_ended, then, _ = lists.single(family, {**numbers, **end}, method, TOLERANCE, periods=family.periods - first)
     assert not {ended, then_ended} & set(lists.FAILED)
     joined = {name: np.concatenate([found[name], then[name] + first]) for name in found}

@@ -415,7 +415,7 @@ def test_an_energy_is_kept_within_ten_tolerances(power):
         initial={X: 1.0},
     )
     run = cd.trajectory(system, duration=20000.0, samples=40000, tolerance=1e-9)
-    x, v = run["state"].values.T
+    x, v = run["states"].values.T
     energy = v**2 / 2 + x ** (power + 1) / (power + 1)
     assert np.abs(np.diff(energy)).max() <= 1e-8
 
@@ -430,7 +430,7 @@ def test_an_oscillator_of_any_size_keeps_its_energy(method, size, rate):
     runs = {
         s: cd.trajectory(
             system.with_parameters(size=s, w=w).with_initial(x=s), duration=100.0 / w, samples=100, method=method
-        )["state"].values
+        )["states"].values
         / [s, s * w]
         for s, w in {(1.0, 1.0), (size, rate)}
     }
@@ -501,7 +501,7 @@ def test_the_drill_in_metres_and_in_micrometres_is_the_drill(method, length, sec
     np.testing.assert_array_equal(other["event_kind"].values, own["event_kind"].values)
     np.testing.assert_allclose(other["event_time"].values / second, own["event_time"].values, rtol=0, atol=1e-10)
     sizes = [length, length / second, length / second]
-    np.testing.assert_allclose(other["state"].values / sizes, own["state"].values, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(other["states"].values / sizes, own["states"].values, rtol=0, atol=1e-10)
 
 
 def test_the_drill_has_the_same_exponents_in_any_unit(drill):

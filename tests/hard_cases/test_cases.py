@@ -98,7 +98,7 @@ def test_the_bounces_end_at_their_limit(e):
     assert run["event_time"].values[rest] == pytest.approx(2 / (1 - e), abs=1e-9)
     np.testing.assert_allclose(run["event_state_after"].values[rest], 0.0, atol=1e-12)
     assert int(run["outcome"]) == cd.Outcome.OK
-    np.testing.assert_array_equal(run["state"].values[-1], [0.0, 0.0])
+    np.testing.assert_array_equal(run["states"].values[-1], [0.0, 0.0])
 
 
 def test_a_held_contact_leaves_no_tangent():
@@ -124,7 +124,7 @@ def test_the_ball_leaves_a_moving_table_where_its_force_vanishes(gamma):
 def test_a_table_that_holds_the_ball_once_a_period_leaves_no_tangent():
     system = cd.build("bouncing-ball", {"amplitude": 1.3, "e": 0.1}, initial={"x": 2.3, "v": 0.0})
     spectrum = cd.lyapunov_spectrum(system, periods=200, transient=10)
-    counts = dict(zip(spectrum["transition_name"].values, spectrum["event_count"].values, strict=True))
+    counts = dict(zip(spectrum["transition"].values, spectrum["event_count"].values, strict=True))
     assert counts["rest"] >= 199
     assert spectrum["lyapunov_exponent"].values.tolist() == [-np.inf, -np.inf]
     assert int(spectrum["rank"]) == 0
@@ -159,7 +159,7 @@ def test_bounces_come_at_their_times_until_they_cannot_be_told_apart(case):
 def test_the_ball_is_never_below_the_floor_and_the_end_has_a_name(case):
     run = cd.trajectory(case(3).ball(0.5), duration=5.0, samples=1000)
     assert run.sizes["event"] >= 48
-    heights = run["state"].values[:, 0]
+    heights = run["states"].values[:, 0]
     assert np.nanmin(heights) >= 0
     assert np.all(run["event_state_after"].values[:, 0] == 0)
     assert int(run["outcome"]) in (cd.Outcome.EVENT_LIMIT, cd.Outcome.STALLED)
@@ -207,7 +207,7 @@ def test_priority_decides_the_order(priorities, order, matrix, case):
     names = run["event_kind"].attrs["flag_meanings"].split()
     assert [names[k] for k in run["event_kind"].values] == order
     np.testing.assert_allclose(run["event_time"].values, 1.0, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(run["state"].values[-1], [1.0, 1.0], atol=1e-13)
+    np.testing.assert_allclose(run["states"].values[-1], [1.0, 1.0], atol=1e-13)
 
 
 @pytest.mark.parametrize(("priorities", "order", "matrix"), ORDERS)
@@ -230,12 +230,12 @@ def test_a_drill_whose_release_and_hit_coincide_hits_first():
     happened = [names[k] for k in run["event_kind"].values]
     assert "strong-hit" in happened
     assert "release" not in happened
-    assert run["state"].values[:, 0].max() <= 1 + 1e-12
+    assert run["states"].values[:, 0].max() <= 1 + 1e-12
 
 
 def test_the_drill_counts_those_ties():
     spectrum = cd.lyapunov_spectrum(cd.drill(eta=0.8, xi=0.0, r=1.0), periods=50)
-    counts = dict(zip(spectrum["transition_name"].values, spectrum["event_count"].values, strict=True))
+    counts = dict(zip(spectrum["transition"].values, spectrum["event_count"].values, strict=True))
     assert counts["strong-hit"] > 0
     assert int(spectrum["tie_count"]) == counts["strong-hit"]
 
@@ -276,7 +276,7 @@ def test_a_drill_that_sticks_has_one_exponent_less_however_often_it_sticks():
     assert np.isfinite(found[:2]).all()
     assert found[2] == -np.inf
     assert int(spectrum["rank"]) == 2
-    counts = dict(zip(spectrum["transition_name"].values, spectrum["event_count"].values, strict=True))
+    counts = dict(zip(spectrum["transition"].values, spectrum["event_count"].values, strict=True))
     assert counts["stick"] > 1000
 
 
@@ -392,7 +392,7 @@ def test_at_rest_on_the_threshold_nothing_happens(mode, case):
     run = cd.trajectory(case(10).drill(0.0, mode), duration=100.0, samples=10)
     assert run.sizes["event"] == 0
     assert int(run["outcome"]) == cd.Outcome.OK
-    np.testing.assert_array_equal(run["state"].values, [[1.0, 0.0, 0.0]] * 11)
+    np.testing.assert_array_equal(run["states"].values, [[1.0, 0.0, 0.0]] * 11)
 
 
 @pytest.mark.parametrize("u", [0.25, TINY])
@@ -523,7 +523,7 @@ def test_a_bit_that_runs_away_while_averages_are_taken_has_no_rates(transient):
 def test_the_last_point_of_a_trajectory_is_near_the_bound_that_it_left():
     run = cd.trajectory(cd.drill(eta=0.48), periods=500, samples=20)
     assert int(run["outcome"]) == cd.Outcome.ESCAPED
-    rock = run["state"].values[:, 2]
+    rock = run["states"].values[:, 2]
     known = rock[np.isfinite(rock)]
     assert 24 < known[-1] < 27
     assert len(known) > 100

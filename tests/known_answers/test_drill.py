@@ -191,6 +191,6 @@ def test_the_contact_integrated_leaves_at_that_speed_and_time(row, method):
     assert run.sizes["event"] == 1
     assert float(run["event_time"][0]) == pytest.approx(duration, rel=1e-11)
     assert float(run["event_state_before"][0, 1]) == pytest.approx(-leave, rel=1e-11)
-    depth, speed = run["state"].values[run["time"].values < duration].T
+    depth, speed = run["states"].values[run["time"].values < duration].T
     largest = np.max(stiffness * depth**n * (1 + lam * speed))
     assert largest == pytest.approx(force, rel=1e-5)

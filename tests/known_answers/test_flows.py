@@ -165,7 +165,7 @@ def test_rotors_that_their_mean_field_locks():
     exponents = found["lyapunov_exponent"].values
     assert exponents[0] == pytest.approx(0, abs=1e-9)
     assert exponents[1] < -0.1
-    angles = cd.trajectory(cd.build("kuramoto"), duration=120, samples=1, tolerance=1e-11)["state"].values[-1]
+    angles = cd.trajectory(cd.build("kuramoto"), duration=120, samples=1, tolerance=1e-11)["states"].values[-1]
     order = abs(np.exp(1j * angles).mean())
     assert exponents.sum() == pytest.approx(3.0 * (1 - 50 * order**2), abs=1e-6)
     assert int(found["outcome"]) == cd.Outcome.PERIODIC

@@ -71,7 +71,7 @@ def test_multipliers_and_impact_speed(w, multipliers):
 
     run = cd.trajectory(oscillator(w), periods=3, transient=2000)
     np.testing.assert_allclose(np.abs(run["event_speed"].values), speed, rtol=1e-10)
-    assert run["state"].values[:, 0].max() <= 1e-12
+    assert run["states"].values[:, 0].max() <= 1e-12
 
 
 def test_the_orbit_doubles_where_it_should():
@@ -190,7 +190,7 @@ def test_a_mass_that_friction_outweighs_stays():
     system = cd.build("den-hartog", {"omega": 0.8, "S": 1.5})
     run = cd.trajectory(system, periods=20)
     assert run["mode"].attrs["flag_meanings"].split()[int(run["mode"][-1])] == "stick"
-    assert float(run["state"].values[-1, 1]) == 0.0
+    assert float(run["states"].values[-1, 1]) == 0.0
 
 
 # Stick-slip on a belt: period in closed form, multipliers 1 and 0.

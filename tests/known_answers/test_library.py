@@ -113,7 +113,7 @@ def test_state_after_a_while(name):
     mode, state, count = integrated(system, end)
     assert system.mode_names[int(run["mode"][-1])] == mode
     assert run.sizes["event"] == count
-    np.testing.assert_allclose(run["state"].values[-1], state, rtol=0, atol=3e-8 * max(1, np.abs(state).max()))
+    np.testing.assert_allclose(run["states"].values[-1], state, rtol=0, atol=3e-8 * max(1, np.abs(state).max()))
 
 
 @pytest.mark.parametrize("name", sorted(SPANS))
@@ -302,7 +302,7 @@ def test_duffing_exponents_sum_to_the_damping():
 def test_henon_heiles_keeps_energy_and_pairs_exponents():
     system = systems.build("henon-heiles")
     run = cd.trajectory(system, duration=200, samples=50)
-    x, y, p, q = run["state"].values.T
+    x, y, p, q = run["states"].values.T
     energy = (p**2 + q**2 + x**2 + y**2) / 2 + x**2 * y - y**3 / 3
     np.testing.assert_allclose(energy, 1 / 8, rtol=1e-10)
     found = cd.lyapunov_spectrum(system, duration=1000)

@@ -169,12 +169,12 @@ def falls(name, value, rate="-{0}*x"):
 
 @pytest.mark.parametrize("name", ["E", "pi", "I", "S", "N", "Q", "zeta", "beta", "gamma", "lambda", "t"])
 def test_a_name_in_a_text_is_the_symbol_of_that_name(name):
-    end = cd.trajectory(falls(name, 4.0), duration=1.0)["state"].values[-1, 0]
+    end = cd.trajectory(falls(name, 4.0), duration=1.0)["states"].values[-1, 0]
     assert end == pytest.approx(np.exp(-4.0), rel=1e-11)
 
 
 def test_pi_is_the_number_where_nothing_is_called_so():
-    end = cd.trajectory(falls("k", 2.0, "-pi*{0}*x"), duration=1.0)["state"].values[-1, 0]
+    end = cd.trajectory(falls("k", 2.0, "-pi*{0}*x"), duration=1.0)["states"].values[-1, 0]
     assert end == pytest.approx(np.exp(-2.0 * np.pi), rel=1e-10)
 
 

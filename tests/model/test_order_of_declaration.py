@@ -68,9 +68,9 @@ EXPONENTS = {"lyapunov_exponent": "lyapunov_error", "attractor_exponent": "attra
 
 def facts(ds):
     """Values of a result by name, in an order and with words that do not depend on how the system was declared."""
-    for dimension, name in (("state", "state_name"), ("transition", "transition_name")):
-        if name in ds.variables:
-            ds = ds.isel({dimension: np.argsort(ds[name].values)})
+    for dimension in ("state", "transition"):
+        if dimension in ds.variables:
+            ds = ds.isel({dimension: np.argsort(ds[dimension].values)})
     found = {}
     for name, variable in ds.variables.items():
         values = variable.values

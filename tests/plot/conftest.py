@@ -31,7 +31,7 @@ def ball():
     height = local * (2 - local) / 2
     return xr.Dataset(
         {
-            "state": _variable(("time", "state"), np.stack([height, 1 - local], axis=1), "state"),
+            "states": _variable(("time", "state"), np.stack([height, 1 - local], axis=1), "state"),
             "mode": _flags("time", height < 0.25, "dry wet"),
             "penetration": _variable("time", 0.5 * time, "penetration", "mm"),
             "event_time": _variable("event", events, "time of the event"),
@@ -46,7 +46,7 @@ def ball():
         },
         {
             "time": _variable("time", time, "model time"),
-            "state_name": ("state", ["x", "v"], {"long_name": "state", "units": "1"}),
+            "state": ("state", ["x", "v"], {"long_name": "state", "units": "1"}),
         },
         {"kind": "trajectory"},
     )
@@ -65,7 +65,7 @@ def section():
             "multiplier_imag": _variable("multiplier", [0.25, -0.25], "multiplier, imaginary part"),
             "outcome": _flags((), 1, OUTCOMES),
         },
-        {"state_name": ("state", ["x", "v"])},
+        {"state": ["x", "v"]},
         {"kind": "poincare-section", "settings": '{"at": "strobe"}'},
     )
 
@@ -107,7 +107,7 @@ def diagram():
             ),
             "outcome": _flags(("q", "seed"), outcome, OUTCOMES),
         },
-        {"q": _variable("q", q, "load", "kN"), "state_name": ("state", ["x", "v"])},
+        {"q": _variable("q", q, "load", "kN"), "state": ["x", "v"]},
         {"kind": "bifurcation-diagram"},
     )
 
@@ -152,7 +152,7 @@ def chart():
             "progression_rate": (grid, np.where(ended, (q[:, None] * p)[..., None], np.nan)),
             "attractor_count": (("q", "p"), np.where(ended.any(axis=2), np.where(p == 0, 1, 2), 0)),
         },
-        {"q": q, "p": p, "seed": [0, 1], "exponent": [1], "state_name": ("state", ["x", "v", "w"])},
+        {"q": q, "p": p, "exponent": [1], "state": ["x", "v", "w"]},
     )
     return label(ds, "parameter-chart", system=_system(), settings={"sweep": {"q": q, "p": p}})
 
@@ -183,7 +183,7 @@ def basin():
             "v": np.linspace(-1, 1, 20),
             "attractor_number": [1, 2],
             "exponent": [1, 2],
-            "state_name": ("state", ["x", "v", "w"]),
+            "state": ["x", "v", "w"],
         },
     )
     return label(ds, "basins", system=_system(), settings={"grid": {"x": None, "v": None}})

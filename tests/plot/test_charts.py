@@ -78,7 +78,7 @@ def test_a_cycle_whose_period_was_not_found_is_no_chaos(chart):
 
 
 def test_seeds_have_their_names(chart):
-    named = chart.assign_coords(seed_name=("seed", ["fixed 1", "random 2"]))
+    named = chart.assign_coords(seed=["fixed 1", "random 2"])
     figure = isoperiodic_chart(named)
     assert [axes.get_title() for axes in figure.axes[:2]] == ["fixed 1", "random 2"]
     assert (figure.get_supxlabel(), figure.get_supylabel()) == ("load q", "p")
@@ -86,9 +86,7 @@ def test_seeds_have_their_names(chart):
 
 def test_panels_say_where_their_seeds_start(chart):
     states = xr.DataArray([[0.5, -1.0, 0.0], [0.5, 0.25, 2.0]], dims=("seed", "state"))
-    named = chart.assign(initial_state=states).assign_coords(
-        seed_name=("seed", ["fixed 1", "fixed 2"]), state_name=("state", ["x", "y", "u"])
-    )
+    named = chart.assign(initial_state=states).assign_coords(seed=["fixed 1", "fixed 2"], state=["x", "y", "u"])
     figure = isoperiodic_chart(named)
     assert [axes.get_title() for axes in figure.axes[:2]] == ["fixed 1: y = −1, u = 0", "fixed 2: y = 0.25, u = 2"]
 
@@ -284,7 +282,7 @@ def test_many_attractors_share_a_look_in_the_end(basin):
     )
     many = many.assign_coords(attractor_number=np.arange(1, 21)).assign_attrs(basin.attrs)
     reached = basin["attractor"].copy(data=np.arange(800).reshape(40, 20) % 20 + 1)
-    figure = basins(many.assign(attractor=reached, outcome=basin["outcome"], state_name=basin["state_name"]))
+    figure = basins(many.assign(attractor=reached, outcome=basin["outcome"], state=basin["state"]))
     names = _legend(figure)
     assert names[12] == "further attractors; 40(2) %"
     assert [name.split(":")[0] for name in names[:12]] == [str(n) for n in range(1, 13)]

@@ -87,7 +87,7 @@ def test_of_a_cycle_one_turn_is_drawn(diagram):
 
 
 def test_seeds_are_told_apart_by_colour_and_size(diagram):
-    section = bifurcation(_several(diagram, 2, seed_name=("seed", ["forward", "backward"]))).axes[0]
+    section = bifurcation(_several(diagram, 2, seed=["forward", "backward"])).axes[0]
     assert _labels(section)[-2:] == ["forward", "backward"]
     drawn = [line for line in section.get_lines() if line.get_xdata().size > 10]
     assert len({to_hex(line.get_color()) for line in drawn}) == 2
@@ -118,7 +118,7 @@ def test_values_in_any_order_are_drawn_in_theirs(diagram):
 
 
 def test_lines_join_what_was_followed_and_nothing_else(diagram):
-    followed = _several(diagram, 3, seed_name=("seed", ["forward", "random 1", "random 2"]))
+    followed = _several(diagram, 3, seed=["forward", "random 1", "random 2"])
     styles = [line.get_linestyle() for line in bifurcation(followed).axes[2].get_lines()]
     assert styles == ["-", "None", "None"]
 

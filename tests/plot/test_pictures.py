@@ -165,7 +165,7 @@ def test_nothing_is_left_changed_in_matplotlib(archive):
 def runs(ball):
     """The ball, and another of twice the height and speed whose last four events are missing."""
     other = ball.isel(event=slice(6)).copy()
-    for name in ("state", "event_state_before", "event_state_after"):
+    for name in ("states", "event_state_before", "event_state_after"):
         other[name] = 2 * other[name]
     return {"low": ball, "high": other}
 
@@ -178,7 +178,7 @@ def joined(runs):
 def test_taken_apart_they_are_what_was_joined(runs, joined):
     for (name, run), (expected, whole) in zip(runs_of(joined), runs.items(), strict=True):
         assert name == expected
-        for variable in ("state", "mode", "event_time", "event_state_after", "outcome"):
+        for variable in ("states", "mode", "event_time", "event_state_after", "outcome"):
             np.testing.assert_array_equal(run[variable].values, whole[variable].values)
 
 

@@ -26,8 +26,8 @@ def hostile(bad=BAD):
     """Every text of an archive is an attack."""
     groups = {}
     for name, dataset in (("diagram", diagram()), ("chart<b>", chart())):
-        dataset = dataset.assign_coords(state_name=("state", [bad, "v"]), state_long_name=("state", ["", bad]))
-        dataset = dataset.assign_coords(seed_name=("seed", [bad]))
+        dataset = dataset.assign_coords(state=[bad, "v"], state_long_name=("state", ["", bad]))
+        dataset = dataset.assign_coords(seed=[bad])
         for variable in dataset.variables.values():
             variable.attrs |= {"long_name": bad, "comment": bad, "units": bad}
         kept = {"kind": dataset.attrs["kind"]}

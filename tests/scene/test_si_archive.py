@@ -113,7 +113,7 @@ def test_penetration_and_times_of_a_trajectory(tree):
 
 def test_force_along_a_trajectory(tree):
     # in SI units all the way: stretch and speeds in m and m/s, spring and damper of the scene
-    state = tree["motion/state"].values * [METRE, METRE / SECOND, METRE / SECOND]
+    state = tree["motion/states"].values * [METRE, METRE / SECOND, METRE / SECOND]
     expected = 4e6 * state[:, 0] + 3800 * (state[:, 1] - state[:, 2])
     np.testing.assert_allclose(tree["motion/force_si"], expected, rtol=1e-10, atol=1e-8)
     assert tree["motion/force_si"].attrs["units"] == "N"
@@ -128,7 +128,7 @@ def test_a_fixed_rock(in_si):
     for name in ("m2", "mu_d", "gamma"):
         text = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(f"{name} "))
     motion = run(parse_scene(text + ANALYSES[: ANALYSES.index("[analysis.spectrum]")]))["motion"]
-    state = motion["state"].values * [METRE, METRE / SECOND]
+    state = motion["states"].values * [METRE, METRE / SECOND]
     np.testing.assert_allclose(motion["force_si"], 4e6 * state[:, 0] + 3800 * state[:, 1], rtol=1e-10, atol=1e-8)
 
 

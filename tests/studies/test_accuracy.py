@@ -76,7 +76,7 @@ def test_ratios_are_medians_of_rounds(module):
 
 def test_systems_by_hand_move_as_the_drill_without_the_effect(module):
     for drill, hand in module("effects_cost").pairs().values():
-        ours, theirs = (cd.trajectory(s, periods=20, transient=5, samples=3)["state"].values for s in (drill, hand))
+        ours, theirs = (cd.trajectory(s, periods=20, transient=5, samples=3)["states"].values for s in (drill, hand))
         np.testing.assert_allclose(ours, theirs, atol=1e-8)
 
 

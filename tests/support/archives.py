@@ -38,7 +38,7 @@ def diagram(points=11, iterates=8):
             "lyapunov_error": ((*grid, "exponent"), errors),
             "outcome": (grid, outcome),
         },
-        {"omega": omega, "state_name": ("state", ["x", "v"])},
+        {"omega": omega, "state": ["x", "v"]},
     )
     system = parse_scene(SCENE).system
     return label(ds, "bifurcation-diagram", system=system, settings={"sweep": {"omega": omega}, "tolerance": 1e-12})
@@ -64,7 +64,7 @@ def chart(across=4, up=3):
             "lyapunov_exponent": ((*grid, "exponent"), exponents),
             "attractor_count": (grid[:2], np.ones(shape[:2])),
         },
-        {"zeta": zeta, "omega": omega, "exponent": [1], "state_name": ("state", ["x", "v"])},
+        {"zeta": zeta, "omega": omega, "exponent": [1], "state": ["x", "v"]},
     )
     system = parse_scene(SCENE).system
     return label(ds, "parameter-chart", system=system, settings={"sweep": {"zeta": zeta, "omega": omega}})

@@ -37,6 +37,12 @@ def checker() -> Iterator[Callable[[Path, str], Checked]]:
         child.stdin.close()
 
 
+def in_numbers(ds: Any) -> Any:
+    """The dataset with another name for each index of texts, which is no coordinate variable to the checker."""
+    names = {name: f"{name}_name" for name in ds.indexes if ds[name].dtype.kind in "OUT"}
+    return ds.reset_index(list(names)).rename_vars(names)
+
+
 def _failures(result: Any) -> list[tuple[int, str]]:
     if result.children:
         return [failure for child in result.children for failure in _failures(child)]

@@ -42,7 +42,7 @@ def test_a_bounce_off_a_wall_tends_to_the_jump(method, n):
         )  # fmt: skip
         run = cd.trajectory(bit, duration=end, samples=1, method=method)
         assert run.sizes["event"] == 2
-        errors.append(np.abs(run["state"].values[-1, :2] - exact).max())
+        errors.append(np.abs(run["states"].values[-1, :2] - exact).max())
     np.testing.assert_allclose(slopes(errors)[1:], -1 / (n + 1), rtol=0.01)
     assert errors[-1] < 5 * STIFFNESSES[-1] ** (-1 / (n + 1))
 
@@ -122,7 +122,7 @@ def test_free_masses_keep_their_momentum_through_the_contact_and_lose_energy(u, 
         initial={"y": 0.1, "u": u + w, "w": w},
     )  # fmt: skip
     run = cd.trajectory(system, duration=4.0, samples=50)
-    y, bit, rock, depth = run["state"].values.T
+    y, bit, rock, depth = run["states"].values.T
     momentum, scale = eps * bit + rock, 1 + eps * (abs(u) + abs(w))
     np.testing.assert_allclose(momentum, momentum[0], rtol=0, atol=1e-11 * scale)
     energy = eps * bit**2 + rock**2 + eps * (y + depth) ** 2

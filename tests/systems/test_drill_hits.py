@@ -37,7 +37,7 @@ def test_hits_happen_at_the_stop_and_nowhere_beyond(run):
     np.testing.assert_allclose(after[:, 0], 1.0, rtol=0, atol=1e-15)
     assert np.all(before[:, 1] > before[:, 2])
     assert np.all(after[:, 1] < after[:, 2])
-    assert data["state"].values[:, 0].max() <= 1 + 1e-12
+    assert data["states"].values[:, 0].max() <= 1 + 1e-12
 
 
 def test_a_rock_that_sticks_is_at_rest_and_never_goes_back(run):
@@ -45,7 +45,7 @@ def test_a_rock_that_sticks_is_at_rest_and_never_goes_back(run):
     _, after = states(data, "stick")
     assert len(after) > PERIODS // 4
     assert np.all(after[:, 2] == 0)
-    assert np.all(data["state"].values[:, 2] >= -1e-15)
+    assert np.all(data["states"].values[:, 2] >= -1e-15)
     assert np.all(np.diff(data["penetration"].values) >= -1e-15)
 
 

@@ -13,7 +13,7 @@ def path(system, **span):
 def test_six_lobes_drill_as_their_frequency_does():
     lobes = path(cd.drill(drive="lobes", lobes=6, spin=0.1), periods=40)
     harmonic = path(cd.drill(eta=0.6), periods=40)
-    np.testing.assert_allclose(lobes["state"].values, harmonic["state"].values, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(lobes["states"].values, harmonic["states"].values, rtol=0, atol=1e-9)
     assert lobes.sizes["event"] == harmonic.sizes["event"] > 50
 
 
@@ -23,7 +23,7 @@ def test_a_bit_on_a_fixed_rock_is_an_impact_oscillator():
         initial={"u": 0.3},
     )  # fmt: skip
     ours, theirs = path(bit, periods=10), path(cd.build("impact-oscillator"), periods=10)
-    np.testing.assert_allclose(ours["state"].values, theirs["state"].values, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(ours["states"].values, theirs["states"].values, rtol=0, atol=1e-10)
     assert ours.sizes["event"] == theirs.sizes["event"] > 5
 
 
@@ -31,7 +31,7 @@ def test_a_bit_on_a_fixed_rock_without_drive_or_stop_settles_at_the_static_stret
     run = path(cd.drill(drive="none", contact="none", rock="fixed", friction="none", b=0.7, xi=0.1), duration=10.0)
     t, damped = run["time"].values, np.sqrt(1 - 0.1**2)
     y = 0.7 * (1 - np.exp(-0.1 * t) * (np.cos(damped * t) + 0.1 / damped * np.sin(damped * t)))
-    np.testing.assert_allclose(run["state"].values[:, 0], y, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(run["states"].values[:, 0], y, rtol=0, atol=1e-12)
 
 
 # the gap keeps the spring below friction, and the load below the spring: the bit is never pressed on the rock it hits
@@ -43,7 +43,7 @@ def test_soft_hits_never_move_the_rock():
     names = run["event_kind"].attrs["flag_meanings"].split()
     assert {names[k] for k in run["event_kind"].values} == {"weak-hit"}
     held = path(cd.drill(rock="fixed", friction="none", **HITTING), periods=30)
-    np.testing.assert_allclose(run["state"].values[:, :2], held["state"].values, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run["states"].values[:, :2], held["states"].values, rtol=0, atol=1e-9)
     assert np.all(run["penetration"].values == 0)
 
 
@@ -60,7 +60,7 @@ def test_free_masses_keep_their_momentum_through_hits():
         cd.drill(friction="none", drive="none", b=0.0, xi=0.0, eps=2.0, r=0.2, initial={"u": 1.0}), duration=50.0
     )
     assert run.sizes["event"] > 3
-    momentum = 2.0 * run["state"].values[:, 1] + run["state"].values[:, 2]
+    momentum = 2.0 * run["states"].values[:, 1] + run["states"].values[:, 2]
     np.testing.assert_allclose(momentum, 2.0, rtol=0, atol=1e-12)
 
 

@@ -34,7 +34,7 @@ def test_newtonian_rebounds_end_in_time():
     assert set(names[:-1]) == {"hit"}
     assert names[-1] == "hold-stick"
     assert times[-1] == pytest.approx(time, abs=1e-9)
-    np.testing.assert_array_equal(run["state"].values[-1], [0.3, 0.0])
+    np.testing.assert_array_equal(run["states"].values[-1], [0.3, 0.0])
 
 
 def peak(v, lam, k):
@@ -58,7 +58,7 @@ def test_a_hunt_crossley_hit_is_held_once_its_force_is_no_more_than_the_load():
     assert count > 10
     assert names == ["hit"] * count + ["hold-stick"]
     assert times[-1] == pytest.approx(time, abs=1e-9)
-    np.testing.assert_array_equal(run["state"].values[-1], [0.3, 0.0])
+    np.testing.assert_array_equal(run["states"].values[-1], [0.3, 0.0])
 
 
 DRIVEN = {"b": 0.5, "a": 0.4, "eta": 0.9, "phi": 0.0}
@@ -92,9 +92,9 @@ def test_two_masses_that_slide_as_one_obey_the_load_and_friction_alone():
     t = run["time"].values
     before = t < times[0]
     exact = speed + eps / (1 + eps) * ((0.5 - mu) * t + 0.4 / 0.9 * np.sin(0.9 * t))
-    np.testing.assert_allclose(run["state"].values[before, 1], exact[before], rtol=0, atol=1e-13)
-    np.testing.assert_array_equal(run["state"].values[before, 1], run["state"].values[before, 2])
-    np.testing.assert_array_equal(run["state"].values[before, 0], 0.5)
+    np.testing.assert_allclose(run["states"].values[before, 1], exact[before], rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(run["states"].values[before, 1], run["states"].values[before, 2])
+    np.testing.assert_array_equal(run["states"].values[before, 0], 0.5)
 
 
 def test_a_held_pair_slips_when_the_load_exceeds_friction_and_sticks_again():
@@ -126,13 +126,13 @@ def test_rebounds_on_a_rock_that_gives_way_end_too(contact):
     assert {"strong-hit", "stick"} <= set(names)
     # Newton's last rebounds are too low for their tolerance, which decides whether the rock slips once more
     assert names[-1] in (("hold-stick", "stick-held") if contact == "newton" else ("hold-stick",))
-    np.testing.assert_array_equal(run["state"].values[-1, :3], [0.3, 0.0, 0.0])
+    np.testing.assert_array_equal(run["states"].values[-1, :3], [0.3, 0.0, 0.0])
 
 
 def test_a_contact_held_at_rest_once_a_period_leaves_no_exponent_finite():
     bit = cd.drill(rock="fixed", friction="none", contact="newton", e=0.3, r=0.3, **DRIVEN)
     spectrum = cd.lyapunov_spectrum(bit, periods=100, transient=20)
-    counts = dict(zip(spectrum["transition_name"].values, spectrum["event_count"].values, strict=True))
+    counts = dict(zip(spectrum["transition"].values, spectrum["event_count"].values, strict=True))
     assert counts["hold-stick"] == counts["part-stick"] == 100
     assert np.all(spectrum["lyapunov_exponent"].values == -np.inf)
 
@@ -144,7 +144,7 @@ def test_two_masses_that_slide_together_have_one_freedom():
         periods=60,
         transient=20,
     )
-    counts = dict(zip(spectrum["transition_name"].values, spectrum["event_count"].values, strict=True))
+    counts = dict(zip(spectrum["transition"].values, spectrum["event_count"].values, strict=True))
     assert counts["hold-slip"] > 50
     assert not np.isnan(spectrum["lyapunov_exponent"].values).any()
     assert np.all(spectrum["lyapunov_exponent"].values[1:] == -np.inf)

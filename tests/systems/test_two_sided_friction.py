@@ -25,7 +25,7 @@ def test_what_happens_forward_happens_backward(friction):
         for way, mode in ((1, "slip"), (-1, "slip-back"))
     ]
     forward, backward = runs
-    np.testing.assert_allclose(forward["state"].values, -backward["state"].values, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(forward["states"].values, -backward["states"].values, rtol=0, atol=1e-12)
     modes = [run["mode"].attrs["flag_meanings"].split() for run in runs]
     assert [mirror[modes[0][m]] for m in forward["mode"].values] == [modes[1][m] for m in backward["mode"].values]
     assert {"turn-back", "turn-forward", "stick"} <= set(events(forward)) | set(events(backward))
@@ -37,7 +37,7 @@ def test_sliding_masses_lose_momentum_to_friction_alone():
         cd.drill(friction="coulomb-two-sided", eps=3.0, mu=0.4, initial={"y": 6.0, "mode": "slip"}, **STILL),
         duration=4.0, samples=400,
     )  # fmt: skip
-    _, bit, rock = run["state"].values.T
+    _, bit, rock = run["states"].values.T
     t, momentum = run["time"].values, 3.0 * bit + rock
     modes = run["mode"].attrs["flag_meanings"].split()
     for mode, way in (("slip", 1), ("slip-back", -1)):
@@ -54,7 +54,7 @@ def test_a_rock_sticks_only_while_friction_can_hold_it():
         cd.drill(friction="stribeck-two-sided", a=1.2, b=0.0, eta=0.7, eps=2.0, contact="none"), periods=60, samples=50
     )
     modes = run["mode"].attrs["flag_meanings"].split()
-    y, u, w = run["state"].values.T
+    y, u, w = run["states"].values.T
     stuck = run["mode"].values == modes.index("stick")
     assert 0 < stuck.mean() < 1
     assert np.all(np.abs(y + 2 * 0.06 * u)[stuck] <= 1 + 1e-12)
@@ -70,7 +70,7 @@ def test_at_the_threshold_itself_nothing_flickers(mode, way):
     system = cd.drill(drive="none", contact="none", friction="stribeck-two-sided", b=way)
     rest = cd.trajectory(system.with_initial(mode=mode, y=way), duration=50.0, samples=5)
     assert len(events(rest)) <= 1
-    np.testing.assert_allclose(rest["state"].values[-1, 1:], 0, atol=1e-14)
+    np.testing.assert_allclose(rest["states"].values[-1, 1:], 0, atol=1e-14)
 
 
 @pytest.mark.parametrize(("speed", "name"), [(1e-3, "release"), (2.0**-30, "release")])

@@ -35,7 +35,7 @@ VARIABLES = table(
     axis("block_time", "block", "f8", "model time at the block's end", "Counted from the end of the transient."),
     need("kaplan_yorke_dimension", "", "f8", "Kaplan-Yorke dimension", "From the exponents; holds with -inf too."),
     *rates(""),
-    axis("transition_name", "transition", "str", "name of the transition", "Label of the dimension transition."),
+    axis("transition", "transition", "str", "name of the transition", "In the order of the system."),
     may("event_count", "transition", "i8", "number of events", "How often each transition was taken."),
     may("tie_count", "", "i8", "number of ties", "Events that fell on the same instant as the one before."),
     grazing("", required=True),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 VARIABLES = table(
     axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
     *STATES,
-    need("state", "time state", "f8", "state", "States of the hybrid system at the sample times."),
+    need("states", "time state", "f8", "state", "States of the hybrid system at the sample times."),
     need("mode", "time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
     may(QUADRATURE, "time", "f8", "quadrature", "Integral along the flow from the start of the record."),
     need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
@@ -78,7 +78,7 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     Returns
     -------
     xarray.Dataset
-        ``state`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
+        ``states`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
         ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_state_before``, ``event_state_after``;
         ``outcome``. A run that ends early keeps what it has.
 
@@ -106,7 +106,7 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     rows = np.vstack([here, found.samples])
     ds = xr.Dataset(
         {
-            "state": (("time", "state"), rows[:, :n]),
+            "states": (("time", "state"), rows[:, :n]),
             "mode": ("time", rows[:, -1].astype(np.int8)),
             **{name: ("time", rows[:, n + i]) for i, name in enumerate(names)},
             "event_time": ("event", found.times),
@@ -119,7 +119,7 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         },
         coords={
             "time": start + np.arange(len(rows)) * (plan.unit / given.samples),
-            "state_name": ("state", list(system.state_names)),
+            "state": list(system.state_names),
         },
     )
     if plan.periodic:

@@ -202,7 +202,7 @@ def test_any_number_of_states(continuation, states):
     section = continuation["section"].values
     wide = np.concatenate([np.zeros((*section.shape[:2], states - 1)), section[..., :1]], axis=2)
     one = continuation.drop_dims("state").assign(section=(("point", "iterate", "state"), wide))
-    one = one.assign_coords(state_name=("state", [f"s{i}" for i in range(states)]))
+    one = one.assign_coords(state=[f"s{i}" for i in range(states)])
     assert branches(one).axes[0].get_ylabel() == f"s{states - 1}"
 
 
@@ -221,7 +221,7 @@ def _diagram(continuation, **attrs):
             "section": (("r", "seed", "iterate", "state"), section),
             "period": (("r", "seed"), np.where(r < 3.2, 1, 0)[:, None]),
         },
-        {"r": r, "state_name": ("state", ["x", "v"])},
+        {"r": r, "state": ["x", "v"]},
     )
     return ds.assign_attrs(continuation.attrs, kind="bifurcation-diagram", **attrs)
 
@@ -312,7 +312,7 @@ def chart(system):
             "outcome": (("q", "r", "seed"), np.full((5, 6, 2), Outcome.PERIODIC)),
             "attractor_count": (("q", "r"), np.ones((5, 6), dtype=int)),
         },
-        {**grid, "seed": [0, 1], "state_name": ("state", ["x", "v"])},
+        {**grid, "state": ["x", "v"]},
     )
     return label(ds, "parameter-chart", system=system, settings={"sweep": grid})
 
@@ -466,7 +466,7 @@ def archive(tmp_path, continuation, curve, as_orbit, found):
             "period": (("r", "seed"), np.ones((5, 1), dtype=np.int16)),
             "outcome": (("r", "seed"), np.ones((5, 1), dtype=np.int8), continuation["outcome"].attrs),
         },
-        {"r": r, "state_name": continuation["state_name"]},
+        {"r": r, "state": continuation["state"]},
     )
     groups = {
         "one": continuation,
