@@ -3,6 +3,7 @@
 The public names are resolved on first use, so that importing the package costs nothing.
 """
 
+import sys
 from importlib import import_module
 from typing import Any
 
@@ -41,6 +42,11 @@ _HOME = {
 _HOME |= dict.fromkeys(FUNCTIONS, "chaosdrill.analysis")
 
 __all__ = [*_HOME, "__version__"]
+
+
+if "xarray" in sys.modules:
+    # else its first result, or archive, gives datasets their accessor
+    import_module("chaosdrill.dataset.words")
 
 
 def __getattr__(name: str) -> Any:

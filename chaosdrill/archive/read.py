@@ -3,6 +3,7 @@
 import os
 import warnings
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,7 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
     _check_signature(file)
     import xarray as xr
 
+    import_module("chaosdrill.dataset.words")
     if not is_sealed(file):
         try_reading(file)
     try:

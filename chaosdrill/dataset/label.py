@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from importlib import import_module
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,7 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
     ChaosdrillError
         A variable that the table does not know, one that is missing, other dimensions, or values that do not fit.
     """
+    import_module("chaosdrill.dataset.words")
     axes = settings.get("sweep") or settings.get("grid") or ()
     ds = describe(ds, kind, system=system, sweep=tuple(str(name) for name in axes))
     ds.attrs = provenance(

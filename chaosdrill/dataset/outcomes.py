@@ -2,7 +2,10 @@
 
 from collections import Counter
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Outcome(IntEnum):
@@ -60,6 +63,15 @@ def count_outcomes(codes: Any) -> dict[str, int]:
     meanings = {int(outcome): outcome.meaning for outcome in Outcome}
     counts = Counter(codes.ravel().tolist())
     return {meanings.get(code, f"code {code}"): counts[code] for code in sorted(counts)}
+
+
+def flag_names(variable: "xr.DataArray | xr.Variable") -> dict[int, str]:
+    """Names of the values of a code variable, from its CF attributes ``flag_values`` and ``flag_meanings``."""
+    import numpy as np
+
+    names = str(variable.attrs.get("flag_meanings", "")).split()
+    values = np.atleast_1d(variable.attrs.get("flag_values", np.zeros(0, dtype=int)))
+    return dict(zip((int(value) for value in values), names, strict=True))
 
 
 _ADVICE = {

@@ -305,6 +305,16 @@ class HybridSystem:
             else:
                 raise SettingsError(f"{self.name}: initial names {key!r}; expected 'mode' or one of {self.state_names}")
 
+    def _repr_html_(self) -> str | None:
+        from chaosdrill.reports.notation import system_html
+
+        return system_html(self)
+
+    def _repr_latex_(self) -> str | None:
+        from chaosdrill.reports.notation import system_latex
+
+        return system_latex(self)
+
     def __repr__(self) -> str:
         return (
             f"HybridSystem({self.name!r}, states={self.state_names}, modes={self.mode_names}, "

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plot.cells import legend_entry
 from chaosdrill.plot.charts import kind_panels
 from chaosdrill.plot.looks import ATTRACTED, FURTHER, UNRECOGNISED, attractor_look, outcomes, sort_out
 from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import (
-    flag_names,
     readable,
     shorten,
     subscript,

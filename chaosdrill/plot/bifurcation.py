@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plot.cells import bounds, draw_kinds, legend_entry
 from chaosdrill.plot.looks import MOTIONS, SEED_COLOURS, motions
 from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import (
     axis_label,
-    flag_names,
     label,
     legend_above,
     new_figure,

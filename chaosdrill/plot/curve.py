@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.plot.style import flag_names
+from chaosdrill.dataset.outcomes import flag_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plot.looks import LINE_COLOURS, Look
-from chaosdrill.plot.style import flag_names, readable, wrapped
+from chaosdrill.plot.style import readable, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

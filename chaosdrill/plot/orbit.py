@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plot.marks import WARNING, caveat, unit_circle, warn
 from chaosdrill.plot.picture import picture
 from chaosdrill.plot.style import (
     EVENT_MARKERS,
     PALETTE,
-    flag_names,
     legend_outside,
     new_figure,
     readable,

@@ -108,12 +108,6 @@ def state_label(dataset: "xr.Dataset", index: int) -> str:
     return symbol if text in ("", symbol) else f"{text} {symbol}"
 
 
-def flag_names(variable: "xr.DataArray") -> dict[int, str]:
-    """Return the names of a code variable's values from its CF attributes ``flag_values`` and ``flag_meanings``."""
-    values = np.atleast_1d(variable.attrs["flag_values"])
-    return dict(zip((int(value) for value in values), str(variable.attrs["flag_meanings"]).split(), strict=True))
-
-
 def seed_names(dataset: "xr.Dataset") -> list[str]:
     """Return what each seed is called: by its name in the archive, or else by its number."""
     if "seed" in dataset.variables:

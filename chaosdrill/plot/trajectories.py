@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plot.curve import Curve, join, last_parts, stops, strobe
 from chaosdrill.plot.joined import is_joined, runs_left_out, runs_of
 from chaosdrill.plot.picture import picture
@@ -11,7 +12,6 @@ from chaosdrill.plot.style import (
     EVENT_MARKERS,
     MODE_SHADES,
     PALETTE,
-    flag_names,
     label,
     legend_above,
     legend_outside,

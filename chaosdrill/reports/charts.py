@@ -185,8 +185,8 @@ def _states(dataset: "xr.Dataset") -> list[dict[str, str]]:
 
 
 def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
-    from chaosdrill.dataset.outcomes import Outcome
-    from chaosdrill.plot.style import flag_names, outcome_colour, readable
+    from chaosdrill.dataset.outcomes import Outcome, flag_names
+    from chaosdrill.plot.style import outcome_colour, readable
 
     advice = {outcome.meaning: outcome.advice for outcome in Outcome}
     return [

@@ -51,7 +51,7 @@ def _described(scene: "Scene") -> Markup:
 
 def system_part(
     system: "HybridSystem",
-    origin: Mapping[str, str],
+    origin: Mapping[str, str] | None = None,
     simulated: Mapping[str, str] | None = None,
     left_out: Mapping[str, str] | None = None,
     units: Markup = NOTHING,
@@ -61,8 +61,8 @@ def system_part(
     Parameters
     ----------
     system : HybridSystem
-    origin : mapping of str to str
-        Where the value of each parameter comes from.
+    origin : mapping of str to str, optional
+        Where the value of each parameter comes from; "the run" for what it does not name.
     simulated, left_out : mapping of str to str, optional
         Effects, with a line each.
     units : Markup
@@ -70,17 +70,18 @@ def system_part(
     """
     labels = system.labels
     states = [(name, part("formula", name), system.initial[name], labels.get(name, "")) for name in system.state_names]
-    parameters = [
-        (name, part("formula", name), Quantity(number(value, 12)), origin.get(name, "the run"), labels.get(name, ""))
-        for name, value in system.parameters.items()
-    ]
+    parameters = []
+    for name, value in system.parameters.items():
+        source = () if origin is None else (origin.get(name, "the run"),)
+        parameters.append((name, part("formula", name), Quantity(number(value, 12)), *source, labels.get(name, "")))
+    source = () if origin is None else ("from",)
     return render(
         "system.html",
         system=system,
         simulated=simulated,
         left_out=left_out,
         states=table("States", ("state", "symbol", "at first", "is"), states),
-        parameters=table("Parameters", ("parameter", "symbol", "value", "from", "is"), parameters),
+        parameters=table("Parameters", ("parameter", "symbol", "value", *source, "is"), parameters),
         units=units,
     )
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.dataset.references import mapping
 from chaosdrill.reports.html import MISSING, NOTHING, Quantity, count, joined, number, part, seconds, table, uncertain
 
@@ -36,7 +37,7 @@ def single_numbers(dataset: "xr.Dataset") -> Markup:
             (dataset[key].values for key in _errors(str(name)) if key in dataset and not dataset[key].ndim), None
         )
         if "flag_meanings" in variable.attrs:
-            shown: Any = meaning(variable.values, variable.attrs)
+            shown: Any = meaning(variable.values, variable)
         elif error is not None:
             shown = Quantity(uncertain(variable.values, error))
         else:
@@ -77,7 +78,7 @@ def event_counts(dataset: "xr.Dataset") -> Markup:
     several = "run" in dataset.dims
     rows = []
     for run, here in _runs(dataset).items():
-        for code, name in flags(kinds.attrs).items():
+        for code, name in flag_names(kinds).items():
             hit = kinds.values[here] == code
             if hit.any():
                 rows.append((*[run] * several, name, int(hit.sum()), float(speeds[here][hit].min())))
@@ -116,17 +117,9 @@ def outcomes(dataset: "xr.Dataset") -> Markup:
     return joined([shown, *words])
 
 
-def flags(attributes: Any) -> dict[int, str]:
-    """Names of codes, from the CF attributes of their variable."""
-    import numpy as np
-
-    names = str(attributes.get("flag_meanings", "")).split()
-    return dict(zip(map(int, np.atleast_1d(attributes.get("flag_values", []))), names, strict=True))
-
-
-def meaning(code: Any, attributes: Any) -> str:
+def meaning(code: Any, variable: "xr.DataArray | xr.Variable") -> str:
     """Name of a code, in words."""
-    return flags(attributes).get(int(code), f"code {int(code)}").replace("_", " ")
+    return flag_names(variable).get(int(code), f"code {int(code)}").replace("_", " ")
 
 
 def long_name(dataset: "xr.Dataset", name: Any) -> str:
@@ -213,7 +206,7 @@ def attractors(dataset: "xr.Dataset") -> Markup:
     """The attractors that basins lead to."""
     if "attractor_number" not in dataset.dims:
         return NOTHING
-    names = flags(dataset["attractor_outcome"].attrs)
+    names = flag_names(dataset["attractor_outcome"])
     states = [str(name) for name in dataset["state"].values]
     has_exponents, has_rate = "attractor_exponent" in dataset, "attractor_rate" in dataset
     rows = []
@@ -239,7 +232,7 @@ def _kinds(dataset: "xr.Dataset") -> Any:
     """Name of the motion of every point."""
     import numpy as np
 
-    names = flags(dataset["outcome"].attrs)
+    names = flag_names(dataset["outcome"])
     codes, periods = dataset["outcome"].values, dataset["period"].values
     kinds = np.full(codes.shape, "", dtype=object)
     for code in np.unique(codes):
@@ -328,7 +321,7 @@ def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
     for i, place in enumerate(dataset["special_index"].values):
         at = [Quantity(number(column[i], _DIGITS)) for column in values]
         error = Quantity(number(dataset["special_error"].values[i], 2))
-        kind, words = meaning(kinds.values[i], kinds.attrs), str(dataset["special_text"].values[i])
+        kind, words = meaning(kinds.values[i], kinds), str(dataset["special_text"].values[i])
         rows.append((kind, *at, error, int(owner[place]), words))
     return table("Special points", ("kind", *parameters, "error", "branch", "what happens"), rows)
 
@@ -346,7 +339,7 @@ def _cascade(dataset: "xr.Dataset") -> Markup:
 
 
 def _events(orbit: "xr.Dataset") -> Markup:
-    kinds, names = orbit["event_kind"], flags(orbit["event_kind"].attrs)
+    kinds, names = orbit["event_kind"], flag_names(orbit["event_kind"])
     states = [str(name) for name in orbit["state"].values]
     rows = []
     for i in range(int(orbit["event_count"])):
@@ -400,7 +393,7 @@ def work_precision(dataset: "xr.Dataset") -> Markup:
                     Quantity(asked),
                     *errors,
                     *cost,
-                    meaning(cell["outcome"], cell["outcome"].attrs),
+                    meaning(cell["outcome"], cell["outcome"]),
                 ]
             )
     head = ["method", "asked", *(f"error: {name.replace('_', ' ')}" for name in quantities)]

@@ -7,8 +7,6 @@ from matplotlib.figure import Figure
 
 from chaosdrill.archive import save
 
-pytestmark = pytest.mark.filterwarnings("error")
-
 GROUPS = ("motion", "section", "spectrum", "diagram", "chart", "basins", "orbit", "branch", "precision")
 
 

@@ -79,8 +79,8 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     -------
     xarray.Dataset
         ``states`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
-        ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_state_before``, ``event_state_after``;
-        ``outcome``. A run that ends early keeps what it has.
+        ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_mode_after``, ``event_state_before``,
+        ``event_state_after``; ``outcome``. A run that ends early keeps what it has.
 
     Raises
     ------
@@ -104,6 +104,7 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     found = record(run, plan.count if outcome == Outcome.OK else 0, events=True, report=job.report(plan.count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
     rows = np.vstack([here, found.samples])
+    targets = np.array([system.mode_names.index(t.target) for t in system.transitions], dtype=np.int8)
     ds = xr.Dataset(
         {
             "states": (("time", "state"), rows[:, :n]),
@@ -113,6 +114,7 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
             "event_kind": ("event", found.events[:, at.EVENT_KIND].astype(np.int8)),
             "event_speed": ("event", found.events[:, at.EVENT_SPEED]),
             "event_mode_before": ("event", found.events[:, at.EVENT_MODE].astype(np.int8)),
+            "event_mode_after": ("event", targets[found.events[:, at.EVENT_KIND].astype(int)]),
             "event_state_before": (("event", "state"), found.states_before()),
             "event_state_after": (("event", "state"), found.states_after()),
             "outcome": ((), np.int8(outcome)),

@@ -1,0 +1,115 @@
+"""Results in words: what codes mean, and events as a table. Importing this gives every dataset the accessor ``cd``."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.errors import ChaosdrillError
+
+_MODES = ("mode_before", "mode_after")
+
+
+@xr.register_dataset_accessor("cd")
+class Words:
+    """A result in words, as ``ds.cd``.
+
+    It is there once a result has been computed or opened, and if xarray is imported before chaosdrill.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What an analysis has returned, a group of an archive, or a part of it.
+    """
+
+    def __init__(self, ds: xr.Dataset) -> None:
+        self._ds = ds
+
+    @property
+    def outcome(self) -> "str | xr.DataArray":
+        """How the run ended, such as ``"chaotic"``; for many runs an array of such words in the shape of ``outcome``.
+
+        Raises
+        ------
+        ChaosdrillError
+            If the dataset has no outcome.
+        """
+        words = self.words("outcome")
+        return words if words.ndim else str(words.values)
+
+    def words(self, name: str) -> xr.DataArray:
+        """A variable of codes, such as ``mode``, ``event_kind`` or ``special_point``, as the words that they stand for.
+
+        Parameters
+        ----------
+        name : str
+            Name of the variable.
+
+        Returns
+        -------
+        xarray.DataArray
+            Texts with the dimensions and coordinates of the variable; ``"none"`` for -1, ``"code N"`` for a code
+            without a meaning.
+
+        Raises
+        ------
+        ChaosdrillError
+            If the dataset has no such variable, or if it is not one of codes.
+        """
+        if name not in self._ds.variables:
+            raise ChaosdrillError(f"{self._what()} has no variable {name!r}; it has {', '.join(map(str, self._ds))}")
+        codes = self._ds[name]
+        if "flag_values" not in codes.attrs and codes.size:
+            known = [str(key) for key, variable in self._ds.variables.items() if "flag_values" in variable.attrs]
+            raise ChaosdrillError(f"{name} holds numbers, no codes; variables of codes are {', '.join(known)}")
+        names = {-1: "none"} | flag_names(codes)
+        texts = [names.get(code, f"code {code}") for code in codes.values.ravel().tolist()]
+        kept = {key: value for key, value in codes.attrs.items() if key == "long_name"}
+        return xr.DataArray(np.array(texts, dtype=str).reshape(codes.shape), codes.coords, codes.dims, name, kept)
+
+    @property
+    def events(self) -> pd.DataFrame:
+        """Events of a trajectory or of periodic orbits, a row each.
+
+        Columns are ``time``, ``kind`` (name of the transition), ``speed``, modes before and after where they are known,
+        and ``x_before`` and ``x_after`` for each state ``x``. Rows are numbered; where there are several runs or orbits
+        these come first in the index.
+
+        Raises
+        ------
+        ChaosdrillError
+            If the dataset has no events.
+        """
+        ds = self._ds
+        if "event_time" not in ds.variables:
+            raise ChaosdrillError(f"{self._what()} has no events; trajectories and periodic orbits have them")
+        columns = {name: ds[f"event_{name}"] for name in ("time", "kind", "speed")}
+        columns |= {name: ds[f"event_{name}"] for name in _MODES if f"event_{name}" in ds.variables}
+        columns |= {name: self.words(f"event_{name}") for name in columns if name in ("kind", *_MODES)}
+        for state in np.atleast_1d(ds["state"].values):
+            for side in ("before", "after"):
+                states = ds[f"event_state_{side}"]
+                columns[f"{state}_{side}"] = states.sel(state=state) if "state" in states.dims else states
+        shape = ds["event_time"].shape
+        numbers = np.broadcast_to(np.arange(ds.sizes["event"]), shape).ravel()
+        index: pd.Index = pd.Index(numbers, name="event")
+        if "orbit" in ds["event_time"].dims:
+            orbits = np.repeat(ds["orbit"].values, shape[-1])
+            index = pd.MultiIndex.from_arrays([orbits, numbers], names=["orbit", "event"])
+        elif "run" in ds.coords:
+            counts = np.atleast_1d(ds["event_count"].values)
+            if counts.sum() != ds.sizes["event"]:
+                raise ChaosdrillError(
+                    "events of joined runs are in one row, of which a selection of xarray takes none; take all events, "
+                    "and those of one run from the table, as in joined.cd.events.loc[name]"
+                )
+            runs = np.repeat(np.atleast_1d(ds["run"].values), counts)
+            of_each = np.concatenate([np.arange(count) for count in counts])
+            index = pd.MultiIndex.from_arrays([runs, of_each], names=["run", "event"])
+        found = pd.DataFrame({name: column.values.ravel() for name, column in columns.items()}, index=index)
+        # orbits with fewer events than others are filled up
+        return found[ds["event_kind"].values.ravel() != -1]
+
+    def _what(self) -> str:
+        kind = self._ds.attrs.get("kind")
+        return "this dataset" if kind is None else f"this dataset of kind {kind}"

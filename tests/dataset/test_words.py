@@ -1,0 +1,96 @@
+"""Codes in words and events as a table: by names, however many runs there are and whatever was selected."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import chaosdrill as cd
+from chaosdrill.errors import ChaosdrillError
+
+
+@pytest.fixture(scope="module")
+def system():
+    return cd.build("impact-oscillator")
+
+
+@pytest.fixture(scope="module")
+def run(system):
+    return cd.trajectory(system, periods=30, samples=2)
+
+
+def test_the_outcome_of_one_run_is_a_word(run):
+    assert run.cd.outcome == "ok"
+
+
+def test_outcomes_of_many_keep_their_places(system):
+    ds = cd.bifurcation_diagram(system, {"omega": [2.4, 2.5]}, transient=50, periods=20)
+    words = ds.cd.outcome
+    assert words.dims == ds["outcome"].dims
+    for omega in (2.4, 2.5):
+        assert (
+            str(words.sel(omega=omega, seed="fixed 1").values)
+            == cd.Outcome(int(ds["outcome"].sel(omega=omega, seed="fixed 1"))).meaning
+        )
+
+
+def test_events_obey_the_law_of_impact(system, run):
+    table = run.cd.events
+    assert len(table) == run.sizes["event"] > 10
+    assert set(table["kind"]) == {"impact"}
+    np.testing.assert_allclose(table["v_after"], -system.parameters["e"] * table["v_before"], rtol=1e-13)
+    np.testing.assert_array_equal(table["x_before"], table["x_after"])
+    assert list(run.sel(state="v").cd.events.filter(like="_")) == ["mode_before", "mode_after", "v_before", "v_after"]
+
+
+def test_events_of_orbits_are_those_of_each(system):
+    found = cd.periodic_orbit(system, start="search", max_period=2)
+    table = found.cd.events
+    for number in found["orbit"].values:
+        one = found.sel(orbit=number)
+        count = int(one["event_count"])
+        assert (number in table.index.get_level_values("orbit")) == (count > 0)
+        if count:
+            np.testing.assert_array_equal(table.loc[number]["time"], one["event_time"].values[:count])
+
+
+def test_events_of_joined_runs(system, run):
+    other = cd.trajectory(system.with_initial(x=-0.5), periods=30, samples=2)
+    joined = cd.join({"one": run, "other": other})
+    table = joined.cd.events
+    assert table.loc["other"].equals(other.cd.events)
+    assert table.loc["one"].equals(run.cd.events)
+    with pytest.raises(ChaosdrillError, match="joined runs"):
+        _ = joined.sel(run="one").cd.events
+
+
+def test_a_code_without_a_meaning_is_told_as_it_is(run):
+    altered = run.assign(mode=run["mode"].copy(data=np.where(np.arange(run.sizes["time"]) == 3, 9, 0).astype("i1")))
+    altered["mode"].attrs = run["mode"].attrs
+    words = altered.cd.words("mode").values
+    assert (words[3], words[4]) == ("code 9", "free")
+
+
+@pytest.mark.parametrize(("name", "told"), [("states", "holds numbers"), ("stats", "no variable 'stats'")])
+def test_what_is_no_code_is_refused(run, name, told):
+    with pytest.raises(ChaosdrillError, match=told):
+        run.cd.words(name)
+
+
+def test_what_has_no_events_says_so():
+    with pytest.raises(ChaosdrillError, match="has no events"):
+        _ = xr.Dataset().cd.events
+    assert cd.trajectory(cd.build("lorenz"), duration=0.5).cd.events.empty
+
+
+@pytest.mark.parametrize("first", ["xarray", "chaosdrill"])
+def test_the_accessor_is_there_in_any_order_of_imports(first, run, tmp_path):
+    path = cd.save(run, tmp_path / "run.nc")
+    program = {
+        "xarray": f"import xarray, chaosdrill\nds = xarray.open_dataset({str(path)!r})",
+        "chaosdrill": f"import chaosdrill\nds = chaosdrill.open({str(path)!r}).to_dataset()",
+    }[first]
+    told = subprocess.run([sys.executable, "-c", f"{program}\nprint(ds.cd.outcome)"], capture_output=True, text=True)
+    assert told.stdout == "ok\n"
