@@ -29,7 +29,7 @@ _HOME = {
     "cite": "chaosdrill.workflow",
     "cut": "chaosdrill.archive",
     "join": "chaosdrill.archive",
-    "plot_archive": "chaosdrill.plot",
+    "plot_archive": "chaosdrill.plots",
     "report": "chaosdrill.reports",
     "Outcome": "chaosdrill.dataset",
     "ChaosdrillError": "chaosdrill.errors",

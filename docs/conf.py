@@ -10,7 +10,7 @@ from nbclient import NotebookClient
 import chaosdrill
 from chaosdrill.analysis.registry import METHODS, analyses
 from chaosdrill.dataset import SCHEMA, Outcome
-from chaosdrill.plot import PICTURES
+from chaosdrill.plots import PICTURES
 from chaosdrill.scene.in_si import UNITS
 from chaosdrill.scene.si import FORMULAS, QUANTITIES
 from chaosdrill.systems import EFFECTS, REGISTRY

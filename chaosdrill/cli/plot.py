@@ -20,7 +20,7 @@ from chaosdrill.cli.streams import say
 @json_option
 def plot(archive: str, output: str | None, group: str | None, as_json: bool) -> None:
     """Draw every plot that suits the contents of OUT.nc, and print the files written."""
-    from chaosdrill.plot import plot_archive
+    from chaosdrill.plots import plot_archive
 
     paths = [str(path) for path in plot_archive(archive, output, group=None if group is None else given_text(group))]
     if as_json:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from chaosdrill.plot import Picture
+    from chaosdrill.plots import Picture
 
 MOST_SVG = 500_000
 """Bytes above which a picture is stored as PNG, which does not grow with the number of its points."""
@@ -35,8 +35,8 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
     groups : mapping
         All of the archive, one of which may lie behind.
     """
-    from chaosdrill.plot import behind
-    from chaosdrill.plot.style import readable, style
+    from chaosdrill.plots import behind
+    from chaosdrill.plots.style import readable, style
 
     with style():
         import matplotlib as mpl
@@ -166,19 +166,19 @@ def _quantity(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
 
 
 def _axis(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
-    from chaosdrill.plot.style import axis_label
+    from chaosdrill.plots.style import axis_label
 
     return {"name": name, "label": axis_label(dataset, name), "values": _base64(dataset[name].values, "<f8")}
 
 
 def _seeds(dataset: "xr.Dataset") -> list[str]:
-    from chaosdrill.plot.style import seed_names
+    from chaosdrill.plots.style import seed_names
 
     return seed_names(dataset)
 
 
 def _states(dataset: "xr.Dataset") -> list[dict[str, str]]:
-    from chaosdrill.plot.style import state_label
+    from chaosdrill.plots.style import state_label
 
     names = [str(name) for name in dataset["state"].values]
     return [{"name": name, "label": state_label(dataset, i)} for i, name in enumerate(names)]
@@ -186,7 +186,7 @@ def _states(dataset: "xr.Dataset") -> list[dict[str, str]]:
 
 def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
     from chaosdrill.dataset.outcomes import Outcome, flag_names
-    from chaosdrill.plot.style import outcome_colour, readable
+    from chaosdrill.plots.style import outcome_colour, readable
 
     advice = {outcome.meaning: outcome.advice for outcome in Outcome}
     return [
@@ -196,7 +196,7 @@ def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
 
 
 def _period_colours() -> list[str]:
-    from chaosdrill.plot.looks import LONGER_COLOUR, PERIOD_COLOURS
+    from chaosdrill.plots.looks import LONGER_COLOUR, PERIOD_COLOURS
 
     return [*PERIOD_COLOURS, LONGER_COLOUR]
 
@@ -206,7 +206,7 @@ def _scales() -> dict[str, list[str]]:
     import numpy as np
     from matplotlib.colors import to_hex
 
-    from chaosdrill.plot.looks import diverging, sequential
+    from chaosdrill.plots.looks import diverging, sequential
 
     at = np.linspace(0, 1, 33)
     return {"diverging": [to_hex(c) for c in diverging()(at)], "sequential": [to_hex(c) for c in sequential()(at)]}

@@ -21,7 +21,7 @@ from chaosdrill.version import __version__
 if TYPE_CHECKING:
     import xarray as xr
 
-    from chaosdrill.plot import Picture
+    from chaosdrill.plots import Picture
 
 SUFFIXES = (".html", ".htm")
 MOST_PICTURES = 100
@@ -183,7 +183,7 @@ class _Writer:
         return table("What is in the archive", ("analysis", "kind", "system", "outcomes"), rows)
 
     def _analyses(self) -> list[_Section]:
-        from chaosdrill.plot import plan
+        from chaosdrill.plots import plan
 
         drawn: dict[str, list[Markup]] = {name: [] for name in self.groups}
         planned: list[tuple[list[str], Picture]] = []

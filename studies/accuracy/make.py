@@ -33,7 +33,7 @@ import start_up
 import stiff_contact
 from programs import Outside
 
-from chaosdrill.plot.style import style
+from chaosdrill.plots.style import style
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"

@@ -84,10 +84,10 @@ def scenes() -> int:
 
 def pictures() -> int:
     """Draw branches over diagrams, cascades, and all curves over one chart."""
-    from chaosdrill.plot.branches import branches
-    from chaosdrill.plot.curves import curves
-    from chaosdrill.plot.multipliers import cascade, multipliers
-    from chaosdrill.plot.style import style
+    from chaosdrill.plots.branches import branches
+    from chaosdrill.plots.curves import curves
+    from chaosdrill.plots.multipliers import cascade, multipliers
+    from chaosdrill.plots.style import style
 
     with style():
         for scene, group in SCENES.items():

@@ -9,8 +9,8 @@ from contact import CONTACTS, force
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from chaosdrill.plot.curve import join, strobe
-from chaosdrill.plot.style import PALETTE, WIDTH, legend_above, style
+from chaosdrill.plots.curve import join, strobe
+from chaosdrill.plots.style import PALETTE, WIDTH, legend_above, style
 
 _GAP, _SPEED = "relative displacement x₁ − x₃", "bit speed x₂"
 

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 
 import chaosdrill as cd
 from chaosdrill.analysis.statistics import standard_error
-from chaosdrill.plot.style import PALETTE, WIDTH, style, uncertain
+from chaosdrill.plots.style import PALETTE, WIDTH, style, uncertain
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"

@@ -15,7 +15,7 @@ from chaosdrill.archive import save
 from chaosdrill.cli import main
 from chaosdrill.dataset.references import BY_METHOD, REFERENCES, package, references
 from chaosdrill.errors import ArchiveError
-from chaosdrill.plot import PICTURES
+from chaosdrill.plots import PICTURES
 from chaosdrill.reports import report
 from chaosdrill.workflow import cite, info, verify
 

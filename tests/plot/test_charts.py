@@ -10,16 +10,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.text import Annotation
 
-from chaosdrill.plot.basins import basins
-from chaosdrill.plot.cells import bounds, draw_kinds
-from chaosdrill.plot.charts import (
+from chaosdrill.plots.basins import basins
+from chaosdrill.plots.cells import bounds, draw_kinds
+from chaosdrill.plots.charts import (
     attractor_count_chart,
     isoperiodic_chart,
     lyapunov_chart,
     outcome_chart,
     progression_chart,
 )
-from chaosdrill.plot.looks import (
+from chaosdrill.plots.looks import (
     ATTRACTOR_COLOURS,
     LONGER_COLOUR,
     PERIOD_COLOURS,
@@ -29,8 +29,8 @@ from chaosdrill.plot.looks import (
     diverging,
     sequential,
 )
-from chaosdrill.plot.pictures import PICTURES
-from chaosdrill.plot.style import OUTCOME_COLOURS, style
+from chaosdrill.plots.pictures import PICTURES
+from chaosdrill.plots.style import OUTCOME_COLOURS, style
 
 # Charts over two parameters: what each cell shows, what the legend says, and grids of every size.
 

@@ -12,14 +12,14 @@ from matplotlib.colors import to_rgb
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.plot import PICTURES, looks, plot_archive
-from chaosdrill.plot.convergence import convergence
-from chaosdrill.plot.curve import join, last_part, stops, strobe
-from chaosdrill.plot.joined import MOST_RUNS, runs_of
-from chaosdrill.plot.pictures import stems_of
-from chaosdrill.plot.poincare import poincare
-from chaosdrill.plot.style import shorten, subscript, uncertain
-from chaosdrill.plot.trajectories import phase_portrait, time_history
+from chaosdrill.plots import PICTURES, looks, plot_archive
+from chaosdrill.plots.convergence import convergence
+from chaosdrill.plots.curve import join, last_part, stops, strobe
+from chaosdrill.plots.joined import MOST_RUNS, runs_of
+from chaosdrill.plots.pictures import stems_of
+from chaosdrill.plots.poincare import poincare
+from chaosdrill.plots.style import shorten, subscript, uncertain
+from chaosdrill.plots.trajectories import phase_portrait, time_history
 from chaosdrill.reports.tables import event_counts
 
 # What the pictures say: labels, legends and titles come from the dataset, and nothing is drawn that is not there.

@@ -8,12 +8,12 @@ import xarray as xr
 
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
 from chaosdrill.orbits.results import Checks
-from chaosdrill.plot import plot_archive
-from chaosdrill.plot.branches import branches
-from chaosdrill.plot.companions import fits
-from chaosdrill.plot.curves import curves
-from chaosdrill.plot.multipliers import FEIGENBAUM, cascade, multipliers
-from chaosdrill.plot.orbit import orbit
+from chaosdrill.plots import plot_archive
+from chaosdrill.plots.branches import branches
+from chaosdrill.plots.companions import fits
+from chaosdrill.plots.curves import curves
+from chaosdrill.plots.multipliers import FEIGENBAUM, cascade, multipliers
+from chaosdrill.plots.orbit import orbit
 
 # One orbit with its events, multipliers and Newton's residuals; a search with all of its orbits; and their doubts.
 

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import PALETTE, new_figure, subscript, uncertain
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import PALETTE, new_figure, subscript, uncertain
 
 if TYPE_CHECKING:
     import xarray as xr

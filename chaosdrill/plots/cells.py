@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plot.looks import Look
+from chaosdrill.plots.looks import Look
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import MEASURED, flag_names
-from chaosdrill.plot.style import OUTCOME_COLOURS, outcome_colour, readable
+from chaosdrill.plots.style import OUTCOME_COLOURS, outcome_colour, readable
 
 if TYPE_CHECKING:
     import xarray as xr

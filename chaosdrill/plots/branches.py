@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plot.bifurcation import first_that_varies
-from chaosdrill.plot.companions import limits, swept
-from chaosdrill.plot.looks import BACKGROUND, Look
-from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, period_looks, specials, warn
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import axis_label, legend_outside, new_figure, state_label
+from chaosdrill.plots.bifurcation import first_that_varies
+from chaosdrill.plots.companions import limits, swept
+from chaosdrill.plots.looks import BACKGROUND, Look
+from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, period_looks, specials, warn
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import axis_label, legend_outside, new_figure, state_label
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.plot.companions import fits, limits, swept
-from chaosdrill.plot.picture import PICTURES, Picture
+from chaosdrill.plots.companions import fits, limits, swept
+from chaosdrill.plots.picture import PICTURES, Picture
 from chaosdrill.typed import PATH, TEXT, expecting
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def plot_archive(
     from chaosdrill.archive import check_writable, writing
     from chaosdrill.archive import open as open_archive
     from chaosdrill.archive.digest import error_context
-    from chaosdrill.plot.style import style
+    from chaosdrill.plots.style import style
 
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")

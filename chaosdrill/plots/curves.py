@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plot.charts import kind_panels
-from chaosdrill.plot.companions import settings, swept
-from chaosdrill.plot.looks import LINE_COLOURS, motions
-from chaosdrill.plot.marks import bar, end_label, ends, mark, named_once, special_name, specials, warn
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import axis_label, legend_outside, new_figure
+from chaosdrill.plots.charts import kind_panels
+from chaosdrill.plots.companions import settings, swept
+from chaosdrill.plots.looks import LINE_COLOURS, motions
+from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, special_name, specials, warn
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import axis_label, legend_outside, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr

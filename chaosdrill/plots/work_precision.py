@@ -6,8 +6,8 @@ import numpy as np
 
 from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import PALETTE, new_figure
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import PALETTE, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plot.cells import legend_entry
-from chaosdrill.plot.charts import kind_panels
-from chaosdrill.plot.looks import ATTRACTED, FURTHER, UNRECOGNISED, attractor_look, outcomes, sort_out
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import (
+from chaosdrill.plots.cells import legend_entry
+from chaosdrill.plots.charts import kind_panels
+from chaosdrill.plots.looks import ATTRACTED, FURTHER, UNRECOGNISED, attractor_look, outcomes, sort_out
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import (
     readable,
     shorten,
     subscript,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from numpy.typing import NDArray
 
-    from chaosdrill.plot.looks import Look
+    from chaosdrill.plots.looks import Look
 
 _MOST = 12
 """Attractors that are told apart; more do not find room in the legend, nor colours."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.errors import ArchiveError
-from chaosdrill.plot.style import PALETTE
+from chaosdrill.plots.style import PALETTE
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.plot.cells import bounds, draw_kinds, hatch, legend_entry
-from chaosdrill.plot.looks import (
+from chaosdrill.plots.cells import bounds, draw_kinds, hatch, legend_entry
+from chaosdrill.plots.looks import (
     MINUS_INFINITY,
     MOTIONS,
     NO_ATTRACTOR,
@@ -19,8 +19,8 @@ from chaosdrill.plot.looks import (
     sequential,
     sort_out,
 )
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import axis_label, label, legend_outside, new_figure, progression, seed_names, shorten
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import axis_label, label, legend_outside, new_figure, progression, seed_names, shorten
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plot.marks import WARNING, caveat, unit_circle, warn
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import (
+from chaosdrill.plots.marks import WARNING, caveat, unit_circle, warn
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import (
     EVENT_MARKERS,
     PALETTE,
     legend_outside,

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from chaosdrill.plot.companions import swept
+from chaosdrill.plots.companions import swept
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +70,7 @@ class Picture:
 
 
 PICTURES: list[Picture] = []
-"""All pictures; `chaosdrill.plot` imports every module that has some."""
+"""All pictures; `chaosdrill.plots` imports every module that has some."""
 
 
 def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]:

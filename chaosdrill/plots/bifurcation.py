@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plot.cells import bounds, draw_kinds, legend_entry
-from chaosdrill.plot.looks import MOTIONS, SEED_COLOURS, motions
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import (
+from chaosdrill.plots.cells import bounds, draw_kinds, legend_entry
+from chaosdrill.plots.looks import MOTIONS, SEED_COLOURS, motions
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import (
     axis_label,
     label,
     legend_above,

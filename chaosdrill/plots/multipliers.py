@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.plot.companions import swept
-from chaosdrill.plot.looks import sequential
-from chaosdrill.plot.marks import mark, named_once, period_looks, specials, unit_circle, warn
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import PALETTE, axis_label, new_figure, subscript, uncertain, wrapped
+from chaosdrill.plots.companions import swept
+from chaosdrill.plots.looks import sequential
+from chaosdrill.plots.marks import mark, named_once, period_looks, specials, unit_circle, warn
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import PALETTE, axis_label, new_figure, subscript, uncertain, wrapped
 
 if TYPE_CHECKING:
     import xarray as xr

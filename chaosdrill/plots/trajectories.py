@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plot.curve import Curve, join, last_parts, stops, strobe
-from chaosdrill.plot.joined import is_joined, runs_left_out, runs_of
-from chaosdrill.plot.picture import picture
-from chaosdrill.plot.style import (
+from chaosdrill.plots.curve import Curve, join, last_parts, stops, strobe
+from chaosdrill.plots.joined import is_joined, runs_left_out, runs_of
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import (
     EVENT_MARKERS,
     MODE_SHADES,
     PALETTE,

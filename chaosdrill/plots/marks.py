@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plot.looks import LINE_COLOURS, Look
-from chaosdrill.plot.style import readable, wrapped
+from chaosdrill.plots.looks import LINE_COLOURS, Look
+from chaosdrill.plots.style import readable, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

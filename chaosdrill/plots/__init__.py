@@ -3,8 +3,8 @@
 from importlib import import_module
 from pathlib import Path
 
-from chaosdrill.plot.picture import PICTURES, Picture
-from chaosdrill.plot.pictures import behind, plan, plot_archive
+from chaosdrill.plots.picture import PICTURES, Picture
+from chaosdrill.plots.pictures import behind, plan, plot_archive
 
 __all__ = ["PICTURES", "Picture", "behind", "plan", "plot_archive"]
 
