@@ -4,10 +4,12 @@ The public names are resolved on first use, so that importing the package costs 
 """
 
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 from chaosdrill.analysis.registry import FUNCTIONS
+from chaosdrill.declared import DISPLAYS
 from chaosdrill.version import __version__
 
 _HOME = {
@@ -47,6 +49,13 @@ __all__ = [*_HOME, "__version__"]
 if "xarray" in sys.modules:
     # else its first result, or archive, gives datasets their accessor
     import_module("chaosdrill.dataset.words")
+
+
+def _display(function: str) -> Callable[[Any], str | None]:
+    return lambda system: getattr(import_module("chaosdrill.reports.notation"), function)(system)
+
+
+DISPLAYS |= {"html": _display("system_html"), "latex": _display("system_latex")}
 
 
 def __getattr__(name: str) -> Any:

@@ -63,6 +63,9 @@ class _Declared(Mapping[str, Any]):
 
 DECLARED = _Declared()
 
+DISPLAYS: dict[str, Callable[[Any], str | None]] = {}
+"""How a system is displayed, as "html" and "latex": pages are made far above the model."""
+
 
 def unfit(name: str) -> str | None:
     """Why no quadrature, swept parameter or state of a grid can have a name; None if it can.

@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.check import check_system
 from chaosdrill.model.exponents import exponent_parameters, expressions
@@ -306,14 +307,10 @@ class HybridSystem:
                 raise SettingsError(f"{self.name}: initial names {key!r}; expected 'mode' or one of {self.state_names}")
 
     def _repr_html_(self) -> str | None:
-        from chaosdrill.reports.notation import system_html
-
-        return system_html(self)
+        return DISPLAYS["html"](self)
 
     def _repr_latex_(self) -> str | None:
-        from chaosdrill.reports.notation import system_latex
-
-        return system_latex(self)
+        return DISPLAYS["latex"](self)
 
     def __repr__(self) -> str:
         return (
