@@ -11,8 +11,8 @@ from chaosdrill.analysis.arguments import LONGEST_PERIOD, Exponents, Method, Per
 from chaosdrill.analysis.registry import FIXED_STEP, METHODS, function
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table
-from chaosdrill.declared import DECLARED
-from chaosdrill.errors import SettingsError
+from chaosdrill.declared import DECLARED, unfit
+from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Faults, Known, Number, Settings, Text, Whole, setting, whole
 from chaosdrill.typed import LISTENER, PATH, refuse
@@ -217,6 +217,8 @@ class Analysis:
         ------
         SettingsError
             An argument that cannot be used.
+        ModelError
+            A quadrature that no archive could hold.
         """
         from chaosdrill.dataset import label
         from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
@@ -229,6 +231,10 @@ class Analysis:
                 f"system is {system!r:.60}; it must be a HybridSystem: your own, the system of a scene, as in "
                 f"load_scene(path).system, or one that has a name, as in {named}"
             )
+        for name in system.quadratures:
+            if reason := unfit(name):
+                told = f"has a name that {reason}; rename it, as in 'the_integral'"
+                raise ModelError(f"{system.name}: quadrature {name!r:.60} {told}")
         for name, kind in (("progress", LISTENER), ("store", PATH)):
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)

@@ -109,7 +109,7 @@ class Exact:
 
         self._rates = {mode: function([f[x] for x in system.states]) for mode, f in system.modes.items()}
         self._guards = [function(t.guard) for t in system.transitions]
-        self._conditions = [None if t.condition is None else function(t.condition) for t in system.transitions]
+        self._conditions = [{m: function(c) for m, c in t.conditions.items()} for t in system.transitions]
         self._resets = [function(reset_map(system, t)) for t in system.transitions]
 
     def rate(self, mode: str) -> Any:
@@ -117,9 +117,9 @@ class Exact:
         compiled, c = self._rates[mode], self._c
         return lambda t, x: [mpmath.mpf(value) for value in compiled(t, *x, *c)]
 
-    def holds(self, transition: int, t: Any, x: Point) -> bool:
-        """Whether the condition of a transition is met."""
-        condition = self._conditions[transition]
+    def holds(self, transition: int, mode: str, t: Any, x: Point) -> bool:
+        """Whether the condition of a transition is met in a mode."""
+        condition = self._conditions[transition].get(mode)
         return True if condition is None else bool(condition(t, *x, *self._c))
 
     def follow(self, x: Point, itinerary: Itinerary, count: int, columns: int, tolerance: float) -> "Followed":
@@ -191,7 +191,7 @@ class Exact:
     def _take(self, mode: str, transition: int, t: Any, x: Point) -> tuple[Point, str]:
         """State and mode after an event; the outcome is chosen anew."""
         taken = self.system.transitions[transition]
-        if next((j for j in self._outcomes(mode, transition) if self.holds(j, t, x)), None) != transition:
+        if next((j for j in self._outcomes(mode, transition) if self.holds(j, mode, t, x)), None) != transition:
             raise NoReferenceError(f"{taken.name} is not what follows in extended precision")
         return [mpmath.mpf(value) for value in self._resets[transition](t, *x, *self._c)], taken.target
 
@@ -215,7 +215,7 @@ class Exact:
                 at += h
                 value = self._guards[j](at, *x, *self._c)
                 crossed = before is not None and before * value < 0 and transition.direction * value >= 0
-                if crossed and self.holds(j, at, x):
+                if crossed and self.holds(j, mode, at, x):
                     raise NoReferenceError(f"{transition.name} happens in extended precision only")
                 before = value
 
@@ -233,7 +233,7 @@ def _special_names(system: "HybridSystem") -> set[str]:
     expressions = [rate for field in system.modes.values() for rate in field.values()]
     for transition in system.transitions:
         expressions += [transition.guard, *transition.reset.values()]
-        expressions += [] if transition.condition is None else [transition.condition]
+        expressions += transition.conditions.values()
     return {type(f).__name__ for e in expressions for f in e.atoms(sympy.Function)} & SPECIAL.keys()
 
 

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.model.derive import guard_gradient, reset_entries
-from chaosdrill.model.places import UnsupportedError
+from chaosdrill.model.derive import guard_gradient
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -73,22 +72,3 @@ def _is_entire(expression: Any, moving: set[Any], in_rates: set[Any]) -> bool:
     if not (power or expression.is_Add or expression.is_Mul or expression.func in (sympy.sin, sympy.cos)):
         return False
     return all(_is_entire(part, moving, in_rates) for part in expression.args)
-
-
-def check_functions(system: "HybridSystem") -> None:
-    """Kinks inside of a flow would be stepped over in silence; they belong into modes."""
-    for mode, field in system.modes.items():
-        for state, slope in field.items():
-            if slope.has(sympy.Abs, sympy.Piecewise, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Mod):
-                raise UnsupportedError(
-                    *(f"mode {mode!r}, d", state, "/dt = ", slope, " has a kink or a jump; "),
-                    "write its branches as modes with a guard between them",
-                )
-    for transition in system.transitions:
-        rows = [guard_gradient(system, transition.guard), reset_entries(system, transition).values()]
-        unprintable = (sympy.Heaviside, sympy.DiracDelta, sympy.Derivative, sympy.Subs)
-        if any(value.has(*unprintable) for row in rows for value in row):
-            raise UnsupportedError(
-                f"transition {transition.name!r}: guard or reset has no derivative; write its "
-                "branches as transitions of their own with a condition each"
-            )

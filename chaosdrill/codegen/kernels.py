@@ -12,7 +12,7 @@ from llvmlite import ir
 from chaosdrill.codegen import kept
 from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, array
-from chaosdrill.codegen.events import Event, check_functions, guard_keys, mode_events
+from chaosdrill.codegen.events import Event, guard_keys, mode_events
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.machine import FROM_PYTHON, NativeFunction, load
 from chaosdrill.codegen.mathematics import address, imports
@@ -66,7 +66,6 @@ class Written:
 
 def write(system: "HybridSystem") -> Written:
     """The code of a system."""
-    check_functions(system)
     constants = Constants(system)
     events = tuple(mode_events(system, mode) for mode in system.modes)
     modes = tuple(

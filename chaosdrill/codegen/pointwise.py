@@ -68,7 +68,7 @@ class Pointwise:
         """Write ``(t, c, x, out)``: rates of the states, then integrands of the quadratures."""
         f, x, (out,) = self._begin(name, {"out": _ROW})
         rates = [self.system.modes[self.mode][s] for s in self.system.states]
-        return self._fill(f, x, out, [*rates, *self.system.quadratures.values()])
+        return self._fill(f, x, out, [*rates, *self.system.integrands(self.mode)])
 
     def guard_error(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, out)``: rounding bounds of a guard's value and of its rate along the flow."""
@@ -121,7 +121,7 @@ class _Transit:
         self.outcomes = [(i, transitions[i]) for i in event.outcomes]
         self.completed = {i: named[t.completes] for i, t in self.outcomes if t.completes is not None}
         self.rebounds = {i: rebound(system, t) for i, t in self.completed.items()}
-        self.conditions = {i: sympy.sympify(True if t.condition is None else t.condition) for i, t in self.outcomes}
+        self.conditions = {i: t.conditions.get(mode.mode, sympy.true) for i, t in self.outcomes}
         self.maps = {i: reset_map(system, t) for i, t in self.outcomes}
         self.slopes = {i: reset_entries(system, t) for i, t in self.outcomes}
         self.gradient = guard_gradient(system, event.guard)

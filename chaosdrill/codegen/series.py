@@ -45,7 +45,7 @@ class ModeSeries:
         self.tape = Tape(system.states, system.time)
         field = system.modes[mode]
         self.rates = [self.tape.lower(field[s]) for s in system.states]
-        self.rates += [self.tape.lower(q) for q in system.quadratures.values()]
+        self.rates += [self.tape.lower(q) for q in system.integrands(mode)]
         self.guards = [self.tape.lower(g) for g in guards]
         self.in_jet = self._reach([*self.rates, *self.guards])
         self.kept: list[int] = []

@@ -14,6 +14,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import frozen_states
+from chaosdrill.model.exponents import differences
 from chaosdrill.model.places import parameter
 
 if TYPE_CHECKING:
@@ -53,12 +54,7 @@ def repeats(system: "HybridSystem") -> bool:
         return True
     if "repeats" not in system.shared:
         placed = system.placed
-        expressions = [rate for field in placed.modes.values() for rate in field.values()]
-        expressions += placed.quadratures.values()
-        for t in placed.transitions:
-            relations = () if t.condition is None else t.condition.atoms(sympy.core.relational.Relational)
-            expressions += [t.guard, *t.reset.values(), *(side for relation in relations for side in relation.args)]
-        system.shared["repeats"] = all(_repeats(placed, sympy.sympify(e)) for e in expressions)
+        system.shared["repeats"] = all(_repeats(placed, e) for e in differences(placed))
     return bool(system.shared["repeats"])
 
 

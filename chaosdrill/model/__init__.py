@@ -1,6 +1,6 @@
-"""A hybrid system, written down in sympy and derived from there."""
+"""A hybrid system, written down as text or in sympy, and all that is derived from it."""
 
+from chaosdrill.model.reading import Transition
 from chaosdrill.model.system import HybridSystem
-from chaosdrill.model.transition import Transition
 
 __all__ = ["HybridSystem", "Transition"]

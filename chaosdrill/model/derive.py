@@ -10,8 +10,8 @@ from chaosdrill.model.special import SPECIAL
 if TYPE_CHECKING:
     import numpy as np
 
+    from chaosdrill.model.reading import Definition, Transition
     from chaosdrill.model.system import HybridSystem
-    from chaosdrill.model.transition import Transition
 
 
 class _Floor(sympy.Function):
@@ -256,7 +256,7 @@ def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":
     return found
 
 
-def frozen_states(system: "HybridSystem") -> list[Any]:
+def frozen_states(system: "HybridSystem | Definition") -> list[Any]:
     """States that never change: no mode moves them and no transition resets them."""
     reset = {x for t in system.transitions for x in t.reset}
     return [x for x in system.states if x not in reset and all(f[x] == 0 for f in system.modes.values())]

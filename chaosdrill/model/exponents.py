@@ -14,6 +14,7 @@ from chaosdrill.model.places import parameter, rewrite
 from chaosdrill.model.special import positive_power
 
 if TYPE_CHECKING:
+    from chaosdrill.model.reading import Definition
     from chaosdrill.model.system import HybridSystem
 
 
@@ -44,13 +45,16 @@ def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSyst
     return other
 
 
-def expressions(system: "HybridSystem") -> Iterator[Any]:
+def expressions(system: "HybridSystem | Definition") -> Iterator[Any]:
     """Rates, quadratures, guards, resets and conditions."""
-    for field in system.modes.values():
-        yield from field.values()
-    yield from system.quadratures.values()
+    for rates in (*system.modes.values(), *system.quadratures.values()):
+        yield from rates.values()
     for transition in system.transitions:
-        yield transition.guard
-        yield from transition.reset.values()
-        if transition.condition is not None:
-            yield sympy.sympify(transition.condition)
+        yield from (transition.guard, *transition.reset.values(), *transition.conditions.values())
+
+
+def differences(system: "HybridSystem | Definition") -> Iterator[Any]:
+    """The same with conditions as numbers: the differences of what they compare."""
+    for expression in expressions(system):
+        relations = expression.atoms(sympy.core.relational.Relational)
+        yield from (relation.lhs - relation.rhs for relation in relations) if relations else (expression,)

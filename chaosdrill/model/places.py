@@ -60,14 +60,17 @@ def rewrite(system: "HybridSystem", put: Callable[[Any], Any], states: Mapping[A
             return {x: put(rate) for x, rate in rates.items()}
         return {place: put(rates[x]) for x, place in states.items() if x in rates}
 
+    def by_mode(given: Mapping[str, Any]) -> dict[str, Any]:
+        return {mode: put(expression) for mode, expression in given.items()}
+
     system.modes = {mode: fields(rates) for mode, rates in system.modes.items()}
-    system.quadratures = {name: put(rate) for name, rate in system.quadratures.items()}
+    system.quadratures = {name: by_mode(rates) for name, rates in system.quadratures.items()}
     system.transitions = tuple(
         replace(
             t,
             guard=put(t.guard),
             reset=fields(t.reset),
-            condition=None if t.condition is None else put(t.condition),
+            condition=None if t.condition is None else by_mode(t.conditions),
         )
         for t in system.transitions
     )

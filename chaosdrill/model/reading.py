@@ -1,27 +1,613 @@
-"""What a user writes, read into sympy, or refused with its place, its value and what is allowed."""
+"""A system as it was given is read: every fault of it with its place, or all that a `HybridSystem` is made of.
 
-from collections.abc import Mapping
+It may come from Python, from the table of a scene, or from an archive: names, expressions as text, numbers or sympy,
+and tables and lists of these. The rules are the same, and stand here alone.
+"""
+
+import random
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, fields
+from numbers import Integral
 from typing import Any
 
 import sympy
 from sympy.concrete.expr_with_limits import ExprWithLimits
+from sympy.core.function import Application
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.derive import frozen_states
+from chaosdrill.model.exponents import differences
 from chaosdrill.model.grammar import ExpressionError
-from chaosdrill.model.text import read_open_text
+from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
+from chaosdrill.model.text import (
+    SMOOTH,
+    has_doubles,
+    level_of,
+    read_open_text,
+    read_text,
+    unknown_function,
+    unknown_name,
+)
+from chaosdrill.names import remedy, shortened
 
-_UNREADABLE = (sympy.SympifyError, TypeError, ValueError, AttributeError)
-_UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Order)
+Path = tuple[str | int, ...]
+
+TIME = "t"
+"""What time is called in a system that calls nothing else so and names no other time."""
+
+DEFAULT_BOUND = 1e9
+UNNAMED = "own-system"
+
+MOST_LETTERS = 200_000
+"""Of all expressions together."""
+
+MOST_FAULTS = 200
+MOST_CODES = 127
+MOST = sys.float_info.max
+"""Largest double: whole numbers of any length may be given."""
+
+KEYS = ("name", "description", "states", "time", "period", "modes", "transitions", "quadratures", "bounds", "labels")
+OPTIONAL = ("time", "period", "quadratures", "bounds", "labels")
+"""What may be None, as if it were not given."""
 
 NAMES = (
     "a name must not be empty, begin or end with a blank, or hold a slash, a line break or another sign that cannot be "
     "seen"
 )
 
+_BOUNDED = ("Max", "Min", "Piecewise", "sign")
+"""Functions without a derivative whose rounding has a bound, so that guards and rates may hold them of parameters."""
 
-def canonical(expression: Any) -> Any:
-    """The expression with every symbol replaced by the real symbol of the same name."""
-    return expression.xreplace({s: sympy.Symbol(s.name, real=True) for s in expression.free_symbols})
+_UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Order)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong in a definition, and the keys that lead there; a transition is its number."""
+
+    path: Path
+    message: str
+
+
+class DefinitionError(ModelError):
+    """A definition with faults; its text has one line for each.
+
+    Parameters
+    ----------
+    of : str
+        What is defined, with which the lines begin.
+    reader : Reader
+        It has found the faults.
+    """
+
+    def __init__(self, of: str, reader: "Reader") -> None:
+        self.faults = tuple(reader.faults)
+        places = (reader.shown(fault.path) for fault in self.faults)
+        lines = zip(places, self.faults, strict=True)
+        super().__init__("\n".join(": ".join(filter(None, (of, place, fault.message))) for place, fault in lines))
+
+
+@dataclass(frozen=True)
+class Transition:
+    """One outcome of one event.
+
+    Expressions are text, numbers or sympy.
+
+    Parameters
+    ----------
+    name : str
+        Name of the transition; archives count and label events by it.
+    source : str or sequence of str
+        Mode or modes in which the guard is watched.
+    target : str
+        Mode that holds after the event.
+    guard : expression
+        The event happens where this expression of states, time and parameters reaches zero.
+    direction : {+1, -1, 0}
+        Upward crossings, downward crossings, or both.
+    reset : mapping of state to expression, optional
+        State after the event from the state before it; what is not named stays as it is.
+    condition : relation, or mapping of mode to relation, optional
+        Relation between pre-event quantities, one for each source if they differ. Transitions that share source, guard
+        and direction are the outcomes of one event: the first declared whose condition holds is taken, and none if
+        none holds.
+    priority : int, default 0
+        Of guards that reach zero together the one with the larger priority acts first.
+    completes : str, optional
+        Name of an outcome of the same event that throws the state back, such as the rebound of a ball. Where
+        rebounds follow each other ever faster and would all be over within a negligible time, this transition is taken
+        instead: its reset puts the state at rest on the guard, its target holds the contact.
+    kind : str, optional
+        Class under which the event is counted, e.g. ``"impact"``; default: the name.
+
+    Raises
+    ------
+    ModelError
+        With every fault that can be told without the system.
+    """
+
+    name: str
+    source: str | tuple[str, ...]
+    target: str
+    guard: Any
+    direction: int
+    reset: Mapping[Any, Any] = field(default_factory=dict)
+    condition: Any = None
+    priority: int = 0
+    completes: str | None = None
+    kind: str | None = None
+    given: Mapping[str, Any] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        given = {key: getattr(self, key) for key in OF_TRANSITION}
+        given = {key: value for key, value in given.items() if value is not None or key not in _MAY_BE_NONE}
+        reader = Reader()
+        read = reader.transition((), given)
+        if reader.faults:
+            raise DefinitionError(f"transition {self.name!r:.60}", reader)
+        # a system reads it again, since it knows the names: pi may be one of them
+        for key, value in (*read.items(), ("given", given)):
+            object.__setattr__(self, key, value)
+
+    @property
+    def conditions(self) -> dict[str, Any]:
+        """The condition in every source mode; empty if there is none."""
+        if self.condition is None:
+            return {}
+        one = self.condition
+        return dict(one) if isinstance(one, Mapping) else dict.fromkeys(self.source, one)
+
+    def content(self) -> tuple[Any, ...]:
+        """All that makes this transition, to be compared and looked up by."""
+        return (*(self.name, self.source, self.target, self.guard, self.direction, tuple(self.reset.items())),
+                *(tuple(self.conditions.items()), self.priority, self.completes, self.kind))  # fmt: skip
+
+    def marks_only(self) -> bool:
+        """Whether the transition changes neither mode nor state: it marks a section."""
+        return not self.reset and self.source == (self.target,)
+
+
+OF_TRANSITION = tuple(one.name for one in fields(Transition) if one.init)
+_NEEDED, _MAY_BE_NONE = OF_TRANSITION[:5], ("condition", "completes", "kind")
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A definition that was read without faults: the fields of a `HybridSystem`, its numbers apart."""
+
+    name: str
+    description: str
+    labels: dict[str, str]
+    states: tuple[Any, ...]
+    time: Any
+    period: Any
+    modes: dict[str, dict[Any, Any]]
+    transitions: tuple[Transition, ...]
+    quadratures: dict[str, dict[str, Any]]
+    bounds: dict[str, tuple[float, float]]
+
+
+class _TooManyFaults(Exception):
+    pass
+
+
+class Reader:
+    """Reads a definition; or, without parameters, a transition whose system is not known yet.
+
+    Parameters
+    ----------
+    parameters : mapping of str to float, optional
+        The names that expressions may hold besides states and time, and their values.
+
+    Attributes
+    ----------
+    faults : list of Fault
+        All that is wrong.
+    states : tuple of str or None
+        Names of the states, if they can be told.
+    used : set of str
+        Names of states, parameters and time that expressions hold.
+    """
+
+    def __init__(self, parameters: Any = None) -> None:
+        self.faults: list[Fault] = []
+        self.states: tuple[str, ...] | None = None
+        self.used: set[str] = set()
+        self.open = parameters is None
+        self.parameters = {} if self.open else self._table(("parameters",), parameters)
+        self._letters = 0
+        self._modes: tuple[str, ...] = ()
+        self._transitions: list[Any] = []
+        self._names: dict[str, Any] = {}
+        self._moving: set[Any] = set()
+        self._hints: dict[str, str] = {}
+
+    def read(self, definition: Any) -> Definition | None:
+        """The fields of a definition; None if it has faults."""
+        with suppress(_TooManyFaults):
+            given = self._table((), definition)
+            self._known((), given, KEYS)
+            given = {key: value for key, value in given.items() if value is not None or key not in OPTIONAL}
+            self.states = self._states(given.get("states"))
+            # without them all that names a state, or a parameter, would be a fault of its own
+            found = None if self.states is None or self._faulty("parameters") else self._fields(given)
+            if found is not None and not self.faults:
+                self._check_whole(found)
+                return None if self.faults else found
+        return None
+
+    def shown(self, path: Path) -> str:
+        """A place as messages show it; transitions go by their names."""
+        parts = [shortened(str(part)) for part in path]
+        if path[:1] == ("transitions",) and len(path) > 1:
+            name = self._transitions[int(path[1])]
+            parts[1] = shortened(name) if isinstance(name, str) and name else parts[1]
+        return ".".join(parts)
+
+    def _fields(self, given: Mapping[str, Any]) -> Definition:
+        states = self.states or ()
+        time = self._name(("time",), given["time"]) if "time" in given else None
+        name = self._text(("name",), given.get("name", UNNAMED)) or UNNAMED
+        description = self._text(("description",), given.get("description", ""), empty=True) or ""
+        for one in self.parameters:
+            if not is_name(one):
+                self._fault(("parameters", one), f"received {one!r:.60}; {NAMES}")
+            elif one in states or one == time:
+                place = ("states",) if one in states else ("time",)
+                self._fault(place, f"{one!r:.60} is the name of a parameter too")
+        if time is not None and time in states:
+            self._fault(("time",), f"{time!r:.60} is the name of a state too")
+        named = [*self.parameters, *states, *([] if time is None else [time])]
+        self._hints = {one: f"if it is the time, declare it: time = {one!r}" for one in ("t", "time")}
+        if time is not None:
+            self._hints = dict.fromkeys(self._hints, f"the time is called {time!r:.60}")
+        elif TIME not in named:
+            named.append(TIME)
+            self._hints = {"time": f"the time is called {TIME!r}; for another name declare it: time = 'time'"}
+        self._names = {one: sympy.Symbol(one, real=True) for one in named}
+        self._moving = {self._names[one] for one in named if one not in self.parameters}
+        period = self._period(given["period"]) if "period" in given else None
+        modes = self._read_modes(given.get("modes"))
+        transitions = self._read_transitions(given.get("transitions", ()))
+        quadratures = self._quadratures(given.get("quadratures", {}))
+        if time is None and TIME in self.used and TIME not in (*self.parameters, *states):
+            time = TIME
+        for one in quadratures:
+            kinds = (("state", states), ("parameter", self.parameters), ("time", (time,)))
+            if taken := [kind for kind, names in kinds if one in names]:
+                article = "the" if taken[0] == "time" else "a"
+                self._fault(("quadratures", one), f"{one!r:.60} is the name of {article} {taken[0]} too")
+        labelled = [*states, *self.parameters, *quadratures, *([] if time is None else [time])]
+        return Definition(
+            name=name,
+            description=description,
+            labels=self._labels(given.get("labels", {}), labelled),
+            states=tuple(self._names[one] for one in states),
+            time=None if time is None else self._names[time],
+            period=period,
+            modes=modes,
+            transitions=transitions,
+            quadratures=quadratures,
+            bounds=self._bounds(given.get("bounds", {})),
+        )
+
+    def _fault(self, path: Path, message: str) -> None:
+        self.faults.append(Fault(path, message))
+        if len(self.faults) >= MOST_FAULTS:
+            raise _TooManyFaults
+
+    def _known(self, path: Path, given: Mapping[str, Any], keys: tuple[str, ...]) -> None:
+        for key in given:
+            if key not in keys:
+                self._fault((*path, key), f"unknown key; {remedy(key, keys)}")
+
+    def _table(self, path: Path, value: Any) -> dict[str, Any]:
+        """A mapping of names, or of symbols, to anything."""
+        if isinstance(value, Mapping) and all(isinstance(key, str | sympy.Symbol) for key in value):
+            read = {str(getattr(key, "name", key)): entry for key, entry in value.items()}
+            if len(read) == len(value):
+                return read
+        self._fault(path, f"expected a table of names (a dict in Python), received {value!r:.60}")
+        return {}
+
+    def _text(self, path: Path, value: Any, *, empty: bool = False) -> str | None:
+        if isinstance(value, str) and (empty or value.strip()):
+            return value
+        self._fault(path, f"expected text in quotes, received {value!r:.60}")
+        return None
+
+    def _whole(self, path: Path, value: Any) -> int:
+        if isinstance(value, Integral) and not isinstance(value, bool) and abs(int(value)) < 2**63:
+            return int(value)
+        self._fault(path, f"expected a whole number, received {value!r:.60}")
+        return 0
+
+    def _name(self, path: Path, value: Any) -> str | None:
+        """The name of a state or of the time, given as text or as a symbol."""
+        given = value.name if isinstance(value, sympy.Symbol) else value
+        if isinstance(given, str) and is_name(given):
+            return given
+        what = NAMES if isinstance(given, str) else "expected a name, or a symbol of sympy"
+        self._fault(path, f"received {value!r:.60}; {what}")
+        return None
+
+    def _states(self, value: Any) -> tuple[str, ...] | None:
+        """Names of the states; None if what is given are no names."""
+        listed = value.replace(",", " ").split() if isinstance(value, str) else value
+        ordered = isinstance(listed, Iterable) and not isinstance(listed, Mapping | set | frozenset | bytes)
+        names = [self._name(("states", place), one) for place, one in enumerate(listed)] if ordered else []
+        if not names:
+            given = "missing" if value is None else f"received {value!r:.60}"
+            self._fault(("states",), f"{given}; expected names in order, as in 'x v' or ['x', 'v']")
+        if not names or None in names:
+            return None
+        read: dict[str, None] = {}
+        for place, name in enumerate(filter(None, names)):
+            if name in read:
+                self._fault(("states", place), f"{name!r:.60} is named twice")
+            elif name == "mode":
+                self._fault(("states", place), "'mode' is reserved for the initial mode; rename the state")
+            read[name] = None
+        return tuple(read)
+
+    def _labels(self, value: Any, labelled: list[str]) -> dict[str, str]:
+        read = {}
+        for name, label in self._table(("labels",), value).items():
+            if name not in labelled:
+                what = "names no state, parameter, quadrature or time"
+                self._fault(("labels", name), f"{what}; {remedy(name, labelled)}")
+            read[name] = self._text(("labels", name), label, empty=True) or ""
+        return read
+
+    def _period(self, value: Any) -> Any:
+        found = self._expression(("period",), value)
+        named = [] if found is None else sorted(s.name for s in found.free_symbols & self._moving)
+        if named:
+            self._fault(("period",), f"names {named[0]!r:.60}; it is to be a number made of parameters")
+        return found
+
+    def _read_modes(self, value: Any) -> dict[str, dict[Any, Any]]:
+        given = self._table(("modes",), {} if value is None else value)
+        self._modes = tuple(given)
+        if not given and not self._faulty("modes"):
+            self._fault(("modes",), "missing; give the rate of every state in at least one, as in modes.free")
+        self._count("modes", len(given))
+        read = {}
+        for mode, rates in given.items():
+            path = ("modes", mode)
+            self._text(path, mode)
+            rates = self._table(path, rates)
+            for state in self.states or ():
+                if state not in rates:
+                    self._fault(path, f"gives no rate for {state!r:.60}; write 0 if the mode holds it")
+            read[mode] = self._assignments(path, rates, FLOW)
+        return read
+
+    def _faulty(self, key: str) -> bool:
+        return any(fault.path[:1] == (key,) for fault in self.faults)
+
+    def _count(self, what: str, count: int) -> None:
+        if count > MOST_CODES:
+            fit = f"at most {MOST_CODES} fit, since archives hold their codes in one byte"
+            self._fault((what,), f"there are {count} {what}; {fit}")
+
+    def _assignments(self, path: Path, table: Mapping[str, Any], level: int) -> dict[Any, Any]:
+        """Expressions by the state that each belongs to."""
+        read = {}
+        for state, value in table.items():
+            if self.open or state in (self.states or ()):
+                read[sympy.Symbol(state, real=True)] = self._expression((*path, state), value, level)
+            else:
+                self._fault((*path, state), f"unknown state; {remedy(state, self.states or ())}")
+        return read
+
+    def _by_mode(
+        self, path: Path, value: Mapping[Any, Any], modes: Iterable[str], lacks: str, read: Callable[[Path, Any], Any]
+    ) -> dict[str, Any]:
+        """An entry for every one of some modes."""
+        given = self._table(path, value)
+        for mode in given:
+            if mode not in modes:
+                self._fault((*path, mode), f"unknown mode; {remedy(mode, modes)}")
+        for mode in modes:
+            if mode not in given:
+                self._fault(path, f"gives nothing for mode {mode!r:.60}; {lacks}")
+        return {mode: read((*path, mode), given[mode]) for mode in modes if mode in given}
+
+    def _quadratures(self, value: Any) -> dict[str, dict[str, Any]]:
+        """The integrand of every quadrature in every mode."""
+        read = {}
+        for name, given in self._table(("quadratures",), value).items():
+            path = ("quadratures", name)
+            if not is_name(name):
+                self._fault(path, f"received {name!r:.60}; {NAMES}")
+            if isinstance(given, Mapping):
+                lacks = "write 0 if nothing is added in it"
+                read[name] = self._by_mode(path, given, self._modes, lacks, self._integrand)
+            else:
+                read[name] = dict.fromkeys(self._modes, self._integrand(path, given))
+        return read
+
+    def _integrand(self, path: Path, value: Any) -> Any:
+        return self._expression(path, value, FLOW)
+
+    def _read_transitions(self, value: Any) -> tuple[Transition, ...]:
+        if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping | set | frozenset):
+            self._fault(("transitions",), f"expected a list of transitions, [] for none, received {value!r:.60}")
+            return ()
+        listed = list(value)
+        self._transitions = [_name_of(entry) for entry in listed]
+        self._count("transitions", len(listed))
+        read = []
+        for place, entry in enumerate(listed):
+            before, path = len(self.faults), ("transitions", place)
+            fields = self.transition(path, entry)
+            if len(self.faults) == before:
+                read.append(Transition(**fields))
+        return tuple(read)
+
+    def transition(self, path: Path, value: Any) -> dict[str, Any]:
+        """The fields of a transition; what is missing among them is a fault."""
+        if not isinstance(value, Transition | Mapping):
+            self._fault(path, f"expected a Transition, or a table, received {value!r:.60}")
+            return {}
+        before = len(self.faults)
+        given = value.given if isinstance(value, Transition) else self._table(path, value)
+        self._known(path, given, OF_TRANSITION)
+        for key in _NEEDED if len(self.faults) == before or given else ():
+            if key not in given:
+                self._fault((*path, key), "missing")
+        names = self._transitions
+        read: dict[str, Any] = {
+            key: self._text((*path, key), given[key]) for key in ("name", "target", "completes", "kind") if key in given
+        }
+        name, completes = read.get("name"), read.get("completes")
+        if name and names.count(name) > 1:
+            self._fault((*path, "name"), f"two transitions are named {name!r:.60}")
+        if completes and completes not in names and not self.open:
+            known = [one for one in names if isinstance(one, str)]
+            self._fault((*path, "completes"), f"unknown transition; {remedy(completes, known)}")
+        read["kind"] = read.get("kind") or name
+        read["source"] = self._source((*path, "source"), given["source"]) if "source" in given else ()
+        if read.get("target") is not None:
+            self._mode((*path, "target"), read["target"])
+        if "direction" in given:
+            read["direction"] = direction = given["direction"]
+            if not isinstance(direction, Integral) or isinstance(direction, bool) or direction not in (-1, 0, 1):
+                told = f"must be 1 (rises), -1 (falls) or 0 (either), received {direction!r:.60}"
+                self._fault((*path, "direction"), told)
+            else:
+                read["direction"] = int(direction)
+        if "guard" in given:
+            read["guard"] = guard = self._expression((*path, "guard"), given["guard"], FLOW)
+            if guard is not None and not guard.free_symbols & self._moving and not self.open:
+                self._fault((*path, "guard"), "depends on no state and not on time")
+        read["reset"] = self._assignments(
+            (*path, "reset"), self._table((*path, "reset"), given.get("reset", {})), RESET
+        )
+        read["condition"] = self._condition((*path, "condition"), given.get("condition"), read["source"])
+        read["priority"] = self._whole((*path, "priority"), given.get("priority", 0))
+        return read
+
+    def _source(self, path: Path, value: Any) -> tuple[str, ...]:
+        sources = [value] if isinstance(value, str) or not isinstance(value, list | tuple) else value
+        if not sources:
+            self._fault(path, "is empty; name the mode, or modes, in which the guard is watched")
+        read = tuple(mode for mode in sources if self._text(path, mode) is not None)
+        for mode in read:
+            self._mode(path, mode)
+        return read
+
+    def _mode(self, path: Path, mode: str) -> None:
+        if self._modes and mode not in self._modes:
+            self._fault(path, f"unknown mode {mode!r:.60}; {remedy(mode, self._modes)}")
+
+    def _condition(self, path: Path, value: Any, sources: tuple[str, ...]) -> Any:
+        if value is None:
+            return None
+        if isinstance(value, Mapping):
+            lacks = "every source needs its own, 'True' where the transition is always taken"
+            read = self._by_mode(path, value, sources, lacks, self._relation)
+            same = len(set(read.values())) == 1
+            return next(iter(read.values())) if same else read
+        return self._relation(path, value)
+
+    def _relation(self, path: Path, value: Any) -> Any:
+        return self._expression(path, value, CONDITION, condition=True)
+
+    def _bounds(self, value: Any) -> dict[str, tuple[float, float]]:
+        states = self.states or ()
+        read = dict.fromkeys(states, (-DEFAULT_BOUND, DEFAULT_BOUND))
+        for state, given in self._table(("bounds",), value).items():
+            pair = (-float("inf"), float("inf")) if given is None else given
+            low, high = map(_end, pair) if isinstance(pair, list | tuple) and len(pair) == 2 else (float("nan"),) * 2
+            if state not in states:
+                self._fault(("bounds", state), f"unknown state; {remedy(state, states)}")
+            elif not low < high:
+                told = f"expected [low, high], doubles or inf, with low < high, received {given!r:.60}"
+                self._fault(("bounds", state), told)
+            read[state] = (low, high)
+        return read
+
+    def _expression(self, path: Path, value: Any, level: int = CONDITION, *, condition: bool = False) -> Any:
+        """What is given as an expression of symbols that are real; None with a fault.
+
+        ``level`` says what it is for, and so which functions of states and time it may hold.
+        """
+        try:
+            if isinstance(value, str):
+                found = self._from_text(path, value, condition)
+            elif isinstance(value, int | float) and not isinstance(value, bool) and not condition:
+                if not abs(value) <= MOST:
+                    raise ExpressionError(f"must be a finite double, received {value!r:.60}")
+                found = self._from_text(path, repr(float(value) if isinstance(value, float) else int(value)), condition)
+            else:
+                found = self._from_sympy(value, condition)
+            if not self.open and (told := refused(found, self._moving, level)):
+                raise ExpressionError(told)
+        except ExpressionError as fault:
+            self._fault(path, str(fault))
+            return None
+        self.used |= {s.name for s in found.free_symbols}
+        return found
+
+    def _from_text(self, path: Path, text: str, condition: bool) -> Any:
+        self._letters += len(text)
+        if self._letters > MOST_LETTERS:
+            self._fault(path, f"the definition has more than {MOST_LETTERS} letters of expressions")
+            raise _TooManyFaults
+        if self.open:
+            return read_open_text(text, condition=condition)
+        return read_text(text, self._names, condition=condition, hints=self._hints)
+
+    def _from_sympy(self, value: Any, condition: bool) -> Any:
+        try:
+            found = sympy.sympify(value, strict=True)
+        except (sympy.SympifyError, TypeError, ValueError, AttributeError):
+            raise ExpressionError(
+                f"expected an expression, as text in quotes or of sympy, received {value!r:.60}"
+            ) from None
+        if getattr(found, "is_Matrix", False) or not isinstance(found, sympy.Expr | Boolean):
+            raise ExpressionError(f"expected one number or expression, received {value!r:.60}")
+        is_relation = isinstance(found, BooleanFunction | BooleanAtom | Relational)
+        if is_relation != condition:
+            wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
+            raise ExpressionError(f"{found!s:.60} is to be {wanted}")
+        if found.has(sympy.I):
+            raise ExpressionError(f"{found!s:.60} is complex; only real expressions can be simulated")
+        if found.has(*_UNDONE):
+            raise ExpressionError(
+                f"{found!s:.60} holds an integral, a derivative or a sum that is not carried out; write its value "
+                "(doit()), or make it a state or a quadrature"
+            )
+        if found.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
+            raise ExpressionError(f"{found!s:.60} divides by zero, or is not finite")
+        if not has_doubles(found):
+            raise ExpressionError(f"{found!s:.60} holds a number that is larger than any double")
+        found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})
+        unknown = [] if self.open else sorted(s.name for s in found.free_symbols if s.name not in self._names)
+        if unknown:
+            raise ExpressionError("; ".join(unknown_name(name, self._names, self._hints) for name in unknown[:10]))
+        return found
+
+    def _check_whole(self, found: Definition) -> None:
+        """What can be told of a definition without other faults."""
+        for place, transition in enumerate(found.transitions):
+            if transition.completes is not None and (told := _wrong_completion(transition, found.transitions)):
+                self._fault(("transitions", place, "completes"), told)
+        for place, before in _hidden(found.transitions):
+            told = (
+                f"{found.transitions[place].name!r} is never taken, since {before!r} is another outcome of the same "
+                f"event, stands before it and has no condition; give {before!r} a condition, or put it last"
+            )
+            self._fault(("transitions", place), told)
+        numbers = {name: finite(value) for name, value in self.parameters.items()}
+        if None not in numbers.values() and (told := _wrong_period(found, numbers)):
+            self._fault(("period",), told)
 
 
 def is_name(name: str) -> bool:
@@ -29,63 +615,149 @@ def is_name(name: str) -> bool:
     return bool(name) and name == name.strip() and "/" not in name and name.isprintable()
 
 
-def read_expression(where: str, value: Any) -> Any:
-    """A real expression of states, parameters and time; ModelError, which begins with ``where``, for anything else.
-
-    Text is read by the grammar of scenes, `chaosdrill.model.grammar`; nothing of it is evaluated as code.
-    """
-    expression = _read(where, value, condition=False)
-    if isinstance(expression, sympy.logic.boolalg.Boolean) and not isinstance(expression, sympy.Expr):
-        raise ModelError(f"{where} is {value}, a relation; it must be an expression with a value, such as x - 1")
-    if not isinstance(expression, sympy.Expr) or getattr(expression, "is_Matrix", False):
-        raise ModelError(f"{where} is {value!r}; it must be one number or sympy expression")
-    if expression.has(sympy.I):
-        raise ModelError(f"{where}: {expression} is complex; only real expressions can be simulated")
-    if expression.has(*_UNDONE):
-        raise ModelError(
-            f"{where}: {expression} holds an integral, a derivative or a sum that is not carried out; write its value "
-            "(doit()), or make it a state or a quadrature"
-        )
-    return canonical(expression)
-
-
-def read_condition(where: str, value: Any) -> Any:
-    """A relation between expressions, or None."""
-    return None if value is None else canonical(_read(where, value, condition=True))
-
-
-def read_symbol(where: str, value: Any) -> Any:
-    """The real symbol of a name or of a symbol."""
-    if isinstance(value, str):
-        return sympy.Symbol(value, real=True)
-    if not isinstance(value, sympy.Symbol):
-        raise ModelError(f"{where} is {value!r}; it must be a sympy symbol or its name")
-    return canonical(value)
-
-
-def read_mapping(where: str, value: Any, example: str) -> Mapping[Any, Any]:
-    """The value, if it is a mapping."""
-    if not isinstance(value, Mapping):
-        raise ModelError(f"{where} is {value!r}; it must be a mapping, as in {example}")
-    return value
-
-
-def read_name(where: str, value: Any) -> str:
-    """The value, if it is text that names something."""
-    if not isinstance(value, str) or not value.strip():
-        raise ModelError(f"{where} is {value!r}; it must be a text that is not empty")
-    return value
-
-
-def _read(where: str, value: Any, *, condition: bool) -> Any:
+def finite(value: Any) -> float | None:
+    """A finite number as a double; None for anything else."""
     try:
-        if isinstance(value, str):
-            return read_open_text(value, condition=condition)
-        found = sympy.sympify(value, strict=True)
-    except ExpressionError as fault:
-        raise ModelError(f"{where}: {fault}") from None
-    except _UNREADABLE as fault:
-        raise ModelError(f"{where} is {value!r}, which sympy cannot read; give a number or an expression") from fault
-    if not isinstance(found, sympy.Expr | sympy.logic.boolalg.Boolean):
-        raise ModelError(f"{where} is {value!r}; give a number or an expression")
-    return found
+        number = float("nan") if isinstance(value, str | bytes | bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return number if abs(number) <= MOST else None
+
+
+def refused(expression: Any, moving: set[Any], level: int) -> str | None:
+    """Why an expression cannot stand where it is to, and what to write instead; None if it can.
+
+    Rates, guards and quadratures need a Taylor series in what moves, resets a derivative; a kink or a jump within a
+    flow would be stepped over in silence.
+    """
+    for part in sympy.preorder_traversal(expression):
+        if not isinstance(part, Application) or isinstance(part, sympy.And | sympy.Or | sympy.Not):
+            continue
+        name = type(part).__name__
+        own = level_of(name)
+        if own is None:
+            kink = f"{_modes_instead(name, part)}" if name == "Heaviside" and level == FLOW else unknown_function(name)
+            return f"unknown function {name[:40]!r}; {kink}"
+        moves = bool(part.free_symbols & moving)
+        if own > level and (moves or (level == FLOW and own == CONDITION and name not in _BOUNDED)):
+            where = "resets and conditions" if own == RESET else "conditions"
+            lacks = "Taylor series" if level == FLOW else "derivative"
+            branches = "write its branches as transitions of their own with a condition each"
+            instead = _modes_instead(name, part) if level == FLOW else branches
+            return f"{part!s:.60} has no {lacks}, and can stand in {where} only; {instead}"
+        allowed = SPECIAL[name].moving if name in SPECIAL and level == FLOW else range(len(part.args))
+        wrong = [i for i, a in enumerate(part.args) if i not in allowed and a.free_symbols & moving]
+        if wrong:
+            return (
+                f"{part!s:.60} has no Taylor series in its argument {wrong[0] + 1}, which may hold parameters; resets "
+                "and conditions may hold it as it is"
+            )
+    return None
+
+
+def _modes_instead(name: str, part: Any) -> str:
+    """What to write in a flow instead of a function with a kink or a jump, or without a series."""
+    one, *others = part.args
+    if name in ("Abs", "sign", "Heaviside", "Max", "Min"):
+        branches = {"Abs": (one, -one), "sign": (1, -1), "Heaviside": (1, 0)}.get(name, part.args)
+        modes = ", ".join(f"{'a mode' if i == 0 else 'one'} with {branch} for it" for i, branch in enumerate(branches))
+        return f"write {modes}, and a guard {one - others[0] if name in ('Max', 'Min') else one} between them"
+    if name in ("floor", "ceiling", "Mod"):
+        n, step = sympy.Symbol("n"), others[0] if others else sympy.Integer(1)
+        above = one - (n if name == "ceiling" else n + 1) * step
+        return (
+            f"write {one - n * step if name == 'Mod' else n} for it, with a state n of rate 0 in every mode that a "
+            f"transition resets to n + 1 where the guard {above} rises"
+        )
+    if name == "Piecewise":
+        edges = [str(edge.lhs - edge.rhs) for edge in sorted(part.atoms(Relational), key=sympy.default_sort_key)]
+        return f"write its branches as modes with a guard between them, such as {' or '.join(edges[:3])}"
+    return f"rates, guards and quadratures may hold {', '.join(SMOOTH)} and powers"
+
+
+def _name_of(entry: Any) -> Any:
+    return entry.name if isinstance(entry, Transition) else entry.get("name") if isinstance(entry, Mapping) else None
+
+
+def _end(value: Any) -> float:
+    """One bound; NaN if it is none."""
+    if isinstance(value, str | bytes | bool) and value not in ("inf", "-inf"):
+        return float("nan")
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        return float("nan")
+
+
+def _hidden(transitions: Sequence[Transition]) -> Iterator[tuple[int, str]]:
+    """Outcomes that can never be taken, by number, and what stands before each."""
+    first: dict[Any, str] = {}
+    for place, transition in enumerate(transitions):
+        # one that completes another is taken in its place, wherever it stands
+        if transition.completes is not None:
+            continue
+        events = [(mode, transition.guard, transition.direction) for mode in transition.source]
+        before = [first[event] for event in events if event in first]
+        if len(before) == len(events):
+            yield place, before[0]
+        for event in events:
+            if transition.conditions.get(event[0], sympy.true) == sympy.true:
+                first.setdefault(event, transition.name)
+
+
+def _wrong_completion(transition: Transition, transitions: Sequence[Transition]) -> str | None:
+    """Why a transition cannot complete the one that it names."""
+    rebound = next(t for t in transitions if t.name == transition.completes)
+    rivals = [t for t in transitions if t.completes == transition.completes and t is not transition]
+    where = f"completes {transition.completes!r:.60}"
+    if any(set(t.source) & set(transition.source) for t in rivals) or rebound.completes is not None:
+        return f"{where}: one transition completes a rebound, and is none itself; leave one out"
+    if (rebound.guard, rebound.direction) != (transition.guard, transition.direction) or rebound.direction == 0:
+        return f"{where}: both must have the same guard and the same direction, +1 or -1"
+    if not set(transition.source) <= set(rebound.source):
+        return f"{where}: that one must start from the mode {transition.source[0]!r:.60} too"
+    if transition.target in transition.source:
+        return f"{where}: its target must be another mode, one that holds the contact"
+    return None
+
+
+def _wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
+    """Why the declared period is none: no positive number, or no period of an expression that names time.
+
+    One that also names a state which never changes (a parameter among the states) is left to the run, which knows it.
+    """
+    if found.period is None:
+        return None
+    values = {sympy.Symbol(name, real=True): value for name, value in numbers.items()}
+    try:
+        period = float(found.period.subs(values))
+    except (TypeError, OverflowError):
+        period = float("nan")
+    if not 0 < period < float("inf"):
+        named = {s.name: numbers[s.name] for s in found.period.free_symbols}
+        at = f" at {named}" if named else ""
+        return f"the period {found.period} is not a positive number{at}; leave it out if nothing depends on time"
+    if found.time is None:
+        return None
+    frozen, rng = set(frozen_states(found)), random.Random(1)
+    for expression in differences(found):
+        if found.time not in expression.free_symbols or frozen & expression.free_symbols:
+            continue
+        # a special function repeats if its arguments do, and has no value in sympy
+        expression = expression.replace(
+            lambda part: type(part).__name__ in SPECIAL,
+            lambda part: sum((place + 2) * argument for place, argument in enumerate(part.args)),
+        )
+        here = {**values, **{s: rng.uniform(0.1, 0.9) for s in found.states}}
+        instant = rng.uniform(0, period)
+        try:
+            before, after = (complex(expression.subs({**here, found.time: u})) for u in (instant, instant + period))
+        except OverflowError:
+            # no doubles there; a run looks again, at more places
+            continue
+        if abs(after - before) > 1e-9 * (1 + abs(before)):
+            return (
+                f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
+                "period or leave it out"
+            )
+    return None

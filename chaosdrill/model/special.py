@@ -10,6 +10,10 @@ from typing import Any
 import sympy
 from sympy.core.function import ArgumentIndexError
 
+FLOW, RESET, CONDITION = range(3)
+"""What may hold a function: rates, guards and quadratures need a Taylor series, resets a derivative, conditions a
+value; each may hold all that those before it may."""
+
 
 class hunt_crossley_exit(sympy.Function):
     """Exit speed s(v, lam) > 0 of a contact entered at speed v, with damping constant lam (1/speed).
@@ -126,6 +130,11 @@ class Special:
     make: Any
     error: float
     moving: tuple[int, ...] = ()
+
+    @property
+    def level(self) -> int:
+        """What may hold it where states or time stand in it."""
+        return FLOW if self.moving else RESET if "fdiff" in vars(self.make) else CONDITION
 
 
 SPECIAL: dict[str, Special] = {

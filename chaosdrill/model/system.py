@@ -10,14 +10,9 @@ import sympy
 
 from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import ModelError, SettingsError
-from chaosdrill.model.check import check_system
-from chaosdrill.model.exponents import exponent_parameters, expressions
-from chaosdrill.model.places import in_places, parameter, places_of, rewrite
-from chaosdrill.model.reading import read_expression, read_mapping, read_name, read_symbol
-from chaosdrill.model.transition import Transition
-from chaosdrill.typed import TEXT, refuse
-
-DEFAULT_BOUND = 1e9
+from chaosdrill.model.exponents import exponent_parameters
+from chaosdrill.model.places import in_places, parameter
+from chaosdrill.model.reading import UNNAMED, Definition, DefinitionError, Reader, Transition, finite
 
 # several threads may ask for the placed form of one system at once, and each would derive it
 _deriving = RLock()
@@ -39,51 +34,54 @@ class Shared(dict[Any, Any]):
 
 
 class HybridSystem:
-    """States that flow in modes and jump at guards, written in sympy.
+    """States that flow in modes and jump at guards.
 
-    Symbols are matched by name, whatever their assumptions. Jacobians, guard gradients, reset Jacobians and saltation
-    matrices are derived from the expressions.
+    Expressions are text, numbers or sympy: ``"-x - 2*zeta*v + cos(omega*t)"``. Text is read by the grammar of scenes
+    and never run as code; in sympy, symbols are matched by name, whatever their assumptions. Jacobians, guard
+    gradients, reset Jacobians and saltation matrices are derived from the expressions.
 
     Parameters
     ----------
     name : str
         Name of the system.
-    states : sequence of sympy.Symbol
-        The n states.
-    time : sympy.Symbol, optional
-        The symbol that stands for time, if any expression names it.
-    parameters : mapping of str to float
+    states : str or sequence of str or sympy.Symbol
+        The n states in order, as in ``"x v"``.
+    time : str or sympy.Symbol, optional
+        What stands for time in expressions. Default: ``t``, unless a state or a parameter is called so.
+    parameters : mapping of str to float, optional
         Parameters and their values.
     modes : mapping of str to mapping of state to expression
         Time derivative of every state in every mode.
     transitions : sequence of Transition
         What happens at the guards.
-    period : sympy expression, optional
+    period : expression, optional
         Period of the explicit time dependence (of parameters only); strobes are taken once a period.
     initial : mapping, optional
         ``"mode"`` and values of states; default: the first mode, and 0.
-    quadratures : mapping of str to expression, optional
-        Integrals along the flow which feed back into nothing.
+    quadratures : mapping of str to expression, or to mapping of mode to expression, optional
+        Integrals along the flow which feed back into nothing; the integrand may differ by mode.
     bounds : mapping of state to (low, high) or None, optional
         A state outside of its bounds has escaped. Default +-1e9; None stands for no bound.
     description : str
         One line.
     labels : mapping of str to str
-        Long names of states, parameters and quadratures.
+        Long names of states, parameters, quadratures and time.
 
     Raises
     ------
     ModelError
-        If the system cannot be compiled, with the reason.
+        With everything that is wrong, one fault a line, each with its place and the remedy.
+    SettingsError
+        If a parameter or an initial value is no finite number.
     """
 
     def __init__(
         self,
         *,
-        name: str,
-        states: Iterable[Any],
+        name: str = UNNAMED,
+        states: str | Iterable[Any],
         time: Any = None,
-        parameters: Mapping[str, float],
+        parameters: Mapping[str, float] | None = None,
         modes: Mapping[str, Mapping[Any, Any]],
         transitions: Iterable[Transition] = (),
         period: Any = None,
@@ -93,27 +91,35 @@ class HybridSystem:
         description: str = "",
         labels: Mapping[str, str] | None = None,
     ) -> None:
-        self.name = read_name("name of the system", name)
-        refuse(ModelError, f"{name}: description", description, TEXT)
-        self.description = description
-        self.labels = dict(read_mapping(f"{name}: labels", {} if labels is None else labels, "{'v': 'velocity'}"))
-        self.states = _read_states(name, states)
-        self.time = None if time is None else read_symbol(f"{name}: time", time)
-        given = read_mapping(f"{name}: parameters", parameters, "{'k': 2.0}")
-        self.parameters = {str(key): _number(name, "parameter", key, value) for key, value in given.items()}
-        self.modes = _read_modes(name, modes)
-        self.transitions = _read_transitions(name, transitions)
-        self.period = None if period is None else read_expression(f"{name}: period", period)
-        integrals = read_mapping(f"{name}: quadratures", {} if quadratures is None else quadratures, "{'work': v**2}")
-        self.quadratures = {
-            str(key): read_expression(f"{name}: quadrature {str(key)!r}", value) for key, value in integrals.items()
-        }
-        self.bounds = _read_bounds(name, self.state_names, {} if bounds is None else bounds)
-        self.initial = {"mode": next(iter(self.modes), None), **{s.name: 0.0 for s in self.states}}
-        self._read_pi()
-        check_system(self)
-        start = read_mapping(f"{name}: initial", {} if initial is None else initial, "{'mode': 'free', x: 0.1}")
-        self._set_initial({str(key): value for key, value in start.items()})
+        given = {
+            "name": name, "description": description, "states": states, "time": time, "period": period, "modes": modes,
+            "transitions": transitions, "quadratures": quadratures, "bounds": bounds, "labels": labels,
+        }  # fmt: skip
+        reader = Reader({} if parameters is None else parameters)
+        found = reader.read(given)
+        if found is None:
+            raise DefinitionError(f"{name!s:.60}", reader)
+        self._become(found, reader.parameters, initial)
+
+    @classmethod
+    def of(cls, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> "HybridSystem":
+        """The system of a definition that was read with these parameters."""
+        system = cls.__new__(cls)
+        system._become(found, parameters, initial)
+        return system
+
+    def _become(self, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
+        self.name, self.description, self.labels = found.name, found.description, found.labels
+        self.states, self.time, self.period = found.states, found.time, found.period
+        self.modes, self.transitions = found.modes, found.transitions
+        self.quadratures, self.bounds = found.quadratures, found.bounds
+        self.parameters = {str(key): _number(self.name, "parameter", key, value) for key, value in parameters.items()}
+        self.initial = {"mode": next(iter(self.modes)), **dict.fromkeys(self.state_names, 0.0)}
+        if not isinstance(initial, Mapping | None):
+            raise ModelError(
+                f"{self.name}: initial: expected a table of names (a dict in Python), received {initial!r}"
+            )
+        self._set_initial({str(key): value for key, value in (initial or {}).items()})
         self.exponent_parameters = exponent_parameters(self)
         self.shared = self._shared_with_others()
 
@@ -123,7 +129,8 @@ class HybridSystem:
             *(self.name, self.description, repr(self.labels), self.states, self.time, tuple(self.parameters)),
             tuple((name, tuple(rates.items())) for name, rates in self.modes.items()),
             tuple(t.content() for t in self.transitions),
-            *(self.period, tuple(self.quadratures.items()), repr(self.bounds)),
+            tuple((name, tuple(rates.items())) for name, rates in self.quadratures.items()),
+            *(self.period, repr(self.bounds)),
         )
         with _deriving:
             shared = _derived.setdefault(key, Shared())
@@ -141,6 +148,10 @@ class HybridSystem:
     def mode_names(self) -> tuple[str, ...]:
         """Names of the modes, in order."""
         return tuple(self.modes)
+
+    def integrands(self, mode: str) -> list[Any]:
+        """What is integrated in a mode, in the order of the quadratures."""
+        return [rates[mode] for rates in self.quadratures.values()]
 
     @property
     def placed(self) -> "HybridSystem":
@@ -285,16 +296,6 @@ class HybridSystem:
             labels=self.labels,
         )
 
-    def _read_pi(self) -> None:
-        """Let ``pi`` be the number in what was read from text, unless something of the system is called so."""
-        pi = parameter("pi")
-        if pi in places_of(self):
-            return
-        if self.period is not None:
-            self.period = self.period.xreplace({pi: sympy.pi})
-        if any(pi in expression.free_symbols for expression in expressions(self)):
-            rewrite(self, lambda expression: sympy.sympify(expression).xreplace({pi: sympy.pi}))
-
     def _set_initial(self, values: Mapping[str, Any]) -> None:
         for key, value in values.items():
             if key == "mode":
@@ -319,53 +320,8 @@ class HybridSystem:
         )
 
 
-def _read_states(system: str, states: Any) -> tuple[Any, ...]:
-    if isinstance(states, str) or not isinstance(states, Iterable):
-        raise ModelError(f"{system}: states is {states!r}; it must be a sequence of symbols, as in (x, v)")
-    return tuple(read_symbol(f"{system}: state {place}", s) for place, s in enumerate(states))
-
-
-def _read_modes(system: str, modes: Any) -> dict[str, dict[Any, Any]]:
-    read: dict[str, dict[Any, Any]] = {}
-    for mode, field in read_mapping(f"{system}: modes", modes, "{'free': {x: v, v: -x}}").items():
-        where = f"{system}: mode {mode!r}"
-        rates = read_mapping(where, field, "{x: v, v: -x}").items()
-        read[read_name(f"{system}: name of a mode", mode)] = {
-            read_symbol(f"{where}: a state", s): read_expression(f"{where}, d{s}/dt", rate) for s, rate in rates
-        }
-    return read
-
-
-def _read_transitions(system: str, transitions: Any) -> tuple[Transition, ...]:
-    listed = tuple(transitions) if isinstance(transitions, Iterable) else (transitions,)
-    if not isinstance(transitions, Iterable) or not all(isinstance(t, Transition) for t in listed):
-        raise ModelError(f"{system}: transitions is {transitions!r}; it must be a list of Transition; [] for none")
-    return listed
-
-
-def _read_bounds(system: str, states: tuple[str, ...], bounds: Any) -> dict[str, tuple[float, float]]:
-    read = dict.fromkeys(states, (-DEFAULT_BOUND, DEFAULT_BOUND))
-    for key, bound in read_mapping(f"{system}: bounds", bounds, "{x: (-10, 10)}").items():
-        if str(key) not in read:
-            raise ModelError(f"{system}: bounds name {str(key)!r}, which is no state; states are {states}")
-        try:
-            low, high = (-float("inf"), float("inf")) if bound is None else map(float, bound)
-        except (TypeError, ValueError):
-            low = high = float("nan")
-        if isinstance(bound, str) or not low < high:
-            raise ModelError(
-                f"{system}: bounds of {str(key)!r} are {bound!r}; they must be a pair (low, high) with low < high, "
-                "or None for no bound"
-            )
-        read[str(key)] = (low, high)
-    return read
-
-
 def _number(system: str, what: str, key: Any, value: Any) -> float:
-    try:
-        number = float("nan") if isinstance(value, str | bytes | bool) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        number = float("nan")
-    if number != number or number in (float("inf"), -float("inf")):
+    number = finite(value)
+    if number is None:
         raise SettingsError(f"{system}: {what} {str(key)!r} is {value!r}; it must be a finite number")
     return number

@@ -15,7 +15,7 @@ from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.str import StrPrinter
 
 from chaosdrill.model.grammar import PLAIN_NAME, WORDS, ExpressionError, Node, parse
-from chaosdrill.model.special import SPECIAL
+from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.names import remedy
 
 MOST_FACTORS = 100
@@ -41,7 +41,6 @@ def read_text(
     names: Mapping[str, Any],
     *,
     condition: bool = False,
-    moving: "set[Any] | None" = None,
     hints: Mapping[str, str] | None = None,
 ) -> Any:
     """Read an expression.
@@ -54,8 +53,6 @@ def read_text(
         The names that it may hold.
     condition : bool
         Whether it is to be true or false rather than a number.
-    moving : set of sympy.Symbol, optional
-        States and time, if functions of these are to have Taylor series.
     hints : mapping of str to str, optional
         What to do about names that are likely to be meant but are not among those.
 
@@ -68,7 +65,7 @@ def read_text(
     ExpressionError
         With all that is wrong with it.
     """
-    return _read_tree(text, parse(text), names, condition=condition, moving=moving, hints=hints)
+    return _read_tree(text, parse(text), names, condition=condition, hints=hints)
 
 
 def read_open_text(text: str, *, condition: bool = False) -> Any:
@@ -97,7 +94,6 @@ def _read_tree(
     names: Mapping[str, Any],
     *,
     condition: bool,
-    moving: "set[Any] | None" = None,
     hints: Mapping[str, str] | None = None,
 ) -> Any:
     if tree.is_condition != condition:
@@ -107,7 +103,7 @@ def _read_tree(
     if faults:
         raise ExpressionError("; ".join(faults[:10]))
     try:
-        found = _Builder(names, moving).build(tree)
+        found = _Builder(names).build(tree)
     except (ExpressionError, MemoryError):
         raise
     except RecursionError:
@@ -129,14 +125,13 @@ def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> 
         if node.value in FUNCTIONS:
             yield f"{node.value!r} is a function; give it an argument, as in {node.value}(x)"
         else:
-            hint = hints.get(node.value) or remedy(node.value, (*names, "pi"))
-            yield f"unknown name {node.value[:40]!r}; {hint}"
+            yield unknown_name(node.value, names, hints)
     elif node.kind == "call":
         function = FUNCTIONS.get(node.value)
         if function is None and node.value in names:
             yield f"{node.value[:40]!r} is no function; write {node.value:.40}*(...) for a product"
         elif function is None:
-            yield f"unknown function {node.value[:40]!r}; {INSTEAD.get(node.value) or remedy(node.value, PLAIN)}"
+            yield f"unknown function {node.value[:40]!r}; {unknown_function(node.value)}"
         elif not function.least <= len(node.parts) <= function.most:
             count = function.least if function.least == function.most else f"{function.least} to {function.most}"
             yield f"{node.value} takes {count} argument{'s' if count != 1 else ''}, received {len(node.parts)}"
@@ -144,9 +139,19 @@ def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> 
         yield from _unknown(part, names, hints)
 
 
+def unknown_name(name: str, names: Mapping[str, Any], hints: Mapping[str, str]) -> str:
+    """What is said of a name that stands for nothing."""
+    return f"unknown name {name[:40]!r}; {hints.get(name) or remedy(name, (*names, 'pi'))}"
+
+
+def unknown_function(name: str) -> str:
+    """What to write instead of a function that there is not."""
+    return INSTEAD.get(name) or remedy(name, PLAIN)
+
+
 class _Builder:
-    def __init__(self, names: Mapping[str, Any], moving: "set[Any] | None") -> None:
-        self.names, self.moving = names, moving
+    def __init__(self, names: Mapping[str, Any]) -> None:
+        self.names = names
 
     def build(self, node: Node) -> Any:
         made = self._make(node)
@@ -198,12 +203,7 @@ class _Builder:
 
     def _call(self, name: str, arguments: list[Any]) -> Any:
         function = FUNCTIONS[name]
-        if not function.smooth:
-            if self.moving and any(a.free_symbols & self.moving for a in arguments):
-                raise ExpressionError(
-                    f"{name} has no Taylor series, and can stand in resets and conditions only; write its branches as "
-                    "modes with a guard between them"
-                )
+        if function.level != FLOW:
             for argument in arguments:
                 _check_size(argument, MOST_OF_MOD if name == "Mod" else MOST_PARTS)
                 # sympy expands what stands in it
@@ -304,8 +304,8 @@ class Function:
         That of sympy.
     least, most : int
         Number of arguments.
-    smooth : bool
-        Whether rates, guards and quadratures may hold it: it has a Taylor series.
+    level : {FLOW, RESET, CONDITION}
+        What may hold it where states or time stand in it.
     value : callable, optional
         Its value as a double.
     """
@@ -313,7 +313,7 @@ class Function:
     make: Callable[..., Any]
     least: int = 1
     most: int = 1
-    smooth: bool = True
+    level: int = FLOW
     value: Callable[..., float] | None = None
 
 
@@ -325,23 +325,33 @@ _ELEMENTARY = (
 
 def _functions() -> dict[str, Function]:
     found = {name: Function(getattr(sympy, name), value=getattr(math, name)) for name in _ELEMENTARY}
-    found["acosh"] = Function(sympy.acosh, smooth=False, value=math.acosh)
-    found["Abs"] = Function(sympy.Abs, smooth=False, value=abs)
-    found["sign"] = Function(sympy.sign, smooth=False, value=lambda x: math.copysign(1.0, x))
-    found["floor"] = Function(sympy.floor, smooth=False, value=math.floor)
-    found["ceiling"] = Function(sympy.ceiling, smooth=False, value=math.ceil)
-    found["Mod"] = Function(sympy.Mod, 2, 2, smooth=False, value=lambda x, y: x % y)
-    found["atan2"] = Function(sympy.atan2, 2, 2, smooth=False, value=math.atan2)
-    found["Max"] = Function(sympy.Max, 2, 16, smooth=False, value=max)
-    found["Min"] = Function(sympy.Min, 2, 16, smooth=False, value=min)
+    found["acosh"] = Function(sympy.acosh, level=RESET, value=math.acosh)
+    found["Abs"] = Function(sympy.Abs, level=RESET, value=abs)
+    found["sign"] = Function(sympy.sign, level=CONDITION, value=lambda x: math.copysign(1.0, x))
+    found["floor"] = Function(sympy.floor, level=RESET, value=math.floor)
+    found["ceiling"] = Function(sympy.ceiling, level=CONDITION, value=math.ceil)
+    found["Mod"] = Function(sympy.Mod, 2, 2, RESET, value=lambda x, y: x % y)
+    found["atan2"] = Function(sympy.atan2, 2, 2, RESET, value=math.atan2)
+    found["Max"] = Function(sympy.Max, 2, 16, CONDITION, value=max)
+    found["Min"] = Function(sympy.Min, 2, 16, CONDITION, value=min)
     for name, special in SPECIAL.items():
         (count,) = special.make.nargs
-        found[name] = Function(special.make, int(count), int(count), smooth=bool(special.moving))
+        found[name] = Function(special.make, int(count), int(count), special.level)
     return found
 
 
 FUNCTIONS = _functions()
 PLAIN = [name for name in FUNCTIONS if name not in SPECIAL]
+SMOOTH = [name for name in PLAIN if FUNCTIONS[name].level == FLOW]
+
+_OF_SYMPY_ALONE = {"erf": RESET, "erfc": RESET, "gamma": CONDITION, "loggamma": CONDITION, "Piecewise": CONDITION}
+"""Levels of functions that no text can hold."""
+
+
+def level_of(name: str) -> int | None:
+    """What may hold a function; None if there is no such function."""
+    return FUNCTIONS[name].level if name in FUNCTIONS else _OF_SYMPY_ALONE.get(name)
+
 
 INSTEAD = {
     "abs": "write Abs(x)",
@@ -359,6 +369,7 @@ INSTEAD = {
     "arcsin": "write asin(x)",
     "arccos": "write acos(x)",
     "arctan": "write atan(x)",
+    "frac": "write Mod(x, 1)",
     "sec": "write 1/cos(x)",
     "csc": "write 1/sin(x)",
     "cot": "write 1/tan(x)",

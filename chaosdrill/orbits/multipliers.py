@@ -81,7 +81,7 @@ def _explicit(system: "HybridSystem") -> bool:
     expressions = [rate for field in system.modes.values() for rate in field.values()]
     for transition in system.transitions:
         expressions += [transition.guard, *transition.reset.values()]
-        expressions += [] if transition.condition is None else [transition.condition]
+        expressions += transition.conditions.values()
     return any(system.time in getattr(e, "free_symbols", ()) for e in expressions)
 
 

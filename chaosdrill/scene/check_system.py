@@ -9,7 +9,6 @@ from typing import Any
 from chaosdrill.analysis.arguments import Start
 from chaosdrill.errors import ModelError
 from chaosdrill.names import remedy
-from chaosdrill.scene.check_definition import check_definition
 from chaosdrill.scene.limits import LIMITS
 from chaosdrill.scene.problems import Problem, problems_of
 from chaosdrill.scene.si import ReadSI, read_si
@@ -84,8 +83,11 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     elif isinstance(raw.get("definition"), Mapping):
         checked.definition = dict(raw["definition"])
         checked.known = dict(table_in(raw, "parameters"))
-        checked.states, faults = check_definition(checked.definition, checked.known, table_in(raw, "effects"))
-        problems += faults
+        _check_definition(checked)
+        if table_in(raw, "effects"):
+            problems.append(
+                Problem(("system", "effects"), "a definition is not assembled from effects; leave them out")
+            )
     if checked.known is not None:
         for name in table_in(raw, "parameters"):
             if name not in checked.known:
@@ -115,6 +117,60 @@ def check_limits(checked: CheckedSystem, values: Mapping[str, Any], at: tuple[st
     """Check numbers against the limits of the model's parameters."""
     faults = ((name, checked.refuses(name, value)) for name, value in values.items())
     return [Problem((*at, name), fault) for name, fault in faults if fault]
+
+
+def _check_definition(checked: CheckedSystem) -> None:
+    """Check a definition with the parameters that stand beside it.
+
+    What must be in Python may be here; besides, a parameter that nothing depends on is likely misspelt.
+    """
+    from chaosdrill.declared import unfit
+    from chaosdrill.model.definition import MOST_OPERATIONS, operations
+    from chaosdrill.model.reading import Reader
+
+    definition, parameters = checked.definition or {}, checked.known or {}
+    reader = Reader(parameters)
+    found = reader.read(definition)
+    checked.states = reader.states
+    faults = [
+        Problem(fault.path if fault.path[:1] == ("parameters",) else ("definition", *fault.path), fault.message)
+        for fault in reader.faults
+    ]
+    of_pi = [
+        Problem(place, "'pi' is the number 3.14159... in every expression; choose another name")
+        for place, names in (
+            (("parameters", "pi"), parameters),
+            (("definition", "states"), reader.states or ()),
+            (("definition", "time"), (definition.get("time"),)),
+        )
+        if "pi" in names
+    ]
+    if of_pi:
+        # whatever names it means the number or that, and may be no fault at all
+        faults = of_pi
+    elif found is not None:
+        known = sorted(reader.used & parameters.keys())
+        faults += [
+            Problem(("parameters", name), f"not used in the definition; {remedy(name, known)}")
+            for name in parameters
+            if name not in reader.used
+        ]
+        faults += [
+            Problem(("definition", "quadratures", name), f"has a name that {reason}; rename it, as in 'the_integral'")
+            for name in found.quadratures
+            if (reason := unfit(name))
+        ]
+        faults += [
+            Problem(
+                ("definition", "modes", mode),
+                f"has {count} products, powers and functions (these count twice) in rates, quadratures and guards; at "
+                f"most {MOST_OPERATIONS} can be compiled in reasonable time: use fewer, such as powers of one sine in "
+                "place of sines of multiples, or leave out terms that hardly matter",
+            )
+            for mode in found.modes
+            if (count := operations(found, mode)) > MOST_OPERATIONS
+        ]
+    checked.problems += [replace(fault, path=("system", *fault.path)) for fault in faults]
 
 
 def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:

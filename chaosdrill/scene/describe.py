@@ -67,14 +67,14 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
                 "to": transition.target,
                 "guard": str(transition.guard),
                 "direction": transition.direction,
-                "condition": None if transition.condition is None else str(transition.condition),
+                "condition": _texts(transition.conditions),
                 "reset": {str(state): str(value) for state, value in transition.reset.items()},
                 "priority": transition.priority,
                 "kind": transition.kind,
             }
             for transition in system.transitions
         },
-        "quadratures": {name: str(rate) for name, rate in system.quadratures.items()},
+        "quadratures": {name: _texts(rates) for name, rates in system.quadratures.items()},
         "period": None if system.period is None else str(system.period),
         "si": {
             name: {"label": QUANTITIES[name].label, "value": value, "units": QUANTITIES[name].units}
@@ -85,6 +85,12 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         "analyses": {name: {"kind": analysis.kind, **analysis.table} for name, analysis in scene.analyses.items()},
         "changes": dict(scene.changes),
     }
+
+
+def _texts(expressions: Mapping[str, Any]) -> Any:
+    from chaosdrill.model.definition import one_or_by_mode
+
+    return one_or_by_mode({mode: str(expression) for mode, expression in expressions.items()})
 
 
 def _effects(scene: Scene, *, present: bool) -> dict[str, str]:

@@ -30,7 +30,9 @@ def of_system(system: "HybridSystem") -> dict[str, Any]:
         "modes": {mode: {str(s): str(rate) for s, rate in field.items()} for mode, field in system.modes.items()},
         "transitions": [str(transition) for transition in system.transitions],
         "period": str(system.period),
-        "quadratures": {name: str(integrand) for name, integrand in system.quadratures.items()},
+        "quadratures": {
+            name: {mode: str(e) for mode, e in rates.items()} for name, rates in system.quadratures.items()
+        },
     }
 
 

@@ -78,7 +78,7 @@ def write_out(system: "cd.HybridSystem", tangents: int) -> dict[str, Mode]:
             for transition in transitions:
                 torn = saltation(system, transition, name)
                 image = [reset_map(system, transition), *(list(torn * sympy.Matrix(d)) for d in vectors)]
-                condition = transition.condition
+                condition = transition.conditions.get(name)
                 if condition is not None:
                     condition = condition.subs(numbers).subs(held(name))
                 outcomes.append((transition.target, condition, vector(transition.target, image, name)))

@@ -468,7 +468,7 @@ def in_units(system):
                 guard=read(t.guard),
                 direction=t.direction,
                 reset={s: states[s] * read(value) for s, value in t.reset.items()},
-                condition=None if t.condition is None else read(t.condition),
+                condition={m: read(c) for m, c in t.conditions.items()} or None,
                 priority=t.priority,
                 kind=t.kind,
             )

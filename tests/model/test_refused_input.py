@@ -33,50 +33,77 @@ def rate(expression):
 
 
 INPUT = {
-    "states as text": ({"states": "xv"}, "states is 'xv'; it must be a sequence of symbols"),
-    "one bare state": ({"states": X}, "states is x; it must be a sequence"),
-    "state that is a function": ({"states": (X, sympy.Function("v")(T))}, "state 1 is v(t); it must be a sympy symbol"),
-    "time that is a number": ({"time": 3}, "time is 3; it must be a sympy symbol"),
-    "name that is a number": ({"name": 3}, "name of the system is 3; it must be a text"),
-    "parameters in a list": ({"parameters": ["k", "omega"]}, "parameters is ['k', 'omega']; it must be a mapping"),
-    "modes in a list": ({"modes": [{X: V}]}, "modes is [{x: v}]; it must be a mapping"),
-    "field in a list": ({"modes": {"free": [V, -X]}}, "mode 'free' is [v, -x]; it must be a mapping"),
-    "mode without a name": ({"modes": {"": {X: V, V: -X}}}, "name of a mode is ''"),
-    "initial in a list": ({"initial": [0.1, 0.2]}, "initial is [0.1, 0.2]; it must be a mapping"),
-    "quadratures in a list": ({"quadratures": [V**2]}, "quadratures is [v**2]; it must be a mapping"),
-    "bounds in a list": ({"bounds": [(-1, 1)]}, "bounds is [(-1, 1)]; it must be a mapping"),
-    "labels in a list": ({"labels": ["speed"]}, "labels is ['speed']; it must be a mapping"),
-    "no transitions": ({"transitions": None}, "transitions is None; it must be a list of Transition; [] for none"),
-    "names of transitions": ({"transitions": ["hit"]}, "transitions is ['hit']; it must be a list of Transition"),
-    "one bound": ({"bounds": {X: 3.0}}, "bounds of 'x' are 3.0; they must be a pair (low, high)"),
-    "three bounds": ({"bounds": {X: (1, 2, 3)}}, "bounds of 'x' are (1, 2, 3)"),
-    "bounds as text": ({"bounds": {X: "12"}}, "bounds of 'x' are '12'"),
-    "bounds the wrong way": ({"bounds": {X: (1, -1)}}, "bounds of 'x' are (1, -1); they must be a pair"),
+    "one state of two letters": ({"states": "xv"}, "modes.free: gives no rate for 'xv'"),
+    "one bare state": ({"states": X}, "states: received x; expected names in order, as in 'x v'"),
+    "states in no order": ({"states": {X, V}}, "expected names in order"),
+    "state that is a function": ({"states": (X, sympy.Function("v")(T))}, "states.1: received v(t); expected a name"),
+    "time that is a number": ({"time": 3}, "time: received 3; expected a name"),
+    "name that is a number": ({"name": 3}, "name: expected text in quotes, received 3"),
+    "parameters in a list": (
+        {"parameters": ["k", "omega"]},
+        "parameters: expected a table of names (a dict in Python)",
+    ),
+    "modes in a list": ({"modes": [{X: V}]}, "modes: expected a table of names (a dict in Python), received [{x: v}]"),
+    "field in a list": ({"modes": {"free": [V, -X]}}, "modes.free: expected a table of names (a dict in Python)"),
+    "mode without a name": ({"modes": {"": {X: V, V: -X}}}, "modes.: expected text in quotes, received ''"),
+    "state named twice": ({"modes": {"free": {X: V, V: -X, "v": X}}}, "modes.free: expected a table of names"),
+    "initial in a list": (
+        {"initial": [0.1, 0.2]},
+        "initial: expected a table of names (a dict in Python), received [0",
+    ),
+    "quadratures in a list": ({"quadratures": [V**2]}, "quadratures: expected a table of names"),
+    "bounds in a list": ({"bounds": [(-1, 1)]}, "bounds: expected a table of names"),
+    "labels in a list": ({"labels": ["speed"]}, "labels: expected a table of names"),
+    "no transitions": (
+        {"transitions": None},
+        "transitions: expected a list of transitions, [] for none, received None",
+    ),
+    "names of transitions": (
+        {"transitions": ["hit"]},
+        "transitions.0: expected a Transition, or a table, received 'hit'",
+    ),
+    "one bound": (
+        {"bounds": {X: 3.0}},
+        "bounds.x: expected [low, high], doubles or inf, with low < high, received 3.0",
+    ),
+    "three bounds": ({"bounds": {X: (1, 2, 3)}}, "low < high, received (1, 2, 3)"),
+    "bounds as text": ({"bounds": {X: "12"}}, "low < high, received '12'"),
+    "bounds the wrong way": ({"bounds": {X: (1, -1)}}, "low < high, received (1, -1)"),
     "bounds without width": ({"bounds": {X: (1, 1)}}, "low < high"),
-    "bound that is no number": ({"bounds": {X: (float("nan"), 1)}}, "bounds of 'x'"),
-    "rate that is a list": (rate([1]), "mode 'free', dv/dt is [1]"),
-    "rate that is text": (rate("x +* v"), "mode 'free', dv/dt: '*' cannot stand at letter 4 of 'x +* v'"),
-    "rate that is None": (rate(None), "mode 'free', dv/dt is None"),
-    "rate that is a matrix": (rate(sympy.Matrix([X])), "dv/dt is Matrix([[x]]); it must be one number or sympy"),
-    "rate that is complex": (rate(sympy.sqrt(-1) * X), "dv/dt: I*x is complex"),
-    "rate that is a relation": (rate(X > 0), "dv/dt is x > 0, a relation"),
+    "bound that is no number": ({"bounds": {X: (float("nan"), 1)}}, "bounds.x: expected [low, high]"),
+    "rate that is a list": (
+        rate([1]),
+        "modes.free.v: expected an expression, as text in quotes or of sympy, received [1]",
+    ),
+    "rate that is text": (rate("x +* v"), "modes.free.v: '*' cannot stand at letter 4 of 'x +* v'"),
+    "rate that is None": (
+        rate(None),
+        "modes.free.v: expected an expression, as text in quotes or of sympy, received None",
+    ),
+    "rate that is a truth": (rate(True), "modes.free.v: True is to be a number"),
+    "rate that is a matrix": (rate(sympy.Matrix([X])), "v: expected one number or expression, received Matrix([[x]])"),
+    "rate that is complex": (rate(sympy.sqrt(-1) * X), "modes.free.v: I*x is complex"),
+    "rate that is a relation": (rate(X > 0), "modes.free.v: x > 0 is to be a number, and no comparison"),
     "rate with an integral": (rate(sympy.Integral(X, (X, 0, V))), "is not carried out; write its value"),
     "rate with a derivative": (rate(sympy.Derivative(X**2, X)), "is not carried out"),
     "rate with a sum": (rate(sympy.Sum(K, (K, 1, 3)) * X), "is not carried out"),
-    "period that is 0": ({"period": 0}, "the period 0 is not a positive number; leave it out"),
+    "period that is 0": ({"period": 0}, "period: the period 0 is not a positive number; leave it out"),
     "period below 0": ({"period": -2 * sympy.pi / OMEGA}, "is not a positive number at {'omega': 3.0}"),
     "period that is infinite here": ({"parameters": {"k": 2.0, "omega": 0.0}}, "2*pi/omega is not a positive number"),
     "128 modes": ({"modes": {f"m{i}": {X: V, V: -X} for i in range(128)}}, "there are 128 modes; at most 127 fit"),
     "state of a reserved name": (
         {"states": (sympy.Symbol("mode"),), "modes": {"free": {"mode": 1}}},
-        "a state is named 'mode', which is reserved",
+        "'mode' is reserved for the initial mode; rename the state",
     ),
     "state without a name": (
         {"states": ("",), "modes": {"free": {"": 1}}},
-        "state is named ''; a name must not be empty",
+        "states.0: received ''; a name must not be empty",
     ),
-    "parameter with a slash": ({"parameters": {"k": 1, "omega": 3, "a/b": 1}}, "parameter is named 'a/b'"),
-    "quadrature of a blank": ({"quadratures": {" ": V}}, "quadrature is named ' '"),
+    "parameter with a slash": (
+        {"parameters": {"k": 1, "omega": 3, "a/b": 1}},
+        "parameters.a/b: received 'a/b'; a name must not",
+    ),
+    "quadrature of a blank": ({"quadratures": {" ": V}}, "quadratures. : received ' '; a name must not"),
     "drift in a quadrature": ({"quadratures": {"work": T * V}}, "t*v does not repeat after the declared period"),
 }
 
@@ -92,19 +119,23 @@ def test_what_is_no_part_of_a_system(fault):
 
 TRANSITIONS = {
     "guard that cannot be read": ({"guard": "x - "}, "transition 'hit': guard: 'x - ' ends where a number, a name"),
-    "guard that is a relation": ({"guard": sympy.Eq(X, 1)}, "guard is Eq(x, 1), a relation; it must be an expression"),
+    "guard that is a relation": ({"guard": sympy.Eq(X, 1)}, "guard: Eq(x, 1) is to be a number, and no comparison"),
     "guard that is complex": ({"guard": X - sympy.I}, "guard: x - I is complex"),
-    "reset in a list": ({"reset": [V, -V]}, "reset is [v, -v]; it must be a mapping"),
-    "reset to a relation": ({"reset": {V: X < V}}, "reset of v is x < v, a relation"),
+    "reset in a list": ({"reset": [V, -V]}, "reset: expected a table of names (a dict in Python), received [v, -v]"),
+    "reset to a relation": ({"reset": {V: X < V}}, "reset.v: x < v is to be a number, and no comparison"),
     "reset to an integral": ({"reset": {V: sympy.Integral(V, V)}}, "is not carried out"),
     "condition that cannot be read": ({"condition": "v >"}, "condition: 'v >' ends where a number, a name"),
-    "priority of a fraction": ({"priority": 0.5}, "priority is 0.5; it must be an integer"),
-    "priority in words": ({"priority": "first"}, "priority is 'first'"),
-    "no source": ({"source": ()}, "source is (); it must be a mode's name"),
-    "source that is a number": ({"source": 3}, "source is 3"),
-    "target that is a list": ({"target": ["free"]}, "target is ['free']; it must be the name of a mode"),
-    "empty name": ({"name": ""}, "name of a transition is ''"),
-    "kind that is a number": ({"kind": 3}, "kind is 3; it must be a text"),
+    "condition that is a number": ({"condition": V - 1}, "condition: v - 1 is to be a comparison, such as x > 0"),
+    "condition that is a symbol": ({"condition": V}, "condition: v is to be a comparison, such as x > 0"),
+    "condition of another mode": ({"condition": {"free": "v > 0", "held": "v > 1"}}, "condition.held: unknown mode"),
+    "condition of no mode": ({"condition": {}}, "condition: gives nothing for mode 'free'; every source needs its own"),
+    "priority of a fraction": ({"priority": 0.5}, "priority: expected a whole number, received 0.5"),
+    "priority in words": ({"priority": "first"}, "priority: expected a whole number, received 'first'"),
+    "no source": ({"source": ()}, "source: is empty; name the mode, or modes"),
+    "source that is a number": ({"source": 3}, "source: expected text in quotes, received 3"),
+    "target that is a list": ({"target": ["free"]}, "target: expected text in quotes, received ['free']"),
+    "empty name": ({"name": ""}, "name: expected text in quotes, received ''"),
+    "kind that is a number": ({"kind": 3}, "kind: expected text in quotes, received 3"),
 }
 
 
@@ -117,7 +148,7 @@ def test_what_is_no_transition(fault):
 
 
 def test_a_bare_transition_is_no_list_of_them():
-    with pytest.raises(cd.ModelError, match="it must be a list of Transition"):
+    with pytest.raises(cd.ModelError, match="expected a list of transitions"):
         build(transitions=hit())
 
 
@@ -148,14 +179,16 @@ def test_a_special_function_repeats_if_its_arguments_do(entry, repeats):
 )
 def test_a_quadrature_never_takes_the_place_of_a_result(name):
     assert name in reserved()
+    system = build(quadratures={name: V})
     with pytest.raises(cd.ModelError, match=rf"quadrature '{name}' has a name that is reserved for results; rename it"):
-        build(quadratures={name: V})
+        cd.trajectory(system, periods=1)
 
 
 @pytest.mark.parametrize("name", ["<b>", "&#47;", '"""', "{0}", "#", "-o", "a" * 201, "😀" * 51, "e\u0301"])
 def test_what_cannot_be_the_name_of_a_variable_of_an_archive_is_refused_before_anything_runs(name):
+    system = build(quadratures={name: V})
     with pytest.raises(cd.ModelError, match=r"quadrature .* has a name that .*; rename it"):
-        build(quadratures={name: V})
+        cd.trajectory(system, periods=1)
     system = build(parameters={"k": 2.0, "omega": 3.0, name: 1.0})
     calls = (cd.bifurcation_diagram, {name: [1.0, 2.0]}), (cd.continue_orbit, {name: (1.0, 2.0)})
     for function, sweep in calls:

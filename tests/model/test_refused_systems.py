@@ -40,36 +40,62 @@ def test_the_system_that_all_faults_are_made_of_is_accepted():
 
 
 FAULTS = {
-    "completes nothing": (rests({"completes": "hop"}), ["'rest0' completes 'hop'", "no transition"]),
-    "completes itself": (rests({"completes": "rest0"}), ["'rest0' completes 'rest0'", "leave one out"]),
+    "completes nothing": (rests({"completes": "hop"}), ["transitions.rest0.completes: unknown transition", "hit"]),
+    "completes itself": (
+        rests({"completes": "rest0"}),
+        ["transitions.rest0.completes: completes 'rest0'", "leave one out"],
+    ),
     "completes twice": (rests({}, {}), ["completes 'hit'", "leave one out"]),
-    "completes within the mode": (rests({"target": "free"}), ["'rest0'", "another mode"]),
-    "completes at another guard": (rests({"guard": X - 2}), ["'rest0'", "same guard"]),
-    "symbol in a rate": ({"modes": {"free": {X: V, V: -STRANGER * X}}}, ["mode 'free', dv/dt", "'stranger'", "'k'"]),
-    "symbol in a guard": ({"transitions": hit(guard=X - STRANGER)}, ["'hit', guard", "'stranger'", "'omega'"]),
-    "symbol in a reset": ({"transitions": hit(reset={V: STRANGER})}, ["'hit', reset of v", "'stranger'", "'x'"]),
-    "symbol in a condition": ({"transitions": hit(condition=V > STRANGER)}, ["'hit', condition", "'stranger'"]),
-    "symbol in a quadrature": ({"quadratures": {"work": STRANGER * V}}, ["quadrature 'work'", "'stranger'"]),
-    "state in the period": ({"period": X}, ["period", "unknown symbol 'x'", "parameters", "'omega'"]),
-    "time without being declared": ({"time": None, "period": None}, ["dv/dt", "unknown symbol 't'"]),
-    "rate that is missing": ({"modes": {"free": {X: V}}}, ["mode 'free'", "no derivative", "'v'"]),
-    "rate of a stranger": ({"modes": {"free": {X: V, V: 0, K: 1}}}, ["mode 'free'", "k, which is no state"]),
-    "no state": ({"states": (), "modes": {"free": {}}, "transitions": []}, ["there is no state"]),
-    "no mode": ({"modes": {}, "transitions": []}, ["there is no mode"]),
-    "source": ({"transitions": hit(source=("free", "stuck"))}, ["'hit'", "mode 'stuck'", "['free']"]),
-    "target": ({"transitions": hit(target="stuck")}, ["'hit'", "mode 'stuck'", "['free']"]),
-    "guard on parameters only": ({"transitions": hit(guard=K - 1)}, ["'hit'", "k - 1", "no state and not on time"]),
-    "guard that is a number": ({"transitions": hit(guard=sympy.Integer(1))}, ["'hit'", "guard 1", "no state"]),
-    "reset of a stranger": ({"transitions": hit(reset={K: V})}, ["'hit'", "resets k", "('x', 'v')"]),
-    "condition that is a number": ({"transitions": hit(condition=V - 1)}, ["'hit'", "v - 1", "such as v > 1"]),
-    "two transitions of one name": ({"transitions": hit() + hit(direction=-1)}, ["two transitions", "'hit'", "once"]),
-    "state twice": ({"states": (X, V, X)}, ["'x' is named twice"]),
-    "parameter that is a state": ({"parameters": {"k": 2.0, "omega": 3.0, "v": 1.0}}, ["'v' is named twice"]),
-    "quadrature that is a state": ({"quadratures": {"x": V}}, ["'x' is named twice"]),
-    "time that is a parameter": ({"parameters": {"k": 2.0, "omega": 3.0, "t": 1.0}}, ["'t' is named twice"]),
-    "rate that is infinite": ({"modes": {"free": {X: V, V: sympy.oo}}}, ["dv/dt", "not finite"]),
-    "division by zero": ({"modes": {"free": {X: V, V: sympy.zoo * X}}}, ["dv/dt", "not finite"]),
-    "bound of a stranger": ({"bounds": {K: (0, 1)}}, ["'k'", "no state", "('x', 'v')"]),
+    "completes within the mode": (rests({"target": "free"}), ["transitions.rest0.completes", "another mode"]),
+    "completes at another guard": (rests({"guard": X - 2}), ["transitions.rest0.completes", "same guard"]),
+    "symbol in a rate": (
+        {"modes": {"free": {X: V, V: -STRANGER * X}}},
+        ["modes.free.v: unknown name 'stranger'", "known here: k"],
+    ),
+    "symbol in a guard": (
+        {"transitions": hit(guard=X - STRANGER)},
+        ["transitions.hit.guard: unknown name 'stranger'", "omega"],
+    ),
+    "symbol in a reset": (
+        {"transitions": hit(reset={V: STRANGER})},
+        ["transitions.hit.reset.v: unknown name 'stranger'", "x"],
+    ),
+    "symbol in a condition": (
+        {"transitions": hit(condition=V > STRANGER)},
+        ["transitions.hit.condition: unknown name 'stranger'"],
+    ),
+    "symbol in a quadrature": ({"quadratures": {"work": STRANGER * V}}, ["quadratures.work: unknown name 'stranger'"]),
+    "state in the period": ({"period": X}, ["period: names 'x'", "made of parameters"]),
+    "time of another name": ({"time": "tau"}, ["modes.free.v: unknown name 't'", "the time is called 'tau'"]),
+    "rate that is missing": ({"modes": {"free": {X: V}}}, ["modes.free: gives no rate for 'v'", "write 0"]),
+    "rate of a stranger": ({"modes": {"free": {X: V, V: 0, K: 1}}}, ["modes.free.k: unknown state", "x, v"]),
+    "no state": ({"states": (), "modes": {"free": {}}, "transitions": []}, ["states: received ()", "'x v'"]),
+    "no mode": ({"modes": {}, "transitions": []}, ["modes: missing"]),
+    "source": ({"transitions": hit(source=("free", "stuck"))}, ["transitions.hit.", "unknown mode 'stuck'", "free"]),
+    "target": ({"transitions": hit(target="stuck")}, ["transitions.hit.", "unknown mode 'stuck'", "free"]),
+    "guard on parameters only": (
+        {"transitions": hit(guard=K - 1)},
+        ["transitions.hit.guard", "no state and not on time"],
+    ),
+    "guard that is a number": ({"transitions": hit(guard=sympy.Integer(1))}, ["transitions.hit.guard", "no state"]),
+    "reset of a stranger": ({"transitions": hit(reset={K: V})}, ["transitions.hit.reset.k: unknown state", "x, v"]),
+    "two transitions of one name": (
+        {"transitions": hit() + hit(direction=-1)},
+        ["transitions.hit.name: two transitions", "'hit'"],
+    ),
+    "state twice": ({"states": (X, V, X)}, ["states.2: 'x' is named twice"]),
+    "parameter that is a state": (
+        {"parameters": {"k": 2.0, "omega": 3.0, "v": 1.0}},
+        ["states: 'v' is the name of a parameter too"],
+    ),
+    "quadrature that is a state": ({"quadratures": {"x": V}}, ["quadratures.x: 'x' is the name of a state too"]),
+    "time that is a parameter": (
+        {"parameters": {"k": 2.0, "omega": 3.0, "t": 1.0}},
+        ["time: 't' is the name of a parameter too"],
+    ),
+    "rate that is infinite": ({"modes": {"free": {X: V, V: sympy.oo}}}, ["modes.free.v", "not finite"]),
+    "division by zero": ({"modes": {"free": {X: V, V: sympy.zoo * X}}}, ["modes.free.v", "not finite"]),
+    "bound of a stranger": ({"bounds": {K: (0, 1)}}, ["bounds.k: unknown state", "x, v"]),
     "wrong period": ({"period": sympy.pi / 3}, ["does not repeat", "declared period pi/3", "mend the period"]),
     "drift in a periodic rate": ({"modes": {"free": {X: V, V: T}}}, ["t does not repeat", "leave it out"]),
     "drift in a guard": ({"transitions": hit(guard=X - T)}, ["-t + x does not repeat", "period"]),
@@ -109,7 +135,7 @@ def test_a_number_that_cannot_be_used_is_named(fault):
 
 @pytest.mark.parametrize("direction", [2, -3, 0.5, None, "up"])
 def test_a_direction_is_up_down_or_both(direction):
-    with pytest.raises(cd.ModelError, match=r"'hit'.*direction is .*must be \+1, -1 or 0"):
+    with pytest.raises(cd.ModelError, match=r"'hit': direction: must be 1 .*, -1 .* or 0 .*, received"):
         hit(direction=direction)
 
 

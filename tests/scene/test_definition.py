@@ -75,7 +75,7 @@ FAULTS = {
     'time = "t"': ('time = "x"', "time: 'x' is the name of a state too"),
     '"2*pi/omega"': ('"2*pi/omega + t"', "period: names 't'"),
     'name = "impact-oscillator"': ("name = 3", "name: expected text in quotes, received 3"),
-    "cos(omega*t)": ("Abs(x)", "modes.free.v: Abs has no Taylor series"),
+    "cos(omega*t)": ("Abs(x)", "modes.free.v: Abs(x) has no Taylor series"),
 }
 
 

@@ -22,7 +22,7 @@ direction = +1
 
 FAULTS = {
     "no states": ('states = ["x", "v"]', "states = []", 5, "states: received []"),
-    "states that are no list": ('states = ["x", "v"]', 'states = "x"', 5, "states: received 'x'"),
+    "states that are no names": ('states = ["x", "v"]', "states = 3", 5, "states: received 3; expected names in order"),
     "name with a line break": (
         '["x", "v"]',
         r'["x", "v\n"]',
@@ -34,7 +34,14 @@ FAULTS = {
     "division by zero": ("-x - 2*zeta*v", "v/0 - 2*zeta*v", 11, "modes.free.v: divides by zero"),
     "long integer": ("-x - 2", f"-{HUGE[:310]}*x - 2", 11, "modes.free.v: .* larger than any double"),
     "product of integers": ("-x - 2", "-(10**300*10**300)*x - 2", 11, "modes.free.v: .* larger than any double"),
-    "time undeclared": ('time = "t"\nperiod = "2*pi/omega"', "", 10, "modes.free.v: unknown name 't'; .* time = 't'"),
+    "time of another name": (
+        'time = "t"',
+        'time = "tau"',
+        11,
+        "modes.free.v: unknown name 't'; the time is called 'tau'",
+    ),
+    "time of no name": ('time = "t"', 'time = ""', 6, "time: received ''; a name must not be empty"),
+    "time that is a word": ("omega*t", "omega*time", 11, "modes.free.v: unknown name 'time'; the time is called 't'"),
     "bound": (
         "\n[system.par",
         f"\n[system.definition.bounds]\nx = [-{HUGE}, inf]\n[system.par",

@@ -89,8 +89,9 @@ def test_faults_are_told_and_the_earlier_file_stays(tmp_path):
     path.write_text("earlier")
     with pytest.raises(cd.SceneError, match=r"analysis.motion.kind: unknown kind 'trajektory'; did you mean"):
         cd.save_scene(path, odd(), {"motion": {"kind": "trajektory"}})
+    mark = cd.Transition("mark", "m", "m", X, 1, condition=sympy.gamma(X) > 1)
     with pytest.raises(cd.ModelError, match="unknown function 'gamma'"):
-        cd.save_scene(path, cd.HybridSystem(name="g", states=(X,), parameters={}, modes={"m": {X: sympy.gamma(X)}}), {})
+        cd.save_scene(path, cd.HybridSystem(states=(X,), modes={"m": {X: 1}}, transitions=[mark]), {})
     with pytest.raises(cd.SettingsError, match=r"analysis.motion.periods: expected a number"):
         cd.save_scene(path, odd(), {"motion": {"kind": "trajectory", "periods": object()}})
     assert path.read_text() == "earlier"

@@ -16,8 +16,9 @@ def expressions(system):
     found = [rate for field in system.modes.values() for rate in field.values()]
     for transition in system.transitions:
         found += [transition.guard, *transition.reset.values()]
-        found += [] if transition.condition is None else [transition.condition]
-    return [*found, *system.quadratures.values(), *([] if system.period is None else [system.period])]
+        found += transition.conditions.values()
+    found += [rate for rates in system.quadratures.values() for rate in rates.values()]
+    return [*found, *([] if system.period is None else [system.period])]
 
 
 @pytest.mark.parametrize("name", NAMES)

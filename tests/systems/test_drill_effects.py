@@ -39,12 +39,12 @@ def label(effects):
 
 def symbols(system):
     """Names of all symbols in the system's expressions."""
-    found = [*system.quadratures.values()]
+    found = [rate for rates in system.quadratures.values() for rate in rates.values()]
     for field in system.modes.values():
         found += field.values()
     for transition in system.transitions:
         found += [transition.guard, *transition.reset.values()]
-        found += [] if transition.condition is None else [transition.condition]
+        found += transition.conditions.values()
     return {s.name for e in found for s in e.free_symbols}
 
 
