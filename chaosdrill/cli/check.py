@@ -51,7 +51,8 @@ def check_text(described: dict[str, Any]) -> str:
     for name, event in described["events"].items():
         modes = f"{' or '.join(event['from'])} -> {event['to']}"
         lines += _block(f"event {name}   ({event['kind']}, {modes})", _event(event))
-    lines += _block("quadratures", ((name, f"= integral of {rate}") for name, rate in described["quadratures"].items()))
+    rows = ((name, f"= integral of {_in_modes(rate)}") for name, rate in described["quadratures"].items())
+    lines += _block("quadratures", rows)
     if described["period"] is not None:
         lines += _block("forcing", [("period", described["period"])])
     lines += _block(
@@ -78,8 +79,13 @@ def _event(event: dict[str, Any]) -> list[tuple[str, str]]:
     way = {1: "rises through 0", -1: "falls through 0", 0: "passes 0"}[event["direction"]]
     rows = [("when", f"{event['guard']} {way}")]
     if event["condition"] is not None:
-        rows.append(("if", event["condition"]))
+        rows.append(("if", _in_modes(event["condition"])))
     return rows + [(f"{state} :=", value) for state, value in event["reset"].items()]
+
+
+def _in_modes(told: str | dict[str, str]) -> str:
+    """A text, or those of modes that differ in it."""
+    return told if isinstance(told, str) else "; ".join(f"{text} in {mode}" for mode, text in told.items())
 
 
 def _block(heading: str, rows: Any) -> list[str]:

@@ -58,8 +58,14 @@ def system_latex(system: "HybridSystem") -> str | None:
     for event in system.transitions:
         sources = r",\ ".join(map(_words, event.source))
         lines.append(rf"&{_words(event.name)}:\ {sources} \to {_words(event.target)}")
-        condition = "" if event.condition is None else rf",\quad {_latex(event.condition)}"
-        lines.append(rf"{_latex(event.guard)} &{_CROSSES[event.direction]}{condition}")
+        conditions = {} if event.condition is None else event.conditions
+        if len(set(conditions.values())) == 1:
+            conditions = {"": next(iter(conditions.values()))}
+        where = "".join(
+            rf",\quad {_latex(condition)}" + (rf"\ ({_words(mode)})" if mode else "")
+            for mode, condition in conditions.items()
+        )
+        lines.append(rf"{_latex(event.guard)} &{_CROSSES[event.direction]}{where}")
         lines += [rf"{_latex(state)} &:= {_latex(value)}" for state, value in event.reset.items()]
     return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
 

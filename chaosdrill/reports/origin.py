@@ -75,9 +75,17 @@ def system_part(
         source = () if origin is None else (origin.get(name, "the run"),)
         parameters.append((name, part("formula", name), Quantity(number(value, 12)), *source, labels.get(name, "")))
     source = () if origin is None else ("from",)
+    same = {
+        name: next(iter(rates.values())) for name, rates in system.quadratures.items() if len(set(rates.values())) == 1
+    }
+    integrals = {"": same} | {
+        f", mode {mode}": {name: rates[mode] for name, rates in system.quadratures.items() if name not in same}
+        for mode in system.modes
+    }
     return render(
         "system.html",
         system=system,
+        integrals=integrals,
         simulated=simulated,
         left_out=left_out,
         states=table("States", ("state", "symbol", "at first", "is"), states),

@@ -98,11 +98,9 @@ def test_lanes_have_the_same_series(workspace, kernels):
 
 
 def test_what_has_no_series_is_refused():
-    with pytest.raises(
-        ModelError, match=r"modes.on.x: hunt_crossley_duration\(.*has no Taylor series, and can stand in resets"
-    ):
-        assert kernels_of(system(hunt_crossley_duration(X, Q, 1.5, 100), "a duration"))
-    with pytest.raises(ModelError, match="hunt_crossley_exit has no Taylor series here in argument 2"):
+    with pytest.raises(ModelError, match=r"modes.on.x: hunt_crossley_duration\(.*has no Taylor series, "):
+        system(hunt_crossley_duration(X, Q, 1.5, 100), "a duration")
+    with pytest.raises(ModelError, match=r"hunt_crossley_exit\(.*\) has no Taylor series in its argument 2"):
         assert kernels_of(system(hunt_crossley_exit(1 + X**2, Y), "a damping that moves"))
 
 
