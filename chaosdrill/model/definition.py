@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.reading import DEFAULT_BOUND, Definition, DefinitionError, Reader, Transition
+from chaosdrill.model.reading import DEFAULT_BOUND, Definition, Reader, Transition
 from chaosdrill.model.text import write_text
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def build_defined(
     reader = Reader(parameters)
     found = reader.read(definition)
     if found is None:
-        raise DefinitionError("definition", reader)
+        raise ModelError(reader.told("definition"))
     return HybridSystem.of(found, parameters, initial)
 
 
@@ -90,7 +90,7 @@ def _written(system: "HybridSystem") -> dict[str, Any]:
         reader = Reader(system.parameters)
         found = reader.read(definition)
         if found is None:
-            raise ModelError(str(DefinitionError(f"{system.name}: definition", reader)).splitlines()[0])
+            raise ModelError(reader.told(f"{system.name}: definition").splitlines()[0])
         for name in (one.name for one in fields(Definition)):
             for where, before, after in _differing(name, getattr(system, name), getattr(found, name)):
                 raise ModelError(f"{system.name}: {where}: {before} as text would be read as {after}")

@@ -66,32 +66,6 @@ _UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Orde
 
 
 @dataclass(frozen=True)
-class Fault:
-    """What is wrong in a definition, and the keys that lead there; a transition is its number."""
-
-    path: Path
-    message: str
-
-
-class DefinitionError(ModelError):
-    """A definition with faults; its text has one line for each.
-
-    Parameters
-    ----------
-    of : str
-        What is defined, with which the lines begin.
-    reader : Reader
-        It has found the faults.
-    """
-
-    def __init__(self, of: str, reader: "Reader") -> None:
-        self.faults = tuple(reader.faults)
-        places = (reader.shown(fault.path) for fault in self.faults)
-        lines = zip(places, self.faults, strict=True)
-        super().__init__("\n".join(": ".join(filter(None, (of, place, fault.message))) for place, fault in lines))
-
-
-@dataclass(frozen=True)
 class Transition:
     """One outcome of one event.
 
@@ -148,7 +122,7 @@ class Transition:
         reader = Reader()
         read = reader.transition((), given)
         if reader.faults:
-            raise DefinitionError(f"transition {self.name!r:.60}", reader)
+            raise ModelError(reader.told(f"transition {self.name!r:.60}"))
         # a system reads it again, since it knows the names: pi may be one of them
         for key, value in (*read.items(), ("given", given)):
             object.__setattr__(self, key, value)
@@ -205,8 +179,8 @@ class Reader:
 
     Attributes
     ----------
-    faults : list of Fault
-        All that is wrong.
+    faults : list of (tuple, str)
+        All that is wrong: the keys that lead there, where a transition is its number, and what it is.
     states : tuple of str or None
         Names of the states, if they can be told.
     used : set of str
@@ -214,14 +188,14 @@ class Reader:
     """
 
     def __init__(self, parameters: Any = None) -> None:
-        self.faults: list[Fault] = []
+        self.faults: list[tuple[Path, str]] = []
         self.states: tuple[str, ...] | None = None
         self.used: set[str] = set()
         self.open = parameters is None
         self.parameters = {} if self.open else self._table(("parameters",), parameters)
         self._letters = 0
         self._modes: tuple[str, ...] = ()
-        self._transitions: list[Any] = []
+        self._transitions: list[str | None] = []
         self._names: dict[str, Any] = {}
         self._moving: set[Any] = set()
         self._hints: dict[str, str] = {}
@@ -240,13 +214,15 @@ class Reader:
                 return None if self.faults else found
         return None
 
-    def shown(self, path: Path) -> str:
-        """A place as messages show it; transitions go by their names."""
-        parts = [shortened(str(part)) for part in path]
-        if path[:1] == ("transitions",) and len(path) > 1:
-            name = self._transitions[int(path[1])]
-            parts[1] = shortened(name) if isinstance(name, str) and name else parts[1]
-        return ".".join(parts)
+    def told(self, of: str) -> str:
+        """All faults, a line each; transitions go by their names."""
+
+        def place(path: Path) -> str:
+            of_one = path[:1] == ("transitions",) and len(path) > 1
+            name = self._transitions[int(path[1])] if of_one else None
+            return ".".join(shortened(str(part)) for part in ((path[0], name, *path[2:]) if name else path))
+
+        return "\n".join(": ".join(filter(None, (of, place(path), message))) for path, message in self.faults)
 
     def _fields(self, given: Mapping[str, Any]) -> Definition:
         states = self.states or ()
@@ -296,7 +272,7 @@ class Reader:
         )
 
     def _fault(self, path: Path, message: str) -> None:
-        self.faults.append(Fault(path, message))
+        self.faults.append((path, message))
         if len(self.faults) >= MOST_FAULTS:
             raise _TooManyFaults
 
@@ -388,7 +364,7 @@ class Reader:
         return read
 
     def _faulty(self, key: str) -> bool:
-        return any(fault.path[:1] == (key,) for fault in self.faults)
+        return any(path[:1] == (key,) for path, _ in self.faults)
 
     def _count(self, what: str, count: int) -> None:
         if count > MOST_CODES:
@@ -469,8 +445,7 @@ class Reader:
         if name and names.count(name) > 1:
             self._fault((*path, "name"), f"two transitions are named {name!r:.60}")
         if completes and completes not in names and not self.open:
-            known = [one for one in names if isinstance(one, str)]
-            self._fault((*path, "completes"), f"unknown transition; {remedy(completes, known)}")
+            self._fault((*path, "completes"), f"unknown transition; {remedy(completes, filter(None, names))}")
         read["kind"] = read.get("kind") or name
         read["source"] = self._source((*path, "source"), given["source"]) if "source" in given else ()
         if read.get("target") is not None:
@@ -486,9 +461,8 @@ class Reader:
             read["guard"] = guard = self._expression((*path, "guard"), given["guard"], FLOW)
             if guard is not None and not guard.free_symbols & self._moving and not self.open:
                 self._fault((*path, "guard"), "depends on no state and not on time")
-        read["reset"] = self._assignments(
-            (*path, "reset"), self._table((*path, "reset"), given.get("reset", {})), RESET
-        )
+        resets = self._table((*path, "reset"), given.get("reset", {}))
+        read["reset"] = self._assignments((*path, "reset"), resets, RESET)
         read["condition"] = self._condition((*path, "condition"), given.get("condition"), read["source"])
         read["priority"] = self._whole((*path, "priority"), given.get("priority", 0))
         return read
@@ -675,8 +649,9 @@ def _modes_instead(name: str, part: Any) -> str:
     return f"rates, guards and quadratures may hold {', '.join(SMOOTH)} and powers"
 
 
-def _name_of(entry: Any) -> Any:
-    return entry.name if isinstance(entry, Transition) else entry.get("name") if isinstance(entry, Mapping) else None
+def _name_of(entry: Any) -> str | None:
+    name = entry.name if isinstance(entry, Transition) else entry.get("name") if isinstance(entry, Mapping) else None
+    return name if isinstance(name, str) else None
 
 
 def _end(value: Any) -> float:

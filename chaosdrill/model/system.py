@@ -12,7 +12,7 @@ from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.exponents import exponent_parameters
 from chaosdrill.model.places import in_places, parameter
-from chaosdrill.model.reading import UNNAMED, Definition, DefinitionError, Reader, Transition, finite
+from chaosdrill.model.reading import UNNAMED, Definition, Reader, Transition, finite
 
 # several threads may ask for the placed form of one system at once, and each would derive it
 _deriving = RLock()
@@ -98,7 +98,7 @@ class HybridSystem:
         reader = Reader({} if parameters is None else parameters)
         found = reader.read(given)
         if found is None:
-            raise DefinitionError(f"{name!s:.60}", reader)
+            raise ModelError(reader.told(f"{name!s:.60}"))
         self._become(found, reader.parameters, initial)
 
     @classmethod

@@ -133,8 +133,7 @@ def _check_definition(checked: CheckedSystem) -> None:
     found = reader.read(definition)
     checked.states = reader.states
     faults = [
-        Problem(fault.path if fault.path[:1] == ("parameters",) else ("definition", *fault.path), fault.message)
-        for fault in reader.faults
+        Problem(path if path[:1] == ("parameters",) else ("definition", *path), told) for path, told in reader.faults
     ]
     of_pi = [
         Problem(place, "'pi' is the number 3.14159... in every expression; choose another name")
