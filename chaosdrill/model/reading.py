@@ -25,6 +25,7 @@ from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.model.text import (
     SMOOTH,
+    double,
     has_doubles,
     level_of,
     read_open_text,
@@ -718,21 +719,18 @@ def _wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
     for expression in differences(found):
         if found.time not in expression.free_symbols or frozen & expression.free_symbols:
             continue
-        # a special function repeats if its arguments do, and has no value in sympy
-        expression = expression.replace(
-            lambda part: type(part).__name__ in SPECIAL,
-            lambda part: sum((place + 2) * argument for place, argument in enumerate(part.args)),
-        )
         here = {**values, **{s: rng.uniform(0.1, 0.9) for s in found.states}}
         instant = rng.uniform(0, period)
-        try:
-            before, after = (complex(expression.subs({**here, found.time: u})) for u in (instant, instant + period))
-        except OverflowError:
-            # no doubles there; a run looks again, at more places
-            continue
-        if abs(after - before) > 1e-9 * (1 + abs(before)):
+        before, after = (double(expression, {**here, found.time: u}, _mix) for u in (instant, instant + period))
+        # a run looks again where there are no doubles, at more places
+        if before is not None and after is not None and abs(after - before) > 1e-9 * (1 + abs(before)):
             return (
                 f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
                 "period or leave it out"
             )
     return None
+
+
+def _mix(*arguments: float) -> float:
+    """A function that repeats if its arguments do, as every special one."""
+    return sum((place + 2) * argument for place, argument in enumerate(arguments))

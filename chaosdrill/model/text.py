@@ -417,7 +417,7 @@ def _bits(number: Any) -> int:
 
 def _check_finite(name: str, function: Callable[..., float], arguments: list[Any]) -> None:
     """Refuse a constant that is no finite double before sympy calculates it with all its digits."""
-    given = [_double(argument) for argument in arguments]
+    given = [double(argument) for argument in arguments]
     values = [value for value in given if value is not None]
     if len(values) < len(given):
         return
@@ -434,8 +434,12 @@ def _check_finite(name: str, function: Callable[..., float], arguments: list[Any
         raise ExpressionError(f"{name} of {shown} is out of the range of doubles")
 
 
-def _double(expression: Any) -> float | None:
-    """Value of a constant, None if it holds a special function."""
+def double(
+    expression: Any, symbols: Mapping[Any, float] | None = None, special: Callable[..., float] | None = None
+) -> float | None:
+    """Value of an expression at values of its symbols, with ``special`` for all special functions; None without one."""
+    if symbols and expression in symbols:
+        return symbols[expression]
     if expression.is_Rational:
         try:
             return int(expression.p) / int(expression.q)
@@ -443,8 +447,8 @@ def _double(expression: Any) -> float | None:
             raise ExpressionError("holds a number that is larger than any double") from None
     if expression.is_Float or expression.is_NumberSymbol:
         return float(expression)
-    parts = [_double(part) for part in expression.args]
-    if any(part is None for part in parts):
+    parts = [double(part, symbols, special) for part in expression.args]
+    if not parts or None in parts:
         return None
     name = type(expression).__name__
     known: dict[str, Callable[..., float]] = {
@@ -452,7 +456,7 @@ def _double(expression: Any) -> float | None:
         "Mul": lambda *p: math.prod(p),
         "Pow": lambda x, y: x**y,
     }
-    function = known.get(name) or (FUNCTIONS[name].value if name in FUNCTIONS else None)
+    function = known.get(name) or (FUNCTIONS[name].value or special if name in FUNCTIONS else None)
     if function is None:
         return None
     try:
