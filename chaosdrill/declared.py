@@ -1,58 +1,40 @@
-"""What analyses declare, for the rooms that they stand upon: each enters itself, and none is known by name here."""
+"""What analyses and methods declare, for the rooms below them: each enters itself, and none is known by name here."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from threading import RLock
-from typing import Any, Protocol
+from typing import Any
 from unicodedata import is_normalized
 
 MOST_BYTES = 200
 """Bytes of a name, of which NetCDF takes 256."""
 
 
-class Declaration(Protocol):
-    """What is known of an analysis wherever its results are."""
-
-    @property
-    def kind(self) -> str:
-        """Its name in scenes and archives."""
-
-    @property
-    def variables(self) -> tuple[Any, ...]:
-        """What it puts out, of the class `chaosdrill.dataset.schema.Variable`."""
-
-    @property
-    def cites(self) -> tuple[str, ...]:
-        """Keys of its references."""
-
-
-class _Declared(Mapping[str, Any]):
-    """Analyses by kind; what imports them all is called before the first look."""
+class Declared(Mapping[str, Any]):
+    """Entries by name; what imports them all is called before the first look, and tells their order."""
 
     def __init__(self) -> None:
         self._entries: dict[str, Any] = {}
-        self._complete: Callable[[], None] | None = None
+        self._complete: Callable[[], Iterable[str]] | None = None
         self._completing = RLock()
 
-    def enter(self, entry: Declaration) -> None:
+    def enter(self, name: str, entry: Any) -> None:
         """Declare one."""
-        self._entries[entry.kind] = entry
+        self._entries[name] = entry
 
-    def completed_by(self, complete: Callable[[], None]) -> None:
-        """Say how all of them come to be declared."""
+    def completed_by(self, complete: Callable[[], Iterable[str]]) -> None:
+        """Say how all of them come to be declared, and what their order is, whatever was imported first."""
         self._complete = complete
 
     def _all(self) -> dict[str, Any]:
         with self._completing:
             if self._complete is not None:
                 complete, self._complete = self._complete, None
-                complete()
-                # whatever was imported first
-                self._entries = dict(sorted(self._entries.items()))
+                self._entries = {name: self._entries[name] for name in complete()}
         return self._entries
 
-    def __getitem__(self, kind: str) -> Any:
-        return self._all()[kind]
+    def __getitem__(self, name: str) -> Any:
+        return self._all()[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._all())
@@ -61,7 +43,11 @@ class _Declared(Mapping[str, Any]):
         return len(self._all())
 
 
-DECLARED = _Declared()
+ANALYSES = Declared()
+"""By kind, of the class `chaosdrill.analysis.base.Analysis`."""
+
+METHODS = Declared()
+"""By name, of the class `chaosdrill.engine.methods.Method`."""
 
 DISPLAYS: dict[str, Callable[[Any], str | None]] = {}
 """How a system is displayed, as "html" and "latex": pages are made far above the model."""
@@ -86,7 +72,7 @@ def unfit(name: str) -> str | None:
 @cache
 def reserved() -> frozenset[str]:
     """Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
-    variables = (variable for entry in DECLARED.values() for variable in entry.variables)
+    variables = (variable for entry in ANALYSES.values() for variable in entry.variables)
     names = {name for variable in variables for name in (variable.name, *variable.dims)}
     # placeholders stand in braces
     return frozenset(name for name in names if not name.startswith("{"))

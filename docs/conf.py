@@ -8,8 +8,9 @@ from pathlib import Path
 from nbclient import NotebookClient
 
 import chaosdrill
-from chaosdrill.analysis.registry import METHODS, analyses
+from chaosdrill.analysis.registry import analyses
 from chaosdrill.dataset import SCHEMA, Outcome
+from chaosdrill.declared import METHODS
 from chaosdrill.plots import PICTURES
 from chaosdrill.scene.in_si import UNITS
 from chaosdrill.scene.si import FORMULAS, QUANTITIES
@@ -84,7 +85,7 @@ def write_tables() -> None:
     names.append("## Analyses\n")
     names.append(_table(["`kind`", "result"], [[f"`{key}`", entry.summary] for key, entry in analyses().items()]))
     names.append("## Methods\n")
-    names.append(_table(["`method`", "description"], [[f"`{key}`", text] for key, text in METHODS.items()]))
+    names.append(_table(["`method`", "description"], [[f"`{key}`", entry.summary] for key, entry in METHODS.items()]))
     names.append("## Plots\n\n`chaosdrill plot` draws every plot that suits the contents of an archive.\n")
     names.append(_table(["`kind`", "plot", "shows"], [[f"`{p.kind}`", p.name, p.summary] for p in PICTURES]))
     (GENERATED / "names.md").write_text("\n".join(names), encoding="utf-8")

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from chaosdrill.analysis.registry import METHODS
-from chaosdrill.declared import unfit
+from chaosdrill.declared import METHODS, unfit
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.settings import (

@@ -8,10 +8,10 @@ from inspect import Parameter, Signature, cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import LONGEST_PERIOD, Exponents, Method, Periods, Span, Time, no_forcing, span
-from chaosdrill.analysis.registry import FIXED_STEP, METHODS, function
+from chaosdrill.analysis.registry import function
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table
-from chaosdrill.declared import DECLARED, unfit
+from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Faults, Known, Number, Settings, Text, Whole, setting, whole
@@ -103,8 +103,9 @@ class NumericsSettings(Settings):
     def beside(cls, table: Mapping[str, Any]) -> Faults:
         """Steps for a method that chooses its own."""
         method = table.get("method", cls.default("method"))
-        if "steps" in table and isinstance(method, str) and method in METHODS and method not in FIXED_STEP:
-            yield ("steps",), f"{method} chooses its own steps; leave it out, or choose {' or '.join(FIXED_STEP)}"
+        if "steps" in table and isinstance(method, str) and method in METHODS and not METHODS[method].fixed_step:
+            others = " or ".join(name for name, one in METHODS.items() if one.fixed_step)
+            yield ("steps",), f"{method} chooses its own steps; leave it out, or choose {others}"
 
 
 @dataclass(frozen=True)
@@ -271,7 +272,7 @@ def analysis(
 
     def wrap(run: Callable[..., Any]) -> Any:
         entry = Analysis(kind, run.__name__, summary, settings, variables, cites, run)
-        DECLARED.enter(entry)
+        ANALYSES.enter(kind, entry)
         signature = entry.signature()
 
         def called(*arguments: Any, **keywords: Any) -> Any:

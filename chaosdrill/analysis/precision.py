@@ -21,8 +21,8 @@ from chaosdrill.analysis.precision_errors import (
 )
 from chaosdrill.analysis.precision_start import Place, Survey, find_place, survey
 from chaosdrill.analysis.precision_timing import Cost, measure_costs
-from chaosdrill.analysis.registry import FIXED_STEP
 from chaosdrill.dataset import Outcome
+from chaosdrill.declared import METHODS
 from chaosdrill.engine.numerics import Numerics
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def compare(system: "HybridSystem", plan: Span, asked: Any, job: Job) -> xr.Data
 
 
 def _numerics(name: str, tolerance: float, steps: int) -> Numerics:
-    return Numerics(name, tolerance, steps if name in FIXED_STEP else None)
+    return Numerics(name, tolerance, steps if METHODS[name].fixed_step else None)
 
 
 def _yardstick(found: Survey, place: Place, plan: Span) -> Yardstick:

@@ -1,11 +1,11 @@
 """What can be asked for by name: kinds of analysis and numerical methods. Imports nothing heavy."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.declared import DECLARED
+from chaosdrill.declared import ANALYSES, METHODS
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Analysis
@@ -19,15 +19,6 @@ FUNCTIONS = tuple(
 )
 """Names of the analysis functions: every file in ``kinds`` is one, of that name."""
 
-METHODS = {
-    "taylor": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
-    "dop853": "adaptive Runge-Kutta of order 8, for right-hand sides that are not analytic; events as for taylor",
-    "rk4": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
-}
-
-FIXED_STEP = ("rk4",)
-"""Methods that are told how many steps a period has."""
-
 
 def function(name: str) -> Any:
     """The analysis function of a name."""
@@ -36,12 +27,18 @@ def function(name: str) -> Any:
 
 def analyses() -> "Mapping[str, Analysis]":
     """All analyses by their kind."""
-    return DECLARED
+    return ANALYSES
 
 
-def _import_all() -> None:
-    for name in FUNCTIONS:
-        function(name)
+def _import_all() -> list[str]:
+    return [function(name).analysis.kind for name in FUNCTIONS]
 
 
-DECLARED.completed_by(_import_all)
+def _import_methods() -> "Iterable[str]":
+    from chaosdrill.engine import methods
+
+    return methods.NAMES
+
+
+ANALYSES.completed_by(_import_all)
+METHODS.completed_by(_import_methods)

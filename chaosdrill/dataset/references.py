@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
-from chaosdrill.declared import DECLARED
+from chaosdrill.declared import ANALYSES, METHODS
 from chaosdrill.systems import REGISTRY
 from chaosdrill.version import __version__
 
@@ -117,12 +117,6 @@ REFERENCES = {reference.key: reference for reference in _read(_BIBTEX)}
 SPECTRA = ("benettin1980", "mueller1995", "flyvbjerg1989")
 """Of Lyapunov exponents and their errors."""
 
-BY_METHOD: dict[str, tuple[str, ...]] = {
-    "taylor": ("jorba2005", "farouki2012"),
-    "dop853": ("hairer1993", "farouki2012"),
-    "rk4": (),
-}
-
 
 def package() -> Reference:
     """How this package is cited."""
@@ -155,7 +149,7 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
     present = set(variables)
     settings = mapping(attributes.get("settings"))
     kind, method, system = (str(attributes.get(name, "")) for name in ("kind", "method", "system"))
-    keys = list(DECLARED[kind].cites) if kind in DECLARED else []
+    keys = list(ANALYSES[kind].cites) if kind in ANALYSES else []
     if settings.get("start") == "search":
         keys.append("auerbach1987")
     if "feigenbaum_ratio" in present:
@@ -164,7 +158,7 @@ def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> 
         keys = [key for key in keys if key not in SPECTRA]
     several = settings.get("methods")
     for name in (method, *(several if isinstance(several, list) else ())):
-        keys += BY_METHOD.get(str(name), ())
+        keys += METHODS[str(name)].cites if str(name) in METHODS else ()
     keys += REGISTRY[system].cites if system in REGISTRY else ()
     if _hits_as_hunt_and_crossley(attributes):
         keys.append("hunt1975")

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from chaosdrill.declared import DECLARED
+from chaosdrill.declared import ANALYSES
 
 SWEEP = "{sweep}"
 QUADRATURE = "{quadrature}"
@@ -202,7 +202,7 @@ class _Schema(Mapping[str, dict[str, Variable]]):
 
     @cached_property
     def _tables(self) -> dict[str, dict[str, Variable]]:
-        return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in DECLARED.items()}
+        return {kind: {variable.name: variable for variable in entry.variables} for kind, entry in ANALYSES.items()}
 
     def __getitem__(self, kind: str) -> dict[str, Variable]:
         return self._tables[kind]

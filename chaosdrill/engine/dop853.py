@@ -25,6 +25,11 @@ from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.taylor import SLOW
 
+METHOD = {
+    "summary": "adaptive Runge-Kutta of order 8, for right-hand sides that are not analytic; events as for taylor",
+    "cites": ("hairer1993", "farouki2012"),
+}
+
 SAFETY = 0.9
 LARGEST_GROWTH = 6.0
 SMALLEST_GROWTH = 0.1

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from chaosdrill.declared import METHODS
+
 SETTINGS = np.dtype(
     [
         *((name, np.int64) for name in ("method", "order", "quadratures", "samples", "recording", "orthonormalise")),
@@ -268,8 +270,16 @@ TO_MODE, MARKS_ONLY, RANK_DEFICIENT = range(3)
 # motion go on beyond it
 MARKS, LOSES_RANK, AFFINE, UNPROVEN, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
 
-(TAYLOR, RK4, DOP853) = range(3)
-METHOD_CODES = {"taylor": TAYLOR, "rk4": RK4, "dop853": DOP853}
+# how a method is stepped: by the series that are part of the engine, by steps of one length, by steps that it chooses
+(TAYLOR, RK4, ADAPTIVE) = range(3)
+
+
+def method_code(name: str) -> int:
+    """How the method of this name is stepped."""
+    if name == "taylor":
+        return TAYLOR
+    return RK4 if METHODS[name].fixed_step else ADAPTIVE
+
 
 # columns of how far a run of a batch is
 STAGE, GOAL, LAST, TAKEN = range(4)

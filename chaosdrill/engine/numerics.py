@@ -6,7 +6,7 @@ from numbers import Real
 
 import numpy as np
 
-from chaosdrill.engine import layout as at
+from chaosdrill.declared import METHODS
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE
 from chaosdrill.errors import SettingsError
 
@@ -47,11 +47,11 @@ class Numerics:
     max_stalls: int = 50
 
     def __post_init__(self) -> None:
-        if not isinstance(self.method, str) or self.method not in at.METHOD_CODES:
-            raise SettingsError(f"method is {self.method!r}; expected one of {sorted(at.METHOD_CODES)}")
+        if not isinstance(self.method, str) or self.method not in METHODS:
+            raise SettingsError(f"method is {self.method!r}; expected one of {sorted(METHODS)}")
         if not _is_real(self.tolerance) or not 1e-16 <= self.tolerance <= 1e-2:
             raise SettingsError(f"tolerance is {self.tolerance!r}; it must lie between 1e-16 and 1e-2")
-        if self.steps is not None and self.method != "rk4":
+        if self.steps is not None and not METHODS[self.method].fixed_step:
             raise SettingsError(f"steps is {self.steps!r}, but method {self.method!r} chooses its own; leave steps out")
         if self.steps is not None and not _is_whole(self.steps, 4, 10_000_000):
             raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period, whole")

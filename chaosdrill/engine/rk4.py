@@ -10,6 +10,11 @@ from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING, PUT
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 
+METHOD = {
+    "summary": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
+    "fixed_step": True,
+}
+
 _PROBE = 1e-3
 """Part of a step after which a guard tells to which side the motion leads from zero."""
 

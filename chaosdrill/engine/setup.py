@@ -24,7 +24,7 @@ def settings_of(
 ) -> np.ndarray:
     """Settings of runs, one record; ``order`` is that of a guard's polynomial."""
     settings = np.zeros(1, dtype=at.SETTINGS)
-    settings["method"] = at.METHOD_CODES[numerics.method]
+    settings["method"] = at.method_code(numerics.method)
     settings["order"] = order
     settings["quadratures"] = len(system.quadratures)
     settings["samples"] = samples

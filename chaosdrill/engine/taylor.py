@@ -9,6 +9,11 @@ from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare, series
 from chaosdrill.engine.layout import AFFINE, UNPROVEN
 from chaosdrill.engine.polynomial import late_size, size, value
 
+METHOD = {
+    "summary": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
+    "cites": ("jorba2005", "farouki2012"),
+}
+
 SMALLEST = 1e-290
 
 LONGEST = 1e9

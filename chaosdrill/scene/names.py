@@ -28,7 +28,7 @@ def list_names(topic: str, name: str | None = None) -> dict[str, Any]:
     SettingsError
         If there is no such topic or analysis, or if a name is given with another topic.
     """
-    from chaosdrill.analysis.registry import METHODS, analyses
+    from chaosdrill.declared import ANALYSES, METHODS
     from chaosdrill.systems import EFFECTS, REGISTRY
 
     if topic not in TOPICS:
@@ -36,11 +36,10 @@ def list_names(topic: str, name: str | None = None) -> dict[str, Any]:
     if name is not None:
         if topic != "analyses":
             raise SettingsError(f"name is {name!r:.60}, but only analyses have settings to list; leave it out")
-        if name not in analyses():
-            raise SettingsError(f"name: unknown analysis {name!r:.60}; {remedy(name, analyses())}")
-        return analyses()[name].described()
+        if name not in ANALYSES:
+            raise SettingsError(f"name: unknown analysis {name!r:.60}; {remedy(name, ANALYSES)}")
+        return ANALYSES[name].described()
     if topic == "effects":
         return {effect: dict(options) for effect, options in EFFECTS.items()}
-    if topic == "methods":
-        return dict(METHODS)
-    return {key: entry.summary for key, entry in (REGISTRY if topic == "systems" else analyses()).items()}
+    entries = {"systems": REGISTRY, "analyses": ANALYSES, "methods": METHODS}[topic]
+    return {key: entry.summary for key, entry in entries.items()}

@@ -23,7 +23,7 @@ from heyoka_events import HeyokaEvents, HeyokaNumba
 from programs import SETTLE, Outside, Own, Program, strobe_error, timed
 from scipy_events import ScipyEvents
 
-from chaosdrill.analysis.registry import METHODS
+from chaosdrill.declared import METHODS
 
 TOLERANCE = 1e-12
 ETAS = (0.63, 0.448)

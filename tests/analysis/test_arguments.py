@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.analysis.registry import METHODS, analyses
-from chaosdrill.engine.layout import METHOD_CODES
+from chaosdrill.analysis.registry import analyses
+from chaosdrill.declared import METHODS
+from chaosdrill.engine.methods import NAMES
 
 SPAN = {"periods": 10}
 FAULTS = [
@@ -113,7 +114,7 @@ def test_every_analysis_of_the_registry_can_be_called():
 
     assert all(callable(getattr(analysis, entry.function)) for entry in analyses().values())
     assert {entry.function for entry in analyses().values()} == set(analysis.__all__)
-    assert set(METHODS) == set(METHOD_CODES)
+    assert set(METHODS) == set(NAMES)
     with pytest.raises(AttributeError, match="no attribute 'astrology'"):
         analysis.astrology  # noqa: B018
 

@@ -10,8 +10,8 @@ from scipy.integrate import DOP853
 from support.closed_forms import growth_with_harvest, impact_oscillator
 
 import chaosdrill as cd
-from chaosdrill.analysis.registry import FIXED_STEP
 from chaosdrill.dataset import Outcome
+from chaosdrill.declared import METHODS
 from chaosdrill.engine import dop853_tables as tables
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
@@ -25,7 +25,8 @@ X, Y, T, RATE, BEND, FAST, V = sympy.symbols("x y t rate bend fast v", real=True
 
 TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14]
 
-ADAPTIVE = sorted(set(at.METHOD_CODES) - set(FIXED_STEP))
+FIXED_STEP = tuple(name for name, method in METHODS.items() if method.fixed_step)
+ADAPTIVE = sorted(set(METHODS) - set(FIXED_STEP))
 
 ORDERS = {"rk4": 4}
 
@@ -87,7 +88,7 @@ def test_fixed_steps_show_their_order(closed_form, method):
     assert ORDERS[method] - 0.1 < orders[2] < ORDERS[method] + 1
 
 
-@pytest.mark.parametrize("method", at.METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_steps_and_evaluations_are_counted(closed_form, method):
     """A Taylor step counts as its order; the Runge-Kutta methods cannot do with less than their stages a step."""
     numerics = Numerics(method)
@@ -141,7 +142,7 @@ def events(system, length, method, mode, tolerance=1e-12, **settings):
     return run, found[:, [at.EVENT_TIME, at.EVENT_KIND]]
 
 
-@pytest.mark.parametrize("method", at.METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_first_crossing(system, method):
     """x = -1 + 3 t - t**2."""
     run, found = events(system, 4.0, method, "throw", x=-1.0, y=3.0)
@@ -165,7 +166,7 @@ def test_two_crossings_inside_one_step_pass_a_fixed_step_unseen(system, method):
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-11])
-@pytest.mark.parametrize("method", at.METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_guard_that_is_missed_by_a_hair_is_no_event(system, method, gap):
     assert len(events(system, 4.0, method, "throw", x=-gap - 1, y=2.0)[1]) == 0
 
@@ -175,7 +176,7 @@ def ties(system, method, rate):
     return [*run.counts[1:3], run.ties]
 
 
-@pytest.mark.parametrize("method", at.METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_clocks_in_step_tie_every_time(system, method):
     assert ties(system, method, 1.0) == [10, 10, 10]
 
@@ -187,7 +188,7 @@ def test_clocks_of_different_rates_tie_where_they_meet(system, method):
     assert ties(system, method, 0.5) == [10, 5, 5]
 
 
-@pytest.mark.parametrize("method", at.METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_guard_that_moves_faster_than_the_state(system, method):
     _, found = events(system, 4.0, method, "drift")
     first = mpmath.findroot(lambda t: t - 1 + mpmath.cos(40 * t) / 2, (0.6, 0.62), solver="anderson")
@@ -195,14 +196,14 @@ def test_a_guard_that_moves_faster_than_the_state(system, method):
     assert found[0, 0] == pytest.approx(float(first), abs=2e-12)
 
 
-@pytest.mark.parametrize("method", at.METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_guard_that_is_left_without_speed_is_met_when_the_state_comes_back(system, method):
     """x = bend (t**2 / 2 - t**3 / 6) starts at zero with no speed, and is back at t = 3."""
     _, found = events(system, 4.0, method, "ramp", bend=1.0)
     np.testing.assert_allclose(found, [[3.0, 4]], atol=4e-12)
 
 
-@pytest.mark.parametrize("method", at.METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_guard_that_the_state_goes_through_without_speed_acts_at_once(system, method):
     _, found = events(system, 4.0, method, "ramp", bend=-1.0)
     np.testing.assert_array_equal(found, [[0.0, 4]])

@@ -5,8 +5,8 @@ import pytest
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.declared import METHODS
 from chaosdrill.engine import run as engine_run
-from chaosdrill.engine.layout import METHOD_CODES
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 
@@ -58,7 +58,7 @@ def end(system, method="taylor", bounds=None, **initial):
     return run, run.advance(3)[0]
 
 
-@pytest.mark.parametrize("method", METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_escaped(system, method):
     run, outcome = end(system, method, {"x": (-50.0, 50.0)}, mode="grow", x=1.0)
     assert outcome == cd.Outcome.ESCAPED
@@ -73,7 +73,7 @@ def test_a_start_outside_of_the_bounds_has_escaped(system):
     assert end(system, mode="clock", y=11.0)[1] == cd.Outcome.ESCAPED
 
 
-@pytest.mark.parametrize("method", METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_stalled(system, method):
     """The reset of each transition lands on the guard of the other."""
     run, outcome = end(system, method, mode="ping", x=0.5)
@@ -97,7 +97,7 @@ def test_event_limit(system):
     assert run.counts.sum() == 10_001
 
 
-@pytest.mark.parametrize("method", METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_nonfinite(system, method):
     """The logarithm of a negative number."""
     _run, outcome = end(system, method, mode="logarithm", x=1.0)
@@ -117,7 +117,7 @@ def test_step_underflow(system):
     assert end(system, mode="shrink", x=1.0)[1] == cd.Outcome.STEP_UNDERFLOW
 
 
-@pytest.mark.parametrize("method", METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_invalid_start(system, method):
     assert end(system, method, mode="ping", x=1.5)[1] == cd.Outcome.INVALID_START
 

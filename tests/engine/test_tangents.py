@@ -15,9 +15,9 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.events import mode_events
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.dataset import Outcome
+from chaosdrill.declared import METHODS
 from chaosdrill.engine import events
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.layout import METHOD_CODES
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
@@ -63,7 +63,7 @@ def run_of(system, mode, length=3.0, method="taylor", tangents=None, **initial):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-@pytest.mark.parametrize("method", METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_linear_flow_is_its_matrix_exponential(system, method, count):
     tangents = np.array([[1.0, 0, 0], [0.3, -0.5, 2.0], [0, 0, 1.0]])[:count]
     found = run_of(system, "linear", method=method, tangents=tangents)
@@ -71,7 +71,7 @@ def test_a_linear_flow_is_its_matrix_exponential(system, method, count):
     np.testing.assert_allclose(found.vectors, expected, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("method", METHOD_CODES)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_curved_flow_against_two_trajectories(system, method):
     here = run_of(system, "curved", method=method, tangents=np.eye(3))
     for j, name in enumerate(system.state_names):

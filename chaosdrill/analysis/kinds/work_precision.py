@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import Method
 from chaosdrill.analysis.base import Record, analysis
-from chaosdrill.analysis.registry import METHODS
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import STATES, axis, clocked, forcing, need, outcome, table
+from chaosdrill.declared import METHODS
 from chaosdrill.errors import SettingsError
 from chaosdrill.settings import Faults, ListOf, Number, Whole, setting
 

@@ -1,0 +1,47 @@
+"""Methods of integration: every file of this folder that declares ``METHOD`` is one, of its name.
+
+The declaration is a literal, which is read without importing what the method computes with.
+"""
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from chaosdrill.declared import METHODS
+
+
+@dataclass(frozen=True)
+class Method:
+    """What a method says of itself.
+
+    Parameters
+    ----------
+    summary : str
+        One line.
+    cites : tuple of str
+        Keys of its references.
+    fixed_step : bool
+        Whether it is told how many steps a period has, and looks at guards at the ends of steps alone.
+    """
+
+    summary: str
+    cites: tuple[str, ...] = ()
+    fixed_step: bool = False
+
+
+def _found() -> Iterator[tuple[str, Method]]:
+    for file in sorted(Path(__file__).parent.glob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        if "\nMETHOD = " in text:
+            assigned = (s for s in ast.parse(text).body if isinstance(s, ast.Assign))
+            (value,) = (s.value for s in assigned if ast.unparse(s.targets[0]) == "METHOD")
+            yield file.stem, Method(**ast.literal_eval(value))
+
+
+_methods = dict(_found())
+for _name, _method in _methods.items():
+    METHODS.enter(_name, _method)
+
+NAMES = sorted(_methods, key=lambda name: (name != "taylor", name))
+"""In order; the first is taken unless another is named."""
