@@ -120,7 +120,7 @@ class Batch:
         self._events = np.zeros((0 if section is None else _EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
         self._spare = np.zeros((window, n + 1))
         self._progress = np.zeros((points, at.PROGRESS), dtype=np.int64)
-        self._scratch = scratch_of(system, m)
+        self._scratch = scratch_of(system, m, numerics.method)
         self._quadratures = q
         self._pin(np.arange(points))
 

@@ -8,19 +8,22 @@ of exactly the length asked for, so that they are as exact as the end of a step.
 
 import math
 
-from chaosdrill.engine.dop853_step import attempt, dense_output, error_of, first_length, size, weigh
+import numpy as np
+
+from chaosdrill.engine.dop853_step import SAFETY, attempt, dense_output, error_of, first_length, shrink, size, weigh
 from chaosdrill.engine.dop853_tables import (
+    DENSE,
     END,
-    GUARD_DEGREE,
     ROWS_A_VECTOR,
     STAGES,
     VECTORS,
     WEIGHTS,
 )
 from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guards import ROUNDING
+from chaosdrill.engine.guard_times import MOST_HALVINGS, NEAR, exact_times
+from chaosdrill.engine.guards import EPSILON
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import ONGOING, TIMED
+from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.taylor import SLOW
@@ -30,35 +33,15 @@ METHOD = {
     "cites": ("hairer1993", "farouki2012"),
 }
 
-SAFETY = 0.9
+DENSE_NOISE = 4 * EPSILON * float(np.abs(DENSE).sum(axis=1).max())
+"""Rounding units by which the dense output moves the polynomial of a state."""
+
 LARGEST_GROWTH = 6.0
-SMALLEST_GROWTH = 0.1
-"""A step into a contact may have to shrink by orders of magnitude."""
-
-MOST_HALVINGS = 30
-"""Halvings of a step whose guards are not yet polynomials; one with a kink never is."""
-
 BEGINNING = 0.01
 """Part of a period, or of a run without one, to begin with where the size of no state is known."""
 
 UNDERFLOW = 1e-16
 """Part of the longest step below which shortening is given up."""
-
-NEAR = 1e-6
-"""Events within this part of the step of the first one are located as well: which is first is then seen exactly."""
-
-
-@inner
-def _shrink(error, h, larger, longer):
-    """Part of a rejected step to try next, by the order that two rejected lengths show: near a kink it is not eight."""
-    if not math.isfinite(error):
-        return SMALLEST_GROWTH
-    order = 8.0
-    floor = SMALLEST_GROWTH
-    if error < larger:
-        order = min(max(math.log(larger / error) / math.log(longer / h), 1.0), 8.0)
-        floor = SMALLEST_GROWTH**3
-    return max(SAFETY * error ** (-1.0 / order), floor)
 
 
 @offered
@@ -99,7 +82,7 @@ def expand(place, p, t):
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, scale, vectors, live, stages) / tolerance
         if not error <= 1.0:
-            factor = _shrink(error, h, larger, longer)
+            factor = shrink(error, h, larger, longer, 8.0)
             larger = error
             longer = h
             h *= factor
@@ -133,62 +116,19 @@ def expand(place, p, t):
 
 
 @inner
-def _newton(functions, state, j, s, h, t, g, scratch):
-    """Root near s of a guard along steps of that length; s itself where the two of a near double root merge.
+def _arrive(functions, settings, t, state, s, scratch, out):
+    """States and quadratures after a step of length s, to ``out``."""
+    stages = scratch.stages
+    attempt(functions, t, state.c, state.x, s, stages, 0, state.run[0], stages, out)
 
-    Where a step leads no nearer, as at a root of third order, the value is no more than its error. Where it is so at
-    s, what rounding makes of the values around has no part in the root, and guards that share it stay together.
-    """
-    run, c, x, stages, gradient, out = state.run[0], state.c, state.x, scratch.stages, scratch.gradient, scratch.out
-    n = x.size
-    mode = run.mode
-    rate = stages[STAGES]
-    least = math.inf
-    best = s
-    for _ in range(8):
-        attempt(functions, t, c, x, s, stages, 0, run, stages, out)
-        functions.field(mode, t + s, c, out, rate)
-        run.evaluations += 1
-        value = functions.guard(mode, j, t + s, c, out[:n], gradient)
-        if least == math.inf:
-            functions.guard_error(mode, j, t + s, c, out[:n], scratch.errors)
-            if abs(value) <= ROUNDING * scratch.errors[0]:
-                return s
-        if not abs(value) < least:
-            return best
-        least = abs(value)
-        best = s
-        slope = gradient[n]
-        for i in range(n):
-            slope += gradient[i] * rate[i]
-        bend = 0.0
-        for k in range(GUARD_DEGREE, 1, -1):
-            bend = bend * s + k * (k - 1) * g[k]
-        square = slope * slope - 2.0 * bend * value
-        if slope == 0.0 or not square >= 0.0:
-            return s
-        move = -2.0 * value / (slope + math.copysign(math.sqrt(square), slope))
-        if not abs(move) <= 0.01 * h or s + move <= 0.0:
-            return s
-        s += move
-        if abs(bend) * move * move <= 1e-15 * h * abs(slope):
-            return s
-    return s
+
+_exact_times = exact_times(_arrive)
 
 
 @offered
 def locate(place, p, te, h, t):
     """Make the times of the events exact by Newton steps on the guards themselves."""
-    machine = machine_at(place)
-    tables, scratch = machine.tables, machine.scratch
-    state = state_of(machine.states, p)
-    times, mode = scratch.times, state.run[0].mode
-    first = state.x.size + machine.settings[0].quadratures
-    for j in range(tables.watch[mode, 0]):
-        if times[j] > te + NEAR * h:
-            times[j] = -1.0
-        elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:
-            times[j] = _newton(machine.functions, state, j, times[j], h, t, scratch.workspace[first + j], scratch)
+    _exact_times(machine_at(place), p, te, h, t)
     return te, -1, 0
 
 

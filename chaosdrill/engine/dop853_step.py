@@ -23,6 +23,11 @@ from chaosdrill.engine.dop853_tables import (
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.taylor import EPSILON, FADE, SMALLEST
 
+SAFETY = 0.9
+
+SMALLEST_GROWTH = 0.1
+"""A step into a contact may have to shrink by orders of magnitude."""
+
 TANGENTS = 0.1
 """Part of the tolerance for tangents: through a stiff contact they grow by orders of magnitude, and come back."""
 
@@ -127,7 +132,7 @@ def weigh(x, scale, longest, tolerance, stages):
 
 
 @inner
-def _weigh_all(weights):
+def weigh_all(weights):
     """Give states without a scale the largest one of the others."""
     common = math.inf
     for i in range(weights.size):
@@ -153,13 +158,26 @@ def error_of(x, h, scale, vectors, live, stages):
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h, 1.0)
     if live > 0:
-        _weigh_all(stages[WEIGHTS][: x.size])
+        weigh_all(stages[WEIGHTS][: x.size])
     for v in range(live):
         length = size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
             e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h, length) / TANGENTS
             error = e if not e <= error else error
     return error
+
+
+@inner
+def shrink(error, h, larger, longer, full):
+    """Part of a rejected step to try next, by the order that two rejected lengths show: near a kink it is not full."""
+    if not math.isfinite(error):
+        return SMALLEST_GROWTH
+    order = full
+    floor = SMALLEST_GROWTH
+    if error < larger:
+        order = min(max(math.log(larger / error) / math.log(longer / h), 1.0), full)
+        floor = SMALLEST_GROWTH**3
+    return max(SAFETY * error ** (-1.0 / order), floor)
 
 
 @inner

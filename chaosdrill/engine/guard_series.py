@@ -5,10 +5,11 @@ Value and slope at the start come from the guard itself, so that what vanishes t
 
 import math
 
-from chaosdrill.engine.dop853_tables import DEGREE, GUARD_DEGREE, NODES, PLACE, TO_CHEBYSHEV, TO_POWERS
+from chaosdrill.engine.dop853_tables import GUARD_DEGREE, NODES, PLACE, TO_CHEBYSHEV, TO_POWERS
 from chaosdrill.engine.guards import INTERPOLATED, INTERPOLATED_IN_TIME, INTERPOLATION_NOISE
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.layout import AFFINE, TIMED
+from chaosdrill.engine.radau_tables import DEGREE
 
 
 @series

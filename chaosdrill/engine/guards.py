@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import uint64
 
-from chaosdrill.engine.dop853_tables import DENSE, NODES, TO_CHEBYSHEV
+from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.layout import (
     AFFINE,
@@ -49,9 +49,6 @@ INTERPOLATED = 1e-10
 
 INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2).sum())
 """Rounding units by which the interpolation moves a polynomial, and its last two coefficients."""
-
-DENSE_NOISE = 4 * EPSILON * float(np.abs(DENSE).sum(axis=1).max())
-"""Rounding units by which the dense output moves the polynomial of a state."""
 
 INTERPOLATED_IN_TIME = 1e-13
 """The same for a guard of time alone, which is interpolated between values that are exact."""
@@ -203,7 +200,7 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     functions.guard_error(mode, j, t + h, state.c, place, scratch.errors)
     noise = max(noise, scratch.errors[0])
     if marks & AFFINE:
-        return DENSE_NOISE * noise
+        return settings.dense_noise * noise
     largest = 0.0
     for k in range(9):
         largest = max(largest, abs(value(ws, uint64(i), 0.125 * k * h)))

@@ -13,11 +13,12 @@ SETTINGS = np.dtype(
     [
         *((name, np.int64) for name in ("method", "order", "quadratures", "samples", "recording", "orthonormalise")),
         *((name, np.int64) for name in ("absolute_time", "max_events", "max_stalls", "target", "own_jacobian")),
-        *((name, np.float64) for name in ("tolerance", "reach")),
+        *((name, np.float64) for name in ("tolerance", "reach", "dense_noise")),
     ],
     align=True,
 )
-"""What holds for all runs of a batch; ``target`` is the number of strobes at which a call ends."""
+"""What holds for all runs of a batch; ``target`` is the number of strobes at which a call ends, ``dense_noise`` the
+rounding units by which the dense output of the method moves the polynomial of a state."""
 
 RUN = np.dtype(
     [
@@ -112,6 +113,29 @@ class State(NamedTuple):
     grazing: Any
 
 
+class Implicit(NamedTuple):
+    """Arrays of Newton's method for s stages of n states; without rows for methods that need none."""
+
+    at_start: Any
+    """(n, n): Jacobian at the start of a step"""
+    jacobians: Any
+    """(s, n, n): those of which the matrix is made"""
+    matrix: Any
+    """(s n, s n): its factors"""
+    filter: Any
+    """(n, n): factors for errors"""
+    changes: Any
+    """(s + 1, n)"""
+    right: Any
+    """(s n,)"""
+    spare: Any
+    """(2, n)"""
+    pivots: Any
+    filter_pivots: Any
+    active: Any
+    """(n,): states that are unknowns, the first ones"""
+
+
 class Scratch(NamedTuple):
     """Arrays that hold nothing from one step to the next."""
 
@@ -141,6 +165,8 @@ class Scratch(NamedTuple):
     event: Any
     jump: Any
     stages: Any
+    implicit: Any
+    """`Implicit`"""
 
 
 class Functions(NamedTuple):

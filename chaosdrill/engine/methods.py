@@ -23,11 +23,14 @@ class Method:
         Keys of its references.
     fixed_step : bool
         Whether it is told how many steps a period has, and looks at guards at the ends of steps alone.
+    implicit : bool
+        Whether a step is solved for by Newton's method.
     """
 
     summary: str
     cites: tuple[str, ...] = ()
     fixed_step: bool = False
+    implicit: bool = False
 
 
 def _found() -> Iterator[tuple[str, Method]]:

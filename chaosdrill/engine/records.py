@@ -16,6 +16,7 @@ from chaosdrill.engine.layout import (
     SETTINGS,
     Block,
     Functions,
+    Implicit,
     LaneFunctions,
     LaneRoom,
     Machine,
@@ -48,7 +49,8 @@ states_type = named_tuple(
     ),
     States,
 )
-scratch_type = named_tuple((matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix), Scratch)
+implicit_type = named_tuple((matrix, cube, *[matrix] * 3, vector, matrix, *[integers] * 3), Implicit)
+scratch_type = named_tuple((matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, implicit_type), Scratch)
 block_type = named_tuple(
     (
         *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, matrix, vector),

@@ -85,7 +85,7 @@ class Run:
         self._pin()
         self._no_samples = np.zeros((0, n + q + 1))
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
-        self._scratch = scratch_of(system, m)
+        self._scratch = scratch_of(system, m, numerics.method)
         self._machine: Record | None = None
 
     @property

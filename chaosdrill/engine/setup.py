@@ -1,6 +1,7 @@
 """What a system and its numerics put into the engine's arrays, whatever the point at which it is run."""
 
 from collections.abc import Collection, Mapping
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,9 +9,11 @@ import sympy
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
+from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import stage_rows
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.radau_tables import MOST_STAGES
 from chaosdrill.engine.roots import DEPTH
 from chaosdrill.model.derive import pinned_states, pinned_values
 from chaosdrill.model.places import TIME, parameter
@@ -34,6 +37,7 @@ def settings_of(
     settings["max_events"] = numerics.max_events or (10_000 if system.period is not None else 10_000_000)
     settings["max_stalls"] = numerics.max_stalls
     settings["tolerance"] = numerics.tolerance
+    settings["dense_noise"] = getattr(import_module(f"chaosdrill.engine.{numerics.method}"), "DENSE_NOISE", 0.0)
     # at this part of the radius of convergence the last term is a quarter of the tolerance
     settings["reach"] = (numerics.tolerance / 4) ** (1 / order)
     return settings
@@ -168,8 +172,8 @@ def states_of(
     )
 
 
-def scratch_of(system: "HybridSystem", m: int) -> at.Scratch:
-    """Scratch arrays of the engine for a system with m tangents."""
+def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
+    """Scratch arrays of the engine for a system with m tangents and a method."""
     n, q, guards = len(system.states), len(system.quadratures), kernels_of(system).key_table.shape[1]
     return at.Scratch(
         workspace=np.zeros((kernels_of(system).rows + (m + m % 2) * n, at.COLUMNS)),
@@ -191,4 +195,21 @@ def scratch_of(system: "HybridSystem", m: int) -> at.Scratch:
         event=np.zeros(event_places(n).size),
         jump=np.zeros(n),
         stages=np.zeros((stage_rows(m), n + q)),
+        implicit=_implicit(n if METHODS[method].implicit else 0),
+    )
+
+
+def _implicit(n: int) -> at.Implicit:
+    s = MOST_STAGES
+    return at.Implicit(
+        at_start=np.zeros((n, n)),
+        jacobians=np.zeros((s, n, n)),
+        matrix=np.zeros((s * n, s * n)),
+        filter=np.zeros((n, n)),
+        changes=np.zeros((s + 1, n)),
+        right=np.zeros(s * n),
+        spare=np.zeros((2, n)),
+        pivots=np.zeros(s * n, dtype=np.int64),
+        filter_pivots=np.zeros(n, dtype=np.int64),
+        active=np.zeros(n, dtype=np.int64),
     )

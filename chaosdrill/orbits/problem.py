@@ -119,7 +119,7 @@ class Problem:
         )
         # the starts of segments are solutions, as exact as the equations are
         self._states.run["slack"] = SETTINGS.residual
-        scratch, functions = scratch_of(self.system, n), kernels.functions
+        scratch, functions = scratch_of(self.system, n, self.numerics.method), kernels.functions
         # the second one watches no guard
         self._machines = tuple(
             machine(functions, self.numerics.method, settings, watching, self._states, scratch, search=first_event)

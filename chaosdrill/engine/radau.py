@@ -1,0 +1,243 @@
+"""Implicit Runge-Kutta methods for stiff modes: Radau IIA of 3, 5 or 7 stages, as the tolerance asks.
+
+Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, sections IV.5 and IV.8
+(doi:10.1007/978-3-642-05221-7). The stages are solved for by Newton's method on all of them, and so the derivative of
+a step by the state at its start is one more solution with the same matrix: tangents are those of the step itself, and
+no second derivative of the field is needed. Guards become polynomials through the one on which the stages lie;
+events are found on steps of their own of exactly the length asked for. Samples are read off that polynomial.
+"""
+
+import math
+
+import numpy as np
+
+from chaosdrill.engine.dop853_step import SAFETY, first_length, shrink, size, weigh, weigh_all
+from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
+from chaosdrill.engine.guard_series import guard_polynomials
+from chaosdrill.engine.guard_times import MOST_HALVINGS, NEAR, exact_times
+from chaosdrill.engine.guards import EPSILON
+from chaosdrill.engine.jit import inner
+from chaosdrill.engine.layout import ONGOING
+from chaosdrill.engine.radau_step import (
+    LEAST,
+    Z,
+    dense_output,
+    errors_of,
+    factors,
+    finish,
+    jacobian,
+    newton,
+    predict,
+    stage_tangents,
+    tangent_error,
+)
+from chaosdrill.engine.radau_tables import DEGREE, FINE, FINEST, POWERS
+from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.stepper import offered
+from chaosdrill.engine.taylor import SLOW
+
+METHOD = {
+    "summary": "implicit Runge-Kutta of order 5, 9 or 13 for stiff modes (Radau IIA); events as for taylor",
+    "cites": ("hairer1996", "farouki2012"),
+    "implicit": True,
+}
+
+DENSE_NOISE = 4 * EPSILON * float(np.abs(POWERS).sum(axis=-1).max())
+"""Rounding units by which the dense output moves the polynomial of a state."""
+
+LARGEST_GROWTH = 8.0
+
+FAILED_PART = 0.25
+"""Part of a step whose stages are not found that is tried next."""
+
+BEGINNING = 0.01
+"""Part of a period, or of a run without one, to begin with where the size of no state is known."""
+
+UNDERFLOW = 1e-16
+"""Part of the longest step below which shortening is given up."""
+
+
+@inner
+def _kind(tolerance):
+    return (0 if tolerance > FINE else 1) if tolerance > FINEST else 2
+
+
+@offered
+def expand(place, p, t):
+    """Take a step within tolerance and turn the guards into polynomials; returns its length, NaN if there is no rate.
+
+    What is stiff need not be followed: a step is longer than its decay where that moves the state by less than the
+    tolerance. The slope at the start then is none of the motion's, and the guards' is that of the polynomial, but for
+    the first step after an event, where it says which guards are about to be met.
+    """
+    machine = machine_at(place)
+    functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
+    state = state_of(machine.states, p)
+    run, x, scale, vectors, stages, room = (
+        state.run[0],
+        state.x,
+        state.scale,
+        state.vectors,
+        scratch.stages,
+        scratch.implicit,
+    )
+    mode, live = run.mode, run.live
+    n = x.size
+    tolerance = max(settings.tolerance, LEAST)
+    kind = _kind(tolerance)
+    order = 4.0 + 2.0 * kind
+    longest = run.period
+    functions.field(mode, t, state.c, x, stages[0])
+    run.evaluations += 1
+    jacobian(functions, mode, t, state.c, x, room.at_start, n, room.spare)
+    for v in range(live):
+        row = stages[VECTORS + ROWS_A_VECTOR * v]
+        for i in range(n):
+            row[i] = 0.0
+            for k in range(n):
+                row[i] += room.at_start[i, k] * vectors[v, k]
+    known = weigh(x, scale, longest, tolerance, stages)
+    if not math.isfinite(size(stages[0], stages[WEIGHTS])):
+        return math.nan
+    h = run.next_step
+    if h <= 0.0 and not known:
+        h = BEGINNING * longest
+    elif h <= 0.0:
+        h = first_length(functions, t, state, tolerance, longest, stages)
+    weigh_all(stages[WEIGHTS][:n])
+    wanted = h
+    rest = longest - run.time
+    if run.strobes + 1 >= settings.target and rest > NEAR * longest:
+        h = min(h, rest)
+    cut = h < wanted
+    rejected = False
+    halvings = 0
+    longer = 0.0
+    larger = 0.0
+    while h > UNDERFLOW * run.longest:
+        for j in range(3 + 2 * kind):
+            for i in range(n):
+                stages[Z + j, i] = 0.0
+        if not newton(functions, kind, t, state, h, tolerance, room, stages, False):
+            h *= FAILED_PART
+            rejected = True
+            continue
+        finish(functions, kind, t, state, h, stages, stages[END])
+        error, plain = errors_of(kind, x, h, scale, room, stages)
+        if error <= tolerance:
+            error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))
+        error /= tolerance
+        resolved = plain <= tolerance
+        watching = tables.watch[mode, 0] > 0
+        if error <= 1.0 and watching and run.fresh != ONGOING and not resolved:
+            error = plain / tolerance
+        if not error <= 1.0:
+            factor = shrink(error, h, larger, longer, order)
+            larger = error
+            longer = h
+            h *= factor
+            rejected = True
+            continue
+        dense_output(kind, x, h, resolved, stages, scratch.workspace)
+        if watching:
+            left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
+            if left == math.inf or (left > 1.0 and halvings < MOST_HALVINGS):
+                functions.field(mode, t, state.c, x, stages[0])
+                halvings += 1
+                rejected = True
+                h *= 0.5
+                continue
+        strength = max(error, 1e-9) ** (1.0 / order) / h
+        before = run.strength if run.fresh == ONGOING else 0.0
+        following = min(SAFETY / strength, LARGEST_GROWTH * h)
+        if 0.0 < before < strength:
+            following *= before / strength
+        if rejected:
+            following = min(following, h)
+        elif cut:
+            following = max(following, wanted)
+        run.strength = strength
+        run.next_step = min(following, longest)
+        run.tried = h
+        break
+    for i in range(stages.shape[1]):
+        moved = 0.0
+        for j in range(3 + 2 * kind):
+            moved = max(moved, abs(stages[Z + j, i]))
+        scale[i] = max(scale[i], min(abs(x[i]), SLOW * moved) if i < n else moved)
+    return h
+
+
+@inner
+def _tangents(functions, kind, t, state, h, tolerance, room, stages):
+    """Tangents through the stages that are there, to their last row; returns their largest error as one of states."""
+    live, vectors = state.run[0].live, state.vectors
+    if live == 0:
+        return 0.0
+    there, count = factors(functions, kind, t, state, h, room, stages, True)
+    error = 0.0 if there else math.nan
+    for v in range(live):
+        row = VECTORS + ROWS_A_VECTOR * v
+        stage_tangents(kind, vectors[v], h, room, stages, row, count)
+        e = tangent_error(kind, vectors[v], h, tolerance, room, stages, row)
+        error = e if not e <= error else error
+    return error
+
+
+@inner
+def _arrive(functions, settings, t, state, s, scratch, out):
+    """States and quadratures after a step of length s, to ``out``; the step taken says where its stages may lie."""
+    stages = scratch.stages
+    kind = _kind(settings.tolerance)
+    n = state.x.size
+    forth = s > 0.0
+    if forth:
+        predict(kind, n, s, stages, scratch.workspace)
+    else:
+        for j in range(3 + 2 * kind):
+            for i in range(n):
+                stages[Z + j, i] = 0.0
+    if newton(functions, kind, t, state, s, settings.tolerance, scratch.implicit, stages, forth):
+        finish(functions, kind, t, state, s, stages, out)
+    else:
+        out[:] = math.nan
+
+
+_exact_times = exact_times(_arrive)
+
+
+@offered
+def locate(place, p, te, h, t):
+    """Make the times of the events exact by Newton steps on the guards themselves."""
+    _exact_times(machine_at(place), p, te, h, t)
+    return te, -1, 0
+
+
+@offered
+def evaluate(place, p, t, s):
+    """States and quadratures at s, from the polynomial through the stages."""
+    scratch = machine_at(place).scratch
+    ws, out = scratch.workspace, scratch.out
+    for i in range(out.size):
+        total = 0.0
+        for k in range(DEGREE, -1, -1):
+            total = total * s + ws[i, k]
+        out[i] = total
+
+
+@offered
+def advance(place, p, t, s):
+    """States and quadratures and, in place, tangents after a step of length s."""
+    machine = machine_at(place)
+    state = state_of(machine.states, p)
+    run, x, vectors, scratch = state.run[0], state.x, state.vectors, machine.scratch
+    stages, out = scratch.stages, scratch.out
+    if s != run.tried:
+        _arrive(machine.functions, machine.settings[0], t, state, s, scratch, stages[END])
+        tolerance = machine.settings[0].tolerance
+        _tangents(machine.functions, _kind(tolerance), t, state, s, tolerance, scratch.implicit, stages)
+    for i in range(out.size):
+        out[i] = stages[END, i]
+    for v in range(run.live):
+        for i in range(x.size):
+            vectors[v, i] = stages[VECTORS + ROWS_A_VECTOR * v + STAGES + 1, i]

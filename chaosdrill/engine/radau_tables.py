@@ -1,0 +1,91 @@
+"""Coefficients of the Radau IIA methods of 3, 5 and 7 stages, of orders 5, 9 and 13.
+
+Hairer, Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, section IV.5 (doi:10.1007/978-3-642-05221-7):
+the motion over a step is the polynomial that begins at the state and satisfies the equation at the nodes, the zeros of
+the difference of two Legendre polynomials. All follows from the nodes here, by the derivatives of the polynomials that
+are 1 at one of them and 0 at the others.
+"""
+
+import numpy as np
+from numpy.polynomial import legendre
+
+MOST_STAGES = 7
+
+DEGREE = MOST_STAGES + 1
+"""Degree of the polynomial whose slope at the start is that of the motion as well."""
+
+FINEST, FINE = 1e-9, 1e-5
+"""Tolerances below which a step has 7 stages, and 5: more cost more a step, and make it longer."""
+
+
+def _nodes(stages: int) -> np.ndarray:
+    """0, then the nodes on ]0, 1]."""
+    coefficients = np.array([*[0.0] * (stages - 1), -1.0, 1.0], dtype=np.longdouble)
+    found = legendre.legroots(coefficients.astype(float)).astype(np.longdouble)
+    for _ in range(3):
+        found -= legendre.legval(found, coefficients) / legendre.legval(found, legendre.legder(coefficients))
+    found[-1] = 1.0
+    return np.concatenate([[0.0], 0.5 * (1 + found)])
+
+
+def _differentiation(nodes: np.ndarray) -> np.ndarray:
+    """Entry (i, j): derivative at node i of the polynomial that is 1 at node j and 0 at the others."""
+    gaps = nodes[:, None] - nodes
+    np.fill_diagonal(gaps, 1.0)
+    products = gaps.prod(axis=1)
+    slopes = products[:, None] / products / gaps
+    np.fill_diagonal(slopes, 0.0)
+    # what stays constant has no derivative, to the last digit
+    np.fill_diagonal(slopes, -slopes.sum(axis=1))
+    return slopes
+
+
+def _powers(nodes: np.ndarray) -> np.ndarray:
+    """Row k - 1: coefficients of u**k in the polynomials of the nodes beyond 0; last, of the one of slope 1 at 0."""
+    stages = nodes.size - 1
+    table = np.zeros((stages + 1, stages + 1))
+    for j in range(1, stages + 1):
+        others = np.delete(nodes, j)
+        table[:stages, j - 1] = np.poly(others)[::-1][1:] / np.prod(nodes[j] - others)
+    table[:, -1] = np.poly(nodes)[::-1][1:] / np.prod(-nodes[1:])
+    return table
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """To the digits of the matrix, which may be more than those of doubles."""
+    found = np.linalg.inv(matrix.astype(float)).astype(matrix.dtype)
+    for _ in range(2):
+        found += found @ (np.eye(len(matrix)) - matrix @ found)
+    return found
+
+
+def _pivot(slopes: np.ndarray) -> float:
+    """The real one of the eigenvalues of the inverse of the matrix of weights, inverted."""
+    values = np.linalg.eigvals(slopes[1:, 1:].astype(float))
+    return float(1 / values[np.argmin(np.abs(values.imag))].real)
+
+
+NODES = np.zeros((3, MOST_STAGES + 1))
+"""Times in parts of the step: of the start, then of the stages; first index: 3, 5, 7 stages."""
+
+SLOPES = np.zeros((3, MOST_STAGES + 1, MOST_STAGES + 1))
+"""Derivatives at these times of a polynomial that is given by its values there, in units of 1 over the step."""
+
+WEIGHTS_OF_RATES = np.zeros((3, MOST_STAGES, MOST_STAGES))
+"""From rates at the stages to increments there."""
+
+POWERS = np.zeros((3, DEGREE, DEGREE))
+"""From increments at the stages, and an excess of the slope at the start, to coefficients of powers of u from 1 on."""
+
+PIVOT = np.zeros(3)
+
+for _i, _stages in enumerate((3, 5, 7)):
+    _n = _nodes(_stages)
+    _d = _differentiation(_n)
+    NODES[_i, : _stages + 1] = _n
+    SLOPES[_i, : _stages + 1, : _stages + 1] = _d
+    WEIGHTS_OF_RATES[_i, :_stages, :_stages] = _inverse(_d[1:, 1:])
+    _p = _powers(_n)
+    POWERS[_i, : _stages + 1, :_stages] = _p[:, :-1]
+    POWERS[_i, : _stages + 1, DEGREE - 1] = _p[:, -1]
+    PIVOT[_i] = _pivot(_d)
