@@ -95,7 +95,11 @@ class Batch:
         section: set[int] | None = None,
         window: int = 0,
     ) -> None:
+        from chaosdrill.engine.structure import passes
+
         points, n = starts.shape
+        # the same whichever points are in the batch
+        through = passes(system)
         if points:
             system = system.with_parameters(**{name: float(values[0]) for name, values in parameters.items()})
         kernels = kernels_of(system)
@@ -108,7 +112,7 @@ class Batch:
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
         self._settings = settings_of(system, numerics, numerics.batch_order, orthonormalise=m > 0)
-        self._tables = tables_of(system, deficient, frame[:shifts])
+        self._tables = tables_of(system, deficient, frame[:shifts], through)
         c = _constants(system, parameters, points)
         self._states = states_of(system, c, starts, modes, self.period, frame, numerics)
         self._frame = frame

@@ -9,8 +9,8 @@ from numba import uint64
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
-from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
-from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED, UNSURE, WIDTH, Method
+from chaosdrill.engine.lanes import chosen, larger, magnitude, positive, row_of, some, spread, table_of
+from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED, UNSURE, Method
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 
@@ -26,30 +26,57 @@ SURE = 1e-8
 """Part of the largest coefficient by which a value must be above zero to be called so: what only touches zero is looked
 at for one trajectory."""
 
-AT_ONCE, SEARCH, ALONE = range(3)
+NOISE = 1e-14
+"""Part of the sum of a guard's terms that rounding may take from its polynomial, and more."""
+
 BELOW, ABOVE, BACK = range(3)
 
-# columns of how the steps of a block end: outcome, guard, ties, how the guards are looked at
-OUTCOME, GUARD, TIES, LOOK = range(4)
+# columns of how the steps of a block end: outcome, guard, ties, whether the guards are looked at for one trajectory
+OUTCOME, GUARD, TIES, ALONE = range(4)
+
+
+@series
+def scale(first, count, order, block):
+    """Polynomials of the guards on [0, 1] instead of the steps, and the sums of their terms' sizes."""
+    series = table_of(block.ws)
+    scaled = table_of(block.scaled)
+    totals = row_of(block.total)
+    h = row_of(block.h)[0]
+    for j in range(count):
+        g = series[first + j]
+        a = scaled[j]
+        a[0] = g[0]
+        total = magnitude(g[0])
+        power = h
+        for k in range(1, order + 1):
+            value = power * g[k]
+            a[k] = value
+            total = total + magnitude(value)
+            power = power * h
+        totals[j] = total
 
 
 @inner
-def _first_order(i, slope_leads, lane, block, errors):
+def _first_order(j, slope_leads, lane, block, errors):
     """Order 1 or 2 of a root at the start of a step where that is plain, as ``guards.settle`` sees it, else 0."""
     h = block.h[lane]
-    total = 0.0
-    for k in range(WIDTH):
-        total = total * h + abs(block.ws[i, WIDTH - 1 - k, lane])
+    total = block.total[j, lane]
     off = guards.ROUNDING * errors[0]
     if slope_leads:
-        return 1 if guards.out_first(block.ws[i, 1, lane], 1, off, total, h) else 0
-    bend = block.ws[i, 2, lane]
-    return 2 if abs(bend) * h * h > guards.VANISHING * total and guards.out_first(bend, 2, off, total, h) else 0
+        return 1 if guards.out_first(block.scaled[j, 1, lane] / h, 1, off, total, h) else 0
+    bend = block.scaled[j, 2, lane]
+    if not abs(bend) > guards.VANISHING * total:
+        return 0
+    return 2 if guards.out_first(bend / (h * h), 2, off, total, h) else 0
 
 
 @inlined
-def _plan(functions, tables, state, first, lane, plan, block, scratch):
-    """How the guards of one lane stand; returns ALONE if that is not plain."""
+def _plan(functions, tables, state, first, lane, block, scratch):
+    """How the guards of one lane stand; returns whether that is plain.
+
+    Rows of the block say for every guard when it fires if that is known, or -1, whether its root is searched, from
+    which side, and of which order its zero at the start is.
+    """
     run = state.run[0]
     mode = run.mode
     count = tables.watch[mode, 0]
@@ -63,53 +90,51 @@ def _plan(functions, tables, state, first, lane, plan, block, scratch):
             slope = block.ws[first + j, 1, lane]
             how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
             if order == 1 or how == UNSURE:
-                order = _first_order(first + j, order == 1, lane, block, scratch.errors)
+                order = _first_order(j, order == 1, lane, block, scratch.errors)
                 if order == 0:
-                    return ALONE
+                    return False
             if order == 2:
                 how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
         elif not g * side > 0.0 or abs(side) > 1:
-            return ALONE
+            return False
         if how != ARMED and not (how == FIRE and order == 0):
-            return ALONE
-        plan[j, lane] = AT_ONCE if how == FIRE else SEARCH
-        plan[count + j, lane] = side
-        block.sign[j, lane] = 1.0 if side < 0 else -1.0
+            return False
+        block.times[j, lane] = 0.0 if how == FIRE else -1.0
+        block.wanted[j, lane] = 0.0 if how == FIRE else 1.0
+        block.sign[j, lane] = -float(side)
         block.shift[j, lane] = float(order) if how == ARMED else 0.0
     for j in range(count):
-        state.sides[tables.keys[mode, j]] = plan[count + j, lane]
-    return SEARCH
+        state.sides[tables.keys[mode, j]] = -int(block.sign[j, lane])
+    return True
 
 
 @inlined
-def _scaled(series, row, sign, shift, any_shift, h, order, block):
-    """Fill the polynomial of one guard, without its zeros at 0, on [0, 1] and negative at 0; returns a bound of it."""
+def _towards(j, order, block):
+    """Fill the polynomial of guard j, without its zeros at 0, that is negative at 0; returns a bound of it."""
     a = row_of(block.polynomial)
-    g = series[row]
-    power = sign
-    if any_shift:
+    g = table_of(block.scaled)[j]
+    sign = row_of(block.sign)[j]
+    shift = row_of(block.shift)[j]
+    bound = NOISE * row_of(block.total)[j]
+    if some(shift):
         twice = larger(shift - 1.0, 0.0)
         for k in range(order + 1):
-            later = chosen(twice, g[k + 2], g[k + 1])
-            a[k] = power * chosen(shift, later, g[k])
-            power = power * h
-        bound = a[0]
-        for k in range(1, order + 1):
-            bound = bound + larger(a[k], 0.0)
-        return bound
-    a[0] = power * g[0]
-    bound = a[0]
+            value = sign * chosen(shift, chosen(twice, g[k + 2], g[k + 1]), g[k])
+            a[k] = value
+            if k > 0:
+                bound = bound + larger(value, 0.0)
+        return bound + a[0]
     for k in range(1, order + 1):
-        power = power * h
-        value = power * g[k]
+        value = sign * g[k]
         a[k] = value
         bound = bound + larger(value, 0.0)
-    return bound
+    a[0] = sign * g[0]
+    return bound + a[0]
 
 
 @series
-def _bernstein(order, block):
-    """Coefficients of the Bernstein form of the terms of low degree, and the size of the rest."""
+def _bernstein(order, rest, block):
+    """Coefficients of the Bernstein form of the terms of low degree; last what the others may add."""
     a = row_of(block.polynomial)
     b = row_of(block.bernstein)
     for j in range(DEGREE + 1):
@@ -117,10 +142,42 @@ def _bernstein(order, block):
         for k in range(1, j + 1):
             value = value + _WEIGHTS[j, k] * a[k]
         b[j] = value
-    rest = magnitude(a[DEGREE + 1])
-    for k in range(DEGREE + 2, order + 1):
+    for k in range(DEGREE + 1, order + 1):
         rest = rest + magnitude(a[k])
     b[DEGREE + 1] = rest
+
+
+@series
+def _crossing(block):
+    """Which lanes have no root, which have one that the Bernstein form isolates, and about where that is.
+
+    Lanes are 1.0 where it is so, else 0.0. One root is isolated by signs that change once (Descartes' rule).
+    """
+    b = row_of(block.bernstein)
+    rest = b[DEGREE + 1]
+    before = b[0]
+    reaches = positive(before + rest)
+    goes_back = reaches
+    above = 0.0 * reaches
+    crossed = above
+    low = before
+    high = before
+    place = above
+    for j in range(1, DEGREE + 1):
+        value = b[j]
+        may = positive(value + rest)
+        is_above = positive(value - rest)
+        goes_back = larger(goes_back, larger(reaches - may, above - is_above))
+        reaches = larger(reaches, may)
+        above = larger(above, is_above)
+        beyond = positive(value)
+        here = larger(beyond - crossed, 0.0)
+        low = chosen(here, before, low)
+        high = chosen(here, value, high)
+        place = chosen(here, j - 1.0, place)
+        crossed = larger(crossed, beyond)
+        before = value
+    return 1.0 - reaches, above * (1.0 - goes_back), (place + low / (low - high)) * (1.0 / DEGREE)
 
 
 @series
@@ -132,7 +189,7 @@ def _value(a, order, lane, u):
     return value
 
 
-@inlined
+@inner
 def _isolated(a, b, order, lane):
     """Where one lane's polynomial first crosses zero, about, and a bound below which it does so just once.
 
@@ -184,7 +241,6 @@ def _polish(order, block):
     """Newton steps from row 0 of the roots where row 1 is not 0.0, which it becomes where they settle."""
     a = row_of(block.polynomial)
     roots = row_of(block.root)
-    waiting = block.root[1]
     u = roots[0]
     active = roots[1]
     before = 0.0 * u
@@ -212,69 +268,53 @@ def _polish(order, block):
         active = chosen(active, left, 0.0 * u)
         roots[1] = active
         before = size
-        settled = True
-        for lane in range(LANES):
-            if waiting[lane] != 0.0:
-                settled = False
-        if settled:
+        if not some(active):
             return
 
 
 @inlined
-def search(first, count, order, lanes, plan, ends, block):
+def _search(count, order, lanes, ends, block):
     """Times of the first crossings of all guards in all lanes that are planned, -1 for none.
 
     A lane in which one of them is not plain is left to the search for one trajectory.
     """
-    series = table_of(block.ws)
-    signs = row_of(block.sign)
-    shifts = row_of(block.shift)
     h = row_of(block.h)[0]
-    times = block.times
-    roots = block.root
+    times = row_of(block.times)
+    roots = row_of(block.root)
     for j in range(count):
-        any_shift = False
-        for lane in range(LANES):
-            any_shift |= block.shift[j, lane] != 0.0
-        row_of(roots)[2] = _scaled(series, first + j, signs[j], shifts[j], any_shift, h, order, block)
-        candidates = 0
-        for lane in range(LANES):
-            times[j, lane] = -1.0
-            roots[1, lane] = 0.0
-            roots[0, lane] = 0.5
-            if lane < lanes and ends[lane, LOOK] == SEARCH:
-                if plan[j, lane] == AT_ONCE:
-                    times[j, lane] = 0.0
-                elif not roots[2, lane] < 0.0:
-                    roots[1, lane] = 1.0
-                    candidates += 1
-        if candidates == 0:
+        candidates = row_of(block.wanted)[j] * positive(_towards(j, order, block))
+        if not some(candidates):
             continue
-        _bernstein(order, block)
-        isolated = 0
-        for lane in range(lanes):
-            # from here on row 2 says which lanes are searched, and row 1 which of them are polished
-            roots[2, lane] = roots[1, lane]
-            if roots[1, lane] != 0.0:
-                where, roots[3, lane] = _isolated(block.polynomial, block.bernstein, order, lane)
-                if where >= 0.0:
-                    roots[0, lane] = where
-                    isolated += 1
-                else:
-                    roots[1, lane] = 0.0
-                    roots[2, lane] = 0.0
-                    if where == -2.0:
-                        ends[lane, LOOK] = ALONE
-        if isolated > 0:
-            _polish(order, block)
-        for lane in range(lanes):
-            if roots[2, lane] == 0.0:
-                continue
-            u = roots[0, lane]
-            if roots[1, lane] == 0.0 and 0.0 <= u <= roots[3, lane]:
-                times[j, lane] = u * block.h[lane]
-            else:
-                ends[lane, LOOK] = ALONE
+        _bernstein(order, NOISE * row_of(block.total)[j], block)
+        none, once, where = _crossing(block)
+        searched = candidates * once
+        others = candidates - candidates * larger(none, once)
+        roots[0] = chosen(searched, where, 0.5)
+        roots[1] = searched
+        roots[2] = others
+        roots[3] = spread(1.0)
+        if some(others):
+            for lane in range(lanes):
+                if block.root[2, lane] != 0.0:
+                    where, block.root[3, lane] = _isolated(block.polynomial, block.bernstein, order, lane)
+                    if where >= 0.0:
+                        block.root[0, lane] = where
+                        block.root[1, lane] = 1.0
+                    elif where == -2.0:
+                        ends[lane, ALONE] = 1
+        searched = roots[1]
+        if not some(searched):
+            continue
+        _polish(order, block)
+        u = roots[0]
+        outside = larger(roots[1], larger(positive(-u), positive(u - roots[3])))
+        times[j] = chosen(searched, u * h, times[j])
+        missed = searched * outside
+        if some(missed):
+            roots[2] = missed
+            for lane in range(lanes):
+                if block.root[2, lane] != 0.0:
+                    ends[lane, ALONE] = 1
 
 
 @inlined
@@ -302,19 +342,25 @@ def _first_of(count, h, lane, times):
 
 
 @inlined
-def first_events(machine, place, settings, mode, lanes, places, first, ends, plan, block):
+def first_events(machine, place, settings, mode, lanes, places, first, ends, block):
     """First event of every lane's step: its time (or -1, or -2) goes into ``block``, guard and ties into ``ends``."""
     functions, tables, states, scratch = machine.functions, machine.tables, machine.states, machine.scratch
     count = tables.watch[mode, 0]
+    scale(first, count, settings.order, block)
+    for j in range(count):
+        row_of(block.wanted)[j] = spread(0.0)
     for lane in range(lanes):
-        state = state_of(states, places[lane])
-        ends[lane, LOOK] = _plan(functions, tables, state, first, lane, plan, block, scratch)
-    search(first, count, settings.order, lanes, plan, ends, block)
+        ends[lane, ALONE] = 0
+        if not _plan(functions, tables, state_of(states, places[lane]), first, lane, block, scratch):
+            ends[lane, ALONE] = 1
+            for j in range(count):
+                block.wanted[j, lane] = 0.0
+    _search(count, settings.order, lanes, ends, block)
     for lane in range(lanes):
         state = state_of(states, places[lane])
         h = block.h[lane]
         j = -2
-        if ends[lane, LOOK] == SEARCH:
+        if ends[lane, ALONE] == 0:
             state.run[0].turning = 0
             for k in range(count):
                 if block.times[k, lane] > 0.0 and tables.marks[mode, k] & TIMED:

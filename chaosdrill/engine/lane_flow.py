@@ -13,7 +13,7 @@ from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import begin, is_over
 from chaosdrill.engine.lane_series import value_in_lane
-from chaosdrill.engine.lanes import LANES
+from chaosdrill.engine.lanes import LANES, larger, positive, row_of, some
 from chaosdrill.engine.layout import (
     DONE,
     EVENT_COLUMNS,
@@ -109,7 +109,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     """One step of up to eight runs of one mode and number of live tangents; ``ends`` says how each stands then."""
     functions, settings, tables = machine.functions, machine.settings[0], machine.tables
     states, scratch = machine.states, machine.scratch
-    ends, plan, row, block = room.ends, room.plan, room.row, room.block
+    ends, row, block = room.ends, room.row, room.block
     m, n = states.vectors.shape[1], states.x.shape[1]
     mode = states.run[places[0]].mode
     live = states.run[places[0]].live
@@ -118,16 +118,20 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     lane_step.gather(places, live, states, varying, block)
     lane_step.expand(lane_functions, mode, live, m, settings, block, scratch.polynomial)
     lane_step.look_for_gaps(n, settings.quadratures, guard_count, tables.marks[mode], settings, block)
-    unproven = taylor.has_unproven(tables.marks[mode], guard_count)
     for lane in range(count):
         state = state_of(states, places[lane])
         state.run[0].evaluations += settings.order
         for i in range(n):
             state.scale[i] = block.scale[i, lane]
-        block.h[lane] = _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch)
+    gaps = row_of(block.gap)
+    unproven = taylor.has_unproven(tables.marks[mode], guard_count)
+    if unproven or some(larger(positive(gaps[0]), positive(gaps[1]))):
+        for lane in range(count):
+            state = state_of(states, places[lane])
+            block.h[lane] = _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch)
     for lane in range(count, LANES):
         block.reach[lane] = 0.0
-    lane_events.first_events(machine, place, settings, mode, count, places, first, ends, plan, block)
+    lane_events.first_events(machine, place, settings, mode, count, places, first, ends, block)
     for lane in range(count):
         p = places[lane]
         run = states.run[p]

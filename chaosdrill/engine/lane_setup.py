@@ -40,10 +40,12 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         metric=aligned(n, LANES),
         h=aligned(LANES),
         reach=aligned(LANES),
-        last=aligned(2, LANES),
         gap=aligned(2, LANES),
         out=aligned(n + q, LANES),
         period=aligned(LANES),
+        scaled=aligned(guards, at.COLUMNS, LANES),
+        total=aligned(guards, LANES),
+        wanted=aligned(guards, LANES),
         sign=aligned(guards, LANES),
         shift=aligned(guards, LANES),
         times=aligned(guards, LANES),
@@ -56,11 +58,9 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
 
 def room(system: "HybridSystem", m: int, constants: np.ndarray, row: np.ndarray, spare: np.ndarray) -> at.LaneRoom:
     """What ``lane_flow`` works in for a system with m tangents; see `block` and `chaosdrill.engine.layout.LaneRoom`."""
-    guards = kernels_of(system).key_table.shape[1]
     return at.LaneRoom(
         queues=np.zeros((len(system.modes) * (m + 1), 2 + ACTIVE), dtype=np.int64),
         ends=np.zeros((LANES + 1, LANES), dtype=np.int64),
-        plan=np.zeros((2 * guards, LANES), dtype=np.int64),
         row=row,
         spare=spare,
         block=block(system, m, constants),

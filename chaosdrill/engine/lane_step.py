@@ -8,30 +8,29 @@ from numba import uint64
 
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_value
-from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, row_of, table_of
+from chaosdrill.engine.lanes import LANES, chosen, gathered, larger, magnitude, row_of, smaller, some, spread, table_of
 from chaosdrill.engine.taylor import EPSILON, FADE, GAP, LONGEST, SLOW, SMALLEST, is_held, own_scale, radius
-
-ABSURD = 1e100
-"""Last term over its scale from which on a scale is not known yet."""
 
 
 @inlined
 def gather(places, live, states, varying, block):
     """Put the trajectories at ``places`` into lanes."""
+    n = block.x.shape[0]
     for lane in range(LANES):
-        p = uint64(places[lane])
-        run = states.run[p]
+        run = states.run[uint64(places[lane])]
         block.t[lane] = run.time
         block.period[lane] = run.period
-        for i in range(states.x.shape[1]):
-            block.x[i, lane] = states.x[p, i]
-            block.scale[i, lane] = states.scale[p, i]
-        for v in range(live):
-            for i in range(states.x.shape[1]):
-                block.v[v, i, lane] = states.vectors[p, v, i]
-        for i in range(varying.size):
-            k = uint64(varying[i])
-            block.c[k, lane] = states.c[p, k]
+    x, scale, c = row_of(block.x), row_of(block.scale), row_of(block.c)
+    for i in range(n):
+        x[i] = gathered(states.x, places, i)
+        scale[i] = gathered(states.scale, places, i)
+    vectors = table_of(block.v)
+    for v in range(live):
+        for i in range(n):
+            vectors[v][i] = gathered(states.vectors, places, v * n + i)
+    for i in range(varying.size):
+        k = varying[i]
+        c[k] = gathered(states.c, places, k)
 
 
 @inlined
@@ -41,18 +40,12 @@ def _first_row(ws, m, n, v):
 
 @inner
 def _begin_scales(n, order, reach, lane, block, row):
-    """Scales of one lane of which nothing is known yet; returns its last two terms in its scales."""
-    last = 0.0
-    last_but_one = 0.0
+    """Scales of one lane of which nothing is known yet."""
     for i in range(n):
         if block.scale[i, lane] <= SMALLEST:
             for k in range(order + 1):
                 row[k] = block.ws[i, k, lane]
             block.scale[i, lane] = max(block.scale[i, lane], own_scale(row, order, reach))
-        if block.scale[i, lane] > SMALLEST:
-            last = max(last, abs(block.ws[i, order, lane]) / block.scale[i, lane])
-            last_but_one = max(last_but_one, abs(block.ws[i, order - 1, lane]) / block.scale[i, lane])
-    return last, last_but_one
 
 
 @inlined
@@ -66,26 +59,32 @@ def expand(lane_functions, mode, live, m, settings, block, row):
     n = block.x.shape[0]
     series = table_of(ws)
     scales = row_of(block.scale)
-    ends = row_of(block.last)
     lane_functions.jet(mode, order, block.t, block.c, block.x, ws)
     finest = EPSILON / settings.tolerance
-    weights = row_of(block.weights)
-    widest = scales[0] * 0.0
-    last = widest
-    last_but_one = widest
+    nothing = spread(0.0)
+    unknown = nothing
     for i in range(n):
         scale = larger(FADE * scales[i], finest * magnitude(series[i][0]))
         scales[i] = scale
-        weight = 1.0 / larger(scale, SMALLEST)
-        widest = larger(widest, scale)
+        ends = larger(magnitude(series[i][order]), magnitude(series[i][order - 1]))
+        unknown = larger(unknown, chosen(larger(scale - SMALLEST, 0.0), 0.0, ends))
+    if some(unknown):
+        row_of(block.gap)[0] = unknown
+        for lane in range(LANES):
+            if block.gap[0, lane] > 0.0:
+                _begin_scales(n, order, reach, lane, block, row)
+    weights = row_of(block.weights)
+    widest = nothing
+    last = nothing
+    last_but_one = nothing
+    for i in range(n):
+        scale = scales[i]
+        known = larger(scale - SMALLEST, 0.0)
+        weight = chosen(known, 1.0 / scale, 0.0)
+        widest = larger(widest, chosen(known, scale, 0.0))
         weights[i] = weight
         last = larger(last, magnitude(series[i][order]) * weight)
         last_but_one = larger(last_but_one, magnitude(series[i][order - 1]) * weight)
-    ends[0] = last
-    ends[1] = last_but_one
-    for lane in range(LANES):
-        if not max(block.last[0, lane], block.last[1, lane]) < ABSURD:
-            block.last[0, lane], block.last[1, lane] = _begin_scales(n, order, reach, lane, block, row)
     if live > 0:
         if settings.own_jacobian == 1:
             lane_functions.jacobian_jet(mode, order, block.c, ws)
@@ -93,17 +92,15 @@ def expand(lane_functions, mode, live, m, settings, block, row):
         for v in range(0, live, 2):
             second = vectors[min(v + 1, live - 1)]
             lane_functions.tangent(mode, order, block.c, vectors[v], second, ws, _first_row(ws, m, n, v))
-        last = ends[0]
-        last_but_one = ends[1]
-        common = 1.0 / larger(widest, SMALLEST)
+        common = 1.0 / chosen(widest, widest, 1.0)
         metric = row_of(block.metric)
         for i in range(n):
-            metric[i] = chosen(larger(scales[i] - SMALLEST, 0.0), weights[i], common)
+            metric[i] = chosen(weights[i], weights[i], common)
         for v in range(live):
             first = _first_row(ws, m, n, v)
-            length = common * 0.0
-            a = length
-            b = length
+            length = nothing
+            a = nothing
+            b = nothing
             for i in range(n):
                 length = larger(length, magnitude(series[first + i][0]) * metric[i])
                 a = larger(a, magnitude(series[first + i][order]) * metric[i])
@@ -111,14 +108,10 @@ def expand(lane_functions, mode, live, m, settings, block, row):
             length = 1.0 / length
             last = larger(last, a * length)
             last_but_one = larger(last_but_one, b * length)
-        ends[0] = last
-        ends[1] = last_but_one
-    for lane in range(LANES):
-        h = radius(block.last[0, lane], block.last[1, lane], order) * reach
-        block.h[lane] = min(h, block.period[lane], LONGEST)
-    h = row_of(block.h)[0]
+    h = smaller(smaller(radius(last, last_but_one, order) * reach, row_of(block.period)[0]), LONGEST)
+    row_of(block.h)[0] = h
     for i in range(n):
-        size = -larger(-magnitude(series[i][0]), -SLOW * magnitude(series[i][1]) * h)
+        size = smaller(magnitude(series[i][0]), SLOW * magnitude(series[i][1]) * h)
         scales[i] = larger(scales[i], size)
 
 

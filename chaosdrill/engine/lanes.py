@@ -193,10 +193,15 @@ def _pair(first: Any, second: Any) -> bool:
 
 
 def _binary(emit: Callable[[Any, Any, Any], Any]) -> Any:
-    """A compiled function of two lanes, or of lanes and a number."""
+    """A compiled function of two lanes, of lanes and a number, or of two numbers."""
 
     @intrinsic
     def function(typingctx: Any, first: Any, second: Any) -> Any:
+        if not _pair(first, second):
+            return types.float64(types.float64, types.float64), lambda _, builder, __, arguments: emit(
+                builder, *arguments
+            )
+
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             pair = zip(signature.args, arguments, strict=True)
             return emit(builder, *(_as_lanes(context, builder, kind, value) for kind, value in pair))
@@ -229,7 +234,15 @@ def _larger(builder: Any, a: Any, b: Any) -> Any:
 
 
 larger = _binary(_larger)
-"""The larger of either lane; the first where the second is no number."""
+"""The larger of either lane, or of two numbers; the first where the second is no number."""
+
+
+def _smaller(builder: Any, a: Any, b: Any) -> Any:
+    return builder.select(builder.fcmp_ordered("<", b, a), b, a)
+
+
+smaller = _binary(_smaller)
+"""The smaller, likewise."""
 
 
 @intrinsic
@@ -237,18 +250,151 @@ def chosen(typingctx: Any, mask: Any, first: Any, second: Any) -> Any:
     """Lanes of ``first`` where ``mask`` is not 0.0, else of ``second``."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        test = builder.fcmp_unordered("!=", arguments[0], ir.Constant(_VECTOR, [0.0] * LANES))
-        return builder.select(test, arguments[1], arguments[2])
+        pair = zip(signature.args[1:], arguments[1:], strict=True)
+        return builder.select(
+            _truth(builder, arguments[0]), *(_as_lanes(context, builder, kind, value) for kind, value in pair)
+        )
 
     return lanes(mask, first, second), code
 
 
 @intrinsic
-def _negative(typingctx: Any, value: Any) -> Any:
+def spread(typingctx: Any, value: Any) -> Any:
+    """Eight lanes of one number."""
+
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.fneg(arguments[0])
+        return _as_lanes(context, builder, signature.args[0], arguments[0])
 
     return lanes(value), code
+
+
+@intrinsic
+def positive(typingctx: Any, value: Any) -> Any:
+    """1.0 where a lane is above zero or no number, else 0.0."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        test = builder.fcmp_unordered(">", arguments[0], _constant(0.0))
+        return builder.select(test, _constant(1.0), _constant(0.0))
+
+    return lanes(value), code
+
+
+@intrinsic
+def some(typingctx: Any, value: Any) -> Any:
+    """Whether any lane is not 0.0."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        bits = builder.bitcast(_truth(builder, arguments[0]), ir.IntType(LANES))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+
+    return types.boolean(value), code
+
+
+@intrinsic
+def gathered(typingctx: Any, array: Any, places: Any, column: Any) -> Any:
+    """Lanes from eight places along the first axis of an array, at a column of what stands there."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        source = context.make_array(signature.args[0])(context, builder, arguments[0])
+        which = context.make_array(signature.args[1])(context, builder, arguments[1])
+        size = builder.sdiv(builder.extract_value(source.strides, 0), ir.Constant(_INT, 8))
+        column = context.cast(builder, arguments[2], signature.args[2], types.intp)
+        found = ir.Constant(_VECTOR, ir.Undefined)
+        for lane in range(LANES):
+            place = builder.load(builder.gep(which.data, [ir.Constant(_INT, lane)]))
+            value = builder.load(builder.gep(source.data, [builder.add(builder.mul(place, size), column)]))
+            found = builder.insert_element(found, value, ir.Constant(ir.IntType(32), lane))
+        return found
+
+    return lanes(array, places, column), code
+
+
+def _constant(value: float) -> Any:
+    return ir.Constant(_VECTOR, [value] * LANES)
+
+
+def _truth(builder: Any, value: Any) -> Any:
+    return builder.fcmp_unordered("!=", value, _constant(0.0))
+
+
+def _unary(emit: Callable[[Any, Any], Any]) -> Any:
+    """A compiled function of lanes or of a number."""
+
+    @intrinsic
+    def function(typingctx: Any, value: Any) -> Any:
+        kind = lanes if value == lanes else types.float64
+        return kind(kind), lambda _, builder, __, arguments: emit(builder, arguments[0])
+
+    return function
+
+
+def _named(name: str) -> Callable[[Any, Any], Any]:
+    """An operation that the compiler knows by name."""
+
+    def emit(builder: Any, value: Any) -> Any:
+        suffix = "f64" if value.type == ir.DoubleType() else f"v{LANES}f64"
+        kind = ir.FunctionType(value.type, [value.type])
+        return builder.call(builder.module.declare_intrinsic(f"{name}.{suffix}", (), kind), [value])
+
+    return emit
+
+
+magnitude = _unary(_named("llvm.fabs"))
+"""Absolute values."""
+
+floor = _unary(_named("llvm.floor"))
+"""The largest whole number that is not above."""
+
+_FRACTION = 52
+"""Bits of a double's fraction."""
+
+_BIAS = 1023.0
+"""What is added to its exponent."""
+
+
+def _bits(builder: Any, value: Any, change: Callable[[Callable[[int], Any], Any], Any]) -> Any:
+    """A number whose bits are changed as whole numbers."""
+    one = value.type == ir.DoubleType()
+    kind = _INT if one else ir.VectorType(_INT, LANES)
+    changed = change(lambda whole: ir.Constant(kind, whole if one else [whole] * LANES), builder.bitcast(value, kind))
+    return builder.bitcast(changed, value.type)
+
+
+def _like(value: Any, number: float) -> Any:
+    return ir.Constant(value.type, number) if value.type == ir.DoubleType() else _constant(number)
+
+
+def _exponent(builder: Any, value: Any) -> Any:
+    # a whole number below 2**52 in the fraction of 2**52 is that number
+    shifted = _bits(
+        builder,
+        value,
+        lambda whole, bits: builder.or_(builder.lshr(bits, whole(_FRACTION)), whole(0x4330000000000000)),
+    )
+    return builder.fsub(shifted, _like(value, 2.0**_FRACTION + _BIAS))
+
+
+def _mantissa(builder: Any, value: Any) -> Any:
+    return _bits(
+        builder,
+        value,
+        lambda whole, bits: builder.or_(builder.and_(bits, whole(0xFFFFFFFFFFFFF)), whole(0x3FF0000000000000)),
+    )
+
+
+def _power_of_two(builder: Any, value: Any) -> Any:
+    biased = builder.fadd(value, _like(value, 2.0**_FRACTION + _BIAS))
+    return _bits(builder, biased, lambda whole, bits: builder.shl(bits, whole(_FRACTION)))
+
+
+exponent = _unary(_exponent)
+"""n of a number m 2**n above zero, 1 <= m < 2."""
+
+mantissa = _unary(_mantissa)
+"""m of it."""
+
+power_of_two = _unary(_power_of_two)
+"""2**n for whole numbers n, as far as numbers reach."""
 
 
 @overload(operator.neg)
@@ -256,22 +402,4 @@ def _neg(value):  # type: ignore[no-untyped-def]
     return (lambda value: _negative(value)) if value == lanes else None
 
 
-def _operation(builder: Any, name: str) -> Any:
-    return builder.module.declare_intrinsic(f"{name}.v{LANES}f64", (), ir.FunctionType(_VECTOR, [_VECTOR]))
-
-
-def _unary(name: str) -> Any:
-    """A compiled function of lanes that is an operation of the compiler's own."""
-
-    @intrinsic
-    def function(typingctx: Any, value: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.call(_operation(builder, name), arguments)
-
-        return lanes(value), code
-
-    return function
-
-
-magnitude = _unary("llvm.fabs")
-"""Absolute values."""
+_negative = _unary(lambda builder, value: builder.fneg(value))

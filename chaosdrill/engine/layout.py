@@ -241,13 +241,20 @@ class Block(NamedTuple):
     """(n, lanes): factors by which components of tangents are compared"""
     h: Any
     reach: Any
-    last: Any
     gap: Any
     """(2, lanes): what raises suspicion of the series of states, and of what follows from them"""
     out: Any
     period: Any
+    scaled: Any
+    """(guards, COLUMNS, lanes): polynomials of the guards, with the step as the unit of time"""
+    total: Any
+    """(guards, lanes): sums of the sizes of their terms"""
+    wanted: Any
+    """(guards, lanes): 1.0 where a root is searched, else 0.0"""
     sign: Any
+    """(guards, lanes): 1.0 where a guard is below zero, -1.0 where it is above"""
     shift: Any
+    """(guards, lanes): order of its zero at the start of the step"""
     times: Any
     backs: Any
     polynomial: Any
@@ -262,8 +269,6 @@ class LaneRoom(NamedTuple):
     """(keys, 2 + ACTIVE): of each the first place and the length, then a ring of runs"""
     ends: Any
     """(LANES + 1, LANES): how the steps of a block end"""
-    plan: Any
-    """(2 guards, LANES)"""
     row: Any
     """one row of the event buffer"""
     spare: Any

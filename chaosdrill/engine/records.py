@@ -53,13 +53,13 @@ implicit_type = named_tuple((matrix, cube, *[matrix] * 3, vector, matrix, *[inte
 scratch_type = named_tuple((matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, implicit_type), Scratch)
 block_type = named_tuple(
     (
-        *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, matrix, vector),
-        *(matrix, matrix, matrix, matrix, matrix, matrix, matrix),
+        *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, vector),
+        *(block, *[matrix] * 9),
     ),
     Block,
 )
 results_type = named_tuple((integer_matrix, cube, cube, integers), Results)
-lane_room_type = named_tuple((integer_matrix, integer_matrix, integer_matrix, matrix, matrix, block_type), LaneRoom)
+lane_room_type = named_tuple((integer_matrix, integer_matrix, matrix, matrix, block_type), LaneRoom)
 
 STEPPER_SIGNATURES = {
     "expand": float64(int64, int64, float64),

@@ -57,6 +57,8 @@ class Run:
         deficient: Collection[int] = (),
         samples: int = 1,
     ) -> None:
+        from chaosdrill.engine.structure import passes
+
         if system.time is not None and period == system.forcing_period():
             check_period(system, period)
         kernels = kernels_of(system)
@@ -69,7 +71,7 @@ class Run:
         self.settings = settings_of(
             system, numerics, numerics.order, samples=samples, orthonormalise=orthonormalise and m > 0
         )
-        self.tables = tables_of(system, deficient, frame[:shifts])
+        self.tables = tables_of(system, deficient, frame[:shifts], passes(system))
         self.states = states_of(
             system,
             kernels.constants(system.parameters)[np.newaxis],

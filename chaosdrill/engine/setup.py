@@ -43,8 +43,14 @@ def settings_of(
     return settings
 
 
-def tables_of(system: "HybridSystem", deficient: Collection[int], shifts: np.ndarray) -> at.Tables:
-    """Tables of a system; rank may be lost at the transitions in ``deficient``, ``shifts`` are rows (k, n)."""
+def tables_of(
+    system: "HybridSystem", deficient: Collection[int], shifts: np.ndarray, through: Collection[tuple[int, int]]
+) -> at.Tables:
+    """Tables of a system.
+
+    Rank may be lost at the transitions in ``deficient``; ``shifts`` are rows (k, n); ``through`` is what
+    `chaosdrill.engine.structure.passes` says.
+    """
     kernels = kernels_of(system)
     transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
     transitions[:, :2] = kernels.transition_table
@@ -57,7 +63,7 @@ def tables_of(system: "HybridSystem", deficient: Collection[int], shifts: np.nda
         keys=kernels.key_table,
         surfaces=kernels.surface_table,
         watched=watched,
-        marks=_marks(system, deficient),
+        marks=_marks(system, deficient, through),
         transitions=transitions,
         moves=kernels.moves_table,
         bounds=bounds_of(system),
@@ -66,12 +72,9 @@ def tables_of(system: "HybridSystem", deficient: Collection[int], shifts: np.nda
     )
 
 
-def _marks(system: "HybridSystem", deficient: Collection[int]) -> np.ndarray:
+def _marks(system: "HybridSystem", deficient: Collection[int], through: Collection[tuple[int, int]]) -> np.ndarray:
     """What the guards of every mode are, in bits."""
-    from chaosdrill.engine.structure import passes
-
     kernels = kernels_of(system)
-    through = passes(system)
     marks = np.zeros(kernels.key_table.shape, dtype=np.int64)
     for mode, events in enumerate(kernels.events):
         for j, event in enumerate(events):

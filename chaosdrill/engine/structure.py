@@ -4,9 +4,9 @@ Shifts are proved from the expressions; the rest is read off Jacobians and salta
 guards, at the parameters of the run.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
@@ -84,12 +84,17 @@ def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
     A wall throws the state back; a kick on the way may not. It is read off random states on the guards, at the present
     parameters.
     """
-    key = tuple(system.parameters.values())
-    known = system.shared.get("passes")
-    if known is None or known[0] != key:
-        known = system.shared["passes"] = (key, frozenset(_passes(system)))
-    found: frozenset[tuple[int, int]] = known[1]
+    found: frozenset[tuple[int, int]] = _at_parameters(system, "passes", lambda: frozenset(_passes(system)))
     return found
+
+
+def _at_parameters(system: "HybridSystem", name: str, find: Callable[[], Any]) -> Any:
+    """What was last found under a name, if that was at the present parameters, or else is found now."""
+    key = tuple(system.parameters.values())
+    known = system.shared.get(name)
+    if known is None or known[0] != key:
+        known = system.shared[name] = (key, find())
+    return known[1]
 
 
 def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
@@ -232,6 +237,11 @@ class Structure:
 
 def examine(system: "HybridSystem") -> Structure:
     """Structure of a system's tangents at its present parameters."""
+    found: Structure = _at_parameters(system, "structure", lambda: _examine(system))
+    return found
+
+
+def _examine(system: "HybridSystem") -> Structure:
     n = len(system.states)
     # a random state may be one that the system never sees
     with np.errstate(all="ignore"):
@@ -290,7 +300,10 @@ def _frame(effects: list[np.ndarray], shifts: list[list[float]], n: int) -> np.n
             row = row - sum((v * (v @ row) for v in near), np.zeros(n))
         if np.linalg.norm(row) > 1e-6:
             frame.append(row / np.linalg.norm(row))
-    return np.array(frame)
+    made = np.array(frame)
+    # it is handed out again
+    made.flags.writeable = False
+    return made
 
 
 def _jacobians(system: "HybridSystem", samples: int = _SAMPLES) -> Iterator[np.ndarray]:

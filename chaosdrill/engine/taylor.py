@@ -2,10 +2,10 @@
 
 import math
 
-import numpy as np
 from numba import uint64
 
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare, series
+from chaosdrill.engine.lanes import exponent, floor, larger, mantissa, power_of_two
 from chaosdrill.engine.layout import AFFINE, UNPROVEN
 from chaosdrill.engine.polynomial import late_size, size, value
 
@@ -38,30 +38,27 @@ SLOW = 1000.0
 EPSILON = 2.220446049250313e-16
 
 
-@inner
+@inlined
 def _log2(x):
-    """Binary logarithm of a positive number to 1e-3, from its bits."""
-    bits = np.float64(x).view(np.int64)
-    m = np.int64((bits & 0xFFFFFFFFFFFFF) | 0x3FF0000000000000).view(np.float64)
-    return (bits >> 52) - 1023 + (-2.153620718 + m * (3.047884161 + m * (-1.051874866 + m * 0.158248848)))
+    """Binary logarithm of a positive number, or of lanes, to 1e-3, from its bits."""
+    m = mantissa(x)
+    return exponent(x) + (-2.153620718 + m * (3.047884161 + m * (-1.051874866 + m * 0.158248848)))
 
 
-@inner
+@inlined
 def _exp2(y):
     """2**y to 2e-4."""
-    whole = math.floor(y)
+    whole = floor(y)
     r = y - whole
-    return np.int64((np.int64(whole) + 1023) << 52).view(np.float64) * (
-        1.0 + r * (0.695502 + r * (0.226170 + r * 0.0780245))
-    )
+    return power_of_two(whole) * (1.0 + r * (0.695502 + r * (0.226170 + r * 0.0780245)))
 
 
-@inner
+@inlined
 def radius(last, last_but_one, order):
-    """Radius of convergence that the last two coefficients show."""
-    a = _log2(max(last, SMALLEST)) * RECIPROCAL[uint64(order)]
-    b = _log2(max(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
-    return _exp2(-max(a, b))
+    """Radius of convergence that the last two coefficients show, of one trajectory or of lanes."""
+    a = _log2(larger(last, SMALLEST)) * RECIPROCAL[uint64(order)]
+    b = _log2(larger(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
+    return _exp2(-larger(a, b))
 
 
 @inner

@@ -16,6 +16,7 @@ from chaosdrill.engine.period import forcing_periods
 from chaosdrill.engine.sample_orbit import sample_orbit
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.engine.stepper import machine
+from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.places import parameter
@@ -106,7 +107,7 @@ class Problem:
         self.forced = system.period is not None
         settings = settings_of(self.system, self.numerics, self.numerics.order)
         settings["target"] = 2**62
-        tables = tables_of(self.system, (), np.zeros((0, n)))
+        tables = tables_of(self.system, (), np.zeros((0, n)), passes(self.system))
         self._clock = self.system.mode_names.index(CLOCK) if CLOCK in self.system.modes else -1
         self._states = states_of(
             self.system,

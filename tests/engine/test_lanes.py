@@ -202,3 +202,20 @@ def test_all_roots_of_a_guard_are_met_in_their_order():
     )
     # a root is as sharp as the guard's round-off over its slope allows
     assert (np.abs(b.window[:, :3, 0] - roots) <= 1e-15 + 1e-15 / slopes).all()
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-12])
+def test_a_state_that_only_begins_to_move_has_a_scale_in_its_first_step(tolerance):
+    system = cd.HybridSystem(
+        name="late-mover",
+        states=(X, V, S),
+        parameters={},
+        modes={"held": {X: V, V: -X, S: 0}, "loose": {X: V, V: -X, S: X}},
+        transitions=[cd.Transition("release", "held", "loose", guard=X, direction=-1)],
+        period=2 * sympy.pi,
+    )
+    b = batch(system, [[1.0, 0.0, 0.0]] * 3, tolerance=tolerance, tangents=np.eye(3)[:2])
+    b.run(0, ONE)
+    assert b.outcome.tolist() == [Outcome.OK] * 3
+    # from a quarter of the turn on s is sin(t) - 1
+    np.testing.assert_allclose(b.x, [[1.0, 0.0, -1.0]] * 3, rtol=0, atol=100 * tolerance)
