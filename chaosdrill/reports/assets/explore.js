@@ -215,7 +215,8 @@ class Explorer {
   }
 
   fill() {
-    this.fields.forEach((field, k) => (field.value = String(this.grid.axes[k].values[this.indices[k]])));
+    const plain = (value) => String(Number(value.toPrecision(12)));
+    this.fields.forEach((field, k) => (field.value = plain(this.grid.axes[k].values[this.indices[k]])));
   }
 
   // the tables at once; the sentence, which is read aloud, when the point rests
