@@ -31,6 +31,7 @@ _HOME = {
     "cite": "chaosdrill.workflow",
     "cut": "chaosdrill.archive",
     "join": "chaosdrill.archive",
+    "plot": "chaosdrill.plots",
     "plot_archive": "chaosdrill.plots",
     "report": "chaosdrill.reports",
     "Outcome": "chaosdrill.dataset",

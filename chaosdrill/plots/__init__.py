@@ -1,12 +1,12 @@
-"""Pictures of what is in an archive. Every module is imported here, so that all pictures are known."""
+"""Pictures of results. Every module is imported here, so that all pictures are known."""
 
 from importlib import import_module
 from pathlib import Path
 
 from chaosdrill.plots.picture import PICTURES, Picture
-from chaosdrill.plots.pictures import behind, plan, plot_archive
+from chaosdrill.plots.pictures import behind, plan, plot, plot_archive
 
-__all__ = ["PICTURES", "Picture", "behind", "plan", "plot_archive"]
+__all__ = ["PICTURES", "Picture", "behind", "plan", "plot", "plot_archive"]
 
 for _file in sorted(Path(__file__).parent.glob("[!_]*.py")):
     import_module(f"{__name__}.{_file.stem}")

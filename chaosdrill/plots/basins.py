@@ -38,13 +38,15 @@ _IN_PLANE = 1e-6
 
 
 @picture("basins", "basins", "the attractor that each initial state leads to")
-def basins(dataset: "xr.Dataset") -> "Figure":
+def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the basins over a grid of initial states.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``basins``.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
 
     Returns
     -------
@@ -54,11 +56,14 @@ def basins(dataset: "xr.Dataset") -> "Figure":
     """
     dims = [str(name) for name in dataset["attractor"].dims]
     kinds, looks = _kinds(dataset)
-    drawn = kind_panels(dataset, kinds, looks, "attractor")
+    drawn = kind_panels(dataset, kinds, looks, "attractor", ax)
     figure, axes = drawn.figure, drawn.panels[0][0]
     handles = [legend_entry(look) for look in looks] + _mark_attractors(axes, dataset, *dims)
     if plane := _plane(dataset):
         axes.set_title("at " + ", ".join(f"{name} = {shorten(value)}" for name, value in plane.items()))
+    if ax is not None:
+        ax.legend(handles=handles)
+        return figure
     columns = 2 if max(len(str(handle.get_label())) for handle in handles) <= _SHORT else 1
     figure.set_figheight(_HEIGHT + 0.18 * -(-len(handles) // columns))
     figure.legend(

@@ -1,18 +1,20 @@
 """Bifurcation diagram: the section over the swept parameter, with spectrum, progression and periods under it."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.cells import bounds, draw_kinds, legend_entry
-from chaosdrill.plots.looks import MOTIONS, SEED_COLOURS, motions
+from chaosdrill.plots.looks import BACKGROUND, MOTIONS, NO_RESULT, SEED_COLOURS, Look, motions
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
     axis_label,
     label,
     legend_above,
     new_figure,
+    owner,
+    places_of,
     progression,
     seed_names,
     state_label,
@@ -21,6 +23,8 @@ from chaosdrill.plots.style import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -28,49 +32,72 @@ if TYPE_CHECKING:
 
 # exponents descend, so that their order tells them apart where colours do not
 _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#000000")
-_SHADE = "#E4E4E4"
+_NOT_REACHED = Look("section not reached", "#E4E4E4", "....")
 _FLAT = 1e-6
+_JUMP = 12.0
+"""A step this many times as long as both its neighbours leads to another attractor."""
+_LEAP, _SEEN = 0.1, 0.02
+"""As does one by this part of the extent where period or outcome change; smaller ones than the second are not seen."""
 _NAMED_ROWS = 24
 """Seeds whose rows have names; more share the same height."""
 
 
 @picture("bifurcation-diagram", "bifurcation-diagram", "section, exponents, progression and periods")
-def bifurcation(dataset: "xr.Dataset") -> "Figure":
+def bifurcation(
+    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
+) -> "Figure":
     """Draw a bifurcation diagram.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``bifurcation-diagram`` over one parameter.
+    ax : matplotlib.axes.Axes, optional
+        Where the section alone is drawn.
+    state : str, optional
+        State of the section; default: the first that varies.
 
     Returns
     -------
     matplotlib.figure.Figure
-        From top to bottom, over the same axis: the first state that varies on the section (a colour a seed; where seeds
+        From top to bottom, over the same axis: the state on the section (a colour a seed; where seeds
         agree, the points of later ones lie as smaller dots on those of earlier ones), the exponents with zero marked,
         the progression rate where the system has one, and a row for each seed with its period or how its run ended.
         Points without a result from any seed are shaded.
     """
     sweep = str(dataset["period"].dims[0])
     dataset = dataset.sortby(sweep)
+    states = dataset["section"].transpose(sweep, "seed", "iterate", "state").values
+    index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
+    edges = bounds(dataset[sweep].values)
+    lost = _without_result(dataset, sweep)
+    x = dataset[sweep].values
+    if ax is not None:
+        _shade(ax, edges, lost, NO_RESULT)
+        _section(ax, dataset, sweep, states[..., index], edges, lost)
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend()
+        ax.set(xlabel=axis_label(dataset, sweep), ylabel=state_label(dataset, index))
+        ax.set_xlim(*(edges if len(x) == 1 else (x[0], x[-1])))
+        return owner(ax)
     has_spectrum = "lyapunov_exponent" in dataset.variables
     has_rate = "progression_rate" in dataset.variables and bool(np.isfinite(dataset["progression_rate"]).any())
     seeds = dataset.sizes["seed"]
     heights = [2.6] + [1.7] * has_spectrum + [1.0] * has_rate + [0.18 if seeds == 1 else 0.14 * min(seeds, _NAMED_ROWS)]
     figure = new_figure(1.4 + sum(heights))
     panels = list(figure.subplots(len(heights), 1, sharex=True, height_ratios=heights))
-    edges = bounds(dataset[sweep].values)
-    lost = _without_result(dataset, sweep)
     for panel in panels[:-1]:
-        _shade(panel, edges, lost, "", "no result")
-    _section(panels[0], dataset, sweep, edges, lost)
+        _shade(panel, edges, lost, NO_RESULT)
+    _section(panels[0], dataset, sweep, states[..., index], edges, lost)
+    if panels[0].get_legend_handles_labels()[0]:
+        legend_above(panels[0])
+    panels[0].set_ylabel(state_label(dataset, index))
     if has_spectrum:
         _spectrum(panels[1], dataset, sweep)
     if has_rate:
         _rate(panels[-2], dataset, sweep)
     _periods(panels[-1], dataset, sweep, edges, heights[-1])
     panels[-1].set_xlabel(axis_label(dataset, sweep))
-    x = dataset[sweep].values
     panels[-1].set_xlim(*(edges if len(x) == 1 else (x[0], x[-1])))
     figure.align_ylabels(panels[:-1])
     shown = ["section", *["exponents"] * has_spectrum, *["progression"] * has_rate]
@@ -86,30 +113,32 @@ def _without_result(dataset: "xr.Dataset", sweep: str) -> "NDArray[np.bool_]":
     return lost
 
 
-def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", hatch: str, text: str) -> None:
+def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", look: Look) -> None:
     turns = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
     for number, (first, last) in enumerate(turns.reshape(-1, 2)):
         panel.axvspan(
             edges[first],
             edges[last],
-            facecolor=_SHADE,
+            facecolor=look.colour,
             edgecolor="0.5",
             linewidth=0,
-            hatch=hatch,
+            hatch=look.hatch,
             zorder=0,
-            label=f"{text}: {mask.sum()} of {mask.size} points" if number == 0 else None,
+            label=f"{look.name}: {mask.sum()} of {mask.size} points" if number == 0 else None,
         )
 
 
 def _section(
-    panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", lost: "NDArray[np.bool_]"
+    panel: "Axes",
+    dataset: "xr.Dataset",
+    sweep: str,
+    section: "NDArray[np.float64]",
+    edges: "NDArray[np.float64]",
+    lost: "NDArray[np.bool_]",
 ) -> None:
-    states = dataset["section"].transpose(sweep, "seed", "iterate", "state").values
-    index = first_that_varies(states)
-    section = states[..., index]
     period = dataset["period"].transpose(sweep, "seed").values
     x = np.broadcast_to(dataset[sweep].values[:, None], section[:, 0].shape)
-    _shade(panel, edges, np.isnan(section).all(axis=(1, 2)) & ~lost, "....", "section not reached")
+    _shade(panel, edges, np.isnan(section).all(axis=(1, 2)) & ~lost, _NOT_REACHED)
     # a cloud has many small points, a cycle few that stand out
     cloud = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.35, 2.0)))
     for seed, (colour, name, step) in enumerate(_seeds(dataset)):
@@ -131,9 +160,6 @@ def _section(
             )
         if name:
             panel.plot([], [], "o", markersize=3 + step, markeredgewidth=0, color=colour, label=name)
-    panel.set_ylabel(state_label(dataset, index))
-    if panel.get_legend_handles_labels()[0]:
-        legend_above(panel)
 
 
 def first_that_varies(states: "NDArray[np.float64]") -> int:
@@ -201,11 +227,16 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
 def _seeds(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
     """Colour and name of each seed, and by how much wider than the last one it is drawn, from 0 to 2.
 
-    More seeds than can be told apart are black and have no name: the rows at the foot tell them apart.
+    Of more seeds than can be told apart only the sweeps up and down have colours; the others are grey and have no name:
+    the rows at the foot tell them apart.
     """
     names = seed_names(dataset)
-    if not 1 < len(names) <= len(SEED_COLOURS):
-        return [("black", "", 0.0)] * len(names)
+    if len(names) > len(SEED_COLOURS):
+        swept = {"forward": (SEED_COLOURS[2], "forward", 1.0), "backward": (SEED_COLOURS[1], "backward", 0.0)}
+        others = (BACKGROUND if set(names) & swept.keys() else "black", "", 0.0)
+        return [swept.get(name, others) for name in names]
+    if len(names) == 1:
+        return [("black", "", 0.0)]
     steps = np.linspace(2.0, 0.0, len(names)).tolist()
     return list(zip(SEED_COLOURS, names, steps, strict=False))
 
@@ -216,7 +247,23 @@ def _draw(
     """A line where neighbours belong together; dots where each of several seeds may fall on this attractor or that."""
     x = dataset[str(dataset["period"].dims[0])].values
     if dataset.sizes["seed"] == 1 or seed_names(dataset)[seed] in ("forward", "backward"):
-        panel.plot(x, values, color=colour, linewidth=0.8 + step, alpha=1 if step == 0 else 0.5)
+        look: dict[str, Any] = {"color": colour, "linewidth": 0.8 + step, "alpha": 1 if step == 0 else 0.5}
+        breaks = _breaks(dataset.isel(seed=seed), values)
+        panel.plot(np.insert(x, breaks, np.nan), np.insert(values, breaks, np.nan), **look)
     else:
         size = float(np.clip(300 / len(x), 1.0, 3.0))
         panel.plot(x, values, "o", color=colour, markersize=size + 0.8 * step, markeredgewidth=0)
+
+
+def _breaks(run: "xr.Dataset", values: "NDArray[np.float64]") -> "NDArray[np.int64]":
+    """Places before which a line is broken: there a jump leads from one attractor to another."""
+    kinds = np.column_stack([run["period"].values, run["outcome"].values])
+    changes = (np.diff(kinds, axis=0) != 0).any(axis=1)
+    steps = np.abs(np.diff(values))
+    known = np.where(np.isfinite(steps), steps, 0.0)
+    usual = np.pad(known, 1)
+    beside = np.maximum(usual[:-2], usual[2:])
+    extent = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
+    jumps = (known > _JUMP * beside) | (changes & (known > _LEAP * extent))
+    found: NDArray[np.int64] = np.flatnonzero(jumps & (known > _SEEN * extent)) + 1
+    return found

@@ -10,15 +10,21 @@ from chaosdrill.plots.companions import limits, swept
 from chaosdrill.plots.looks import BACKGROUND, Look
 from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, period_looks, specials, warn
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import axis_label, legend_outside, new_figure, state_label
+from chaosdrill.plots.style import axis_label, legend_outside, new_figure, one_panel, owner, places_of, state_label
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
 _MARK, _BAR = 6.5, 11.0
+_LEAST_MARK, _SAME = 3.0, 1.5
+"""Width in points of the smallest marks, and distance of marks that are taken for one."""
+_MANY, _MOST_OF_THEM, _PART = 16, 0.6, 0.36
+"""So many special points, of which this part lies in that part of the range, have a panel of their own."""
 _JUMP = 12.0
 """A step of the section this many times as long as both its neighbours is a jump."""
 _SEEN = 0.01
@@ -32,7 +38,12 @@ _SEEN = 0.01
     parameters=1,
     over="bifurcation-diagram",
 )
-def branches(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
+def branches(
+    *datasets: "xr.Dataset",
+    over: "xr.Dataset | None" = None,
+    ax: "Axes | None" = None,
+    state: "str | Sequence[str] | None" = None,
+) -> "Figure":
     """Draw branches of periodic orbits over the parameter.
 
     Parameters
@@ -41,37 +52,55 @@ def branches(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figu
         Of kind ``continuation``, all over the same one parameter.
     over : xarray.Dataset, optional
         Of kind ``bifurcation-diagram`` over that parameter, to be drawn behind.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+    state : str, optional
+        State that is drawn; default: the first that varies.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The first state that varies, at all points of each orbit on the section: a line an iterate, a colour a period,
+        The state at all points of each orbit on the section: a line an iterate, a colour a period,
         solid where the orbit is stable and dashed where it is not. Special points have a shape a kind. Ends of branches
         inside of the parameter's range are marked by a bar, and the legend says what they are. The axis shows the range
-        asked for, whatever that of the diagram.
+        asked for, whatever that of the diagram. Where special points crowd they are smaller, and a second panel shows
+        the part of the range that most of them share.
     """
     name = swept(datasets[0])[0]
-    figure = new_figure(4.6)
-    axes = figure.subplots()
     states = [dataset["section"].values for dataset in datasets]
-    index = first_that_varies(np.concatenate([values.reshape(-1, values.shape[-1]) for values in states]))
+    varies = first_that_varies(np.concatenate([values.reshape(-1, values.shape[-1]) for values in states]))
+    index = varies if state is None else places_of(datasets[0], state, 1)[0]
     low, high = zip(*(limits(dataset)[name] for dataset in datasets), strict=True)
     edge = 0.02 * (max(high) - min(low))
-    axes.set_xlim(min(low) - edge, max(high) + edge)
-    if over is not None:
-        _attractors(axes, over, index)
+    limits_of = [(min(low) - edge, max(high) + edge)]
+    crowd = None if ax is not None else _crowd(datasets, name, max(high) - min(low))
+    if crowd is None:
+        figure, axes = one_panel(ax, 4.6)
+        panels = [axes]
+    else:
+        figure = new_figure(8.4)
+        panels = list(figure.subplots(2, 1))
+        axes = panels[0]
+        axes.axvspan(*crowd, color="0.93", linewidth=0, zorder=0, label="shown below")
+        limits_of.append(crowd)
     looks = period_looks(datasets)
-    for dataset in datasets:
-        _lines(axes, dataset, name, index, looks)
-    for look in dict.fromkeys(looks.values()):
-        axes.plot([], [], color=look.colour, linewidth=1.8, label=look.name)
-    for dashes, text in (("-", "stable"), ((0, (4, 2)), "unstable")):
-        axes.plot([], [], color="0.25", linestyle=dashes, linewidth=1.2, label=text)
-    _marks(axes, datasets, name, index)
-    axes.set_xlabel(axis_label(datasets[0], name))
-    axes.set_ylabel(state_label(datasets[0], index))
-    legend_outside(figure, named_once(axes), handlelength=2.0)
-    warn(figure, datasets)
+    for panel, (left, right) in zip(panels, limits_of, strict=True):
+        panel.set_xlim(left, right)
+        if over is not None:
+            _attractors(panel, over, index)
+        for dataset in datasets:
+            _lines(panel, dataset, name, index, looks)
+        for look in dict.fromkeys(looks.values()):
+            panel.plot([], [], color=look.colour, linewidth=1.8, label=look.name)
+        for dashes, text in (("-", "stable"), ((0, (4, 2)), "unstable")):
+            panel.plot([], [], color="0.25", linestyle=dashes, linewidth=1.2, label=text)
+        _fit(panel)
+        _marks(panel, datasets, name, index)
+        panel.set_ylabel(state_label(datasets[0], index))
+    panels[-1].set_xlabel(axis_label(datasets[0], name))
+    legend_outside(figure, named_once(axes), ax=ax, handlelength=2.0)
+    if ax is None:
+        warn(figure, datasets)
     behind = "" if over is None else ", over the bifurcation diagram"
     figure.set_label(f"branches of orbits and their special points{behind}")
     return figure
@@ -139,14 +168,56 @@ def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
     return np.flatnonzero((step > _SEEN) & (step > _JUMP * np.maximum(padded[:-2], padded[2:])))
 
 
+def _crowd(datasets: "tuple[xr.Dataset, ...]", name: str, extent: float) -> tuple[float, float] | None:
+    """The shortest interval with most special points, if these are many in a small part of the range."""
+    found = [dataset[name].values[points] for dataset in datasets for _, points in specials(dataset)]
+    x = np.sort(np.concatenate([np.zeros(0), *found]))
+    most = int(np.ceil(_MOST_OF_THEM * x.size))
+    if x.size < _MANY:
+        return None
+    widths = x[most - 1 :] - x[: x.size - most + 1]
+    first = int(np.argmin(widths))
+    if widths[first] > _PART * extent:
+        return None
+    edge = max(0.04 * float(widths[first]), 1e-3 * extent)
+    return float(x[first]) - edge, float(x[first + most - 1]) + edge
+
+
+def _fit(axes: "Axes") -> None:
+    """Let the axes be as high as what lies within their width."""
+    left, right = axes.get_xlim()
+    within = [np.zeros(0)]
+    for line in axes.get_lines():
+        x, y = (np.asarray(values, dtype=float) for values in line.get_data())
+        within.append(y[(x >= left) & (x <= right) & np.isfinite(y)])
+    values = np.concatenate(within)
+    if values.size:
+        edge = 0.05 * float(np.ptp(values)) or 0.05 * abs(float(values[0])) or 1.0
+        axes.set_ylim(values.min() - edge, values.max() + edge)
+
+
 def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: int) -> None:
     reasons: dict[str, None] = {}
+    kinds: list[str] = []
+    places, sizes = [np.zeros((0, 2))], [np.zeros(0)]
     for dataset in datasets:
         x, section = dataset[name].values, dataset["section"].values[..., index]
         for kind, points in specials(dataset):
             for here, size in _sizes(section, points):
                 shown = section[here]
-                mark(axes, np.broadcast_to(x[here, None], shown.shape), shown, kind, _MARK * size)
+                known = np.isfinite(shown)
+                places.append(np.column_stack([np.broadcast_to(x[here, None], shown.shape)[known], shown[known]]))
+                sizes.append(np.full(len(places[-1]), _MARK * size))
+                kinds += [kind] * len(places[-1])
+    every, widths = np.concatenate(places), np.concatenate(sizes)
+    widths = np.minimum(widths, _room(axes, every))
+    for kind in dict.fromkeys(kinds):
+        of_kind = np.array(kinds) == kind
+        for width in np.unique(widths[of_kind])[::-1]:
+            here = of_kind & (widths == width)
+            mark(axes, every[here, 0], every[here, 1], kind, float(width))
+    for dataset in datasets:
+        x, section = dataset[name].values, dataset["section"].values[..., index]
         last, names = ends(dataset)
         reasons.update(dict.fromkeys(names))
         for here, size in _sizes(section, last):
@@ -154,6 +225,21 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
             bar(axes, np.broadcast_to(x[here, None], shown.shape), shown, _BAR * size)
     if reasons:
         bar(axes, [], [], _BAR, end_label(reasons))
+
+
+def _room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
+    """How wide a mark at each place can be beside its neighbours, in points, in steps; shape of the places (k, 2)."""
+    if len(places) < 2:
+        return np.full(len(places), np.inf)
+    box = axes.get_position()
+    width, height = owner(axes).get_size_inches()
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    scale = 72 * np.array([box.width * width / (right - left), box.height * height / (high - low)])
+    apart = np.hypot(*((places[:, None] - places[None]) * scale).transpose(2, 0, 1))
+    # what lies on the same spot is one mark
+    apart[apart < _SAME] = np.inf
+    room: NDArray[np.float64] = np.maximum(_LEAST_MARK, np.floor(2 * apart.min(axis=1)) / 2)
+    return room
 
 
 def _sizes(section: "NDArray[np.float64]", points: "NDArray[np.int64]") -> "list[tuple[NDArray[np.int64], float]]":

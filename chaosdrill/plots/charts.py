@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.errors import SettingsError
 from chaosdrill.plots.cells import bounds, draw_kinds, hatch, legend_entry
 from chaosdrill.plots.looks import (
     MINUS_INFINITY,
     MOTIONS,
     NO_ATTRACTOR,
-    NO_NUMBER,
+    NO_RESULT,
     POSITIVE,
     Look,
     diverging,
@@ -20,7 +21,16 @@ from chaosdrill.plots.looks import (
     sort_out,
 )
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import axis_label, label, legend_outside, new_figure, progression, seed_names, shorten
+from chaosdrill.plots.style import (
+    axis_label,
+    label,
+    legend_outside,
+    new_figure,
+    owner,
+    progression,
+    seed_names,
+    shorten,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,13 +75,13 @@ class Chart:
     y: "NDArray[np.float64]"
     size: tuple[float, float]
 
-    def legend(self, looks: "Sequence[Look]", further: "Sequence[Artist]" = ()) -> None:
+    def legend(self, looks: "Sequence[Look]", further: "Sequence[Artist]" = (), ax: "Axes | None" = None) -> None:
         """Put one legend above all panels: looks, each named once, and what else is drawn over the cells."""
         handles = [*(legend_entry(look) for look in dict.fromkeys(looks)), *further]
-        legend_outside(self.figure, handles, handlelength=1.6, handleheight=1.1, borderpad=0)
+        legend_outside(self.figure, handles, ax=ax, handlelength=1.6, handleheight=1.1, borderpad=0)
 
 
-def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
+def chart(dataset: "xr.Dataset", *, seeds: bool = True, ax: "Axes | None" = None) -> Chart:
     """Lay out the panels of a picture over two parameters.
 
     Parameters
@@ -80,6 +90,13 @@ def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
         With ``outcome`` over the two parameters, and ``seed``.
     seeds : bool, default True
         A panel for each seed, at most nine, the rest of which the title counts; otherwise one panel.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn; for one panel.
+
+    Raises
+    ------
+    SettingsError
+        Several panels, but one axes.
     """
     across, up = (str(name) for name in dataset["outcome"].dims if name != "seed")
     ordered = dataset.sortby([across, up]).transpose(up, across, ...)
@@ -87,6 +104,16 @@ def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
     parts = [ordered.isel(seed=i) if seeds else ordered for i in range(min(len(names), _MOST_PANELS))]
     columns = 1 if len(parts) == 1 else 2 if len(parts) <= 4 else 3
     rows = -(-len(parts) // columns)
+    x, y = (bounds(ordered[name].values) for name in (across, up))
+    if ax is not None:
+        if len(names) > 1:
+            raise SettingsError(
+                f"ax is one, but there are {len(names)} seeds, each with a panel; choose one, as in ds.isel(seed=[0])"
+            )
+        figure = owner(ax)
+        ax.set(xlabel=axis_label(dataset, across), ylabel=axis_label(dataset, up))
+        box = ax.get_window_extent()
+        return Chart(figure, [(ax, parts[0])], x, y, (box.width / figure.dpi, box.height / figure.dpi))
     width = _SIDE / columns
     height = 4.4 if columns == 1 else 0.8 * width
     figure = new_figure(1.0 + rows * (height + 0.15), max(dataset.sizes[across] / width, dataset.sizes[up] / height))
@@ -108,7 +135,6 @@ def chart(dataset: "xr.Dataset", *, seeds: bool = True) -> Chart:
         figure.supylabel(axis_label(dataset, up), fontsize="medium")
     if len(names) > len(parts):
         figure.suptitle(f"seeds 1 to {len(parts)} of {len(names)}", x=0.01, ha="left", fontsize=9)
-    x, y = (bounds(ordered[name].values) for name in (across, up))
     return Chart(figure, list(zip(grid.flat, parts, strict=False)), x, y, (width, height))
 
 
@@ -127,7 +153,13 @@ def _start(dataset: "xr.Dataset", seed: int) -> str:
     return ": " * bool(apart.size) + ", ".join(f"{names[i]} = {shorten(float(states[seed, i]))}" for i in apart)
 
 
-def kind_chart(dataset: "xr.Dataset", kinds: "NDArray[np.int64]", looks: "Sequence[Look]", of: str) -> "Figure":
+def kind_chart(
+    dataset: "xr.Dataset",
+    kinds: "NDArray[np.int64]",
+    looks: "Sequence[Look]",
+    of: str,
+    ax: "Axes | None" = None,
+) -> "Figure":
     """Draw over two parameters what kind each point is of.
 
     Parameters
@@ -139,16 +171,24 @@ def kind_chart(dataset: "xr.Dataset", kinds: "NDArray[np.int64]", looks: "Sequen
     looks : sequence of Look
     of : str
         Variable whose dimensions ``kinds`` has; without ``seed`` there is one panel.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
     """
-    drawn = kind_panels(dataset, kinds, looks, of)
-    drawn.legend(looks)
+    drawn = kind_panels(dataset, kinds, looks, of, ax)
+    drawn.legend(looks, ax=ax)
     return drawn.figure
 
 
-def kind_panels(dataset: "xr.Dataset", kinds: "NDArray[np.int64]", looks: "Sequence[Look]", of: str) -> Chart:
+def kind_panels(
+    dataset: "xr.Dataset",
+    kinds: "NDArray[np.int64]",
+    looks: "Sequence[Look]",
+    of: str,
+    ax: "Axes | None" = None,
+) -> Chart:
     """Draw the cells of `kind_chart` without a legend, for a picture that lays something over them."""
     dims = dataset[of].dims
-    drawn = chart(_frame(dataset).assign(_kinds=(dims, kinds)), seeds="seed" in dims)
+    drawn = chart(_frame(dataset).assign(_kinds=(dims, kinds)), seeds="seed" in dims, ax=ax)
     for axes, part in drawn.panels:
         draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size)
     return drawn
@@ -162,6 +202,7 @@ def value_chart(
     apart: "Sequence[tuple[float, Look]]" = (),
     extend: str = "neither",
     hatched: "tuple[NDArray[np.bool_], Look] | None" = None,
+    ax: "Axes | None" = None,
 ) -> "Figure":
     """Draw a number over two parameters; points without one show how they ended.
 
@@ -178,17 +219,21 @@ def value_chart(
         At which ends the colour bar stands for more than it shows, in matplotlib's words.
     hatched : (ndarray, Look), optional
         Points that are hatched over their colour, and the look that says what they are.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
     """
     from matplotlib.cm import ScalarMappable
 
     kinds, looks = outcomes(dataset)
-    looks = [NO_NUMBER if look.name in MOTIONS else look for look in looks]
+    looks = [NO_RESULT if look.name in MOTIONS else look for look in looks]
     kinds[np.isfinite(values.values)] = -1
     for value, look in apart:
         kinds[values.values == value] = len(looks)
         looks.append(look)
-    marked, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_NUMBER)
-    drawn = chart(_frame(dataset).assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)))
+    marked, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_RESULT)
+    drawn = chart(
+        _frame(dataset).assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)), ax=ax
+    )
     for axes, part in drawn.panels:
         numbers = part["_shown"].values
         shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3].astype(np.float32)
@@ -197,7 +242,9 @@ def value_chart(
         dark = shades.mean(axis=-1) < _DARK
         for ground, mask in (("#FFFFFF", ~dark), ("#000000", dark)):
             hatch(axes, drawn.x, drawn.y, part["_over"].values & mask, replace(over, colour=ground), drawn.size)
-    drawn.legend([look for index, look in enumerate(looks) if (kinds == index).any()] + [over] * bool(marked.any()))
+    drawn.legend(
+        [look for index, look in enumerate(looks) if (kinds == index).any()] + [over] * bool(marked.any()), ax=ax
+    )
     bar = drawn.figure.colorbar(
         ScalarMappable(norm, colours), ax=[axes for axes, _ in drawn.panels], extend=extend, aspect=30, pad=0.02
     )
@@ -207,13 +254,15 @@ def value_chart(
 
 
 @picture("parameter-chart", "isoperiodic-chart", "periods, and what there is instead")
-def isoperiodic_chart(dataset: "xr.Dataset") -> "Figure":
+def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the periods found over two parameters.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``parameter-chart``.
+    ax : matplotlib.axes.Axes, optional
+        Where one panel is drawn.
 
     Returns
     -------
@@ -221,17 +270,19 @@ def isoperiodic_chart(dataset: "xr.Dataset") -> "Figure":
         A panel for each seed; large regions carry their period.
     """
     kinds, looks = motions(dataset)
-    return kind_chart(dataset, kinds, looks, "period")
+    return kind_chart(dataset, kinds, looks, "period", ax)
 
 
 @picture("parameter-chart", "lyapunov-chart", "largest exponent", needs="lyapunov_exponent")
-def lyapunov_chart(dataset: "xr.Dataset") -> "Figure":
+def lyapunov_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the largest exponent over two parameters.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``parameter-chart`` with exponents.
+    ax : matplotlib.axes.Axes, optional
+        Where one panel is drawn.
 
     Returns
     -------
@@ -243,7 +294,7 @@ def lyapunov_chart(dataset: "xr.Dataset") -> "Figure":
     largest.attrs["long_name"] = f"largest {largest.attrs['long_name']}"
     norm, extend = _scale(largest.values)
     return value_chart(
-        dataset, largest, norm, diverging(), [(-np.inf, MINUS_INFINITY)], extend, (largest.values > 0, POSITIVE)
+        dataset, largest, norm, diverging(), [(-np.inf, MINUS_INFINITY)], extend, (largest.values > 0, POSITIVE), ax
     )
 
 
@@ -263,13 +314,15 @@ def _scale(values: np.ndarray) -> "tuple[Normalize, str]":
 
 
 @picture("parameter-chart", "progression-chart", "mean progression rate", needs="progression_rate")
-def progression_chart(dataset: "xr.Dataset") -> "Figure":
+def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the mean progression rate over two parameters.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``parameter-chart`` of a system that progresses.
+    ax : matplotlib.axes.Axes, optional
+        Where one panel is drawn.
 
     Returns
     -------
@@ -282,17 +335,19 @@ def progression_chart(dataset: "xr.Dataset") -> "Figure":
     finite = rate.values[np.isfinite(rate.values)]
     top = float(np.percentile(finite, _RATES_COVERED, method="higher"))
     extend = "max" if finite.max() > top else "neither"
-    return value_chart(dataset, rate, Normalize(min(0.0, finite.min()), top or 1.0), sequential(), extend=extend)
+    return value_chart(dataset, rate, Normalize(min(0.0, finite.min()), top or 1.0), sequential(), extend=extend, ax=ax)
 
 
 @picture("parameter-chart", "attractor-count-chart", "number of attractors among the seeds", seeds=2)
-def attractor_count_chart(dataset: "xr.Dataset") -> "Figure":
+def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw how many attractors were found over two parameters.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``parameter-chart`` with several seeds.
+    ax : matplotlib.axes.Axes, optional
+        Where one panel is drawn.
 
     Returns
     -------
@@ -312,17 +367,19 @@ def attractor_count_chart(dataset: "xr.Dataset") -> "Figure":
         mask = counts >= number if last else counts == number
         table.append((mask, Look(name, shades[number - 1], short=f"≥ {number}" if last else str(number))))
     kinds, looks = sort_out(table)
-    return kind_chart(dataset, kinds, looks, "attractor_count")
+    return kind_chart(dataset, kinds, looks, "attractor_count", ax)
 
 
 @picture("parameter-chart", "outcome-chart", "how the run of each point ended")
-def outcome_chart(dataset: "xr.Dataset") -> "Figure":
+def outcome_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the outcomes over two parameters.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``parameter-chart``.
+    ax : matplotlib.axes.Axes, optional
+        Where one panel is drawn.
 
     Returns
     -------
@@ -330,4 +387,4 @@ def outcome_chart(dataset: "xr.Dataset") -> "Figure":
         A panel for each seed.
     """
     kinds, looks = outcomes(dataset)
-    return kind_chart(dataset, kinds, looks, "outcome")
+    return kind_chart(dataset, kinds, looks, "outcome", ax)

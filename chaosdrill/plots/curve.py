@@ -113,8 +113,8 @@ def strobe(dataset: "xr.Dataset") -> "NDArray[np.float64]":
 def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
     """Return ``(event name, value)`` of the walls at which the state jumps while its entry ``index`` keeps one value.
 
-    A wall is read from the events themselves: two or more of a kind, all at one value of the entry, at least one of
-    which changes another entry visibly.
+    A wall is read from the events themselves: two or more of a kind, all at one value of the entry, which they keep,
+    at least one of which changes another entry visibly.
     """
     found = []
     extent = np.ptp(dataset["states"].values, axis=0)
@@ -126,7 +126,8 @@ def stops(dataset: "xr.Dataset", index: int) -> list[tuple[str, float]]:
             continue
         level = before[hit, index]
         jumps = np.any(np.abs(after[hit] - before[hit]) > _VISIBLE * np.maximum(extent, 1e-300), axis=0)
+        kept = not jumps[index]
         jumps[index] = False
-        if np.ptp(level) <= _VISIBLE * extent[index] and jumps.any():
+        if kept and np.ptp(level) <= _VISIBLE * extent[index] and jumps.any():
             found.append((name, float(np.mean(level))))
     return found

@@ -10,7 +10,7 @@ from chaosdrill.plots.companions import settings, swept
 from chaosdrill.plots.looks import LINE_COLOURS, motions
 from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, special_name, specials, warn
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import axis_label, legend_outside, new_figure
+from chaosdrill.plots.style import axis_label, legend_outside, one_panel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,7 @@ _DASHES = {"fold": "-", "period_doubling": (0, (5, 1.5)), "grazing": (0, (1.2, 1
     parameters=2,
     over="parameter-chart",
 )
-def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
+def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes | None" = None) -> "Figure":
     """Draw curves of special points in the plane of two parameters.
 
     Parameters
@@ -37,6 +37,8 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
         Of kind ``continuation``, all over the same two parameters.
     over : xarray.Dataset, optional
         Of kind ``parameter-chart`` over these, whose periods are drawn behind, with a panel for each seed.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn; with a chart of one seed.
 
     Returns
     -------
@@ -46,13 +48,13 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
     """
     if over is not None:
         kinds, looks = motions(over)
-        drawn = kind_panels(over, kinds, looks, "period")
+        drawn = kind_panels(over, kinds, looks, "period", ax)
         across, up = (str(name) for name in over["period"].dims if name != "seed")
         figure, panels = drawn.figure, [axes for axes, _ in drawn.panels]
     else:
         across, up = swept(datasets[0])
-        figure = new_figure(4.6)
-        panels = [figure.subplots()]
+        figure, axes = one_panel(ax, 4.6)
+        panels = [axes]
         panels[0].set(xlabel=axis_label(datasets[0], across), ylabel=axis_label(datasets[0], up))
         panels[0].margins(0.03)
     for axes in panels:
@@ -62,10 +64,11 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure
             axes.set(xlim=limits[0], ylim=limits[1])
     handles = named_once(panels[0])
     if over is not None:
-        drawn.legend(looks, handles)
+        drawn.legend(looks, handles, ax)
     else:
-        legend_outside(figure, handles, handlelength=2.4)
-    warn(figure, datasets)
+        legend_outside(figure, handles, ax=ax, handlelength=2.4)
+    if ax is None:
+        warn(figure, datasets)
     behind = "" if over is None else ", over the chart of periods"
     figure.set_label(f"curves of special points over two parameters{behind}")
     return figure

@@ -77,7 +77,8 @@ class Look:
 
 MINUS_INFINITY = Look("−∞ (all directions lost at events)", _BELOW[0], "ooo")
 POSITIVE = Look("positive", "#FFFFFF", "....")
-NO_NUMBER = Look("no number", "#FFFFFF", "oo")
+NO_RESULT = Look("no result", "#FFFFFF", "oo")
+"""Where a run has not reached its end, or has no such number: the same in every picture."""
 NO_ATTRACTOR = Look("none", "#FFFFFF", "xx")
 UNRECOGNISED = Look("attractor not recognised", "#FFFFFF", "oo")
 FURTHER = Look("further attractors", "#BBBBBB", "---")

@@ -12,6 +12,8 @@ from chaosdrill.plots.style import (
     PALETTE,
     legend_outside,
     new_figure,
+    owner,
+    places_of,
     readable,
     shorten,
     state_label,
@@ -20,6 +22,8 @@ from chaosdrill.plots.style import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -39,13 +43,17 @@ _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
     "periodic-orbit",
     "points and events of the orbit, its multipliers, and the steps of Newton's method",
 )
-def orbit(dataset: "xr.Dataset") -> "Figure":
+def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
     """Draw a periodic orbit, or all that a search found.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``periodic-orbit``. That of a search goes to `orbits`.
+    ax : matplotlib.axes.Axes, optional
+        Where points and events alone are drawn.
+    state : pair of str, optional
+        States of the plane; default: the first two.
 
     Returns
     -------
@@ -56,14 +64,18 @@ def orbit(dataset: "xr.Dataset") -> "Figure":
         keeps the orbit from being one stands above; where there is none at all, the residuals are left.
     """
     if "orbit" in dataset.dims:
-        return orbits(dataset)
+        return orbits(dataset, ax=ax, state=state)
     dataset = _own(dataset)
+    plane = places_of(dataset, state, 2)
+    if ax is not None:
+        _points(ax, dataset, plane)
+        return owner(ax)
     # an orbit that does not hold may be there to draw all the same
     found = dataset.sizes["iterate"] > 0
     figure = new_figure(5.0 if found else 2.8)
     if found:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1.0], height_ratios=[1.3, 1.0])
-        _points(figure.add_subplot(grid[:, 0]), dataset)
+        _points(figure.add_subplot(grid[:, 0]), dataset, plane)
         _circle(figure.add_subplot(grid[0, 1]), dataset)
         _newton(figure.add_subplot(grid[1, 1]), dataset)
     else:
@@ -93,13 +105,13 @@ def _heading(dataset: "xr.Dataset") -> str:
     return f"{text}\n{wrapped(f'events: {shown}', 110)}" if events else text
 
 
-def _points(axes: "Axes", dataset: "xr.Dataset") -> None:
+def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...]) -> None:
     section, period = dataset["section"].values, dataset["period_time"].values
     before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
     time, kinds = dataset["event_time"].values, dataset["event_kind"].values
     plane = section.shape[1] > 1
     if plane:
-        places = [values[:, :2] for values in (section, before, after)]
+        places = [values[:, states] for values in (section, before, after)]
     else:
         strobes = np.arange(len(section)) / max(len(section), 1) * float(period)
         places = [np.column_stack([t, v[:, 0]]) for t, v in ((strobes, section), (time, before), (time, after))]
@@ -118,8 +130,8 @@ def _points(axes: "Axes", dataset: "xr.Dataset") -> None:
     if 1 < len(section) <= 16:
         for number, (x, y) in enumerate(section, start=1):
             axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7, zorder=5)
-    axes.set_xlabel(state_label(dataset, 0) if plane else "time since the start of the period")
-    axes.set_ylabel(state_label(dataset, 1 if plane else 0))
+    axes.set_xlabel(state_label(dataset, states[0]) if plane else "time since the start of the period")
+    axes.set_ylabel(state_label(dataset, states[-1]))
     axes.margins(0.12)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2, handlelength=1.2)
 
@@ -179,13 +191,17 @@ def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.set_xticks(np.arange(0, len(residual), max(1, len(residual) // 8)))
 
 
-def orbits(dataset: "xr.Dataset") -> "Figure":
+def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
     """Draw the orbits that a search found.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``periodic-orbit`` with the dimension ``orbit``.
+    ax : matplotlib.axes.Axes, optional
+        Where the points alone are drawn.
+    state : pair of str, optional
+        States of the plane; default: the first two.
 
     Returns
     -------
@@ -197,10 +213,11 @@ def orbits(dataset: "xr.Dataset") -> "Figure":
     section, period = dataset["section"].values, dataset["period"].values.astype(np.int64)
     stable = dataset["stable"].values != 0
     values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
-    figure = new_figure(4.0)
-    left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
-    outside = unit_circle(right, values.ravel())
+    figure = new_figure(4.0) if ax is None else owner(ax)
+    left, *others = figure.subplots(1, 2, width_ratios=[1.5, 1.0]) if ax is None else [ax]
+    outside = [unit_circle(right, values.ravel()) for right in others]
     plane = section.shape[2] > 1
+    first, *second = places_of(dataset, state, 2)
     shortest_first = np.unique(period)
     # a shorter orbit has fewer points, which lie on top
     for place, length in reversed(list(enumerate(shortest_first))):
@@ -210,19 +227,23 @@ def orbits(dataset: "xr.Dataset") -> "Figure":
             if not here.size:
                 continue
             points = section[here]
-            x = points[..., 0] if plane else np.broadcast_to(here[:, None] + 1.0, points.shape[:2])
-            y = points[..., 1 if plane else 0]
-            look = {"linestyle": "none", "marker": marker, "markersize": 5, "color": colour}
+            x = points[..., first] if plane else np.broadcast_to(here[:, None] + 1.0, points.shape[:2])
+            y = points[..., second[0] if plane else first]
+            look: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 5, "color": colour}
             look |= {} if attracts else {"markerfacecolor": "white"}
             count = f"{here.size} {'stable' if attracts else 'unstable'}"
             left.plot(x.ravel(), y.ravel(), zorder=3, label=f"period {length}: {count}", **look)
-            right.plot(values[here].real.ravel(), values[here].imag.ravel(), zorder=3, **look)
-    left.set_xlabel(state_label(dataset, 0) if plane else "number of the orbit")
-    left.set_ylabel(state_label(dataset, 1 if plane else 0))
+            for right in others:
+                right.plot(values[here].real.ravel(), values[here].imag.ravel(), zorder=3, **look)
+    left.set_xlabel(state_label(dataset, first) if plane else "number of the orbit")
+    left.set_ylabel(state_label(dataset, second[0] if plane else first))
     left.margins(0.08)
-    if outside:
-        right.set_title(f"{outside} of {np.isfinite(values).sum()} multipliers\nlie outside of the picture", fontsize=8)
+    for right, beyond in zip(others, outside, strict=True):
+        if beyond:
+            told = f"{beyond} of {np.isfinite(values).sum()} multipliers\nlie outside of the picture"
+            right.set_title(told, fontsize=8)
     handles, _ = left.get_legend_handles_labels()
-    legend_outside(figure, handles[::-1], handlelength=1.2)
-    warn(figure, [dataset])
+    legend_outside(figure, handles[::-1], ax=ax, handlelength=1.2)
+    if ax is None:
+        warn(figure, [dataset])
     return figure

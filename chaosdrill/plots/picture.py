@@ -2,12 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from inspect import signature
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from chaosdrill.errors import SettingsError
 from chaosdrill.plots.companions import swept
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 F = TypeVar("F", bound="Callable[..., Figure]")
@@ -49,9 +54,37 @@ class Picture:
     parameters: int = 0
     over: str = ""
 
-    def draw(self, *datasets: "xr.Dataset", over: "xr.Dataset | None" = None) -> "Figure":
-        """Return the figure of a dataset, or of several that belong together."""
-        return self.function(*datasets, over=over) if self.over else self.function(*datasets)
+    def draw(
+        self,
+        *datasets: "xr.Dataset",
+        over: "xr.Dataset | None" = None,
+        ax: "Axes | None" = None,
+        state: "str | Sequence[str] | None" = None,
+    ) -> "Figure":
+        """Return the figure of a dataset, or of several that belong together.
+
+        Parameters
+        ----------
+        *datasets : xarray.Dataset
+        over : xarray.Dataset, optional
+            What it is drawn over.
+        ax : matplotlib.axes.Axes, optional
+            Where its main panel alone is drawn.
+        state : str or sequence of str, optional
+            States that it shows.
+
+        Raises
+        ------
+        SettingsError
+            It shows no states of which one could be chosen, or has no main panel.
+        """
+        given = {name: value for name, value in (("ax", ax), ("state", state)) if value is not None}
+        taken = signature(self.function).parameters
+        if "ax" in given and "ax" not in taken:
+            raise SettingsError(f"ax is one, but the panels of the picture {self.name!r} belong together; leave it out")
+        if "state" in given and "state" not in taken:
+            raise SettingsError(f"state is {state!r:.60}, but the picture {self.name!r} shows no single states")
+        return self.function(*datasets, **given, **({"over": over} if self.over else {}))
 
     def suits(self, dataset: "xr.Dataset") -> bool:
         """Return whether the picture can be drawn of this dataset."""

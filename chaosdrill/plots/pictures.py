@@ -1,19 +1,97 @@
-"""Which pictures an archive gives, and the one function that draws them."""
+"""Which pictures a result and an archive give, and the functions that draw them."""
 
 from collections import Counter
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from chaosdrill.dataset.schema import SCHEMA
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.companions import fits, limits, swept
 from chaosdrill.plots.picture import PICTURES, Picture
 from chaosdrill.typed import PATH, TEXT, expecting
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
+    from matplotlib.axes import Axes
 
 FORMATS = ("png", "pdf", "svg")
+
+
+def plot(
+    ds: "xr.Dataset",
+    kind: str | None = None,
+    ax: "Axes | None" = None,
+    state: "str | Sequence[str] | None" = None,
+) -> "Axes":
+    """Draw a result.
+
+    In a notebook the picture is shown below its cell, in a script by ``matplotlib.pyplot.show()``. Pictures of one kind
+    are the same as those of `plot_archive` and of reports.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What an analysis has returned, a group of an archive, or a part of it.
+    kind : str, optional
+        Name of the picture, such as ``"phase-portrait"`` or ``"lyapunov-chart"``; default: the first that suits.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn; of a picture with several panels the main one. Default: a new figure with all of them.
+    state : str or pair of str, optional
+        State that is shown, or two that are shown against each other; default: the first ones, of a section the first
+        that varies. Of a trajectory any number of states is drawn over time.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Where it was drawn, the main panel; ``axes.figure`` is the whole.
+
+    Raises
+    ------
+    SettingsError
+        No result, a name that no picture of it has, a state that it does not have, or one axes for a picture that needs
+        several.
+    """
+    import xarray as xr
+    from matplotlib import pyplot
+
+    from chaosdrill.plots.style import made_by, style
+
+    if isinstance(ds, xr.DataTree) and "kind" in ds.attrs:
+        ds = ds.to_dataset()
+    if not isinstance(ds, xr.Dataset) or "kind" not in ds.attrs:
+        raise SettingsError(
+            f"ds is {type(ds).__name__} without the attribute 'kind'; give what an analysis has returned, or one group "
+            "of an archive, as in chaosdrill.open(path)['motion']"
+        )
+    if lost := [name for name in swept(ds) if name in ds.coords and name not in ds.dims]:
+        raise SettingsError(f"{lost[0]} has been selected to one value; give several, as in ds.sel({lost[0]}=[value])")
+    ds = _with_dimensions(ds)
+    suited = {picture.name: picture for picture in PICTURES if picture.suits(ds)}
+    if not suited or (kind is not None and kind not in suited):
+        raise SettingsError(
+            f"there is no picture {'' if kind is None else repr(kind) + ' '}of this {ds.attrs['kind']}; "
+            f"there {'are ' + ', '.join(suited) if suited else 'is none'}"
+        )
+    picture = next(iter(suited.values())) if kind is None else suited[kind]
+    if ax is not None:
+        picture.draw(ds, ax=ax, state=state)
+        return ax
+    with style(), made_by(pyplot.figure):
+        return picture.draw(ds, state=state).axes[0]
+
+
+def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
+    """The dataset with the dimension of which one seed or one state has been selected."""
+    declared = SCHEMA.get(str(ds.attrs["kind"]), {})
+    for dim in ("seed", "state"):
+        if dim in ds.coords and dim not in ds.dims:
+            names = [n for n in ds.variables if n in declared and dim in declared[str(n)].dims and n != dim]
+            places = {n: ds[n].ndim if dim == "state" else len(set(ds[n].dims) & set(swept(ds))) for n in names}
+            ds = ds.drop_vars([*names, dim]).assign({n: ds[n].expand_dims(dim, places[n]) for n in names})
+    return ds
 
 
 @expecting(SettingsError, path=PATH, output=PATH, group=TEXT)

@@ -6,21 +6,30 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import PALETTE, new_figure, shorten, state_label
+from chaosdrill.plots.style import PALETTE, one_panel, places_of, shorten, state_label
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
 @picture("poincare-section", "poincare-section", "the section in the plane of the first two states")
-def poincare(dataset: "xr.Dataset") -> "Figure":
+def poincare(
+    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
+) -> "Figure":
     """Draw a section.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``poincare-section``; a system with one state is drawn against the number of the iterate.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+    state : pair of str, optional
+        States of the plane; default: the first two.
 
     Returns
     -------
@@ -29,19 +38,19 @@ def poincare(dataset: "xr.Dataset") -> "Figure":
     """
     section = dataset["section"].values
     period = int(dataset["period"]) if "period" in dataset.variables else 0
-    figure = new_figure(4.4)
-    axes = figure.subplots()
+    figure, axes = one_panel(ax, 4.4)
     plane = section.shape[1] > 1
-    x = section[:, 0] if plane else np.arange(len(section))
-    y = section[:, 1] if plane else section[:, 0]
+    first, *second = places_of(dataset, state, 2)
+    x = section[:, first] if plane else np.arange(len(section))
+    y = section[:, second[0]] if plane else section[:, first]
     if period:
         axes.scatter(x[-period:], y[-period:], s=34, color=PALETTE[1], edgecolor="white", linewidth=0.5)
         axes.margins(0.25)
     else:
         size = float(np.clip(6e3 / max(len(section), 1), 0.6, 9.0))
         axes.scatter(x, y, s=size, color=PALETTE[0], linewidth=0, rasterized=len(section) > 5000)
-    axes.set_xlabel(state_label(dataset, 0) if plane else "iterate")
-    axes.set_ylabel(state_label(dataset, 1 if plane else 0))
+    axes.set_xlabel(state_label(dataset, first) if plane else "iterate")
+    axes.set_ylabel(state_label(dataset, second[0] if plane else first))
     axes.set_title(_title(dataset, period, len(section)))
     return figure
 

@@ -2,13 +2,16 @@
 
 import re
 import textwrap
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.errors import SettingsError
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     import xarray as xr
     from matplotlib.artist import Artist
@@ -31,6 +34,12 @@ MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 WIDTH = 7.2
 _DENSEST = 300.0
+_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+_LETTERS = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
+    "omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
+)
+_GREEK = dict(zip(_LETTERS.split(), "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΦΨΩ", strict=True))
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 _SETTINGS: Any = {
@@ -55,6 +64,19 @@ _SETTINGS: Any = {
 }
 
 
+_figures: "ContextVar[Callable[..., Figure] | None]" = ContextVar("figures", default=None)
+
+
+@contextmanager
+def made_by(figures: "Callable[..., Figure]") -> "Iterator[None]":
+    """Let `new_figure` make figures by another function than matplotlib's class, such as that of pyplot."""
+    token = _figures.set(figures)
+    try:
+        yield
+    finally:
+        _figures.reset(token)
+
+
 def style() -> AbstractContextManager[None]:
     """Return a context in which matplotlib draws in the project's style; what was set before comes back after it."""
     import matplotlib as mpl
@@ -63,7 +85,7 @@ def style() -> AbstractContextManager[None]:
 
 
 def new_figure(height: float, detail: float = 0.0) -> "Figure":
-    """Return an empty figure of the common width, outside of pyplot's global list.
+    """Return an empty figure of the common width, outside of pyplot's global list but for `made_by`.
 
     Parameters
     ----------
@@ -74,10 +96,51 @@ def new_figure(height: float, detail: float = 0.0) -> "Figure":
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = (_figures.get() or Figure)(figsize=(WIDTH, height), layout="constrained")
     # labels and colour bars take their part of the width that the cells were counted over
     figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, _DENSEST)))
     return figure
+
+
+def one_panel(ax: "Axes | None", height: float) -> "tuple[Figure, Axes]":
+    """Return the axes that are given with their figure, or those of a new one."""
+    if ax is None:
+        figure = new_figure(height)
+        return figure, figure.subplots()
+    return owner(ax), ax
+
+
+def owner(ax: "Axes") -> "Figure":
+    """Return the figure that axes stand in."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count: int) -> tuple[int, ...]:
+    """Return the places of the states that a picture is asked for.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+    state : str or sequence of str, optional
+        Names of states; default: the first ones.
+    count : int
+        How many the picture shows.
+
+    Raises
+    ------
+    SettingsError
+        A name that no state has, or another number of them.
+    """
+    names = [str(name) for name in dataset["state"].values]
+    wanted = names[:count] if state is None else [state] if isinstance(state, str) else list(state)
+    if unknown := [name for name in wanted if name not in names]:
+        raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(names)}")
+    if len(wanted) != min(count, len(names)):
+        example = f"state={tuple(names[:count])!r}" if count > 1 else f"state={names[0]!r}"
+        raise SettingsError(f"state is {state!r:.60}, but this picture shows {count}; give {example}")
+    return tuple(names.index(name) for name in wanted)
 
 
 def label(variable: "xr.DataArray", name: str | None = None) -> str:
@@ -88,10 +151,17 @@ def label(variable: "xr.DataArray", name: str | None = None) -> str:
     return text if unit in ("1", "") else f"{text} ({raised})"
 
 
+def symbol(name: str) -> str:
+    """Return a name as a symbol, as far as plain text can: Greek letters by their names, and digits as an index."""
+    parts = re.fullmatch(r"([A-Za-z]+)([0-9]*)", name)
+    letter = "" if parts is None else _GREEK.get(parts[1], parts[1] if len(parts[1]) == 1 else "")
+    return name if parts is None or not letter else letter + parts[2].translate(_LOWERED)
+
+
 def axis_label(dataset: "xr.Dataset", name: str) -> str:
     """Return the axis label of a coordinate: its long name and its symbol, if they differ, and its unit."""
     text = str(dataset[name].attrs.get("long_name", name))
-    return label(dataset[name], name if text == name else f"{text} {name}")
+    return label(dataset[name], symbol(name) if text == name else f"{text} {symbol(name)}")
 
 
 def progression(dataset: "xr.Dataset") -> "xr.DataArray":
@@ -101,11 +171,11 @@ def progression(dataset: "xr.Dataset") -> "xr.DataArray":
 
 def state_label(dataset: "xr.Dataset", index: int) -> str:
     """Return the axis label of state number ``index``: its long name where the archive has one, and its symbol."""
-    symbol = str(dataset["state"].values[index])
+    name = str(dataset["state"].values[index])
     if "state_long_name" not in dataset.variables:
-        return symbol
+        return symbol(name)
     text = str(dataset["state_long_name"].values[index])
-    return symbol if text in ("", symbol) else f"{text} {symbol}"
+    return symbol(name) if text in ("", name) else f"{text} {symbol(name)}"
 
 
 def seed_names(dataset: "xr.Dataset") -> list[str]:
@@ -125,9 +195,9 @@ def readable(name: str) -> str:
     return name.replace("_", " ").replace("-", " ")
 
 
-def subscript(symbol: str, number: int) -> str:
-    """Return ``symbol`` with an index under it, as plain text that every backend can draw."""
-    return symbol + str(number).translate(str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉"))
+def subscript(letter: str, number: int) -> str:
+    """Return a letter with an index under it, as plain text that every backend can draw."""
+    return letter + str(number).translate(_LOWERED)
 
 
 def outcome_colour(name: str) -> str:
@@ -158,12 +228,17 @@ def uncertain(value: float, error: float) -> str:
     return f"{value:.{digits}f}({last})".replace("-", "−")
 
 
-def legend_outside(figure: "Figure", handles: "Sequence[Artist]", most: int = 6, **options: Any) -> None:
+def legend_outside(
+    figure: "Figure", handles: "Sequence[Artist]", most: int = 6, ax: "Axes | None" = None, **options: Any
+) -> None:
     """Put one legend above all panels of a figure, with as many columns as find room, up to ``most``.
 
-    The handles bring their labels.
+    The handles bring their labels. That of a picture on axes of somebody else, ``ax``, stands above these.
     """
     if not handles:
+        return
+    if ax is not None:
+        ax.legend(handles=handles)
         return
     labels = [str(handle.get_label()) for handle in handles]
     columns = next((n for n in range(most, 1, -1) if _legend_width(labels, n) < 72 * WIDTH), 1)

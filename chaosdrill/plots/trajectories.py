@@ -16,6 +16,9 @@ from chaosdrill.plots.style import (
     legend_above,
     legend_outside,
     new_figure,
+    one_panel,
+    owner,
+    places_of,
     readable,
     shorten,
     state_label,
@@ -37,13 +40,19 @@ _GREY = "0.4"
 
 
 @picture("trajectory", "time-history", "integrals and states over time, events and modes")
-def time_history(dataset: "xr.Dataset") -> "Figure":
+def time_history(
+    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
+) -> "Figure":
     """Draw the end of a trajectory.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``trajectory``, or several joined.
+    ax : matplotlib.axes.Axes, optional
+        Where one state is drawn.
+    state : str or sequence of str, optional
+        States that are drawn, and no quadrature; default: all, on ``ax`` the first.
 
     Returns
     -------
@@ -57,9 +66,13 @@ def time_history(dataset: "xr.Dataset") -> "Figure":
     runs = last_parts(whole, max(_EVENTS // len(whole), _LEAST_EVENTS))
     first = runs[0]
     quadratures = [str(name) for name in first.data_vars if first[name].dims == ("time",) and name != "mode"]
-    states = range(first.sizes["state"])
-    figure = new_figure(1.0 + 1.35 * (len(quadratures) + len(states)))
-    panels = np.atleast_1d(figure.subplots(len(quadratures) + len(states), 1, sharex=True))
+    if state is not None or ax is not None:
+        quadratures = []
+    count = 1 if ax is not None or isinstance(state, str) else first.sizes["state"] if state is None else len(state)
+    states = places_of(first, state, count)
+    rows = len(quadratures) + len(states)
+    figure = new_figure(max(2.6, 1.0 + 1.35 * rows)) if ax is None else owner(ax)
+    panels: Any = np.atleast_1d(figure.subplots(rows, 1, sharex=True)) if ax is None else [ax]
     axis_labels = [*(label(first[name]) for name in quadratures), *(state_label(first, i) for i in states)]
     for panel, text in zip(panels, axis_labels, strict=True):
         panel.set_ylabel(wrapped(text))
@@ -68,17 +81,18 @@ def time_history(dataset: "xr.Dataset") -> "Figure":
         curve = join(run)
         for panel, quadrature in zip(panels, quadratures, strict=False):
             panel.plot(run["time"], run[quadrature], color=colour)
-        for i, panel in enumerate(panels[len(quadratures) :]):
+        for i, panel in zip(states, panels[len(quadratures) :], strict=True):
             panel.plot(curve.time, curve.state[:, i], color=colour, label=name if joined else None)
             _mark_events(panel, run, i, colour if joined else None)
     panels[-1].set_xlabel(label(first["time"]))
-    figure.align_ylabels(list(panels))
+    if ax is None:
+        figure.align_ylabels(list(panels))
     modes = {} if joined else flag_names(first["mode"])
     for panel in panels if modes else ():
         _shade(panel, curve, modes)
     handles = [*panels[-1].get_legend_handles_labels()[0], *(_mode_looks(curve, modes) if len(modes) > 1 else ())]
     handles += _event_looks(runs) if joined else []
-    legend_outside(figure, handles, handlelength=1.4)
+    legend_outside(figure, handles, ax=ax, handlelength=1.4)
     title = [runs_left_out(dataset), _title(first, whole[0]) if first is not whole[0] else ""]
     panels[0].set_title(", ".join(filter(None, title)))
     figure.set_label(_summary(quadratures, runs, modes, joined))
@@ -167,13 +181,19 @@ def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:
 
 
 @picture("trajectory", "phase-portrait", "the first state against the second", states=2)
-def phase_portrait(dataset: "xr.Dataset") -> "Figure":
+def phase_portrait(
+    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
+) -> "Figure":
     """Draw the first two states of a trajectory against each other.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of kind ``trajectory``, or several joined; with two states or more.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+    state : pair of str, optional
+        States of the plane, the one across first; default: the first two.
 
     Returns
     -------
@@ -182,33 +202,41 @@ def phase_portrait(dataset: "xr.Dataset") -> "Figure":
         which the state is reset as dashed lines. Of joined runs each has a colour.
     """
     runs = runs_of(dataset)
-    figure = new_figure(4.6)
-    axes = figure.subplots()
+    figure, axes = one_panel(ax, 4.6)
+    across, up = places_of(dataset, state, 2)
     if is_joined(dataset):
         jumps = [
-            _draw(axes, run, (colour, colour), (name, None, None))
+            _draw(axes, run, (across, up), (colour, colour), (name, None, None))
             for (name, run), colour in zip(runs, PALETTE, strict=False)
         ]
         _explain(axes, jumps=any(jumps))
     else:
-        _draw(axes, dataset, PALETTE[:2], ("flow", "jump", "once a forcing period"))
-    _walls(axes, [run for _, run in runs])
-    axes.set_xlabel(state_label(dataset, 0))
-    axes.set_ylabel(state_label(dataset, 1))
+        _draw(axes, dataset, (across, up), PALETTE[:2], ("flow", "jump", "once a forcing period"))
+    _walls(axes, [run for _, run in runs], (across, up))
+    axes.set_xlabel(state_label(dataset, across))
+    axes.set_ylabel(state_label(dataset, up))
     if is_joined(dataset):
         axes.set_title(runs_left_out(dataset))
-        legend_outside(figure, axes.get_legend_handles_labels()[0])
-    else:
+        legend_outside(figure, axes.get_legend_handles_labels()[0], ax=ax)
+    elif ax is None:
         legend_above(axes)
-    symbols = " against ".join(str(name) for name in dataset["state"].values[1::-1])
+    else:
+        axes.legend()
+    symbols = " against ".join(str(dataset["state"].values[place]) for place in (up, across))
     figure.set_label(f"{symbols}{', a colour for each run' if is_joined(dataset) else ''}")
     return figure
 
 
-def _draw(axes: "Axes", run: "xr.Dataset", colours: "Sequence[str]", labels: "Sequence[str | None]") -> bool:
+def _draw(
+    axes: "Axes",
+    run: "xr.Dataset",
+    plane: tuple[int, int],
+    colours: "Sequence[str]",
+    labels: "Sequence[str | None]",
+) -> bool:
     """Draw a run: flow, jumps and points once a forcing period, with a label each; tell whether there are jumps."""
     curve = join(run)
-    x, y = curve.state[:, 0], curve.state[:, 1]
+    x, y = (curve.state[:, place] for place in plane)
     # both sides of an event share their time: the piece between them is the jump, everything else is flow
     jump = (np.diff(curve.time) == 0) & (np.hypot(np.diff(x), np.diff(y)) > 0)
     breaks = np.flatnonzero(jump) + 1
@@ -221,7 +249,8 @@ def _draw(axes: "Axes", run: "xr.Dataset", colours: "Sequence[str]", labels: "Se
         axes.plot(*jumps, color=colours[0], linewidth=0.6 * weight, linestyle=_DOTS, alpha=0.7, label=labels[1])
     points = strobe(run)
     if points.size:
-        size = 26 if len(np.unique(np.round(points[:, :2], 6), axis=0)) < 30 else 7
+        points = points[:, plane]
+        size = 26 if len(np.unique(np.round(points, 6), axis=0)) < 30 else 7
         axes.scatter(
             points[:, 0],
             points[:, 1],
@@ -243,9 +272,9 @@ def _explain(axes: "Axes", jumps: bool) -> None:
         axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label="once a forcing period")
 
 
-def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]") -> None:
-    names = [str(name) for name in runs[0]["state"].values[:2]]
-    for index, (line, symbol) in enumerate(zip((axes.axvline, axes.axhline), names, strict=True)):
+def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]", plane: tuple[int, int]) -> None:
+    for index, line in zip(plane, (axes.axvline, axes.axhline), strict=True):
+        symbol = str(runs[0]["state"].values[index])
         walls = list(dict.fromkeys((name, round(value, 12)) for run in runs for name, value in stops(run, index)))
         for level in sorted({value for _, value in walls}):
             kinds = ", ".join(readable(name) for name, value in walls if value == level)

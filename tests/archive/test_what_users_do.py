@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib import pyplot
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+import chaosdrill as cd
 from chaosdrill.archive import save
+from chaosdrill.errors import SettingsError
+from chaosdrill.plots import PICTURES
 
 GROUPS = ("motion", "section", "spectrum", "diagram", "chart", "basins", "orbit", "branch", "precision")
 
@@ -105,3 +110,73 @@ def test_a_file_is_opened_by_plain_xarray(ds, tmp_path):
         assert opened.equals(ds)
         for dim, index in ds.indexes.items():
             assert opened.indexes[dim].equals(index)
+
+
+@pytest.fixture
+def shown():
+    """Figures are those that a notebook would show."""
+    pyplot.switch_backend("agg")
+    pyplot.close("all")
+    yield pyplot
+    pyplot.close("all")
+
+
+def test_every_picture_is_drawn_from_data_in_hand(ds, shown):
+    names = [picture.name for picture in PICTURES if picture.suits(ds)]
+    for name in names:
+        axes = cd.plot(ds, name)
+        assert isinstance(axes, Axes)
+        assert axes.has_data()
+        assert axes.figure.number == shown.get_fignums()[-1]
+    first = cd.plot(ds)
+    assert [panel.get_ylabel() for panel in first.figure.axes] == [
+        panel.get_ylabel() for panel in cd.plot(ds, names[0]).figure.axes
+    ]
+
+
+def test_pictures_are_drawn_where_they_are_asked_for(ds, shown):
+    for name in (picture.name for picture in PICTURES if picture.suits(ds)):
+        axes = Figure().subplots(1, 2)[1]
+        if name in ("convergence", "work-precision", "multipliers", "cascade"):
+            with pytest.raises(SettingsError, match="belong together"):
+                cd.plot(ds, name, ax=axes)
+            continue
+        assert cd.plot(ds, name, ax=axes) is axes
+        assert axes.has_data()
+        assert axes.get_xlabel()
+    assert shown.get_fignums() == []
+
+
+def test_a_state_is_chosen(every_group, shown):
+    run = every_group["motion"]
+    lines = cd.plot(run, state="v").lines
+    np.testing.assert_array_equal(np.isin(run["states"].sel(state="v"), lines[0].get_ydata()), True)
+    assert len(cd.plot(run, state="v").figure.axes) == 1
+    assert cd.plot(run, "phase-portrait", state=("v", "x")).get_xlabel() == "velocity v"
+    assert cd.plot(run.sel(state="v")).get_ylabel() == "velocity v"
+    for name in ("diagram", "branch"):
+        assert cd.plot(every_group[name], state="v").get_ylabel() == "velocity v"
+    for wrong, told in (("w", "states are x, v"), (("x", "v", "x"), "shows 2")):
+        with pytest.raises(SettingsError, match=told):
+            cd.plot(run, "phase-portrait", state=wrong)
+
+
+def test_a_selected_seed_is_drawn(every_group, shown):
+    ds = every_group["diagram"]
+    one = ds.sel(seed=ds["seed"].values[0])
+    assert cd.plot(one).has_data()
+
+
+@pytest.mark.parametrize(
+    ("act", "told"),
+    [
+        (lambda tree: cd.plot(xr.DataTree.from_dict(tree)), "one group"),
+        (lambda tree: cd.plot(tree["motion"]["states"]), "one group"),
+        (lambda tree: cd.plot(tree["motion"], "isoperiodic-chart"), "time-history, phase-portrait"),
+        (lambda tree: cd.plot(tree["diagram"].isel({tree["diagram"]["period"].dims[0]: 0})), "to one value"),
+        (lambda tree: cd.plot(tree["chart"], state="x"), "no single states"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(every_group, act, told):
+    with pytest.raises(SettingsError, match=told):
+        act(every_group)

@@ -449,7 +449,7 @@ def test_the_sequential_scale_is_even():
 
 
 def test_a_hatching_over_a_scale_means_one_thing():
-    others = [look for look in OUTCOMES if look.name not in looks.ATTRACTED] + [looks.NO_NUMBER, looks.MINUS_INFINITY]
+    others = [look for look in OUTCOMES if look.name not in looks.ATTRACTED] + [looks.NO_RESULT, looks.MINUS_INFINITY]
     hatches = [look.hatch for look in [*others, looks.POSITIVE] if look.hatch]
     assert len(set(hatches)) == len(hatches)
 
@@ -459,6 +459,6 @@ def test_what_has_no_number_is_no_shade_of_the_scale(eyes):
     """Either the colour is far from all of the scale, or a hatching marks it."""
     for scale in (looks.sequential(), looks.diverging()):
         shades = lab(scale(np.linspace(0, 1, 65))[:, :3], eyes)
-        for look in [*OUTCOMES, looks.NO_NUMBER, looks.MINUS_INFINITY]:
+        for look in [*OUTCOMES, looks.NO_RESULT, looks.MINUS_INFINITY]:
             if look.name not in looks.MOTIONS and not look.hatch:
                 assert np.linalg.norm(shades - lab([look.colour], eyes), axis=1).min() > 12, look.name

@@ -202,8 +202,8 @@ def test_any_number_of_states(continuation, states):
     section = continuation["section"].values
     wide = np.concatenate([np.zeros((*section.shape[:2], states - 1)), section[..., :1]], axis=2)
     one = continuation.drop_dims("state").assign(section=(("point", "iterate", "state"), wide))
-    one = one.assign_coords(state=[f"s{i}" for i in range(states)])
-    assert branches(one).axes[0].get_ylabel() == f"s{states - 1}"
+    one = one.assign_coords(state=[f"part{i}" for i in range(states)])
+    assert branches(one).axes[0].get_ylabel() == f"part{states - 1}"
 
 
 def test_a_search_that_found_no_orbit_says_so(continuation):

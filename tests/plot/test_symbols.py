@@ -1,0 +1,65 @@
+"""Names on axes are set as symbols where plain text can, lines end where another attractor begins, marks have room."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from chaosdrill.plots.bifurcation import bifurcation
+from chaosdrill.plots.branches import _room
+from chaosdrill.plots.curve import stops
+from chaosdrill.plots.style import symbol
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("eta", "η"),
+        ("Omega", "Ω"),
+        ("lambda", "λ"),
+        ("omega12", "ω₁₂"),
+        ("x1", "x₁"),
+        ("q", "q"),
+        ("amplitude", "amplitude"),
+        ("wall2", "wall2"),
+        ("mu_e", "mu_e"),
+        ("x_1", "x_1"),
+        ("12", "12"),
+        ("$x$", "$x$"),
+    ],
+)
+def test_names_as_symbols(name, shown):
+    assert symbol(name) == shown
+
+
+def test_a_line_ends_where_another_attractor_begins(diagram):
+    ordered = diagram.sortby("q").isel(seed=[0])
+    count = ordered.sizes["q"]
+    rate = np.where(np.arange(count) < count // 2, 0.0, 1.0) + 0.01 * np.arange(count)
+    steps = ordered.assign(progression_rate=(("q", "seed"), rate[:, None]))
+    panel = bifurcation(steps).axes[-2]
+    line = max(panel.lines, key=lambda one: len(one.get_xdata()))
+    drawn = np.asarray(line.get_ydata(), dtype=float)
+    assert np.isnan(drawn).sum() == 1
+    assert np.abs(np.diff(drawn[: count // 2])).max() < 0.1
+
+
+def test_marks_are_no_wider_than_the_way_to_the_next(tmp_path):
+    axes = Figure(figsize=(10, 10)).subplots()
+    axes.set(xlim=(0, 1), ylim=(0, 1))
+    box = axes.get_position()
+    near = 5 / (72 * 10 * box.width)
+    room = _room(axes, np.array([[0.1, 0.5], [0.1 + near, 0.5], [0.9, 0.5], [0.9, 0.5]]))
+    assert room[:2].tolist() == [5.0, 5.0]
+    assert (room[2:] > 100).all()
+
+
+def test_a_state_that_jumps_is_no_wall(ball):
+    """In a cycle every hit has the same speed, which is none at which the ball could not be."""
+    before, after = ball["event_state_before"].values.copy(), ball["event_state_after"].values.copy()
+    before[:, 1], after[:, 1] = -2.0, 1.6
+    cycle = ball.assign(
+        event_state_before=ball["event_state_before"].copy(data=before),
+        event_state_after=ball["event_state_after"].copy(data=after),
+    )
+    assert stops(cycle, 1) == []
+    assert [round(level, 6) for _, level in stops(cycle, 0)] == [0.0]
