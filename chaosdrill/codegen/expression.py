@@ -10,7 +10,7 @@ from sympy.core.sorting import default_sort_key
 from chaosdrill.codegen.constants import double
 from chaosdrill.codegen.emitter import total
 from chaosdrill.codegen.mathematics import LIBRARY, START, power, remainder, root, special
-from chaosdrill.model.places import UnsupportedError
+from chaosdrill.errors import ModelError
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
@@ -134,9 +134,7 @@ class Expressions:
             return f.intrinsic("floor" if isinstance(e, sympy.floor) else "ceil", a[0])
         if name in LIBRARY:
             return f.external(LIBRARY[name], *a)
-        raise UnsupportedError(
-            e, f": no numerical code for the function {name!r}; known special ones: {sorted(SPECIAL)}"
-        )
+        raise ModelError(f"no numerical code for the function {name!r}")
 
     def test(self, condition: Any) -> "Test":
         """Whether a condition holds; parts that call a special function are computed only if they are needed."""

@@ -19,9 +19,8 @@ from chaosdrill.codegen.mathematics import address, imports
 from chaosdrill.codegen.pointwise import Pointwise
 from chaosdrill.codegen.series import ModeSeries
 from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, LANES, POINTWISE, SIGNATURES
-from chaosdrill.errors import ModelError
 from chaosdrill.model.exponents import specialise
-from chaosdrill.model.places import UnsupportedError, parameter, places_of
+from chaosdrill.model.places import parameter, places_of
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -293,11 +292,7 @@ def kernels_of(system: "HybridSystem") -> Kernels:
             if key not in system.shared:
                 places = places_of(system)
                 whole = {places[parameter(name)].name: value for name, value in key}
-                try:
-                    system.shared[key] = _compiled(specialise(system.placed, whole) if whole else system.placed)
-                except UnsupportedError as fault:
-                    own_names = {place: symbol for symbol, place in places.items()}
-                    raise ModelError(f"{system.name}: {fault.told(own_names)}") from None
+                system.shared[key] = _compiled(specialise(system.placed, whole) if whole else system.placed)
     found: Kernels = system.shared[key]
     return found
 

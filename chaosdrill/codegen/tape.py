@@ -9,7 +9,6 @@ from typing import Any
 
 import sympy
 
-from chaosdrill.model.places import UnsupportedError
 from chaosdrill.model.special import SPECIAL, positive_power
 
 POSITIVE = "positive"
@@ -354,22 +353,10 @@ class Tape:
         name = type(expression).__name__
         if name in SPECIAL:
             return self._special(name, expression)
-        if name not in _SLOPE or len(expression.args) != 1:
-            raise UnsupportedError(
-                expression,
-                f": {name} has no Taylor series here; a function with kinks or jumps belongs into modes "
-                f"and guards, any other must be written with {', '.join(sorted(_SLOPE))}, exp, log and powers",
-            )
         return self._integral(name, self.lower(expression.args[0]))
 
     def _special(self, name: str, expression: Any) -> int:
         moving = [i for i, a in enumerate(expression.args) if not self.is_constant(a)]
-        if not set(moving) <= set(SPECIAL[name].moving):
-            raise UnsupportedError(
-                expression,
-                f": {name} has no Taylor series here in argument {max(moving) + 1}; what it depends on there may be "
-                "parameters, and resets and conditions may hold it as it is",
-            )
         arguments = tuple(self.lower(a) for a in expression.args)
         paths = tuple(self.add(Node("integral", (arguments[i],), PATH, (name, i, arguments))) for i in moving)
         index = self.add(Node("special", (*arguments, *paths), name, len(arguments)))
@@ -418,7 +405,6 @@ class Tape:
 
 
 _PARTNER = {"sin": ("cos", 1), "cos": ("sin", -1), "sinh": ("cosh", 1), "cosh": ("sinh", 1)}
-_SLOPE = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "atanh"}
 
 
 def _is_denominator(factor: Any) -> bool:

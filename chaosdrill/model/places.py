@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.errors import ModelError
-
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
@@ -84,21 +82,3 @@ def arguments(placed: "HybridSystem") -> list[Any]:
 def parameter(name: str) -> Any:
     """The symbol of a parameter."""
     return sympy.Symbol(name, real=True)
-
-
-class UnsupportedError(ModelError):
-    """An expression of which no code can be made.
-
-    Parameters
-    ----------
-    *parts : str or sympy expression
-        The reason, and the expressions in it, whose symbols are named by their places.
-    """
-
-    def __init__(self, *parts: Any) -> None:
-        super().__init__("".join(map(str, parts)))
-        self.parts = parts
-
-    def told(self, names: Mapping[Any, Any]) -> str:
-        """The reason with other symbols in its expressions."""
-        return "".join(part if isinstance(part, str) else str(part.xreplace(names)) for part in self.parts)

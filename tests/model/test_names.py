@@ -183,7 +183,7 @@ def test_pi_is_the_number_where_nothing_is_called_so():
 )
 def test_a_text_is_never_run(tmp_path, text):
     made = tmp_path / "made"
-    with pytest.raises(cd.ModelError, match="mode 'all', dx/dt: "):
+    with pytest.raises(cd.ModelError, match="modes.all.x: "):
         falls("k", 1.0, text.replace("{0}", str(made)).replace("{", "{{"))
     with pytest.raises(cd.ModelError, match="guard: "):
         cd.Transition("hit", "all", "all", guard=text.replace("{0}", str(made)), direction=1)
