@@ -185,7 +185,7 @@ def test_a_text_is_never_run(tmp_path, text):
     made = tmp_path / "made"
     with pytest.raises(cd.ModelError, match="modes.all.x: "):
         falls("k", 1.0, text.replace("{0}", str(made)).replace("{", "{{"))
-    with pytest.raises(cd.ModelError, match="guard: "):
+    with pytest.raises(cd.ModelError, match=r"guard: "):
         cd.Transition("hit", "all", "all", guard=text.replace("{0}", str(made)), direction=1)
     with pytest.raises(cd.ModelError, match="condition: "):
         cd.Transition("hit", "all", "all", guard="x", direction=1, condition=text.replace("{0}", str(made)))

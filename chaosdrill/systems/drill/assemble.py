@@ -26,6 +26,9 @@ NAME = "percussive-drill"
 # bounds only catch an overflow on its way.
 BOUNDS = {"y": (-1e3, 1e3), "u": (-1e3, 1e3), "w": (-25.0, 25.0), "timer": None, "depth": (-1e3, 1e3)}
 
+_THE_SAME = ("n", "lobes")
+"""Parameters that have no unit, and are quantities of a drill in SI units as they stand."""
+
 LABELS = {
     "y": "stretch of the spring",
     "u": "speed of the bit",
@@ -51,7 +54,7 @@ def drill(
     contact: str = "hunt-crossley",
     initial: Mapping[str, Any] | None = None,
     name: str | None = None,
-    **parameters: float,
+    **parameters: float | str,
 ) -> "HybridSystem":
     """Build the percussive drill.
 
@@ -69,9 +72,11 @@ def drill(
         ``mode``, ``y``, ``u``, ``w`` that differ from rest (and ``timer`` or ``depth`` of a contact that takes time).
     name : str, optional
         Name of the system; default ``"percussive-drill"``.
-    **parameters : float
+    **parameters : float or str
         Values of ``a b xi eps eta mu g r lam phi n k`` (``lobes spin`` for lobes, ``e`` for newton) that differ from
-        the defaults: 0.25, 0.7, 0.06, 1, 0.8, 0.6, 3, 1, 0.6, pi/2, 1, 12e5. All dimensionless.
+        the defaults: 0.25, 0.7, 0.06, 1, 0.8, 0.6, 3, 1, 0.6, pi/2, 1, 12e5. All dimensionless. Or quantities with
+        units by the names of scenes in SI units, as ``m1="250 kg"`` or ``K="4 MN/m"``: the masses and the spring, the
+        friction and all others that the effects need, from which the parameters follow.
 
     Returns
     -------
@@ -82,15 +87,42 @@ def drill(
     Raises
     ------
     ModelError
-        If an option does not exist, effects exclude each other, or a parameter is used by none of them.
+        If an option does not exist, effects exclude each other, or a parameter is used by none of them; if a quantity
+        is missing, cannot be read, has the wrong dimension, or says what a parameter says.
     """
     chosen = {"drive": drive, "friction": friction, "rock": rock, "contact": contact}
     used = effects.parameters(chosen)
-    for key in parameters:
+    numbers = _without_units(parameters, used)
+    for key in numbers:
         if key not in used:
             raise ModelError(_unused(key, chosen, used))
     system = _assemble(effects.complete(chosen), name or NAME)
-    return system.with_parameters(**parameters).with_initial(**(initial or {}))
+    return system.with_parameters(**numbers).with_initial(**(initial or {}))
+
+
+def _without_units(parameters: Mapping[str, Any], used: Mapping[str, float]) -> dict[str, Any]:
+    """The dimensionless parameters, those included that follow from quantities with units."""
+    from chaosdrill.scene.si import QUANTITIES, read_si
+
+    raw = {
+        key: value
+        for key, value in parameters.items()
+        if key in QUANTITIES and (key not in used or isinstance(value, str) or key in _THE_SAME)
+    }
+    if not raw.keys() - used.keys():
+        return dict(parameters)
+    numbers = {key: value for key, value in parameters.items() if key not in raw}
+    si, problems = read_si(raw, numbers, used)
+    if wrong := [f"{problem.path[-1]}: {problem.message}" for problem in problems if problem.path[-1] in raw]:
+        raise ModelError("; ".join(wrong).replace("system.parameters.", ""))
+    if problems:
+        missing = [str(problem.path[-1]) for problem in problems]
+        given = next(key for key in raw if key not in used)
+        raise ModelError(
+            f"{given} is a quantity with a unit, so that {', '.join(missing)} have to be given too, as in "
+            f"{missing[0]}={QUANTITIES[missing[0]].example!r}; or give dimensionless parameters only"
+        )
+    return numbers | si.parameters
 
 
 def system(chosen: Mapping[str, str] | None = None) -> "HybridSystem":

@@ -1,0 +1,191 @@
+import os
+from typing import Any
+
+import xarray as xr
+
+from chaosdrill.archive import cite as cite
+from chaosdrill.archive import cut as cut
+from chaosdrill.archive import info as info
+from chaosdrill.archive import join as join
+from chaosdrill.archive import open as open
+from chaosdrill.archive import run as run
+from chaosdrill.archive import save as save
+from chaosdrill.archive import verify as verify
+from chaosdrill.dataset import Outcome as Outcome
+from chaosdrill.errors import ArchiveError as ArchiveError
+from chaosdrill.errors import ChaosdrillError as ChaosdrillError
+from chaosdrill.errors import ModelError as ModelError
+from chaosdrill.errors import SceneError as SceneError
+from chaosdrill.errors import SettingsError as SettingsError
+from chaosdrill.model import HybridSystem as HybridSystem
+from chaosdrill.model import Transition as Transition
+from chaosdrill.plots import plot as plot
+from chaosdrill.plots import plot_archive as plot_archive
+from chaosdrill.progress import Progress
+from chaosdrill.reports import report as report
+from chaosdrill.scene import check as check
+from chaosdrill.scene import list_names as list_names
+from chaosdrill.scene import load_scene as load_scene
+from chaosdrill.scene import parse_scene as parse_scene
+from chaosdrill.scene import save_scene as save_scene
+from chaosdrill.systems import build as build
+from chaosdrill.systems.drill import drill as drill
+
+__version__: str
+
+def basins(
+    system: HybridSystem,
+    grid: dict[str, Any],
+    *,
+    transient: int,
+    periods: int,
+    exponents: int | None = None,
+    at: str = "strobe",
+    max_period: int = 64,
+    patience: int = 8,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def bifurcation_diagram(
+    system: HybridSystem,
+    sweep: dict[str, Any],
+    *,
+    transient: int,
+    periods: int,
+    exponents: int | None = None,
+    at: str = "strobe",
+    max_period: int = 64,
+    patience: int = 8,
+    seeds: list[dict[str, Any]] | None = None,
+    random: dict[str, Any] | None = None,
+    follow: str | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def continue_orbit(
+    system: HybridSystem,
+    sweep: dict[str, Any],
+    *,
+    period: int = 1,
+    start: str = "attractor",
+    transient: float = 200,
+    doublings: int = 0,
+    follow: str | None = None,
+    step: float | None = None,
+    max_points: int = 2000,
+    method: str = "taylor",
+    tolerance: float = 1e-13,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def lyapunov_spectrum(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    exponents: int | None = None,
+    blocks: int = 256,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def parameter_chart(
+    system: HybridSystem,
+    sweep: dict[str, Any],
+    *,
+    transient: int,
+    periods: int,
+    exponents: int | None = None,
+    at: str = "strobe",
+    max_period: int = 64,
+    patience: int = 8,
+    seeds: list[dict[str, Any]] | None = None,
+    random: dict[str, Any] | None = None,
+    section_points: int = 0,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def periodic_orbit(
+    system: HybridSystem,
+    *,
+    period: int = 1,
+    start: str = "attractor",
+    transient: float = 200,
+    max_period: int | None = None,
+    seeds: list[dict[str, Any]] | None = None,
+    random: dict[str, Any] | None = None,
+    method: str = "taylor",
+    tolerance: float = 1e-13,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def poincare_section(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    at: str = "strobe",
+    max_period: int = 64,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def trajectory(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    samples: int = 200,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def work_precision(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    methods: list[str] | None = None,
+    tolerances: list[float] | None = None,
+    steps: list[int] | None = None,
+    repeats: int = 5,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
