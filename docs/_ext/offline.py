@@ -3,13 +3,15 @@
 import re
 from pathlib import Path
 
-LOADS = re.compile(r"<(?:script|img|iframe|source)\b[^>]*\bsrc=\"((?:https?:)?//[^\"]*)")
-STYLES = re.compile(r"<link\b(?=[^>]*\brel=\"(?:stylesheet|preload|icon)\")[^>]*\bhref=\"((?:https?:)?//[^\"]*)")
+ADDRESS = r"[\"']?((?:https?:)?//[^\"'\s>)]+)"
+LOADS = re.compile(rf"<(?:script|img|iframe|source|video|embed)\b[^>]*\bsrc={ADDRESS}")
+LINKS = re.compile(rf"<link\b(?=[^>]*\brel=[\"']?(?:stylesheet|\w*preload|preconnect|icon)\b)[^>]*\bhref={ADDRESS}")
+STYLES = re.compile(rf"(?:\burl\(\s*|@import\s+){ADDRESS}")
 
 
 def addresses(page: str) -> list[str]:
-    """Return the addresses in the network from which a page loads something."""
-    return [found for pattern in (LOADS, STYLES) for found in pattern.findall(page)]
+    """Return the addresses in the network from which a page or a style sheet loads something."""
+    return [found for pattern in (LOADS, LINKS, STYLES) for found in pattern.findall(page)]
 
 
 def check_pages(app, exception) -> None:
@@ -20,7 +22,8 @@ def check_pages(app, exception) -> None:
         return
     found = {
         f"{path.relative_to(app.outdir)}: {address}"
-        for path in Path(app.outdir).rglob("*.html")
+        for path in Path(app.outdir).rglob("*")
+        if path.suffix in (".html", ".css")
         for address in addresses(path.read_text(encoding="utf-8"))
     }
     if found:

@@ -38,6 +38,10 @@ def test_lines_of_code_fit_the_page(page):
         ('<script defer="defer" src="https://cdn.example/mathjax.js"></script>', ["https://cdn.example/mathjax.js"]),
         ('<link rel="stylesheet" type="text/css" href="//fonts.example/a.css">', ["//fonts.example/a.css"]),
         ('<link href="https://fonts.example/b.css" rel="stylesheet">', ["https://fonts.example/b.css"]),
+        ("<link rel=preconnect href='https://fonts.example'>", ["https://fonts.example"]),
+        ("<style>@import 'https://fonts.example/c.css'; p { margin: 0; }</style>", ["https://fonts.example/c.css"]),
+        ("@font-face { src: url( //fonts.example/d.woff2 ); }", ["//fonts.example/d.woff2"]),
+        ("a { background: url(data:image/svg+xml;utf8,//); } /* https://licence.example */", []),
         ('<script src="_static/mathjax/tex-chtml.js"></script><a href="https://doi.org/10.1/x">x</a>', []),
     ],
 )

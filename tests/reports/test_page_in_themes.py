@@ -1,6 +1,13 @@
-"""The page as it is read: in light and dark, on a telephone and on a desk, turned, and printed."""
+"""Pages as they are read: in light and dark, on a telephone and on a desk, turned, and printed."""
 
+import json
+from pathlib import Path
+
+import numpy as np
 import pytest
+import xarray as xr
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 THEMES = ["light", "dark"]
 WIDTHS = [360, 1100]
@@ -37,7 +44,7 @@ const look = (element, text) => {
 };
 const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
 while (walk.nextNode()) look(walk.currentNode.parentElement, walk.currentNode.data);
-for (const field of document.querySelectorAll('select, input')) look(field, field.value);
+for (const field of document.querySelectorAll('select, input:not([type=checkbox])')) look(field, field.value);
 return found;
 """
 )
@@ -86,10 +93,10 @@ def brightness(browser):
     return browser.execute_script(COLOURS + "return luminance(ground(document.body))")
 
 
-def hard_to_read(browser):
+def hard_to_read(browser, least=100):
     """Texts whose contrast is too low, of all texts that can be seen."""
     texts = browser.execute_script(TEXTS)
-    assert len(texts) > 100
+    assert len(texts) > least
     return [text for text in texts if text[0] < READABLE]
 
 
@@ -137,3 +144,53 @@ def test_a_value_is_shown_without_the_dust_of_binary_fractions(page):
     field = page.find_elements(By.CSS_SELECTOR, ".explorer")[1].find_element(By.CSS_SELECTOR, ".controls input")
     field.send_keys(Keys.CONTROL, "a", Keys.NULL, "0.31", Keys.ENTER)
     assert field.get_property("value") == "0.3"
+
+
+@pytest.fixture(scope="session")
+def documentation(tmp_path_factory):
+    """A page of the documentation with a dataset and with code and output that are wider than it."""
+    sphinx = pytest.importorskip("sphinx.application", reason="sphinx is not installed")
+    for needed in ("furo", "myst_nb"):
+        pytest.importorskip(needed, reason=f"{needed} is not installed")
+    dataset = xr.Dataset({"x": ("t", np.ones(3), {"units": "m"})}, {"t": [0.0, 1.0, 2.0]}, {"title": "three points"})
+    shown = {"text/html": dataset._repr_html_(), "text/plain": repr(dataset)}
+    outputs = [
+        {"output_type": "stream", "name": "stdout", "text": "printed" * 60},
+        {"output_type": "execute_result", "execution_count": 1, "data": shown, "metadata": {}},
+    ]
+    code = {"cell_type": "code", "execution_count": 1, "metadata": {}, "outputs": outputs}
+    cells = [
+        {"cell_type": "markdown", "metadata": {}, "source": "# A page"},
+        {**code, "source": "wide = " + " + ".join(["number"] * 60) + "  # a comment"},
+    ]
+    notebook = {"nbformat": 4, "nbformat_minor": 4, "metadata": {}, "cells": cells}
+    source = tmp_path_factory.mktemp("documentation")
+    (source / "index.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+    settings = {
+        "extensions": ["myst_nb"],
+        "nb_execution_mode": "off",
+        "html_theme": "furo",
+        "html_static_path": [str(DOCS / "_static")],
+        "html_css_files": ["pages.css"],
+    }
+    (source / "conf.py").write_text("".join(f"{key} = {value!r}\n" for key, value in settings.items()), "utf-8")
+    out = source / "html"
+    sphinx.Sphinx(source, source, out, source / "trees", "html", status=None).build()
+    return out / "index.html"
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize(
+    ("theme", "chosen"), [("light", "auto"), ("dark", "auto"), ("light", "dark"), ("dark", "light")]
+)
+def test_documentation_can_be_read(documentation, page, visit, theme, chosen, width):
+    as_seen(page, theme, width)
+    visit(documentation)
+    page.execute_script("document.body.dataset.theme = arguments[0]", chosen)
+    settled(page)
+    assert (brightness(page) < 0.1) == ("dark" in (chosen, theme if chosen == "auto" else ""))
+    assert "three points" in page.execute_script("return document.querySelector('.xr-wrap').textContent")
+    assert hard_to_read(page, least=20) == []
+    assert width_of_contents(page) <= width
+    cut = "return [...document.querySelectorAll('pre')].filter((e) => e.scrollWidth > e.clientWidth + 1).length"
+    assert page.execute_script(cut) == 0
