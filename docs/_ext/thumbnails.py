@@ -1,4 +1,4 @@
-"""A directive that shows the first picture of each of some pages, small, with its title, as a link to the page.
+"""A directive that shows the first picture of each of some pages, small, as a link to the page, with title and caption.
 
     ```{thumbnails}
     cascade
@@ -6,7 +6,8 @@
     ```
 
 The pages lie beside the one with the directive. Pictures are those that the build has made of their code, with their
-own alternative text; a page without one, as in a build that runs no code, is a title only.
+own alternative text and caption; a page without one, as in a build that runs no code, is a title only. Captions have no
+formulas, whose scripts only pages with formulas load.
 """
 
 from docutils import nodes
@@ -43,7 +44,7 @@ class ShowThumbnails(SphinxPostTransform):
             place.replace_self(shown)
 
     def thumbnail(self, page: str) -> nodes.container:
-        """One picture with its title."""
+        """One picture with its title and caption."""
         address = self.app.builder.get_relative_uri(self.env.docname, page)
         link = nodes.reference("", "", internal=True, refuri=address)
         picture = next(self.env.get_doctree(page).findall(nodes.image), None)
@@ -52,7 +53,13 @@ class ShowThumbnails(SphinxPostTransform):
             small.attributes.update(width="100%", classes=["thumbnail"])
             link += small
         link += nodes.inline("", self.env.titles[page].astext())
-        return nodes.container("", nodes.paragraph("", "", link))
+        shown = nodes.container("", nodes.paragraph("", "", link))
+        figure = picture
+        while figure is not None and not isinstance(figure, nodes.figure):
+            figure = figure.parent
+        if figure is not None:
+            shown += [nodes.paragraph("", part.astext(), classes=["caption"]) for part in figure.findall(nodes.caption)]
+        return shown
 
 
 def setup(app) -> dict[str, bool]:
