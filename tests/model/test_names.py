@@ -183,7 +183,7 @@ def test_pi_is_the_number_where_nothing_is_called_so():
 )
 def test_a_text_is_never_run(tmp_path, text):
     made = tmp_path / "made"
-    with pytest.raises(cd.ModelError, match="modes.all.x: "):
+    with pytest.raises(cd.ModelError, match=r"modes.all.x: "):
         falls("k", 1.0, text.replace("{0}", str(made)).replace("{", "{{"))
     with pytest.raises(cd.ModelError, match=r"guard: "):
         cd.Transition("hit", "all", "all", guard=text.replace("{0}", str(made)), direction=1)
