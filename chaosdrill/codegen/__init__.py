@@ -1,4 +1,4 @@
-"""Expressions become compiled kernels."""
+"""Compilation of expressions to kernels."""
 
 from chaosdrill.codegen.kernels import Kernels, kernels_of
 

@@ -1,4 +1,4 @@
-"""Where generated sources and compiled code are kept: one folder a user, keyed by content."""
+"""Cache of generated sources and compiled code: one folder per user, keyed by content."""
 
 import contextlib
 import hashlib
@@ -51,7 +51,7 @@ def _others_who_write(folder: Path) -> str:
 
 
 def write_private(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all, into which nobody but the user can write."""
+    """Write a file atomically, with write access for the user alone."""
     handle, draft = tempfile.mkstemp(dir=path.parent, suffix=".part")
     try:
         with os.fdopen(handle, "wb") as file:
@@ -65,7 +65,7 @@ def write_private(path: Path, content: bytes) -> None:
 
 @cache
 def cache_folder() -> Path:
-    """A folder that can be written: the lasting one, else a temporary one."""
+    """A writable folder: the permanent one, otherwise a temporary one."""
     return lasting_folder() or Path(tempfile.mkdtemp(prefix="chaosdrill-"))
 
 

@@ -1,4 +1,4 @@
-"""Expressions of parameters alone, which a run evaluates once."""
+"""Expressions that depend on parameters only, evaluated once per run."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -20,11 +20,11 @@ class Constants:
         self.places: dict[Any, int] = {symbol: i for i, symbol in enumerate(self.symbols)}
 
     def place(self, expression: Any) -> int:
-        """Where the value of an expression of parameters stands."""
+        """Index of the value of an expression of parameters."""
         return self.places.setdefault(expression, len(self.places))
 
     def derived(self) -> list[tuple[int, Any]]:
-        """Places and expressions of all that are no parameters."""
+        """Indices and expressions of all derived constants."""
         return [(place, e) for e, place in self.places.items() if place >= len(self.symbols)]
 
     def loaded(self, function: "Function", row: "Row") -> "Loaded":
@@ -51,7 +51,7 @@ class Loaded:
 
 
 def double(expression: Any) -> float:
-    """The number that is nearest to an expression without symbols; NaN if it has no real value."""
+    """The double nearest to an expression without symbols; NaN if it has no real value."""
     if expression.is_Float or expression.is_Rational:
         return float(expression)
     value = expression.evalf(25)

@@ -29,7 +29,7 @@ def array(dimensions: int) -> ir.Type:
 
 
 class Number:
-    """A value that is computed with."""
+    """A floating-point value."""
 
     __slots__ = ("function", "value")
 
@@ -127,7 +127,7 @@ class Test:
 
 
 class Variable:
-    """A number that changes."""
+    """A number that can be assigned."""
 
     __slots__ = ("function", "slot")
 
@@ -137,11 +137,11 @@ class Variable:
 
     @property
     def now(self) -> Number:
-        """Its value."""
+        """Its current value."""
         return Number(self.function, self.function.builder.load(self.slot))
 
     def become(self, value: Any) -> Number:
-        """Give it a value."""
+        """Assign a value."""
         number = self.function.number(value)
         self.function.builder.store(number.value, self.slot)
         return number
@@ -152,7 +152,7 @@ class Variable:
 
 
 class Row:
-    """Numbers that stand side by side in memory."""
+    """Numbers that are contiguous in memory."""
 
     __slots__ = ("data", "function")
 
@@ -175,7 +175,7 @@ class Row:
         stored.align = 8 * self.function.width
 
     def after(self, count: Any) -> "Row":
-        """The row without its first numbers."""
+        """The row without its first entries."""
         function = self.function
         return Row(function, function.builder.gep(self.data, [function.places(count)]))
 
@@ -195,7 +195,7 @@ class Table:
 
 
 class Module:
-    """Functions that are compiled together.
+    """A module of functions that are compiled together.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ class Module:
         return str(self.module)
 
     def declared(self, name: str, types: Sequence[ir.Type], result: ir.Type) -> Any:
-        """A pure function that is somewhere else."""
+        """Declare a pure external function."""
         found = self.module.globals.get(name)
         if found is None:
             found = ir.Function(self.module, ir.FunctionType(result, types), name)
@@ -304,7 +304,7 @@ class Function:
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """The arguments as they are in the code."""
+        """The arguments in LLVM code."""
         return tuple(self.made.args)
 
     def number(self, value: Any) -> Number:
@@ -329,7 +329,7 @@ class Function:
         return Index(self, self.builder.and_(count.value, ir.Constant(INT, -size)))
 
     def half(self, count: Index) -> Index:
-        """Half of a whole number that is not negative, without its rest."""
+        """Half of a non-negative integer, rounded down."""
         return Index(self, self.builder.lshr(count.value, ir.Constant(INT, 1)))
 
     def spread(self, value: Any) -> Number:
@@ -347,14 +347,14 @@ class Function:
         return Number(self, getattr(self.builder, name)(a, b, flags=self.flags))
 
     def intrinsic(self, name: str, *arguments: Any) -> Number:
-        """A function that the compiler knows, of all doubles of a number at once."""
+        """A compiler intrinsic, applied to all doubles of a number at once."""
         values = [self.number(a).value for a in arguments]
         kind = "f64" if self.width == 1 else f"v{self.width}f64"
         called = self.module.declared(f"llvm.{name}.{kind}", [self.type] * len(values), self.type)
         return Number(self, self.builder.call(called, values))
 
     def external(self, name: str, *arguments: Any) -> Number:
-        """A function of doubles that is found by its name when the code is loaded."""
+        """A function of doubles that is resolved by name when the code is loaded."""
         numbers = [self.number(a) for a in arguments]
         called = self.module.declared(name, [DOUBLE] * len(numbers), DOUBLE)
         return self.one_by_one(lambda *values: self.builder.call(called, values), *numbers)
@@ -371,11 +371,11 @@ class Function:
         return Number(self, result)
 
     def truth(self, value: bool) -> Test:
-        """A test whose result is known."""
+        """A constant test."""
         return Test(self, ir.Constant(ir.IntType(1), int(value)))
 
     def choose(self, test: Test, first: Any, second: Any) -> Number:
-        """The first number where the test holds, else the second."""
+        """The first number if the test holds, otherwise the second."""
         return Number(self, self.builder.select(test.value, self.number(first).value, self.number(second).value))
 
     def any_beyond(self, x: Number, limit: float) -> Test:
@@ -407,7 +407,7 @@ class Function:
         return Index(self, self.builder.sext(found, INT))
 
     def either(self, test: Test, first: Any, second: Any) -> Index:
-        """The first whole number where the test holds, else the second."""
+        """The first integer if the test holds, otherwise the second."""
         return Index(self, self.builder.select(test.value, self.index(first).value, self.index(second).value))
 
     def scratch(self, count: int) -> Row:
@@ -482,7 +482,7 @@ class Function:
         self.builder.position_at_end(after)
 
     def give(self, result: Any = None) -> None:
-        """End here, with a result."""
+        """Return a result."""
         if result is None:
             self.builder.ret_void()
         else:

@@ -1,4 +1,4 @@
-"""Expressions as numbers of a function that is being written."""
+"""Evaluation of expressions in the code of a function."""
 
 from collections.abc import Iterable, Mapping
 from copy import copy

@@ -1,4 +1,4 @@
-"""Compiled code on the disk: one file a function, which is whole or is not used.
+"""Compiled code on disk: one file per function, used only if it is intact.
 
 A file holds a digest of what follows it and is renamed into place. One that was cut, emptied or altered is noticed and
 compiled anew; a disk that is full costs the keeping and nothing else. The digest tells damage. It is no proof of where
@@ -31,7 +31,7 @@ _swept: set[Path] = set()
 
 
 def read(path: Path) -> bytes | None:
-    """The content of a file of compiled code, or None if there is none that is whole.
+    """Content of a file of compiled code, or None if it is missing or damaged.
 
     A file that is used takes the present time, once a day, and so does not become an old one.
     """
@@ -62,7 +62,7 @@ def keep(path: Path, content: bytes) -> None:
 
 
 def remove_old(folder: Path) -> None:
-    """Remove compiled code that nobody has used for long.
+    """Remove compiled code that has not been used for long.
 
     Another process may do so at the same time, or be about to read a file that goes: it then compiles anew.
     """

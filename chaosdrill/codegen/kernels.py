@@ -1,4 +1,4 @@
-"""A system's kernels: written as LLVM code, compiled, and kept by content."""
+"""The kernels of a system: written as LLVM code, compiled, and cached by content."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class Code:
     """Special functions that it calls."""
 
     def functions(self, signatures: dict[str, Any]) -> dict[str, NativeFunction]:
-        """Its functions by name, compiled unless the disk has their code."""
+        """Its functions by name, compiled unless cached on disk."""
         code = kept.object_code(self.text, packed=self.packed)
         library = load(code, {name: address(name) for name in self.imports})
         return {name: NativeFunction(name, signatures[name], library) for name in self.names}
@@ -59,7 +59,7 @@ class Written:
     constants: int
 
     def lanes(self) -> tuple[Code, ...]:
-        """The same series for several trajectories side by side."""
+        """The same series for several trajectories in SIMD lanes."""
         return _series(self.modes, LANES)
 
 
@@ -243,7 +243,7 @@ class Kernels:
 
     @property
     def events(self) -> tuple[tuple[Event, ...], ...]:
-        """Per mode the guards it watches."""
+        """Guards that each mode watches."""
         return self.written.events
 
     @property

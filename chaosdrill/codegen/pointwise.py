@@ -1,4 +1,4 @@
-"""Rates, guards and whole events at one point, as LLVM code.
+"""Rates, guards and events at one point, as LLVM code.
 
 An event has few numbers to compute and many that several of its parts share (the load at its time, above all), so that
 one function of which the parts share their subexpressions costs a fraction of a function a part. What only one outcome

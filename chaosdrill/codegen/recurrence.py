@@ -1,4 +1,4 @@
-"""The recurrences of a tape's nodes, four orders a pass.
+"""Taylor recurrences of the nodes of a tape, four orders per pass.
 
 After Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904. A product of series costs a sum that grows with the order,
 and every order waits for the one before it. So the orders 4 m to 4 m + 3 are done in one pass: what they need of orders

@@ -1,4 +1,4 @@
-"""How far the computed value of an expression may be from the exact one, from the operations that it is made of.
+"""Bounds of the rounding error of an expression, from its operations.
 
 A bound in units of the rounding unit, itself an expression: every operation adds its own rounding to what those of its
 operands become in it (running error analysis: Wilkinson 1963; Higham, Accuracy and Stability of Numerical Algorithms,

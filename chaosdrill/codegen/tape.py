@@ -1,4 +1,4 @@
-"""Expressions become a tape of elementary operations, each with a Taylor recurrence.
+"""Expressions as a tape of elementary operations, each with a Taylor recurrence.
 
 A node is a constant (depends on parameters only), a state, time, or an operation on earlier nodes. Equal expressions
 share one node.
@@ -99,7 +99,7 @@ class Tape:
         return self._function(expression)
 
     def arguments(self, index: int) -> tuple[int, ...]:
-        """What a node is a function of."""
+        """Arguments of a node."""
         node = self.nodes[index]
         return node.args[: node.value] if node.op == "special" else node.args
 

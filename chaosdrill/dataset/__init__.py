@@ -1,4 +1,4 @@
-"""What every output variable is, how a run can end, and where a dataset came from."""
+"""Output variables, outcomes and provenance."""
 
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.dataset.label import describe, described_again, label

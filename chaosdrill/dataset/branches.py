@@ -1,11 +1,11 @@
-"""What a point of a branch of periodic orbits can be, and how such a branch can end."""
+"""Special points of branches of periodic orbits, and the ways in which a branch can end."""
 
 from enum import IntEnum
 from typing import Any
 
 
 class Special(IntEnum):
-    """What happens at a point of a branch; archives store the number, with the names as CF flag meanings."""
+    """Kind of a point of a branch; archives store the number, with the names as CF flag meanings."""
 
     REGULAR = 0
     FOLD = 1
@@ -56,7 +56,7 @@ class BranchEnd(IntEnum):
 
 
 def count_special_points(codes: Any) -> dict[str, int]:
-    """How often each special point stands in an array of codes, by its meaning."""
+    """Number of special points of each kind in an array of codes, by meaning."""
     found = codes.tolist()
     return {kind.meaning: found.count(kind) for kind in Special if kind in found}
 

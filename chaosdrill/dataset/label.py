@@ -1,4 +1,4 @@
-"""Attributes, checks and provenance of a dataset, all from the one table."""
+"""Attributes, checks and provenance of datasets, from one table of variables."""
 
 import json
 import re
@@ -22,7 +22,7 @@ NUMBERS = ("format_version", "tolerance", "random_seed", "wall_time_s")
 
 
 def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, Any]) -> "xr.Dataset":
-    """Check a raw dataset against the table and give it its attributes and its provenance.
+    """Check a raw dataset against the table and add its attributes and provenance.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
     kind : str
         Kind of the analysis, a key of ``SCHEMA``.
     system : HybridSystem
-        The system that was run.
+        System that was simulated.
     settings : mapping
         Arguments of the analysis; ``settings["sweep"]`` names the swept parameters, ``settings["grid"]`` the
         states of a grid of initial states, if any.

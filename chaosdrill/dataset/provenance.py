@@ -1,4 +1,4 @@
-"""Where a dataset came from, as attributes that NetCDF can hold."""
+"""Provenance of a dataset, as attributes that NetCDF can store."""
 
 import json
 import platform
@@ -36,7 +36,7 @@ def provenance(
     settings: Mapping[str, Any] | None = None,
     scene: Any = None,
 ) -> dict[str, str | float | int]:
-    """All attributes that say where a dataset or an archive came from.
+    """Attributes that describe the origin of a dataset or an archive.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The literature behind a result: what is to be cited for a kind of analysis, a method and a system."""
+"""Literature to cite for a result: for its analysis, method and system."""
 
 import json
 import re
@@ -51,7 +51,7 @@ class Reference:
     entry: str = "article"
 
     def text(self) -> str:
-        """The reference for people.
+        """The reference as text.
 
         Returns
         -------
@@ -66,7 +66,7 @@ class Reference:
         return f"{line}. doi:{self.doi}" if self.doi else f"{line}."
 
     def bibtex(self) -> str:
-        """The reference for BibTeX.
+        """The reference as a BibTeX entry.
 
         Returns
         -------
@@ -131,7 +131,7 @@ def package() -> Reference:
 
 
 def references(attributes: Mapping[str, Any], variables: Iterable[str] = ()) -> tuple[Reference, ...]:
-    """What is to be cited for one result, this package apart.
+    """References for one result, apart from this package.
 
     Parameters
     ----------

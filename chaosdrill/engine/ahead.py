@@ -26,7 +26,7 @@ _started: dict[str, subprocess.Popen[bytes]] = {}
 
 
 def compile_ahead(part: str) -> None:
-    """Begin to compile a part of the engine and what it calls by address, unless they are kept already.
+    """Start to compile a part of the engine and what it calls by address, unless both are cached.
 
     A part is a module and its function of the same name. Nothing is begun where nothing would last.
     """
@@ -50,7 +50,7 @@ def _begin(part: str) -> None:
 
 
 def await_part(part: str) -> None:
-    """Wait for the processes that compile a part, if there are any."""
+    """Wait for any processes that compile a part."""
     for one in (part, *_WITH.get(part, ())):
         process = _started.get(one)
         if process is not None and process.poll() is None:

@@ -1,1 +1,1 @@
-"""Periodic orbits of hybrid systems: found by shooting, followed in parameters, with what happens along the way."""
+"""Periodic orbits of hybrid systems: shooting, continuation in parameters, and bifurcations along the way."""

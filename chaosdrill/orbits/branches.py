@@ -1,4 +1,4 @@
-"""Branches of orbits over one parameter: traced segment by segment, both ways from a start, and onto doubled orbits."""
+"""Branches of orbits over one parameter, traced in both directions from a start and onto doubled orbits."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -37,7 +37,7 @@ ENDS = {
 
 @dataclass(frozen=True)
 class BranchSegment:
-    """Points of a curve, all of the same sequence of events, and the rank of their tangent maps."""
+    """Points of a curve that share one sequence of events, and the rank of their tangent maps."""
 
     curve: Curve
     points: Sequence[Point]
@@ -81,17 +81,17 @@ class BranchSegment:
         return np.array([p.shot.speeds for p in self.points])
 
     def with_points(self, points: Sequence[Point]) -> "BranchSegment":
-        """With other points of the same events."""
+        """A copy with other points and the same events."""
         return replace(self, points=points)
 
     def reversed(self) -> "BranchSegment":
-        """The same points in the other order."""
+        """The same points in reverse order."""
         return self.with_points([p.turned() for p in reversed(self.points)])
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A special point: which point of which segment it is, what happens, how exactly it is known."""
+    """A special point: its segment and index, its kind, and its error."""
 
     segment: int
     point: int
@@ -102,7 +102,7 @@ class Mark:
 
 @dataclass
 class Branch:
-    """A branch, or curve, that was followed.
+    """A branch or curve that has been followed.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class Branch:
         return sum(len(s) for s in self.segments)
 
     def ended(self, end: BranchEnd, words: str = "") -> "Branch":
-        """This branch, ended so; by default in the words of that end."""
+        """This branch with the given end, described by default in the words of that end."""
         self.end, self.words = end, words or end.advice
         return self
 
@@ -145,7 +145,7 @@ class Branch:
         return float(self.segments[mark.segment].values[mark.point, 0])
 
     def joined(self, backward: "Branch") -> "Branch":
-        """One branch of the two halves, which share their first point."""
+        """One branch from two halves that share their first point."""
         lengths = [len(s) for s in backward.segments]
         count = len(lengths)
         marks = [
@@ -163,7 +163,7 @@ class Branch:
 
 
 def met(curve: Curve, orbit: "Orbit", known: Sequence[BranchSegment]) -> bool:
-    """Whether an orbit is one of those at the ends of segments that are known."""
+    """Whether an orbit coincides with an end of a known segment."""
     weights = curve.weights(orbit)
     weights[curve.problem.states] = 0.0
     ends = (p.orbit for s in known if len(s) for p in (s.points[0], s.points[-1]))
@@ -179,7 +179,7 @@ def trace_branch(
     known: Sequence[BranchSegment] = (),
     others: Sequence[BranchSegment] = (),
 ) -> Branch:
-    """Follow a curve from a point of it in one direction, until it ends.
+    """Follow a curve in one direction from one of its points until it ends.
 
     Parameters
     ----------
@@ -363,7 +363,7 @@ def branches(
     numerics: Numerics,
     progress: Progress | None,
 ) -> BranchResult:
-    """The branch through an orbit, and up to ``doublings`` generations of doubled ones.
+    """The branch through an orbit, and up to ``doublings`` generations of doubled branches.
 
     Parameters
     ----------
@@ -374,7 +374,7 @@ def branches(
     period, start, transient
         Of the first orbit, as in `chaosdrill.orbits.find.starting_orbit`.
     doublings : int
-        Generations of doubled orbits that are followed.
+        Generations of doubled orbits to follow.
     step : float
         Longest step of the parameter.
     max_points : int
@@ -386,7 +386,7 @@ def branches(
     Returns
     -------
     BranchResult
-        Without points, and with the reason in its outcome and message, if there is no orbit to start with.
+        Empty, with the reason in its outcome and message, if no orbit was found to start from.
     """
     try:
         problem, orbit, shot, _, _ = starting_orbit(system, (parameter,), period, start, transient, numerics)

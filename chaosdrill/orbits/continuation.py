@@ -1,4 +1,4 @@
-"""Curves of orbits followed over parameters, by pseudo-arclength, as far as the orbits keep their events.
+"""Pseudo-arclength continuation of orbits, as long as their sequence of events does not change.
 
 A branch of orbits over one parameter and a curve of special points over two are followed alike: the next point is
 predicted by the polynomial through the last ones and corrected at a right angle to the curve; steps are adapted to the
@@ -43,15 +43,15 @@ class Plane:
 
     @property
     def twist(self) -> float:
-        """Area of the plane's unit square in the parameters; zero where the surface folds over them."""
+        """Area of the plane's unit square, projected onto the parameters; zero where the surface folds."""
         return float(np.linalg.det((self.rows * self.weights)[:, -2:]))
 
     def part(self, change: np.ndarray) -> np.ndarray:
-        """Components along the rows of a change of the reduced unknowns, shape (2,)."""
+        """Components of a change of the reduced unknowns along the rows, shape (2,)."""
         return (self.rows * self.weights**2) @ change
 
     def direction(self, part: np.ndarray) -> np.ndarray:
-        """The direction of length 1 with such components."""
+        """The unit direction with these components."""
         return part @ self.rows / np.linalg.norm(part)
 
 
@@ -85,13 +85,13 @@ def plane_at(
 
 @dataclass(frozen=True)
 class Root:
-    """Where a test function vanishes at a point of its curve.
+    """The root of a test function at a point of its curve.
 
     Attributes
     ----------
     plane : Plane
     across : ndarray, shape (columns,)
-        At a right angle to the curve, within the plane.
+        Perpendicular to the curve, within the plane.
     slope : float
         Derivative of the function across.
     error : float
@@ -138,13 +138,13 @@ class Point:
     root: Root | None = None
 
     def turned(self) -> "Point":
-        """The same, to be followed the other way."""
+        """The same point, to be followed in the opposite direction."""
         return replace(self, tangent=-self.tangent, arclength=-self.arclength)
 
 
 @dataclass(frozen=True)
 class Border:
-    """Where the events change: the last orbit of a sequence of them, what was seen there, and the first one beyond.
+    """Where the events change: the last orbit before, what was seen there, and the first orbit beyond.
 
     ``bad`` is None where there is no orbit beyond; ``error`` is the distance between the two in the first parameter.
     """
@@ -157,7 +157,7 @@ class Border:
 
 
 class Curve:
-    """A branch of orbits over one parameter: what finds its points.
+    """A branch of orbits over one parameter, and the equations for its points.
 
     Parameters
     ----------
@@ -175,13 +175,13 @@ class Curve:
         self.spans = np.ptp(limits, axis=1)
 
     def unlimited(self) -> "Curve":
-        """The same without limits."""
+        """The same curve without limits."""
         other = copy(self)
         other.limits = np.tile([-np.inf, np.inf], (len(self.limits), 1))
         return other
 
     def weights(self, orbit: "Orbit") -> np.ndarray:
-        """What differences of an orbit's reduced unknowns count."""
+        """Weights of differences between reduced unknowns."""
         return self.problem.weights(orbit, self.spans)
 
     def values(self, orbit: "Orbit") -> np.ndarray:
@@ -202,15 +202,15 @@ class Curve:
         return float(np.linalg.norm(self.change(one, other) * weights))
 
     def first(self, orbit: "Orbit", shot: "Shot", ahead: np.ndarray | None = None) -> Point:
-        """A converged orbit as the first point of a curve, to be followed to the side of ``ahead``.
+        """A converged orbit as the first point of a curve, to be followed towards ``ahead``.
 
-        By default it is that of a growing parameter.
+        By default the parameter grows.
         """
         weights = self.weights(orbit)
         return Point(orbit, shot.bare(), weights, self.problem.direction(orbit, shot, weights, ahead), orbit)
 
     def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
-        """The point of the curve next to a guess.
+        """The point of the curve nearest to a guess.
 
         Parameters
         ----------
@@ -249,7 +249,7 @@ class Curve:
         return found or (point.orbit, point.shot)
 
     def predicted(self, points: list[Point], h: float) -> "Orbit":
-        """The polynomial through the last points, a step behind the last one."""
+        """The polynomial through the last points, one step beyond the last."""
         last = points[-1]
         if len(points) == 1:
             shot = self.problem.shoot(last.orbit, False, last.section)
@@ -289,7 +289,7 @@ class Curve:
         return point
 
     def cosine(self, one: Point, other: Point) -> float:
-        """Cosine of the angle between the directions at two points."""
+        """Cosine of the angle between the tangents at two points."""
         there = one.weights * other.tangent
         return float((one.weights * one.tangent) @ there / np.linalg.norm(there))
 
@@ -307,7 +307,7 @@ class Curve:
         return replace(point, arclength=one.arclength + share * (other.arclength - one.arclength))
 
     def at_limit(self, last: Point, beyond: Point) -> Point | None:
-        """The point at the limit that is passed first between two; None where the last one is at it.
+        """The point at the first limit passed between two points; None if the last point lies on it.
 
         Raises
         ------
@@ -493,7 +493,7 @@ class Continued:
     border : Border, optional
         Where the events change, if that is the end; the last point is the last one before.
     lost : bool
-        Whether no further point was found.
+        Whether the curve was lost: no further point was found.
     """
 
     points: list[Point]
@@ -505,7 +505,7 @@ class Continued:
 def continue_curve(
     curve: Curve, first: Point, step: float, most: int, first_step: float | None = None, home: Point | None = None
 ) -> Continued:
-    """Follow a curve from one of its points, in the direction of its tangent, while its orbits keep their events.
+    """Follow a curve from a point in the direction of its tangent, as long as the events do not change.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where the events of an orbit change: a hit or a slip appears or vanishes, two trade places, one comes out otherwise.
+"""Changes of an orbit's events: one appears or vanishes, two trade places, or one has another outcome.
 
 A branch of orbits with a given sequence of events goes on smoothly beyond the last one that the system follows. The
 border is found by bisection on whether it does. From there the orbits with other sequences are looked for that go
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Touch:
-    """A guard that is nearly met within a segment.
+    """A guard that is nearly reached within a segment.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Touch:
     side: int
 
     def greatest(self, problem: "Problem", orbit: "Orbit", instant: float) -> tuple[float, float]:
-        """Greatest value within the segment next to an instant, and when it is reached.
+        """Largest value of the guard in the segment near an instant, and its time.
 
         Parameters
         ----------
@@ -60,7 +60,7 @@ class Touch:
         Raises
         ------
         LostError
-            There is no greatest value near: it has left the segment.
+            No maximum nearby: it has left the segment.
         """
         total = float(orbit.durations.sum())
         now, gap = instant, SETTINGS.touch_probe * total
@@ -114,7 +114,7 @@ def touches(problem: "Problem", orbit: "Orbit") -> "Iterator[tuple[float, Touch,
 
 
 def nearest_touch(problem: "Problem", orbit: "Orbit") -> tuple[Touch, float] | None:
-    """The guard that an orbit at a border touches, and when; None if there is none."""
+    """The guard that an orbit touches at a border, and the time; None if it touches none."""
     found = min(touches(problem, orbit), key=lambda one: one[0], default=None)
     return found[1:] if found is not None and found[0] <= SETTINGS.touching else None
 
@@ -133,7 +133,7 @@ def slowness(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray:
 
 
 def slowest_event(problem: "Problem", orbit: "Orbit", shot: "Shot") -> int | None:
-    """Number of the event that comes with no speed; None if there is none."""
+    """Index of the event with zero normal speed; None if there is none."""
     parts = slowness(problem, orbit, shot)
     slowest = int(parts.argmin())
     return slowest if parts[slowest] <= SETTINGS.touching else None
@@ -283,7 +283,7 @@ def _guesses(problem: "Problem", border: Border) -> "Iterator[Orbit]":
 
 
 def without_events(problem: "Problem", orbit: "Orbit") -> "Iterator[Orbit]":
-    """The path without any event, if it stays in one mode."""
+    """The path without its events, if it stays in one mode."""
     if orbit.eventless or len(set(orbit.segments[:, at.SEGMENT_MODE].tolist())) > 1:
         return
     values = orbit.starts[0, problem.states :]
@@ -378,7 +378,7 @@ def _branch_from(curve: "Curve", guess: "Orbit", border: Border, further: "list[
 
 
 def distance(problem: "Problem", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
-    """Distance of two orbits at the strobes and in the parameter, in the norm of the weights.
+    """Distance between two orbits at the strobes and in the parameter, in the weighted norm.
 
     Without strobes: the largest distance at which one passes a place of the other, and how much longer one takes.
     """

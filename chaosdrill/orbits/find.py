@@ -1,4 +1,4 @@
-"""One orbit: from a guess of it to what is known of it, or to why there is none."""
+"""One orbit, from a guess to a verified result or to the reason why there is none."""
 
 from dataclasses import replace
 from functools import partial
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 
 class NoOrbitError(Exception):
-    """Why no orbit was found.
+    """Raised if no orbit was found, with the reason.
 
     Parameters
     ----------
     outcome : Outcome
     message : str
     residuals : ndarray
-        Of Newton's method, as far as it got.
+        Residuals of Newton's method up to its end.
     """
 
     def __init__(self, outcome: Outcome, message: str, residuals: np.ndarray | None = None) -> None:
@@ -70,7 +70,7 @@ def inadmissible_words(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
 
 
 def at_rest(problem: "Problem", orbit: "Orbit") -> bool:
-    """Whether nothing moves along the orbit: no event happens, or none but a slip of no length."""
+    """Whether the orbit is at rest: no event occurs, except for slips of zero length."""
     if not orbit.eventless and orbit.durations.min() > SETTINGS.slip_at_rest * orbit.durations.sum():
         return False
     total = float(orbit.durations.sum())
@@ -127,7 +127,7 @@ def _growing(points: np.ndarray) -> np.ndarray:
 
 
 def why_not(code: int, residuals: np.ndarray) -> str:
-    """Why Newton's method failed, in words."""
+    """The reason why Newton's method failed."""
     known = residuals[np.isfinite(residuals)]
     went = f"; its residuals went from {known[0]:.1e} to {known.min():.1e}" if len(known) else ""
     if code == SINGULAR:
@@ -138,7 +138,7 @@ def why_not(code: int, residuals: np.ndarray) -> str:
 
 
 def find_orbit(system: "HybridSystem", period: int, start: str, transient: float, numerics: Numerics) -> FoundOrbit:
-    """One orbit with all that is known of it, or why there is none.
+    """Find and verify one orbit, or say why there is none.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def find_orbit(system: "HybridSystem", period: int, start: str, transient: float
 def starting_orbit(
     system: "HybridSystem", free: tuple[str, ...], period: int, start: str, transient: float, numerics: Numerics
 ) -> tuple[Problem, Orbit, Shot, np.ndarray, str]:
-    """The orbit near the system's initial state, or near where that leads.
+    """The orbit near the initial state, or near the attractor that it leads to.
 
     On an attractor Newton's method starts where the motion comes back most nearly after the period, and there from
     several such places. An orbit of a shorter period is given only if none of the period asked for was found.
@@ -171,7 +171,7 @@ def starting_orbit(
     problem, orbit, shot, residuals : Problem, Orbit, Shot, ndarray
         The orbit with what shooting and Newton's method showed.
     message : str
-        What there is to say of it.
+        Remarks on the orbit.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Initial guesses of orbits, read off runs of the ordinary engine."""
+"""Initial guesses for orbits, read from ordinary simulations."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a motion is.
+    """A state on a motion, from which it can be continued.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Place:
     came: Run | None = None
 
     def run(self, period: float, numerics: "Numerics", **options: object) -> Run:
-        """A run that goes on from there; the arguments are those of `Run`."""
+        """A run that continues from there; arguments as for `Run`."""
         run = Run(self.system, period, numerics, **options)  # type: ignore[arg-type]
         if self.came is not None:
             state = run.x.copy()
@@ -54,7 +54,7 @@ class Place:
 
 
 def started(system: "HybridSystem", state: np.ndarray, mode: str) -> "HybridSystem":
-    """The system with another initial state."""
+    """The system with a different initial state."""
     return system.with_initial(**dict(zip(system.state_names, state.tolist(), strict=True)), mode=mode)
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def doubled(curve: "Curve", orbit: "Orbit", scale: float, most: float) -> tuple["Orbit", "Shot", np.ndarray] | None:
-    """An orbit of twice the period near a period doubling, its shot, and the direction that leads away from there.
+    """An orbit of twice the period near a period doubling, its shot, and the direction away from the doubling.
 
     Of the two null vectors of the equations of the orbit gone through twice one is the direction of the old branch; the
     new branch starts across it. ``scale`` is a part by which distances are shortened, high up in a cascade; the
@@ -111,7 +111,7 @@ def _beside(curve: SpecialCurve, orbit: "Orbit", second: float) -> tuple[Special
 
 
 def lifted(orbit: "Orbit", value: float) -> "Orbit":
-    """The same orbit with one more free parameter."""
+    """The orbit with one more free parameter."""
     return replace(orbit, starts=np.column_stack([orbit.starts, np.full(len(orbit), value)]))
 
 

@@ -1,4 +1,4 @@
-"""Branches become one table of points; period doublings in a row, Feigenbaum's ratios and where they accumulate.
+"""Branches as one table of points; cascades of period doublings, Feigenbaum's ratios and their accumulation.
 
 Feigenbaum 1978, doi:10.1007/BF01020332; the limit by Aitken's delta-squared process.
 """
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 
 def cascade_from(values: "Sequence[float]", periods: "Sequence[int]") -> Cascade:
-    """Ratios and limit of doublings in a row.
+    """Ratios and limit of successive period doublings.
 
     Parameters
     ----------
     values : sequence of float
         The parameter at each.
     periods : sequence of int
-        Period of the orbit that doubles there.
+        Period of the orbit that doubles at each.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def _limit(a: float, b: float, c: float) -> float:
 def collect(
     problem: Problem, parameters: tuple[str, ...], branches: "Sequence[Branch]", cascade: Cascade | None
 ) -> BranchResult:
-    """One table of all points, branch after branch."""
+    """One table of the points of all branches."""
     tables, events, infos = [], [], []
     names: dict[str, int] = {}
     total = 0
@@ -143,7 +143,7 @@ def _misses(segment: "BranchSegment") -> "Iterator[str]":
 
 
 def miss(problem: "Problem", orbit: "Orbit") -> str:
-    """What a run of the ordinary engine says against an orbit; empty if nothing."""
+    """How an ordinary simulation contradicts an orbit; empty if it does not."""
     d = problem.states
     system = with_values(problem, orbit.starts[0, d:])
     plain = Problem(system, (), problem.numerics)

@@ -1,6 +1,6 @@
-"""What is known of an orbit, verified: runs of the ordinary engine, exponents, and volume contraction.
+"""Verification of an orbit by ordinary simulation, exponents and volume contraction.
 
-The latter is told from the expressions alone: divergence of the fields, determinants at events.
+Volume contraction follows from the expressions alone: divergence of the fields, determinants at events.
 """
 
 from dataclasses import dataclass, replace
@@ -95,7 +95,7 @@ def _saltation(system: "HybridSystem", transition: int, mode: int) -> Any:
 
 @dataclass(frozen=True)
 class Lapped:
-    """What runs of the engine around an orbit showed.
+    """Results of runs around an orbit.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Lapped:
     differs: str
 
     def explained(self, tolerance: float, laps: int = 1) -> float:
-        """Difference after so many laps that round-off and the tolerance explain."""
+        """Difference that round-off and the tolerance explain after this many laps."""
         return min(SETTINGS.slack * (SETTINGS.step_error + tolerance) * max(1.0, self.growth) ** laps, SETTINGS.closed)
 
 
@@ -189,7 +189,7 @@ def _compare(problem: "Problem", orbit: "Orbit", segment: int, rows: np.ndarray)
 
 
 def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -> Checks:
-    """Compare multipliers with exponents and contractions, and the start with where two periods lead.
+    """Compare multipliers with exponents and contraction, and the start with the state two periods later.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     exponents : ndarray, shape (d,)
         Descending; -inf for directions that events remove; members of a group share its mean.
     ends : list of int
-        Number of the first exponent behind each group.
+        Index of the first exponent after each group.
     """
     d = problem.states
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -293,7 +293,7 @@ def _difference(logs: np.ndarray, exponents: np.ndarray, ends: list[int]) -> flo
 
 
 def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.ndarray, message: str = "") -> FoundOrbit:
-    """The orbit with all that is known of it; without one, if the ordinary engine does not follow it.
+    """The verified orbit; a result without an orbit if an ordinary simulation does not follow it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Basins of attraction: to which attractor each initial state leads."""
+"""Basins of attraction: the attractor that each initial state leads to."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Branches of periodic orbits over a parameter, over the bifurcation diagram where there is one."""
+"""Branches of periodic orbits over a parameter, on top of the bifurcation diagram if there is one."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any

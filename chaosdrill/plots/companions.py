@@ -1,4 +1,4 @@
-"""Which datasets belong into one picture: those of the same system over the same parameters."""
+"""Datasets that belong in one picture: the same system over the same parameters."""
 
 import json
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""Curves of special points over two parameters, over the chart of periods where there is one."""
+"""Curves of special points over two parameters, on top of the chart of periods if there is one."""
 
 import json
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""One periodic orbit: its points and events, its multipliers, and how Newton's method closed in on it."""
+"""One periodic orbit: its points and events, its multipliers, and the convergence of Newton's method."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""A picture says of what it is one, and stands in the list of pictures."""
+"""Declaration of a picture, and the list of all pictures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

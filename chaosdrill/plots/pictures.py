@@ -98,7 +98,7 @@ def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
 def plot_archive(
     path: str | PathLike[str], output: str | PathLike[str] | None = None, group: str | None = None
 ) -> list[Path]:
-    """Draw every picture that suits what is in an archive.
+    """Draw every picture that suits the contents of an archive.
 
     Parameters
     ----------

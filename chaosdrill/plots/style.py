@@ -1,4 +1,4 @@
-"""How every picture looks: palette, line weights, and labels taken from the dataset's own attributes."""
+"""Common style of all pictures: palette, line weights, and labels from the attributes of the dataset."""
 
 import re
 import textwrap

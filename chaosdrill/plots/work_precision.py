@@ -1,4 +1,4 @@
-"""Work against precision: what each further digit costs, method by method."""
+"""Work-precision diagram: the cost of each further digit, by method."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -25,7 +25,7 @@ GRID_BYTES = 6_000_000
 
 
 def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.Dataset]") -> Markup:
-    """Draw a picture of one group, or of several that belong together.
+    """Draw a picture of one group, or of several groups that belong together.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) 
 
 
 def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, Any], list[str]]:
-    """What the chart shows, ready for JSON, and what had to be left out, in words.
+    """Contents of the chart, ready for JSON, and a note on what was left out.
 
     Numbers are 32-bit floats in base64, axes 64-bit; more cells than fit are thinned evenly in every direction, and of
     longer sections the last points are kept, among which every cycle that fits is whole.
@@ -220,7 +220,7 @@ def _base64(values: Any, dtype: str) -> str:
 
 
 def summary(dataset: "xr.Dataset") -> Markup:
-    """One sentence: how many points there are over what."""
+    """One sentence: the number of points and the parameters."""
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"] if "outcome" in dataset else []
     if dataset.attrs.get("kind") not in KINDS:
         return NOTHING

@@ -26,7 +26,7 @@ _UNSEEN = re.compile(
 
 
 class Quantity(str):
-    """A number that has been written out already."""
+    """A number that is already formatted."""
 
     __slots__ = ()
 
@@ -62,7 +62,7 @@ def mathml(expression: Any) -> Markup:
 
 
 def csp_hash(content: str) -> str:
-    """What a Content-Security-Policy knows a style or a script by."""
+    """Hash by which a Content-Security-Policy recognises a style or script."""
     return f"sha256-{b64encode(sha256(content.encode()).digest()).decode()}"
 
 
@@ -79,7 +79,7 @@ TEMPLATES.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",
 
 
 def render(template: str, **values: Any) -> Markup:
-    """A template with these values in it; what is not ``Markup`` is escaped."""
+    """A template filled with these values; everything but ``Markup`` is escaped."""
     return Markup(TEMPLATES.get_template(template).render(values))
 
 
@@ -90,12 +90,12 @@ def part(name: str, *arguments: Any) -> Markup:
 
 
 def joined(pieces: Iterable[Markup]) -> Markup:
-    """Pieces one after the other."""
+    """Concatenate pieces."""
     return NOTHING.join(pieces)
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], most: int = MOST_ROWS) -> Markup:
-    """A table whose first column names its rows; nothing if it has none.
+    """A table whose first column names its rows; empty without rows.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def uncertain(value: Any, error: Any) -> str:
 
 
 def seconds(value: Any) -> str:
-    """A time in the unit that suits it."""
+    """A time in a suitable unit."""
     value = float(value)
     if not value < float("inf"):
         return MISSING

@@ -26,7 +26,7 @@ _APART = ("scene", "versions")
 
 
 def scene_section(tree: "xr.DataTree") -> Markup:
-    """Everything that the scene says, or what the definitions tell without one."""
+    """The complete scene, or the definitions if there is none."""
     text = tree.attrs.get("scene")
     if not isinstance(text, str):
         return _defined(tree)

@@ -1,4 +1,4 @@
-"""From an archive to one page."""
+"""Write an archive as one page."""
 
 import os
 import re
@@ -69,15 +69,15 @@ class Report:
     path : pathlib.Path
         The page.
     archive : pathlib.Path
-        What it is about.
+        The archive shown.
     bytes : int
         Size of the page.
     groups : tuple of str
-        Analyses on it.
+        Analyses shown.
     pictures : int
-        Pictures on it.
+        Number of pictures.
     charts : int
-        Interactive charts on it.
+        Number of interactive charts.
     faults : tuple of str
         Parts that could not be shown, as an archive that was altered may have; empty if all is there.
     """
@@ -93,7 +93,7 @@ class Report:
 
 @expecting(SettingsError, path=PATH, output=PATH)
 def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None = None) -> Report:
-    """Write all that an archive tells into one page that needs nothing else, no network and no other file.
+    """Write the contents of an archive to one page that needs no network and no other file.
 
     Parameters
     ----------

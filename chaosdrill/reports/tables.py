@@ -1,4 +1,4 @@
-"""Tables of results, each of one dataset: nothing where the dataset has nothing of it."""
+"""Tables of results from one dataset each; empty if the dataset lacks the variables."""
 
 from math import log
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ TRUSTED = 1e-6
 
 
 def single_numbers(dataset: "xr.Dataset") -> Markup:
-    """Every variable that is one number, with its error and its unit."""
+    """All scalar variables, with error and unit."""
     rows = []
     for name, variable in dataset.variables.items():
         if (
@@ -96,7 +96,7 @@ def _runs(dataset: "xr.Dataset") -> dict[str, slice]:
 
 
 def outcomes(dataset: "xr.Dataset") -> Markup:
-    """How many runs ended how, and what to do about it."""
+    """Number of runs for each outcome, with advice."""
     if "outcome" not in dataset:
         return NOTHING
     from chaosdrill.dataset.outcomes import Outcome, count_outcomes
@@ -128,7 +128,7 @@ def long_name(dataset: "xr.Dataset", name: Any) -> str:
 
 
 def unit(attributes: Any) -> str:
-    """Unit of a variable; nothing where it is dimensionless."""
+    """Unit of a variable; empty if dimensionless."""
     found = str(attributes.get("units", ""))
     return "" if found == "1" else found
 
@@ -176,7 +176,7 @@ def without_results(dataset: "xr.Dataset") -> Markup:
 
 
 def stretches(dataset: "xr.Dataset") -> Markup:
-    """Along one parameter: from where to where the first seed has the same motion."""
+    """Intervals of one parameter in which the first seed has the same kind of motion."""
     import numpy as np
 
     if dataset.attrs.get("kind") != "bifurcation-diagram":
@@ -203,7 +203,7 @@ def stretches(dataset: "xr.Dataset") -> Markup:
 
 
 def attractors(dataset: "xr.Dataset") -> Markup:
-    """The attractors that basins lead to."""
+    """Attractors found from the grid of initial states."""
     if "attractor_number" not in dataset.dims:
         return NOTHING
     names = flag_names(dataset["attractor_outcome"])
@@ -375,7 +375,7 @@ def accuracy_section(groups: "Mapping[str, xr.Dataset]") -> Markup:
 
 
 def work_precision(dataset: "xr.Dataset") -> Markup:
-    """Errors, time and steps of every method at every tolerance, and the advice that follows."""
+    """Errors, times and steps of every method at every tolerance, with a recommendation."""
     if dataset.attrs.get("kind") != "work-precision":
         return NOTHING
     quantities = [str(name) for name in dataset["quantity"].values]

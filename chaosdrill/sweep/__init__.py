@@ -1,4 +1,4 @@
-"""Many independent runs: cut into chunks, computed anywhere, kept on disk as they finish."""
+"""Many independent runs: divided into chunks, computed anywhere, and stored as they finish."""
 
 from chaosdrill.sweep.parts import Parts
 from chaosdrill.sweep.schedule import execute

@@ -1,4 +1,4 @@
-"""How work is cut into chunks: by what the last ones cost."""
+"""Chunk sizes, from the cost of recent chunks."""
 
 from collections.abc import Iterable
 
@@ -20,7 +20,7 @@ MOST_BYTES = 2**24
 
 
 class ChunkSizes:
-    """Sizes of the chunks to come.
+    """Sizes of future chunks.
 
     The first chunks are small, since nobody knows what a unit costs. Then sizes grow until a chunk takes about a
     second, shrink at once when units become expensive, and shrink towards the end so that all workers end together.
@@ -37,7 +37,7 @@ class ChunkSizes:
         self.largest = 0
 
     def learn(self, count: int, seconds: float) -> None:
-        """Take note of what a chunk has cost: dearer units count at once, cheaper ones step by step.
+        """Record the cost of a chunk: a higher cost counts at once, a lower one gradually.
 
         What the first chunk spends on compiling is forgotten within a few chunks.
         """
@@ -61,7 +61,7 @@ class ChunkSizes:
 
 
 class Gaps:
-    """Units that are still to be computed, handed out from the first on.
+    """Units still to be computed, handed out in order.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Gaps:
         self.left = sum(end - begin for begin, end in self.spans)
 
     def take(self, count: int) -> tuple[int, int]:
-        """The next chunk, of ``count`` units or of those up to the end of the gap."""
+        """The next chunk: ``count`` units, or fewer at the end of a gap."""
         begin, end = self.spans.pop()
         count = min(count, end - begin)
         if begin + count < end:

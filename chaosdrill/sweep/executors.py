@@ -1,4 +1,4 @@
-"""Who runs chunks: this thread, threads of this process, or the workers of a Dask cluster."""
+"""Executors of chunks: this thread, threads of this process, or the workers of a Dask cluster."""
 
 import logging
 import pickle
@@ -41,7 +41,7 @@ class Executor:
     submit : callable
         Given the first unit and the number of units of a chunk, has it run some time.
     size : callable
-        How many chunks can run at once now.
+        Number of chunks that can run at once.
     parallel : bool
         Whether ``submit`` returns before the chunk has run.
     """

@@ -1,4 +1,4 @@
-"""What has changed between two descriptions of the same work."""
+"""Differences between two descriptions of a task."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -14,14 +14,14 @@ _WIDTH = 60
 
 
 def origin() -> dict[str, Any]:
-    """Versions of everything that computes numbers, and a key of the package's own numerical code."""
+    """Versions of all numerical libraries, and a key of the package's own numerical code."""
     from chaosdrill.codegen.cache import code_key
 
     return {"versions": library_versions(), "package source": code_key()}
 
 
 def of_system(system: "HybridSystem") -> dict[str, Any]:
-    """Equations, numbers and start of a system."""
+    """Equations, parameters and initial state of a system."""
     return {
         "name": system.name,
         "parameters": system.parameters,

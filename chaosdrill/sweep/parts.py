@@ -1,4 +1,4 @@
-"""What a run of a scene has finished so far: the folder ``OUT.nc.parts`` beside the archive that it will write.
+"""Finished parts of an unfinished run: the folder ``OUT.nc.parts`` next to the future archive.
 
 A sweep keeps its finished chunks in a folder of its own there (`store`), any other analysis its dataset. The file
 ``_scene.json`` says what the parts are results of, so that a changed scene is not gone on with.
@@ -40,16 +40,16 @@ _DATASET, _SEAL = "result.nc", "result.json"
 
 
 class Parts:
-    """Finished parts of a run, to be used as a context; without any on leaving, the folder is removed.
+    """Finished parts of a run, as a context manager; an empty folder is removed on exit.
 
     Parameters
     ----------
     folder : path-like
-        Where they are; made if it is not there.
+        Their folder; created if it does not exist.
     scene : mapping
         Everything that determines the numbers: ``"analysis"`` (by name) and what all analyses depend on.
     resume : bool
-        Whether to go on with an unfinished run that is found there.
+        Whether to continue an unfinished run found there.
 
     Raises
     ------
@@ -129,7 +129,7 @@ class Parts:
             return lazy.load().drop_encoding()
 
     def keep(self, group: str, dataset: "xr.Dataset") -> None:
-        """Keep the dataset of an analysis that has finished."""
+        """Store the dataset of a finished analysis."""
         folder = self.store(group)
         with self._told(f"cannot keep the result of {group}"):
             # a folder that was removed during the work is not made again: it would hold a part of the parts
@@ -143,7 +143,7 @@ class Parts:
                 draft.write_text(json.dumps(seal), encoding="utf-8")
 
     def finish(self) -> None:
-        """Remove the folder: the archive is written."""
+        """Remove the folder once the archive is written."""
         # should the removal be cut short, the next run knows that nothing is lost
         with suppress(OSError, ArchiveError):
             self._write({"finished": True})

@@ -1,4 +1,4 @@
-"""The loop of a sweep: chunks go out, results come in and are kept."""
+"""The main loop of a sweep: submit chunks, collect and store results."""
 
 import os
 from collections import Counter
@@ -25,7 +25,7 @@ def execute(
     store: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> Arrays:
-    """Run all units of a task, in chunks, and return their results.
+    """Run all units of a task in chunks and return their results.
 
     The same function runs the same units wherever that is, so that the results depend neither on the number of
     workers nor on the chunks, to the bit. Only a few chunks are under way at a time. An interruption cancels those that
@@ -34,7 +34,7 @@ def execute(
     Parameters
     ----------
     task : Task
-        What is to be run.
+        Task to run.
     workers : int, default 1
         Threads of this process; the kernels hold no lock.
     scheduler : str, optional
@@ -76,7 +76,7 @@ def execute(
 
 
 class Tally:
-    """Points done so far, by outcome.
+    """Count of finished points, by outcome.
 
     Parameters
     ----------

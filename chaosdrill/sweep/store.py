@@ -1,4 +1,4 @@
-"""Results of a sweep while it runs: in memory, or in a folder from which a later run goes on.
+"""Results of a running sweep: in memory, or in a folder from which a later run can continue.
 
 The folder holds ``manifest.json``, which says what the numbers are results of, and a file a finished chunk, moved into
 place whole and on the disk: its name tells the units, its first bytes are the digest of the name and of the results
@@ -73,13 +73,13 @@ class Memory:
         return sum(dtype.itemsize * prod(shape) for dtype, shape in self.columns.values())
 
     def put(self, first: int, count: int, arrays: Mapping[str, np.ndarray]) -> None:
-        """Keep the results of one chunk."""
+        """Store the results of one chunk."""
         for name, array in self._checked(count, arrays).items():
             self._arrays[name][first : first + count] = array
         self.finished.append((first, count))
 
     def part(self, first: int, count: int) -> Arrays:
-        """Results of one chunk that was kept."""
+        """Results of one stored chunk."""
         return {name: array[first : first + count] for name, array in self._arrays.items()}
 
     def arrays(self) -> Arrays:
@@ -103,7 +103,7 @@ class Store(Memory):
     Parameters
     ----------
     folder : path-like
-        Made if it is not there.
+        Created if it does not exist.
     task : Task
         Whose results.
 
@@ -133,7 +133,7 @@ class Store(Memory):
         self._check_room()
 
     def put(self, first: int, count: int, arrays: Mapping[str, np.ndarray]) -> None:
-        """Keep the results of one chunk, on the disk."""
+        """Store the results of one chunk on disk."""
         data = b"".join(array.tobytes() for array in self._checked(count, arrays).values())
         path = self.folder / _name(first, count)
         with self._told("cannot keep a finished chunk"), replacing(path) as draft:
@@ -141,7 +141,7 @@ class Store(Memory):
         self.finished.append((first, count))
 
     def part(self, first: int, count: int) -> Arrays:
-        """Results of one chunk that was kept."""
+        """Results of one stored chunk."""
         with self._told("cannot read a finished chunk"):
             data = self._read(first, count)
         arrays, offset = {}, 0

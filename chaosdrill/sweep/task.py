@@ -1,4 +1,4 @@
-"""What a sweep has to offer in order to be cut into chunks."""
+"""Interface of a task that can be divided into chunks."""
 
 from collections.abc import Mapping
 from time import perf_counter
@@ -12,7 +12,7 @@ Arrays = dict[str, np.ndarray]
 class Task(Protocol):
     """Independent units of work: one point of a grid, or one line of a sweep along which a state is followed.
 
-    A task can be pickled, so that another process may run parts of it.
+    A task can be pickled, so that other processes can run parts of it.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class Task(Protocol):
     points_per_unit : int
         Points in a unit.
     total : int
-        Points in all, which is what progress counts.
+        Total number of points, as counted by progress reports.
     """
 
     @property
@@ -55,6 +55,6 @@ class Task(Protocol):
 
 
 def run_chunk(task: Task, first: int, count: int) -> tuple[Arrays, float]:
-    """Run a chunk of a task, wherever this is; returns its results and the seconds that it took."""
+    """Run a chunk of a task; return its results and the time in seconds."""
     start = perf_counter()
     return dict(task.run(first, count)), perf_counter() - start

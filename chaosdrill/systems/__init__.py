@@ -1,4 +1,4 @@
-"""Ready-made systems: one file each, found by being here.
+"""Library of systems: one file each, discovered by its presence.
 
 A module of the shelf offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if a result of it cites anything), ``STATES``,
 ``PARAMETERS`` (name -> default) and ``system()``; one that is assembled from effects offers ``states(effects)``,
@@ -44,13 +44,13 @@ class Entry:
     name : str
         Name by which scenes and `build` know the system.
     group : str
-        What it is listed with.
+        Group in which it is listed.
     summary : str
         One line.
     cites : tuple of str
         Keys of the references that a result of it cites.
     module : str
-        Module that writes the system down.
+        Module that defines the system.
     effects : bool
         Whether it is assembled from effects.
     """

@@ -1,4 +1,4 @@
-"""Clock of Andronov: a damped balance that its escapement gives the same energy every period.
+"""Andronov's clock: a damped balance that receives the same energy from its escapement in every period.
 
     x'' = -x - 2 h x';   at x = 0 upward: x' := sqrt(x'^2 + p^2)
 

@@ -1,4 +1,4 @@
-"""Mass held by a spring on a belt that moves at constant speed, with Coulomb friction.
+"""Mass on a spring, dragged by a belt at constant speed through Coulomb friction.
 
     stick:     x' = belt                      while abs(x) <= F_s
     slip:      x'' = -x + F_k                 slower than the belt

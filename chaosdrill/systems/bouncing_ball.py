@@ -1,4 +1,4 @@
-"""Ball that falls on a floor; the floor is still (amplitude 0) or moves sinusoidally.
+"""Ball on a floor that is at rest (amplitude 0) or moves sinusoidally.
 
     x'' = -gravity,  x >= amplitude sin(omega t);   at the floor, with its speed V = amplitude omega cos(omega t):
     v := V - e (v - V)

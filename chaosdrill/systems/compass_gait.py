@@ -1,4 +1,4 @@
-"""Passive compass on a slope: two legs with a mass each, and a mass at the hip.
+"""Passive compass walker on a slope: two legs with a mass each, and a mass at the hip.
 
     m b^2 n'' - m l b cos(s - n) s'' = -m l b sin(s - n) s'^2 - m b g sin n
     (M l^2 + m a^2 + m l^2) s'' - m l b cos(s - n) n'' = m l b sin(s - n) n'^2 + (M l + m a + m l) g sin s

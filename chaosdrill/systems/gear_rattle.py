@@ -1,4 +1,4 @@
-"""Idler gear that rattles in the backlash of a gear whose rotation is not even.
+"""Idler gear that rattles in the backlash of an unevenly rotating gear.
 
     s'' = -beta s' - drag + amplitude cos(omega t),  0 <= s <= backlash;   at a flank: s' := -e s'
 

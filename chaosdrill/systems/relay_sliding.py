@@ -1,4 +1,4 @@
-"""Mass under relay control with a disturbance, and the sliding motion that it ends in.
+"""Disturbed mass under relay control, which ends in sliding motion.
 
     x'' = -U + d cos(omega t)   where s = x + tau x' > 0,   +U + d cos(omega t)   where s < 0
     s = 0, x' = -x/tau          while abs(d cos(omega t) - x/tau^2) <= U (Filippov)

@@ -1,4 +1,4 @@
-"""The drill in reduced coordinates, put together from its effects.
+"""The drill in reduced coordinates, assembled from its effects.
 
     y' = u - w
     u' = b + load(t) - l                 l = y + 2 xi (u - w): force of spring and damper

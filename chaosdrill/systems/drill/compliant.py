@@ -1,4 +1,4 @@
-"""A contact that is a phase of its own: its force acts on bit and rock while the bit is beyond the stop.
+"""Compliant contact: a force acts on bit and rock while the bit is beyond the stop.
 
 In contact y stays at the stop and a state of its own, the depth, goes on from 0; the spring is stretched by their sum.
 A depth of 1e-7 beside a stretch of 1 would lose nine of its digits, and a stiff force would turn the rest into noise:

@@ -1,4 +1,4 @@
-"""What shakes the bit: the dynamic load of the drill.
+"""Dynamic load on the bit.
 
 Source: equations (1) and (7) of the paper; lobes after its introduction (three or six lobes a turn of the cone).
 """

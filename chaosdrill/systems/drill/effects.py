@@ -1,4 +1,4 @@
-"""Which effects a drill has, and which go together."""
+"""Effects of the drill and their valid combinations."""
 
 from collections.abc import Mapping
 from difflib import get_close_matches

@@ -1,4 +1,4 @@
-"""What holds the rock: dry friction, in units of the static friction force mu_e F_N.
+"""Dry friction of the rock, in units of the static friction force mu_e F_N.
 
 One-sided friction is the paper's: the rock advances or rests, and nothing pushes it back. Two-sided friction holds
 the rock against either direction and opposes sliding either way. Source: equations (3) and (8) of the paper, the latter

@@ -1,4 +1,4 @@
-"""Bit and rock that stay together at the stop until the force between them changes sign.
+"""Held contact: bit and rock stay together at the stop until the force between them changes sign.
 
 Newtonian rebounds that would end within a negligible time end in a held contact. A Hunt-Crossley contact loses ever
 less of ever weaker hits, so its rebounds need not end; but its law is that of free masses, and where the peak force of

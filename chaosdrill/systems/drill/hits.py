@@ -1,4 +1,4 @@
-"""Hits that change the speeds by a law: at once, or after the contact's duration.
+"""Impacts that change the speeds by a law, instantly or after the duration of the contact.
 
 While a timed contact lasts a timer runs down and nothing else moves: y stays at the stop, and bit and rock keep the
 speeds at which they met, so that the penetration goes on at the rock's. Then the new speeds hold.
