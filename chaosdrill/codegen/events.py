@@ -1,4 +1,4 @@
-"""The events that the modes of a system watch."""
+"""Events of each mode of a system."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any

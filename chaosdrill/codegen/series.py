@@ -25,7 +25,7 @@ _HISTORY = {"mul", "square", "div", "power", "log", "integral"}
 
 
 class ModeSeries:
-    """What the series of one mode are made of, and the rows that they fill.
+    """The nodes behind the series of one mode, and the rows that the series fill.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ Variation = tuple[int, dict[int, Any], dict[int, tuple[int, Any]]]
 
 
 class Operations:
-    """The operations of one mode, and the functions that run over them.
+    """The operations of one mode, and the functions that loop over them.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class Operations:
         return [*nodes, ("slope", node.args[0])] if node.op in ("integral", "power", "log") else nodes
 
     def batches(self, items: Sequence[Item], *, start: bool) -> list[tuple[str, list[Item]]]:
-        """Series of one kind that wait for none of each other, in the order in which they are computed."""
+        """Independent series of one kind, in the order of computation."""
         depth: dict[Item, int] = {}
         found: dict[tuple[int, str], list[Item]] = {}
         for item in items:
@@ -150,7 +150,7 @@ class Operations:
         return target, first, second, third, fourth
 
     def place(self, expression: Any) -> int:
-        """Where a number stands among the constants."""
+        """Index of a number among the constants."""
         return self.mode.constants.place(expression)
 
     def jet(self, module: Module, name: str) -> Any:

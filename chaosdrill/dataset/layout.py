@@ -1,4 +1,4 @@
-"""Whether the layout that a file declares is one that an archive can have, before anything of it is read."""
+"""Check of the layout that a file declares, before any of its contents is read."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,12 +25,12 @@ COMPRESSION = 1100
 
 
 def check_layout(file: Path) -> None:
-    """Refuse groups nested or numbered beyond reason, and variables far larger than what the file can hold.
+    """Reject unreasonably many or deeply nested groups, and variables far larger than the file.
 
     Raises
     ------
     ArchiveError
-        With the group or variable, what it declares, and what is allowed.
+        With the group or variable, the declared value, and the limit.
     """
     import netCDF4
 
@@ -57,7 +57,7 @@ def check_layout(file: Path) -> None:
 
 
 def read_through(file: Path) -> None:
-    """Read every attribute and every value once, a block at a time."""
+    """Read all attributes and values once, block by block."""
     import netCDF4
 
     with netcdf, netcdf_name(file) as known, netCDF4.Dataset(known) as root:

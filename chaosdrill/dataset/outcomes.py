@@ -1,4 +1,4 @@
-"""How the computation of one point can end."""
+"""Outcomes of the computation of one point."""
 
 from collections import Counter
 from enum import IntEnum

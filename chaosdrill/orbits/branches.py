@@ -113,11 +113,11 @@ class Branch:
     words : str
         The end in words.
     parent : int
-        Number of the branch that it comes from; -1 for one that was started from outside.
+        Index of the parent branch; -1 if it did not start on a branch.
     start : str
-        How it was started, in words.
+        Description of its start.
     born : float
-        The parameter at the doubling from which it comes; NaN for one that was started from outside.
+        Parameter at the doubling where it starts; NaN if it did not start on a branch.
     """
 
     segments: list[BranchSegment] = field(default_factory=list)
@@ -372,16 +372,16 @@ def branches(
     limits : pair of float
         Smallest and largest value of the parameter.
     period, start, transient
-        Of the first orbit, as in `chaosdrill.orbits.find.starting_orbit`.
+        Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
     doublings : int
         Generations of doubled orbits to follow.
     step : float
         Longest step of the parameter.
     max_points : int
-        Points of one branch, at most.
+        Largest number of points of one branch.
     numerics : Numerics
     progress : callable, optional
-        Called with branches done, branches planned and None.
+        Called with the branches done, the branches planned and None.
 
     Returns
     -------

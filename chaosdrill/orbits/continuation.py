@@ -163,7 +163,7 @@ class Curve:
     ----------
     problem : Problem
     limits : ndarray, shape (q, 2)
-        Smallest and largest value of every free parameter.
+        Smallest and largest value of each free parameter.
     """
 
     noun = "branch"
@@ -216,7 +216,7 @@ class Curve:
         ----------
         guess : Orbit
         near : Point
-            The next one that is known.
+            The nearest known point.
         row : ndarray, shape (columns,)
             Corrections are orthogonal to it.
 
@@ -270,7 +270,7 @@ class Curve:
         Raises
         ------
         LostError
-            There is none on a smooth continuation.
+            The smooth continuation has no such point.
         """
         last = points[-1]
         predicted = self.predicted(points, h)
@@ -514,11 +514,11 @@ def continue_curve(
     step : float
         Longest step, in the norm of the weights: a part of the ranges.
     most : int
-        Points, at most.
+        Largest number of points.
     first_step : float, optional
-        By default a part of the longest.
+        Default: a fraction of the longest.
     home : Point, optional
-        Where the curve began; it is closed if it comes back there. By default the first point.
+        Start of the curve, which is closed if it returns there. Default: the first point.
     """
     points, home, anchor = [first], home or first, 0
     halves = [curve.problem.halves_apart(first.orbit, first.weights)]

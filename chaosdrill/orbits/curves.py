@@ -56,15 +56,15 @@ def curve(
     limits : array_like, shape (2, 2)
         Smallest and largest value of each.
     period, start, transient
-        Of the first orbit, as in `chaosdrill.orbits.find.starting_orbit`.
+        Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
     follow : {"fold", "period_doubling", "grazing"}
     step : float
         Longest step of the first parameter; that of the second is the same part of its range.
     max_points : int
-        Points in one direction, at most.
+        Largest number of points in one direction.
     numerics : Numerics
     progress : callable, optional
-        Called with directions done, directions in all and None.
+        Called with the directions done, their total and None.
 
     Returns
     -------

@@ -95,7 +95,7 @@ class Orbit:
         return any(self.comes_again(count // times, SETTINGS.repeated) for times in parts)
 
     def rotated(self, first: int, period: float | None) -> "Orbit":
-        """The same path, told from another segment on."""
+        """The same path, starting from another segment."""
         phase = self.phase + float(self.durations[:first].sum())
         return Orbit(
             np.roll(self.segments, -first, axis=0),

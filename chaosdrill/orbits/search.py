@@ -322,7 +322,7 @@ def _try(candidates: Iterable[Return], known: "Known") -> None:
 
 
 class Known:
-    """Orbits found so far, each told once.
+    """Orbits found so far, each listed once.
 
     Parameters
     ----------

@@ -50,18 +50,18 @@ def fold_test(values: np.ndarray) -> np.ndarray:
 
 
 def outside(values: np.ndarray) -> np.ndarray:
-    """How many multipliers lie outside of the unit circle."""
+    """Number of multipliers outside the unit circle."""
     return np.asarray((np.abs(values) > 1).sum(axis=-1))
 
 
 def pair_on_circle(values: np.ndarray) -> float:
-    """Distance from the unit circle of the complex pair that is nearest to it; infinite without a pair."""
+    """Distance of the nearest complex pair from the unit circle; infinite without a pair."""
     pairs = values[np.abs(values.imag) > SETTINGS.real * np.abs(values)]
     return float(np.abs(np.abs(pairs) - 1).min(initial=np.inf))
 
 
 def special_points(segment: "BranchSegment") -> list[tuple[int, Special]]:
-    """What happens between neighbours: (number of the point behind, what).
+    """Special points between neighbours: (index of the later point, kind).
 
     Where a multiplier passes through 1 and the branch turns back it is a fold; where it does not, another branch
     crosses. On the branches that a lost symmetry leaves the multiplier only touches 1 while the branch turns. Two
@@ -91,7 +91,7 @@ def noise_of(monodromy: np.ndarray, segments: int) -> np.ndarray:
 
 
 def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
-    """Numbers of the values before which the sign changes; between values above their errors, shape (m,), only."""
+    """Indices of values before which the sign changes, between values above their errors, shape (m,), only."""
     sure = np.flatnonzero(np.abs(values) > noise)
     found = []
     for before, after in pairwise(sure.tolist()):
@@ -102,7 +102,7 @@ def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
 
 
 def accuracy(numerics: "Numerics") -> float:
-    """Error of an orbit that the method leaves, relative to its size."""
+    """Error of an orbit due to the method, relative to its size."""
     return (
         (2 * np.pi / (numerics.steps or 200)) ** 4
         if numerics.method == "rk4"
@@ -119,7 +119,7 @@ def locate(pair: "BranchSegment", kind: Special) -> tuple["Point", float]:
     Raises
     ------
     LostError
-        No orbit is found on the way, or what is found has no such multiplier.
+        No orbit was found on the way, or it has no such multiplier.
     """
     curve, (before, after) = pair.curve, pair.points
     problem = curve.problem
@@ -191,7 +191,7 @@ def _crossed(curve: "Curve", before: "Point", there: "Point", after: "Point") ->
 
 
 class TestFunction(Protocol):
-    """A function that is zero along the curve.
+    """A function that vanishes along the curve.
 
     Attributes
     ----------
@@ -239,7 +239,7 @@ class Fold:
 
 @dataclass(frozen=True)
 class Touching:
-    """A guard's greatest value within a segment is zero."""
+    """The maximum of a guard within a segment is zero."""
 
     touch: Touch
     kind = Special.GRAZING
@@ -276,7 +276,7 @@ def test_function_at(
     Raises
     ------
     LostError
-        No guard is touched.
+        The orbit touches no guard.
     """
     if kind == Special.PERIOD_DOUBLING:
         return Doubling(), orbit, shot, 0.0

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from chaosdrill.plots.looks import Look
 
 _MOST = 12
-"""Attractors that are told apart; more do not find room in the legend, nor colours."""
+"""Most attractors that are distinguished; for more the legend has no room and the palette no colours."""
 _HEIGHT = 5.5
 """Height in inches of the figure without its legend."""
 _SHORT = 54

@@ -1,4 +1,4 @@
-"""Cells of a grid, drawn with their true bounds: colours, hatchings, and names written into large regions."""
+"""Cells of a grid with their true bounds: colours, hatching, and names in large regions."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""Pictures over two parameters: a panel a seed, axes named by the archive, and in each cell what it is or a number."""
+"""Charts over two parameters, with a panel for each seed and a kind or a number in each cell."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -56,7 +56,7 @@ _STEPS = 8
 
 @dataclass(frozen=True)
 class Chart:
-    """A figure with a panel for each seed, or one panel for what has no seeds.
+    """A figure with a panel for each seed, or a single panel.
 
     Parameters
     ----------

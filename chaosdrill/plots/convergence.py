@@ -1,4 +1,4 @@
-"""Convergence of the exponents: the running mean of each, and its standard error."""
+"""Convergence of exponents: running means and standard errors."""
 
 from typing import TYPE_CHECKING
 

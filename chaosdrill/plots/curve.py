@@ -1,4 +1,4 @@
-"""A trajectory as a curve that jumps where the system jumps."""
+"""A trajectory as a curve with jumps at resets."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -50,7 +50,7 @@ class Curve:
 
 
 def join(dataset: "xr.Dataset") -> Curve:
-    """Merge the samples of a ``trajectory`` dataset with the states before and after its events."""
+    """Merge the samples of a ``trajectory`` dataset with the states before and after each event."""
     time = dataset["time"].values
     events = dataset["event_time"].values
     mode = dataset["mode"].values.astype(np.int64)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_RUNS = len(PALETTE)
-"""More are not told apart in one picture."""
+"""More runs cannot be distinguished in one picture."""
 
 _REMEDY = "join runs by chaosdrill.join, which says how many events belong to each"
 
@@ -48,7 +48,7 @@ def runs_of(dataset: "xr.Dataset") -> "list[tuple[str, xr.Dataset]]":
 
 
 def runs_left_out(dataset: "xr.Dataset") -> str:
-    """Return what a picture says of runs that it does not show; empty if it shows all."""
+    """Return a note on the runs that a picture does not show; empty if it shows all."""
     count = dataset.sizes.get("run", 1)
     return f"first {MOST_RUNS} of {count} runs" if count > MOST_RUNS else ""
 

@@ -1,4 +1,4 @@
-"""The look of every kind of cell: no two of one picture are confused, in colour, with colour-blind eyes, or in grey."""
+"""Looks of all kinds of cells, distinct in colour, to colour-blind readers and in grey."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -68,7 +68,7 @@ class Look:
 
     @property
     def ink(self) -> str:
-        """Black or white, whichever is read on the colour."""
+        """Black or white, whichever is readable on the colour."""
         from matplotlib.colors import to_rgb
 
         red, green, blue = (part**2.2 for part in to_rgb(self.colour))

@@ -1,4 +1,4 @@
-"""What stands on branches of periodic orbits: special points, ends, colours of periods, and words of warning."""
+"""Marks on branches of periodic orbits: special points, ends, colours of periods, and warnings."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,7 @@ _NEAREST, _FARTHEST = 1.25, 1.5
 
 
 def special_name(name: str) -> str:
-    """Return what a kind of special point is called in a legend."""
+    """Return the legend's name for a kind of special point."""
     return _NAMES.get(name, readable(name))
 
 
@@ -126,7 +126,7 @@ def named_once(axes: "Axes") -> "list[Artist]":
 
 
 def caveat(dataset: "xr.Dataset") -> str:
-    """Return what keeps a dataset of orbits from being taken at its word; empty if nothing does.
+    """Return the reason to doubt a dataset of orbits; empty if there is none.
 
     It is an outcome other than an orbit found, what the analysis had to say of it, or numbers of an orbit that do not
     agree with each other.

@@ -1,4 +1,4 @@
-"""Multipliers along branches of periodic orbits, and the cascade of period doublings to which they lead."""
+"""Multipliers along branches of periodic orbits, and cascades of period doublings."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The pictures of an archive inside of the page, and charts in which one points at a parameter to see what happens."""
+"""Embedded pictures, and interactive charts that show the motion at a selected parameter."""
 
 from base64 import b64encode
 from io import BytesIO
@@ -21,7 +21,7 @@ MOST_SVG = 500_000
 KINDS = ("bifurcation-diagram", "parameter-chart")
 SECTION_BYTES = 6_000_000
 GRID_BYTES = 6_000_000
-"""At most so many bytes go into one chart, for its sections and for the rest."""
+"""Largest numbers of bytes in one chart, for its sections and for all else."""
 
 
 def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.Dataset]") -> Markup:
@@ -68,7 +68,7 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
 
 
 def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) -> Markup:
-    """A chart's frame and its data; the page's script fills it.
+    """The frame and data of a chart, which the script of the page draws.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) 
 def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, Any], list[str]]:
     """Contents of the chart, ready for JSON, and a note on what was left out.
 
-    Numbers are 32-bit floats in base64, axes 64-bit; more cells than fit are thinned evenly in every direction, and of
+    Numbers are 32-bit floats in base64, axes 64-bit. Larger grids are thinned evenly in every direction, and of
     longer sections the last points are kept, among which every cycle that fits is whole.
     """
     import numpy as np

@@ -1,4 +1,4 @@
-"""Pieces of a page, from the templates beside this file. Text becomes HTML in them alone, where it is escaped."""
+"""Pieces of a page, from templates. Only templates turn text into HTML, and they escape it."""
 
 import re
 from base64 import b64encode
@@ -32,7 +32,7 @@ class Quantity(str):
 
 
 def shown(value: Any, most: int = LONGEST_TEXT) -> str:
-    """Any value as text that can be read, shortened to ``most`` characters, and told to be so; HTML as it is."""
+    """Any value as readable text, shortened to ``most`` characters with a note; HTML unchanged."""
     if isinstance(value, Markup):
         return value
     plain = str(value)
@@ -130,7 +130,7 @@ def _look(value: Any, is_wide: bool = False) -> str | None:
 
 
 def number(value: Any, digits: int = 6) -> str:
-    """A number with so many significant digits; NaN is a dash, and whole numbers keep all of theirs."""
+    """A number with the given significant digits; NaN is a dash, and integers keep all digits."""
     if isinstance(value, int) or getattr(getattr(value, "dtype", None), "kind", None) in ("i", "u"):
         return str(int(value)).replace("-", "−")
     value = float(value)

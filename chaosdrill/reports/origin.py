@@ -1,4 +1,4 @@
-"""Where the numbers come from: scene, equations and events; the archive's file, versions and attributes; citations."""
+"""Provenance: scene, equations and events; file, versions and attributes of the archive; citations."""
 
 import hashlib
 import json

@@ -143,7 +143,7 @@ def _owner(dataset: "xr.Dataset", error: Any) -> bool:
 
 
 def motions(dataset: "xr.Dataset") -> Markup:
-    """How many points have each period, and what the others are."""
+    """Number of points of each period and of each other kind of motion."""
     if "seed" not in dataset.dims or "period" not in dataset:
         return NOTHING
     names = _kinds(dataset).ravel()
@@ -163,7 +163,7 @@ def motions(dataset: "xr.Dataset") -> Markup:
 
 
 def without_results(dataset: "xr.Dataset") -> Markup:
-    """How many points have no exponent."""
+    """Number of points without an exponent."""
     import numpy as np
 
     if "seed" not in dataset.dims:
@@ -261,7 +261,7 @@ def _words(name: str) -> str:
 
 
 def orbits(dataset: "xr.Dataset") -> Markup:
-    """Every orbit found, with its point, its multipliers and what its checks say."""
+    """Every orbit found, with a point, its multipliers and its checks."""
     if dataset.attrs.get("kind") != "periodic-orbit":
         return NOTHING
     many = dataset if "orbit" in dataset.dims else dataset.expand_dims("orbit")
@@ -426,7 +426,7 @@ def _grazing(dataset: "xr.Dataset") -> Quantity:
 
 
 def _horizon(dataset: "xr.Dataset") -> str:
-    """Time until which the most chaotic motion of the dataset is known."""
+    """Time up to which the most chaotic motion of the dataset is predictable."""
     import numpy as np
 
     tolerance = float(dataset.attrs.get("tolerance", 0.0))

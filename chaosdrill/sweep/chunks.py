@@ -47,11 +47,11 @@ class ChunkSizes:
 
     @property
     def growing(self) -> bool:
-        """Whether chunks are still much shorter than they are to be, so that none should wait for its turn."""
+        """Whether chunks are still much shorter than intended, so that none should be queued."""
         return self.cost * self.largest < AIM_S / 10
 
     def next(self, left: int, workers: int) -> int:
-        """Number of units of the next chunk, of ``left`` that no worker has yet."""
+        """Number of units of the next chunk, out of ``left`` that are not assigned yet."""
         if not self.largest:
             return min(FIRST, self.most) if left >= FIRST * FIRST * workers else 1
         cost = max(self.cost, 1e-9)
@@ -66,9 +66,9 @@ class Gaps:
     Parameters
     ----------
     units : int
-        Number of units in all.
+        Total number of units.
     finished : iterable of (first, count)
-        Chunks that are there already, in any order; they may overlap.
+        Chunks that are already finished, in any order; they may overlap.
     """
 
     def __init__(self, units: int, finished: Iterable[tuple[int, int]] = ()) -> None:

@@ -54,7 +54,7 @@ class Parts:
     Raises
     ------
     SettingsError
-        On entering, if an unfinished run is found and not to be gone on with.
+        On entering, if an unfinished run is found and ``resume`` is false.
     SceneError
         On entering, if it is to be, but its parts are of another scene; the message says what has changed.
     ArchiveError
@@ -84,7 +84,7 @@ class Parts:
         self._leave()
 
     def kept(self) -> dict[str, str]:
-        """What is there, by analysis: ``"finished"`` or ``"1200 of 5000 points"``; nothing if the folder is gone."""
+        """Progress by analysis: ``"finished"`` or ``"1200 of 5000 points"``; empty if the folder is gone."""
         found: dict[str, str] = {}
         if not self.folder.is_dir():
             return found
@@ -102,13 +102,13 @@ class Parts:
         Raises
         ------
         ArchiveError
-            If it is a link: what is written there would change other files.
+            If it is a link, since writing to it would change other files.
         """
         self._refuse_link(self.folder / group)
         return self.folder / group
 
     def finished(self, group: str) -> "xr.Dataset | None":
-        """The dataset of an analysis that was kept; None if there is none, or if it is damaged, which is told."""
+        """The stored dataset of an analysis; None if there is none, or, with a warning, if it is damaged."""
         import xarray as xr
 
         path, sealed = self.folder / group / _DATASET, self.folder / group / _SEAL

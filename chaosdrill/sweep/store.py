@@ -191,7 +191,7 @@ class Store(Memory):
             )
 
     def _vouched(self) -> list[tuple[int, int]]:
-        """Chunks that fit their digests; what others held is told."""
+        """Chunks that match their digests; damaged ones are reported."""
         for draft in self.folder.glob(".*.part"):
             draft.unlink(missing_ok=True)
         named = [(first, count) for first, count in _named(self.folder) if first + count <= self.units]

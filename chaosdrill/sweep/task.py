@@ -46,7 +46,7 @@ class Task(Protocol):
         ...
 
     def fingerprint(self) -> Mapping[str, Any]:
-        """Everything that determines the numbers, as values that JSON can hold."""
+        """Everything that determines the results, as values that JSON can store."""
         ...
 
     def counts(self, arrays: Mapping[str, np.ndarray]) -> Mapping[str, int]:

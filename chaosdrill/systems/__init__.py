@@ -1,8 +1,8 @@
 """Library of systems: one file each, discovered by its presence.
 
-A module of the shelf offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if a result of it cites anything), ``STATES``,
+A module of the library offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if results cite anything), ``STATES``,
 ``PARAMETERS`` (name -> default) and ``system()``; one that is assembled from effects offers ``states(effects)``,
-``parameters(effects)`` and ``system(effects)`` instead of the last three. Nothing here imports sympy before a system is
+``parameters(effects)`` and ``system(effects)`` instead of the last three. No module imports sympy before a system is
 built.
 """
 
@@ -32,12 +32,12 @@ GROUPS = (
     "smooth flows",
     "maps for tests",
 )
-"""In the order in which they are listed."""
+"""Groups, in the order of listings."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known of a system before it is built.
+    """Information on a system before it is built.
 
     Parameters
     ----------
@@ -83,9 +83,9 @@ def parameters(name: str, effects: Mapping[str, str] | None = None) -> dict[str,
     Parameters
     ----------
     name : str
-        A name of `REGISTRY`.
+        Name of a system, a key of `REGISTRY`.
     effects : mapping of str to str, optional
-        Effect -> option, of `EFFECTS`; an effect that is absent is not simulated. None: the system's own choice.
+        Option of each effect, from `EFFECTS`; absent effects are not simulated. None: those of the system.
 
     Returns
     -------
@@ -113,23 +113,23 @@ def build(
     effects: Mapping[str, str] | None = None,
     initial: Mapping[str, Any] | None = None,
 ) -> "HybridSystem":
-    """Build a system of the shelf.
+    """Build a system of the library.
 
     Parameters
     ----------
     name : str
-        A name of `REGISTRY`.
+        Name of a system, a key of `REGISTRY`.
     parameters : mapping of str to float, optional
         Values that replace defaults.
     effects : mapping of str to str, optional
-        Effect -> option, of `EFFECTS`; an effect that is absent is not simulated. None: the system's own choice.
+        Option of each effect, from `EFFECTS`; absent effects are not simulated. None: those of the system.
     initial : mapping of str to float or str, optional
-        ``mode`` and values of states that replace the system's own.
+        ``mode`` and values of states that replace those of the system.
 
     Returns
     -------
     HybridSystem
-        With the values given, and defaults for the others.
+        With the given values, and defaults for all others.
 
     Raises
     ------
