@@ -32,6 +32,21 @@ def test_lines_of_code_fit_the_page(page):
     assert [line for text in code for line in text.splitlines() if len(line) > WIDTH] == []
 
 
+GALLERY = ROOT / "docs" / "gallery"
+
+
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.parent == GALLERY and page.stem != "index"], ids=lambda page: page.stem
+)
+def test_pictures_of_the_gallery_have_captions(page):
+    text = page.read_text(encoding="utf-8")
+    alternatives, captions = (re.findall(rf"^    {key}: \S", text, flags=re.MULTILINE) for key in ("alt", "caption"))
+    assert len(captions) == len(alternatives) > 0
+    # a thumbnail shows its caption on a page that loads no scripts for formulas
+    assert "$" not in "".join(re.findall(r"^    caption: >-\n((?:      .*\n)+)", text, flags=re.MULTILINE))
+    assert (GALLERY / "index.md").read_text(encoding="utf-8").split().count(page.stem) == 2
+
+
 @pytest.mark.parametrize(
     ("page", "loaded"),
     [
