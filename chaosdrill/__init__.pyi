@@ -3,14 +3,10 @@ from typing import Any
 
 import xarray as xr
 
-from chaosdrill.archive import cite as cite
 from chaosdrill.archive import cut as cut
-from chaosdrill.archive import info as info
 from chaosdrill.archive import join as join
 from chaosdrill.archive import open as open
-from chaosdrill.archive import run as run
 from chaosdrill.archive import save as save
-from chaosdrill.archive import verify as verify
 from chaosdrill.dataset import Outcome as Outcome
 from chaosdrill.errors import ArchiveError as ArchiveError
 from chaosdrill.errors import ChaosdrillError as ChaosdrillError
@@ -26,10 +22,15 @@ from chaosdrill.reports import report as report
 from chaosdrill.scene import check as check
 from chaosdrill.scene import list_names as list_names
 from chaosdrill.scene import load_scene as load_scene
+from chaosdrill.scene import new_scene as new_scene
 from chaosdrill.scene import parse_scene as parse_scene
 from chaosdrill.scene import save_scene as save_scene
 from chaosdrill.systems import build as build
 from chaosdrill.systems.drill import drill as drill
+from chaosdrill.workflow import cite as cite
+from chaosdrill.workflow import info as info
+from chaosdrill.workflow import run as run
+from chaosdrill.workflow import verify as verify
 
 __version__: str
 
