@@ -102,7 +102,8 @@ _ADVICE = {
         'be analytic there, as d**1.5 at d = 0; then choose method "dop853".'
     ),
     Outcome.STEP_UNDERFLOW: (
-        "The step became too small to move time; loosen the tolerance, or look for a singularity, of a guard too."
+        "The step became too small to move time; loosen the tolerance, or look for a singularity, of a guard too. "
+        'Where a mode is stiff, choose method "radau".'
     ),
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
     Outcome.FAILED: "The point could not be computed; run it alone as a trajectory to see where it stops.",

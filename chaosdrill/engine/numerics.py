@@ -24,8 +24,8 @@ class Numerics:
     Parameters
     ----------
     method : str
-        ``"taylor"``; ``"dop853"``, adaptive Runge-Kutta of order 8 for right-hand sides that are not analytic; or
-        ``"rk4"`` for fixed steps with bisection.
+        ``"taylor"``; ``"dop853"``, adaptive Runge-Kutta of order 8 for right-hand sides that are not analytic;
+        ``"radau"``, implicit, for stiff modes; or ``"rk4"`` for fixed steps with bisection.
     tolerance : float
         Adaptive methods: local error a step, of every state relative to the size that it has had of late, of tangents
         to their length in these scales.

@@ -190,14 +190,14 @@ def _arrive(functions, settings, t, state, s, scratch, out):
     stages = scratch.stages
     kind = _kind(settings.tolerance)
     n = state.x.size
-    forth = s > 0.0
-    if forth:
-        predict(kind, n, s, stages, scratch.workspace)
-    else:
+    predict(kind, n, s, stages, scratch.workspace)
+    found = s > 0.0 and newton(functions, kind, t, state, s, settings.tolerance, scratch.implicit, stages, True)
+    if not found:
         for j in range(3 + 2 * kind):
             for i in range(n):
                 stages[Z + j, i] = 0.0
-    if newton(functions, kind, t, state, s, settings.tolerance, scratch.implicit, stages, forth):
+        found = newton(functions, kind, t, state, s, settings.tolerance, scratch.implicit, stages, False)
+    if found:
         finish(functions, kind, t, state, s, stages, out)
     else:
         out[:] = math.nan

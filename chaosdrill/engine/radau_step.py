@@ -10,7 +10,7 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
-from chaosdrill.engine.dop853_step import TANGENTS, size
+from chaosdrill.engine.dop853_step import TANGENTS, size, weigh_all
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
@@ -325,6 +325,8 @@ def _filter(h, kind, n, room, stages):
 def errors_of(kind, x, h, scale, room, stages):
     """Error of a step: as it counts, and without the damping of what is stiff; the sizes by which it is told are kept.
 
+    Tangents count states that have no size, as what has decayed to nothing, by the largest one of the others.
+
     It is that of an embedded formula of the order of the stages, which takes part of the rate at the start (Hairer and
     Wanner, section IV.8). The polynomial through the stages is as exact.
     """
@@ -347,7 +349,9 @@ def errors_of(kind, x, h, scale, room, stages):
     solve(room.filter, n, room.filter_pivots, right)
     for i in range(n):
         raw[i] = right[i] / weights[i]
-    return size(raw, widths), plain
+    error = size(raw, widths)
+    weigh_all(widths[:n])
+    return error, plain
 
 
 @inner

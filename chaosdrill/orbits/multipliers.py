@@ -137,18 +137,22 @@ def structure_of(system: "HybridSystem") -> Structure:
 def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
     """Rank that the tangent map keeps however often the orbit is gone through, by what its events remove exactly.
 
-    The ordinary engine carries as many independent tangents around it as there are states, from within a segment, so
-    that every round holds all events.
+    Where no event may remove any, it is full but for what the mode pins. Else the ordinary engine carries as many
+    independent tangents around the orbit as there are states, from within a segment, so that every round holds all
+    events.
     """
     d = problem.states
-    segment, time, state = standpoint(problem, orbit)
+    free = d - int(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]].sum())
     structure = structure_of(problem.plain)
+    if not structure.deficient:
+        return free
+    segment, time, state = standpoint(problem, orbit)
     run = run_from(problem, orbit, segment, time, state, tangents=np.eye(d), deficient=structure.deficient)
     outcome = Outcome.OK
     for _ in range(d):
         outcome = run.advance(orbit.periods if problem.forced else 1)[0] if outcome == Outcome.OK else outcome
         run.x[:] = state
-    return run.live if outcome == Outcome.OK else d - int(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]].sum())
+    return run.live if outcome == Outcome.OK else free
 
 
 def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:

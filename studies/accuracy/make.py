@@ -9,6 +9,7 @@ Parts (all of them if none is named) and what they write into ``studies/accuracy
     start_up       time to the first result with empty and with warm caches              start_up.md
     paper_method   digits and verdicts of the paper's method on its four cases           paper_method.md, .png
     exponents      error of exponents over that of event times; cost over tolerance      exponents.md, .png
+    implicit       radau beside explicit methods and scipy's Radau in stiff problems   implicit.md, .png
     stiff_contact  a mapped against a resolved contact, and tangents through it          stiff_contact.md, .png
     effects_cost   an absent effect against a system without it                          effects_cost.md
     long_run       a million periods against a thousand runs of a thousand               long_run.md
@@ -26,6 +27,7 @@ from pathlib import Path
 
 import effects_cost
 import exponents
+import implicit
 import long_run
 import paper_method
 import ratios
@@ -72,6 +74,14 @@ def make_stiff_contact(given: argparse.Namespace) -> str:
     return stiff_contact.table(found, ways)
 
 
+def make_implicit(given: argparse.Namespace) -> str:
+    """Measure what an accuracy costs in stiff problems, draw."""
+    found = implicit.compare(given.rounds)
+    with style():
+        implicit.draw(found).savefig(OUT / "implicit.png")
+    return implicit.table(found)
+
+
 def make_exact_flow(given: argparse.Namespace) -> str:
     """Compare the two; what is compiled for it is compiled now."""
     import exact_flow
@@ -85,6 +95,7 @@ PARTS = {
     "long_run": lambda given: long_run.table(long_run.compare()),
     "paper_method": make_paper_method,
     "exponents": make_exponents,
+    "implicit": make_implicit,
     "stiff_contact": make_stiff_contact,
     "exact_flow": make_exact_flow,
     "ratios": make_ratios,

@@ -21,7 +21,7 @@ FAULTS = [
     ({"periods": float("inf")}, "periods is inf"),
     ({**SPAN, "transient": -1}, "transient is -1; it must be an integer >= 0"),
     ({**SPAN, "transient": 0.5}, "transient is 0.5"),
-    ({**SPAN, "method": "euler"}, "method is 'euler'; expected one of .'dop853', 'rk4', 'taylor'"),
+    ({**SPAN, "method": "euler"}, "method is 'euler'; expected one of .'dop853', 'radau', 'rk4', 'taylor'"),
     ({**SPAN, "tolerance": 0}, "tolerance is 0; it must lie between 1e-16 and 1e-2"),
     ({**SPAN, "tolerance": 1.0}, "tolerance is 1.0"),
     ({**SPAN, "steps": 100}, "steps is 100, but method 'taylor' chooses its own; leave steps out"),

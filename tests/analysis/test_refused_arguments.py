@@ -13,7 +13,7 @@ NUMERICS = [
     ({"tolerance": [1e-9]}, r"tolerance is \[1e-09\]"),
     ({"tolerance": float("nan")}, "tolerance is nan"),
     ({"tolerance": 1e-9j}, "tolerance is 1e-09j"),
-    ({"method": ["taylor"]}, r"method is \['taylor'\]; expected one of \['dop853', 'rk4', 'taylor'\]"),
+    ({"method": ["taylor"]}, r"method is \['taylor'\]; expected one of \['dop853', 'radau', 'rk4', 'taylor'\]"),
     ({"method": None}, "method is None"),
     ({"method": "rk4", "steps": "many"}, "steps is 'many'; it must lie between 4"),
     ({"method": "rk4", "steps": True}, "steps is True"),

@@ -172,7 +172,7 @@ def test_effects_with_their_options(call):
 
 
 def test_methods(call):
-    assert {"taylor", "dop853", "rk4"} <= json.loads(call("list", "methods", "--json").out).keys()
+    assert {"taylor", "dop853", "radau", "rk4"} <= json.loads(call("list", "methods", "--json").out).keys()
 
 
 def test_systems_are_listed_in_groups(call):

@@ -37,7 +37,7 @@ def batch(system, etas, method="taylor", window=8, starts=None, **more):
     return Batch(system, {"eta": np.array(etas)}, starts, modes, numerics, window=window, **tangents, **more)
 
 
-@pytest.mark.parametrize("method", ["taylor", "dop853", "rk4"])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau", "rk4"])
 def test_points_are_runs_of_their_own(drill, method):
     together = batch(drill, REGULAR, method)
     together.run(40, ENDS)

@@ -15,7 +15,7 @@ from chaosdrill.engine.run import Run
 clocks = importlib.import_module("case_14_clocks_ties_and_scales")
 
 X, V, Y, U, N, M, T = sympy.symbols("x v y u n m t", real=True)
-METHODS = ("taylor", "dop853")
+METHODS = ("taylor", "dop853", "radau")
 both_methods = pytest.mark.parametrize("method", METHODS)
 
 

@@ -23,9 +23,7 @@ lists = importlib.import_module("event_lists")
 TOLERANCE = 1e-12
 
 NUMBERS = st.integers(0, 2**32 - 1)
-
-METHODS = ("taylor", "dop853")
-
+METHODS = ("taylor", "dop853", "radau")
 SAME_AT_ANY_CUT = ("clocks", "oscillators", "polynomials of a clock", "kicks", "switches")
 
 

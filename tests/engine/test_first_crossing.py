@@ -310,7 +310,7 @@ def impacts(speed, count):
     return found
 
 
-@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 @pytest.mark.parametrize("guard", SAME_EVENTS.values(), ids=SAME_EVENTS)
 def test_the_events_are_those_of_the_closed_form(guard, method):
     found = cd.trajectory(oscillator(guard), periods=5, method=method)
@@ -364,7 +364,7 @@ def test_a_right_hand_side_that_is_no_number_anywhere_is_an_outcome():
 
 scales = importlib.import_module("case_14_clocks_ties_and_scales")
 
-METHODS = ("taylor", "dop853")
+METHODS = ("taylor", "dop853", "radau")
 
 
 def outcome(run):

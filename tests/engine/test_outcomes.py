@@ -82,7 +82,7 @@ def test_stalled(system, method):
     assert run.elapsed == pytest.approx(0.5, abs=1e-6)
 
 
-@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 def test_chatter_ends_by_name(system, method):
     """Bounces of half the speed end at time 4 from unit speed."""
     run, outcome = end(system, method, mode="fall", x=0.0, y=1.0)
@@ -105,7 +105,7 @@ def test_nonfinite(system, method):
 
 
 @pytest.mark.parametrize(("mode", "start", "when"), [("explode", 1.0, 1.0), ("shrink", 1.0, 0.5), ("pole", 0.0, 1.0)])
-@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 def test_a_singularity_ends_the_run_where_it_is(system, method, mode, start, when):
     """x' = x^2 reaches infinity at 1/x0, x' = -1/x reaches zero at x0^2/2."""
     run, outcome = end(system, method, mode=mode, x=start)
@@ -148,7 +148,7 @@ def test_events_that_fall_on_the_beginning_of_a_step_are_no_stall(system):
 # Quadratures whose integrands are harder than the flow are as exact as the states.
 
 
-@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_integrals_along_a_straight_line(method, tolerance):
     system = cd.HybridSystem(

@@ -33,6 +33,7 @@ METHODS = [
     (Numerics(tolerance=1e-13), 1e-11),
     (Numerics(tolerance=1e-7), 1e-5),
     (Numerics("dop853", 1e-12), 1e-9),
+    (Numerics("radau", 1e-12), 1e-9),
     (Numerics("rk4", 1e-12, 1000), 1e-8),
 ]
 

@@ -58,11 +58,11 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         Periods (or time) to run before the record starts.
     samples : int, default 200
         Samples a period (or in all of ``duration``).
-    method : {"taylor", "dop853", "rk4"}
+    method : {"taylor", "dop853", "radau", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
-        Local error a step, of every state relative to the size that it has had of late ("taylor", "dop853");
-        bisection of event times ("rk4").
+        Local error a step, of every state relative to the size that it has had of late ("taylor", "dop853",
+        "radau"); bisection of event times ("rk4").
     steps : int, optional
         Steps a period, for "rk4" only; default 200.
     max_events : int, optional
