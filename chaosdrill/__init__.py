@@ -15,6 +15,8 @@ from chaosdrill.version import __version__
 _HOME = {
     "HybridSystem": "chaosdrill.model",
     "Transition": "chaosdrill.model",
+    "filippov": "chaosdrill.model.filippov",
+    "equivalent_control": "chaosdrill.model.filippov",
     "drill": "chaosdrill.systems.drill",
     "build": "chaosdrill.systems",
     "load_scene": "chaosdrill.scene",

@@ -7,7 +7,7 @@ Where it slides it forgets the disturbance: x decays like exp(-t/tau), and one e
 doi:10.1109/TAC.1977.1101446; di Bernardo, Johansson and Vasca 2001, doi:10.1142/S0218127401002584.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -29,32 +29,18 @@ LABELS = {
 
 def system() -> "HybridSystem":
     """The relay with default parameters, started above the surface."""
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model.filippov import filippov
 
-    force, speed = "d*cos(omega*t)", "(s - x)/tau"
-    needed = f"{force} - x/tau**2"
-    down: dict[str, Any] = {"guard": "s", "direction": -1, "kind": "surface"}
-    up: dict[str, Any] = {"guard": "s", "direction": +1, "kind": "surface"}
-    return HybridSystem(
+    return filippov(
         name=NAME,
-        states=STATES,
+        states=("x", "v"),
         time="t",
         parameters=PARAMETERS,
-        modes={
-            "above": {"x": speed, "s": f"{speed} + tau*(-U + {force})"},
-            "below": {"x": speed, "s": f"{speed} + tau*(U + {force})"},
-            "sliding": {"x": speed, "s": "0"},
-        },
-        transitions=[
-            Transition("slide-down", "above", "sliding", reset={"s": "0"}, condition=f"{needed} >= -U", **down),
-            Transition("cross-down", "above", "below", **down),
-            Transition("slide-up", "below", "sliding", reset={"s": "0"}, condition=f"{needed} <= U", **up),
-            Transition("cross-up", "below", "above", **up),
-            Transition("leave-up", "sliding", "above", guard=f"{needed} - U", direction=+1, kind="leave"),
-            Transition("leave-down", "sliding", "below", guard=f"{needed} + U", direction=-1, kind="leave"),
-        ],
+        surface={"s": "x + tau*v"},
+        above={"x": "v", "v": "-U + d*cos(omega*t)"},
+        below={"x": "v", "v": "U + d*cos(omega*t)"},
         period="2*pi/omega",
-        initial={"mode": "above", "x": 2.0, "s": 2.0},
+        initial={"x": 2.0},
         description=SUMMARY,
         labels=LABELS,
     )
