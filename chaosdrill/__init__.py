@@ -17,6 +17,7 @@ _HOME = {
     "Transition": "chaosdrill.model",
     "filippov": "chaosdrill.model.filippov",
     "equivalent_control": "chaosdrill.model.filippov",
+    "driven": "chaosdrill.model.drives",
     "drill": "chaosdrill.systems.drill",
     "build": "chaosdrill.systems",
     "load_scene": "chaosdrill.scene",

@@ -76,6 +76,7 @@ def filippov(
     Returns
     -------
     HybridSystem
+        With the states given, or with that of the surface among them.
 
     Raises
     ------
@@ -142,6 +143,7 @@ def equivalent_control(
     Returns
     -------
     HybridSystem
+        As that of `filippov`.
 
     Raises
     ------

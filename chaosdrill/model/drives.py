@@ -1,0 +1,241 @@
+"""Drives with corners and jumps: every mode of a system is divided at the corners, which are events."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.errors import ModelError
+from chaosdrill.model.check import value_of
+from chaosdrill.model.derive import pinned_values
+from chaosdrill.model.places import parameter
+from chaosdrill.model.reading import read_expression, read_symbol
+from chaosdrill.names import remedy
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+    from chaosdrill.model.transition import Transition
+
+SHAPES: dict[str, dict[str, str]] = {
+    "square": {"0": "1", "1/2": "-1"},
+    "sawtooth": {"0": "2*phase - 1"},
+    "triangle": {"0": "4*phase - 1", "1/2": "3 - 4*phase"},
+}
+"""Drives between -1 and 1 by name; they begin as those of scipy.signal."""
+
+PHASE = parameter("phase")
+
+Piece = tuple[Any, Any]
+"""The phase at which a piece begins, and the drive from there."""
+
+
+def driven(
+    system: "HybridSystem",
+    drive: str,
+    pieces: str | Mapping[Any, Any] | None = None,
+    *,
+    table: Sequence[float] | Mapping[float, float] | None = None,
+    period: Any = None,
+    time: Any = "t",
+) -> "HybridSystem":
+    """The system with one of its parameters replaced by a periodic drive that is given piece by piece.
+
+    Every mode becomes one mode a piece, named ``free-0``, ``free-1``, ...; the transitions are those of the system in
+    every piece. At the end of a piece there is an event of the kind ``corner``, at its exact time. The system starts
+    at phase 0.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    drive : str
+        The parameter that stands for the drive.
+    pieces : str or mapping, optional
+        ``"square"``, ``"sawtooth"`` or ``"triangle"``, between -1 and 1; or a mapping of the phase at which a piece
+        begins, from 0 to 1, to the drive in it: an expression of ``phase``, states and parameters. A phase may be an
+        expression of parameters: ``{0: "1", "duty": "-1"}``. Where a piece holds the end of the period, ``phase`` goes
+        on beyond 1 in it.
+    table : sequence of float, or mapping of float to float, optional
+        Values of the drive at equal steps of the phase from 0, or at the phases given. Between them it is the periodic
+        cubic spline. Either ``pieces`` or ``table`` is to be given.
+    period : expression, optional
+        Period of the drive; default: that of the system. It is the system's, if that has none.
+    time : sympy.Symbol or str, optional
+        The symbol that stands for time, if the system has none.
+
+    Returns
+    -------
+    HybridSystem
+        With the period by which it is strobed, and without the parameter.
+
+    Raises
+    ------
+    ModelError
+        If the system has no such parameter, names it in a quadrature, or takes it for a constant where it holds a
+        state; if there is no period, or the phases are not between 0 and 1; if there are more modes or transitions than
+        a system may have.
+    """
+    from chaosdrill.model.system import HybridSystem
+    from chaosdrill.model.transition import Transition
+
+    if drive not in system.parameters:
+        raise ModelError(f"{system.name}: there is no parameter {drive!r} to drive; {remedy(drive, system.parameters)}")
+    symbol = parameter(drive)
+    if any(symbol in integrand.free_symbols for integrand in system.quadratures.values()):
+        raise ModelError(f"{system.name}: a quadrature names the drive {drive!r}; make the integral a state")
+    _check_modes(system, symbol)
+    own = system.period
+    length = own if period is None else read_expression(f"{system.name}: period of the drive", period)
+    if length is None:
+        raise ModelError(f"{system.name} has no period, and the drive needs one; give period=")
+    values = {key: value for key, value in system.parameters.items() if key != drive}
+    clock = system.time or read_symbol(f"{system.name}: time", time)
+    pi = sympy.Symbol("pi", real=True)
+    turn = 2 * sympy.pi * clock / (length if "pi" in values else length.xreplace({pi: sympy.pi}))
+    if (pieces is None) == (table is None):
+        raise ModelError(f"{system.name}: the drive {drive!r} is given by pieces or by a table; give one of them")
+    found = _pieces(system.name, pieces, values) if table is None else _spline(system.name, table)
+    if len(found) == 1:
+        # the end of a piece has to be told from its beginning
+        found = [*found, (found[0][0] + sympy.Rational(1, 2), found[0][1])]
+    ends = [*(start for start, _ in found[1:]), found[0][0] + 1]
+    angles = [sympy.expand(turn - sympy.pi * (start + end)) for (start, _), end in zip(found, ends, strict=True)]
+    puts = [
+        {symbol: shape.xreplace({PHASE: (start + end) / 2 + _turns(angle)})}
+        for (start, shape), end, angle in zip(found, ends, angles, strict=True)
+    ]
+    modes = {
+        f"{mode}-{k}": {state: rate.xreplace(put) for state, rate in field.items()}
+        for k, put in enumerate(puts)
+        for mode, field in system.modes.items()
+    }
+    transitions = [_in_piece(t, k, put) for k, put in enumerate(puts) for t in system.transitions]
+    # what a mode holds is held in the next piece too
+    held = {mode: pinned_values(system, mode) for mode in system.modes}
+    for k, ((start, _), end, angle) in enumerate(zip(found, ends, angles, strict=True)):
+        following = (k + 1) % len(found)
+        for mode in system.modes:
+            reset = {system.states[i]: value.xreplace(puts[following]) for i, value in held[mode].items()}
+            guard = sympy.cos(sympy.pi * (end - start)) - sympy.cos(angle)
+            name, target = f"corner-{mode}-{k}", f"{mode}-{following}"
+            transitions.append(Transition(name, f"{mode}-{k}", target, guard, +1, reset, kind="corner"))
+    return HybridSystem(
+        name=system.name,
+        states=system.states,
+        time=clock,
+        parameters=values,
+        modes=modes,
+        transitions=transitions,
+        period=length if own is None else own,
+        initial={**system.initial, "mode": f"{system.initial['mode']}-{_first(found, values)}"},
+        quadratures=system.quadratures,
+        bounds=system.bounds,
+        description=system.description,
+        labels={key: label for key, label in system.labels.items() if key != drive},
+    )
+
+
+def _check_modes(system: "HybridSystem", drive: Any) -> None:
+    """Refuse a drive that modes take for a constant."""
+    for mode in system.modes:
+        if any(drive in value.free_symbols for value in pinned_values(system, mode).values()):
+            raise ModelError(
+                f"{system.name}: mode {mode!r} holds a state where the drive {drive.name!r} is, as if that did not "
+                "move; drive something else"
+            )
+        ways_in = [t for t in system.transitions if t.target == mode and t.condition is not None]
+        ways_out = [t for t in system.transitions if mode in t.source and t.target != mode]
+        allowed = any(drive in t.condition.free_symbols for t in ways_in)
+        if allowed and not any(drive in t.guard.free_symbols for t in ways_out):
+            raise ModelError(
+                f"{system.name}: mode {mode!r} is entered if the drive {drive.name!r} allows it, and no guard of it "
+                "sees when that ends; name a state or time in what holds it"
+            )
+
+
+def _turns(angle: Any) -> Any:
+    """The part of a turn from -1/2 to 1/2 that an angle is, as a function with a Taylor series between these."""
+    return sympy.atan(sympy.sin(angle) / (1 + sympy.cos(angle))) / sympy.pi
+
+
+def _in_piece(t: "Transition", k: int, put: Mapping[Any, Any]) -> "Transition":
+    """A transition of the system in a piece of the drive."""
+    return replace(
+        t,
+        name=f"{t.name}-{k}",
+        source=tuple(f"{mode}-{k}" for mode in t.source),
+        target=f"{t.target}-{k}",
+        guard=t.guard.xreplace(put),
+        reset={state: image.xreplace(put) for state, image in t.reset.items()},
+        condition=None if t.condition is None else t.condition.xreplace(put),
+        completes=None if t.completes is None else f"{t.completes}-{k}",
+    )
+
+
+def _pieces(name: str, pieces: Any, values: Mapping[str, float]) -> list[Piece]:
+    """The pieces in the order of their beginnings."""
+    if isinstance(pieces, str):
+        if pieces not in SHAPES:
+            raise ModelError(f"{name}: unknown drive {pieces!r}; {remedy(pieces, SHAPES)}")
+        pieces = SHAPES[pieces]
+    if not isinstance(pieces, Mapping) or not pieces:
+        raise ModelError(
+            f"{name}: pieces is {pieces!r}; it must be one of {list(SHAPES)} or a mapping, as in {{0: '1', 0.5: '-1'}}"
+        )
+    if PHASE.name in values:
+        raise ModelError(f"{name}: a parameter is named 'phase', which stands for the phase of the drive; rename it")
+    read = [
+        (read_expression(f"{name}: beginning of a piece", start), read_expression(f"{name}: piece at {start}", shape))
+        for start, shape in pieces.items()
+    ]
+    return sorted(_checked(name, read, values), key=lambda piece: value_of(piece[0], values))
+
+
+def _spline(name: str, table: Any) -> list[Piece]:
+    """The periodic cubic spline through a table, each piece around its middle."""
+    from scipy.interpolate import CubicSpline
+
+    fault = ModelError(
+        f"{name}: table is {table!r:.100}; it must be at least three numbers, or a mapping of phases from 0 to 1 to "
+        "them"
+    )
+    try:
+        if isinstance(table, Mapping):
+            knots = sorted((read_expression(f"{name}: phase of the table", key), float(v)) for key, v in table.items())
+        elif isinstance(table, Iterable) and not isinstance(table, str):
+            numbers = [float(v) for v in table]
+            knots = [(sympy.Rational(k, len(numbers)), v) for k, v in enumerate(numbers)]
+        else:
+            raise fault
+    except (TypeError, ValueError):
+        raise fault from None
+    if len(knots) < 3 or not all(abs(v) < float("inf") for _, v in knots):
+        raise fault
+    starts = _checked(name, knots, {})
+    ends = [*(start for start, _ in starts[1:]), starts[0][0] + 1]
+    at = [float(start) for start, _ in starts]
+    spline = CubicSpline([*at, at[0] + 1], [v for _, v in [*starts, starts[0]]], bc_type="periodic")
+    found = []
+    for (start, _), end in zip(starts, ends, strict=True):
+        middle = (start + end) / 2
+        slopes = (float(spline(float(middle), order)) / (1, 1, 2, 6)[order] for order in range(4))
+        found.append((start, sum(c * (PHASE - middle) ** order for order, c in enumerate(slopes))))
+    return found
+
+
+def _checked(name: str, pieces: list[Piece], values: Mapping[str, float]) -> list[Piece]:
+    """The pieces, if they begin at different phases from 0 to 1."""
+    starts = [
+        value_of(start, values) if start.free_symbols <= set(map(parameter, values)) else -1 for start, _ in pieces
+    ]
+    if not all(0 <= start < 1 for start in starts) or len(set(starts)) < len(starts):
+        raise ModelError(
+            f"{name}: pieces of the drive begin at {[str(start) for start, _ in pieces]}; these must be different "
+            "phases from 0 to less than 1, numbers or expressions of parameters"
+        )
+    return pieces
+
+
+def _first(pieces: list[Piece], values: Mapping[str, float]) -> int:
+    """The piece at phase 0."""
+    return 0 if value_of(pieces[0][0], values) == 0 else len(pieces) - 1
