@@ -19,8 +19,8 @@ from chaosdrill.engine.jit import compiled
 from chaosdrill.model.derive import rate, shift_directions
 
 if TYPE_CHECKING:
+    from chaosdrill.model.reading import Transition
     from chaosdrill.model.system import HybridSystem
-    from chaosdrill.model.transition import Transition
 
 _SAMPLES = 24
 _RANK_TOLERANCE = 1e-13

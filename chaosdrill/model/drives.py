@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.check import value_of
 from chaosdrill.model.derive import pinned_values
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import read_expression, read_symbol
+from chaosdrill.model.reading import Transition, read_expression, read_symbol, value_of
 from chaosdrill.names import remedy
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
-    from chaosdrill.model.transition import Transition
 
 SHAPES: dict[str, dict[str, str]] = {
     "square": {"0": "1", "1/2": "-1"},
@@ -71,18 +69,15 @@ def driven(
     Raises
     ------
     ModelError
-        If the system has no such parameter, names it in a quadrature, or takes it for a constant where it holds a
+        If the system has no such parameter, or takes it for a constant where it holds a
         state; if there is no period, or the phases are not between 0 and 1; if there are more modes or transitions than
         a system may have.
     """
     from chaosdrill.model.system import HybridSystem
-    from chaosdrill.model.transition import Transition
 
     if drive not in system.parameters:
         raise ModelError(f"{system.name}: there is no parameter {drive!r} to drive; {remedy(drive, system.parameters)}")
     symbol = parameter(drive)
-    if any(symbol in integrand.free_symbols for integrand in system.quadratures.values()):
-        raise ModelError(f"{system.name}: a quadrature names the drive {drive!r}; make the integral a state")
     _check_modes(system, symbol)
     own = system.period
     length = own if period is None else read_expression(f"{system.name}: period of the drive", period)
@@ -128,7 +123,10 @@ def driven(
         transitions=transitions,
         period=length if own is None else own,
         initial={**system.initial, "mode": f"{system.initial['mode']}-{_first(found, values)}"},
-        quadratures=system.quadratures,
+        quadratures={
+            name: {f"{mode}-{k}": rate.xreplace(put) for k, put in enumerate(puts) for mode, rate in rates.items()}
+            for name, rates in system.quadratures.items()
+        },
         bounds=system.bounds,
         description=system.description,
         labels={key: label for key, label in system.labels.items() if key != drive},
@@ -145,7 +143,7 @@ def _check_modes(system: "HybridSystem", drive: Any) -> None:
             )
         ways_in = [t for t in system.transitions if t.target == mode and t.condition is not None]
         ways_out = [t for t in system.transitions if mode in t.source and t.target != mode]
-        allowed = any(drive in t.condition.free_symbols for t in ways_in)
+        allowed = any(drive in one.free_symbols for t in ways_in for one in t.conditions.values())
         if allowed and not any(drive in t.guard.free_symbols for t in ways_out):
             raise ModelError(
                 f"{system.name}: mode {mode!r} is entered if the drive {drive.name!r} allows it, and no guard of it "
@@ -167,7 +165,7 @@ def _in_piece(t: "Transition", k: int, put: Mapping[Any, Any]) -> "Transition":
         target=f"{t.target}-{k}",
         guard=t.guard.xreplace(put),
         reset={state: image.xreplace(put) for state, image in t.reset.items()},
-        condition=None if t.condition is None else t.condition.xreplace(put),
+        condition={f"{mode}-{k}": one.xreplace(put) for mode, one in t.conditions.items()} or None,
         completes=None if t.completes is None else f"{t.completes}-{k}",
     )
 

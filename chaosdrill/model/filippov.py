@@ -17,7 +17,7 @@ import sympy
 from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import read_expression, read_mapping, read_symbol
+from chaosdrill.model.reading import Transition, read_expression, read_symbol, read_table
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -210,7 +210,7 @@ class _Given:
             raise ModelError(f"{name}: states is {states!r}; it must be a sequence of symbols, as in (x, v)")
         symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(states))
         clock = None if time is None else read_symbol(f"{name}: time", time)
-        known = read_mapping(f"{name}: parameters", parameters, "{'k': 2.0}")
+        known = read_table(f"{name}: parameters", parameters)
         own, h = _read_surface(name, surface)
         if own is not None and (own in (*symbols, clock) or own.name in known):
             raise ModelError(f"{name}: the surface is named {own}, which names something else; rename it")
@@ -232,7 +232,7 @@ class _Given:
         return sympy.expand((h - sympy.expand(self.surface - slope * self.solved)) / slope)
 
     def read_field(self, where: str, field: Any) -> Field:
-        table = read_mapping(f"{self.name}: {where}", field, "{'x': 'v', 'v': '-x'}")
+        table = read_table(f"{self.name}: {where}", field)
         read = {
             read_symbol(f"{self.name}: {where}: a state", state): read_expression(
                 f"{self.name}: {where}, d{state}/dt", rate
@@ -299,7 +299,13 @@ class _Given:
             order = [self.coordinate if x == self.solved else x for x in self.states]
             modes[SLIDING] = {x: led.get(x, rate) for x in order}
         read = dict(more)
-        integrals = read_mapping(f"{self.name}: quadratures", read.pop("quadratures", None) or {}, "{'work': 'v**2'}")
+        integrals = read_table(f"{self.name}: quadratures", read.pop("quadratures", None) or {})
+
+        def off(name: str, given: Any) -> Any:
+            if isinstance(given, Mapping):
+                return {mode: off(name, one) for mode, one in given.items()}
+            return self.off(read_expression(f"{self.name}: {name}", given))
+
         system = HybridSystem(
             name=self.name,
             states=tuple(modes[ABOVE]),
@@ -307,14 +313,12 @@ class _Given:
             parameters=self.parameters,
             modes=modes,
             transitions=self._transitions(up, down, slides=slides),
-            quadratures={key: self.off(read_expression(f"{self.name}: {key}", e)) for key, e in integrals.items()},
+            quadratures={name: off(name, given) for name, given in integrals.items()},
             **read,
         )
         return system.with_initial(**self._start(initial, up, down, slides=slides))
 
     def _transitions(self, up: Any, down: Any, *, slides: bool) -> list[Any]:
-        from chaosdrill.model.transition import Transition
-
         guard = self.surface if self.own is None else self.own
         reset = {self.coordinate: self.held}
         moving = {*self.states, self.coordinate, self.time}
@@ -337,7 +341,7 @@ class _Given:
 
     def _start(self, initial: Any, up: Any, down: Any, *, slides: bool) -> dict[str, Any]:
         """The initial mode and state: where the surface says nothing else, those given."""
-        start = {str(k): v for k, v in read_mapping(f"{self.name}: initial", initial or {}, "{'x': 0.1}").items()}
+        start = {str(k): v for k, v in read_table(f"{self.name}: initial", initial or {}).items()}
         where = self.coordinate.name
         numbers = {parameter(key): value for key, value in self.parameters.items()}
         if parameter("pi") not in {*self.states, self.own, self.time, *numbers}:
@@ -398,7 +402,7 @@ def _read_surface(name: str, surface: Any) -> tuple[Any, Any]:
 
 
 def _read_control(name: str, control: Any) -> tuple[Any, list[Any]]:
-    table = read_mapping(f"{name}: control", control, "{'u': ('-U', 'U')}")
+    table = read_table(f"{name}: control", control)
     values = next(iter(table.values()), None)
     if len(table) != 1 or isinstance(values, str) or not isinstance(values, Sequence) or len(values) != 2:
         raise ModelError(

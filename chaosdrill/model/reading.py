@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from numbers import Integral
-from typing import Any
+from typing import Any, cast
 
 import sympy
 from sympy.concrete.expr_with_limits import ExprWithLimits
@@ -585,6 +585,43 @@ class Reader:
             self._fault(("period",), told)
 
 
+def read_expression(where: str, value: Any) -> Any:
+    """An expression that is given outside of a definition, and may name anything; errors begin with ``where``.
+
+    Raises
+    ------
+    ModelError
+        If it is none.
+    """
+    return _alone(where, lambda reader: reader._expression((), value))
+
+
+def read_symbol(where: str, value: Any) -> Any:
+    """The real symbol of a name or of a symbol; errors as for `read_expression`."""
+    return sympy.Symbol(_alone(where, lambda reader: reader._name((), value)), real=True)
+
+
+def read_table(where: str, value: Any) -> dict[str, Any]:
+    """A mapping of names, or of symbols, to anything; errors as for `read_expression`."""
+    return cast(dict[str, Any], _alone(where, lambda reader: reader._table((), value)))
+
+
+def _alone(where: str, read: Callable[[Reader], Any]) -> Any:
+    reader = Reader()
+    found = read(reader)
+    if reader.faults:
+        raise ModelError(reader.told(where))
+    return found
+
+
+def value_of(expression: Any, parameters: Mapping[str, float]) -> float:
+    """The number that an expression of parameters has; NaN if it is none."""
+    try:
+        return float(expression.subs({p: parameters[p.name] for p in expression.free_symbols}))
+    except (TypeError, OverflowError):
+        return float("nan")
+
+
 def is_name(name: str) -> bool:
     """Whether a state, a parameter or a quadrature may be called so."""
     return bool(name) and name == name.strip() and "/" not in name and name.isprintable()
@@ -705,10 +742,7 @@ def _wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
     if found.period is None:
         return None
     values = {sympy.Symbol(name, real=True): value for name, value in numbers.items()}
-    try:
-        period = float(found.period.subs(values))
-    except (TypeError, OverflowError):
-        period = float("nan")
+    period = value_of(found.period, numbers) if found.period.free_symbols <= set(values) else float("nan")
     if not 0 < period < float("inf"):
         named = {s.name: numbers[s.name] for s in found.period.free_symbols}
         at = f" at {named}" if named else ""

@@ -61,7 +61,7 @@ def test_relay_reaches_its_surface_in_closed_form_and_decays_on_it():
     # x = 1/2 - t^2/2 and v = -t meet x + tau v = 0
     entry = -0.8 + sqrt(0.8**2 + 1)
     assert run["event_time"].values == pytest.approx([entry], rel=1e-13)
-    time, (x, s) = run["time"].values, run["state"].values.T
+    time, (x, s) = run["time"].values, run["states"].values.T
     on = time > entry
     np.testing.assert_allclose(x[on], (0.5 - entry**2 / 2) * np.exp(-(time[on] - entry) / 0.8), rtol=0, atol=1e-13)
     assert (s[on] == 0).all()
@@ -120,12 +120,12 @@ def test_sliding_field_is_the_combination_of_the_fields_by_hand():
     run = cd.trajectory(system, duration=end + 0.1, samples=100)
     assert run["event_time"].values[0] == pytest.approx(end, abs=1e-10)
     time = run["time"].values
-    np.testing.assert_allclose(run["state"].values[time < end], hand.sol(time[time < end]).T, atol=1e-11)
+    np.testing.assert_allclose(run["states"].values[time < end], hand.sol(time[time < end]).T, atol=1e-11)
     side, field = (("up", above), ("down", below))[len(hand.t_events[1])]
     name = run["event_kind"].attrs["flag_meanings"].split()[int(run["event_kind"][0])]
     assert name == f"leave-{side}"
     after = solve_ivp(lambda t, s: field(t, *s), (end, time[-1]), hand.y[:, -1], **options)
-    np.testing.assert_allclose(run["state"].values[-1], after.y[:, -1], atol=1e-10)
+    np.testing.assert_allclose(run["states"].values[-1], after.y[:, -1], atol=1e-10)
 
 
 def test_tangents_across_entry_and_exit_are_those_of_differences():
@@ -134,7 +134,7 @@ def test_tangents_across_entry_and_exit_are_those_of_differences():
     def end(state):
         run = cd.trajectory(skew(dict(zip("xyz", state, strict=True))), duration=length, samples=1)
         kinds = [run["event_kind"].attrs["flag_meanings"].split()[k] for k in run["event_kind"].values]
-        return run["state"].values[-1], kinds
+        return run["states"].values[-1], kinds
 
     _, kinds = end(start)
     assert kinds[0].startswith("slide")
@@ -162,7 +162,7 @@ def test_dry_friction_is_the_system_written_by_hand(omega, force):
     )
     by_hand = cd.build("den-hartog", {"omega": omega, "S": force})
     runs = [cd.trajectory(system, periods=6, samples=5) for system in (made, by_hand)]
-    for name in ("event_time", "state", "mode"):
+    for name in ("event_time", "states", "mode"):
         values = [run[name].values for run in runs] if name != "mode" else [mode_names(run) for run in runs]
         np.testing.assert_array_equal(*values)
     spectra = [cd.lyapunov_spectrum(s, periods=30, transient=7)["lyapunov_exponent"].values for s in (made, by_hand)]
@@ -265,7 +265,7 @@ def two_fold(**changes):
 def test_where_both_fields_turn_away_the_motion_leaves_upward():
     run = cd.trajectory(two_fold(), duration=3, samples=6)
     assert run["event_time"].values == pytest.approx([1.0], abs=1e-15)
-    time, (x, y) = run["time"].values, run["state"].values.T
+    time, (x, y) = run["time"].values, run["states"].values.T
     # equal and opposite speeds: half of each field
     np.testing.assert_allclose(x, np.where(time < 1, -time / 2, -0.5 + (time - 1)), atol=1e-14)
     np.testing.assert_allclose(y, np.where(time < 1, 0, (time - 1) ** 2 / 2), atol=1e-14)
@@ -277,7 +277,7 @@ def test_a_start_where_both_fields_point_away_leaves_to_the_side_that_is_named()
     for initial, side in (({}, 1), ({"mode": "above"}, 1), ({"mode": "below"}, -1)):
         run = cd.trajectory(cd.filippov(**made, initial=initial), duration=2, samples=4)
         assert run.sizes["event"] == 0
-        np.testing.assert_allclose(run["state"].values[:, 1], side * run["time"].values)
+        np.testing.assert_allclose(run["states"].values[:, 1], side * run["time"].values)
     repelling = two_fold(initial={"x": 0.0}, above={"x": "1", "y": "1 + x**2"}, below={"x": "-2", "y": "-1 - x**2"})
     assert repelling.initial["mode"] == "above"
     refused = cd.trajectory(repelling.with_initial(mode="sliding"), duration=1, samples=2)
@@ -301,7 +301,7 @@ def test_a_start_on_the_surface_goes_where_friction_cannot_hold(x, mode):
     assert made.initial["mode"] == mode
     run = cd.trajectory(made, duration=1, samples=1)
     side = np.sign(x)
-    assert run["state"].values[-1] == pytest.approx([side + side * cos(1), -side * sin(1)], abs=1e-13)
+    assert run["states"].values[-1] == pytest.approx([side + side * cos(1), -side * sin(1)], abs=1e-13)
 
 
 def test_fields_that_cross_alike_have_no_sliding_mode():
@@ -317,7 +317,7 @@ def test_fields_that_cross_alike_have_no_sliding_mode():
     assert made.mode_names == ("above", "below")
     run = cd.trajectory(made, duration=1, samples=1)
     assert run["event_time"].values == pytest.approx([0.5])
-    assert run["state"].values[-1] == pytest.approx([3.0, -1.0])
+    assert run["states"].values[-1] == pytest.approx([3.0, -1.0])
 
 
 def test_equivalent_control_is_that_of_filippov_where_it_enters_linearly():
@@ -333,7 +333,7 @@ def test_equivalent_control_is_that_of_filippov_where_it_enters_linearly():
         **control,
     )
     np.testing.assert_array_equal(
-        *(cd.trajectory(system, periods=6, samples=5)["state"].values for system in (made, relay()))
+        *(cd.trajectory(system, periods=6, samples=5)["states"].values for system in (made, relay()))
     )
 
 
@@ -346,10 +346,10 @@ def test_equivalent_control_differs_where_the_control_enters_otherwise():
     one, other = (cd.trajectory(system, duration=1.5, samples=6) for system in (control, combined))
     time = one["time"].values
     on = time < 1
-    np.testing.assert_allclose(one["state"].values[on, 0], 1 / (2 - time[on]), rtol=1e-13)
+    np.testing.assert_allclose(one["states"].values[on, 0], 1 / (2 - time[on]), rtol=1e-13)
     # x = 1 is reached, the control is at its bound, and the motion leaves downward
     assert one["event_time"].values == pytest.approx([1.0], abs=1e-13)
-    np.testing.assert_allclose(other["state"].values[:, 0], 0.5 + time, rtol=1e-13)
+    np.testing.assert_allclose(other["states"].values[:, 0], 0.5 + time, rtol=1e-13)
     assert other["event_time"].values == pytest.approx([0.5], abs=1e-13)
 
 
@@ -365,7 +365,7 @@ def test_equivalent_control_differs_where_the_control_enters_otherwise():
         ({"surface": {"x": "x + tau*v"}}, "names something else"),
         ({"above": {"x": "v"}}, "above gives no derivative for state 'v'"),
         ({"below": {"x": "v", "v": "1", "w": "1"}}, "gives a derivative for w"),
-        ({"above": {"x": "v", "v": "-K"}}, "unknown symbol 'K'"),
+        ({"above": {"x": "v", "v": "-K"}}, "unknown name 'K'"),
         ({"initial": {"mode": "sliding", "x": 1.0, "v": 1.0}}, "1.8 away from the surface"),
         ({"initial": {"s": 1.0, "v": 1.0}}, "leave one out"),
         ({"states": "x v"}, "sequence of symbols"),
@@ -416,7 +416,7 @@ def test_names_do_not_matter():
         below=called({"x": "-a*x - y", "y": "2 + z - x", "z": "1 - z*x"}),
         initial={"q9": 0.3, "a1": 0.4, "p_0": -0.2},
     )
-    runs = [cd.trajectory(made, duration=8, samples=3)["state"].values for made in (system, other)]
+    runs = [cd.trajectory(made, duration=8, samples=3)["states"].values for made in (system, other)]
     np.testing.assert_array_equal(*runs)
 
 
