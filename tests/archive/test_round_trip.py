@@ -227,9 +227,9 @@ def test_a_join_is_an_archive(runs, tmp_path):
         (lambda run: cd.join({"a": run, "b": cd.cut(run, 0, 5)}), "b: time differs"),
     ],
 )
-def test_what_cannot_be_done_is_said(run, act, words):
+def test_what_cannot_be_done_is_said(one_run, act, words):
     with pytest.raises(ArchiveError, match=words):
-        act(run)
+        act(one_run)
 
 
 def test_plain_xarray_parts_and_merges(every_group, tmp_path):
