@@ -77,16 +77,16 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
 
     ds = ds.set_coords([name for name in present if declared[name].coordinate])
     columns: dict[str, Any] = {}
-    coordinates: dict[str, Any] = {}
     for name in sorted(present):
         variable = declared[name]
-        if ds[name].dims != variable.dims:
-            raise ChaosdrillError(f"{kind}: {name} has dimensions {ds[name].dims}; expected {variable.dims}")
-        values = _cast(ds[name].values, variable, kind)
+        raw = ds.variables[name]
+        if raw.dims != variable.dims:
+            raise ChaosdrillError(f"{kind}: {name} has dimensions {raw.dims}; expected {variable.dims}")
+        values = _cast(raw.values, variable, kind)
         encoding = {"_FillValue": None} if variable.coordinate else {}
         attributes = _attributes(variable, system)
-        (coordinates if variable.coordinate else columns)[name] = (variable.dims, values, attributes, encoding)
-    return ds.assign_coords(coordinates).assign(columns)
+        columns[name] = (variable.dims, values, attributes, encoding)
+    return ds.assign(columns)
 
 
 def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset | None":

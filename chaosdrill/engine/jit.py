@@ -9,7 +9,7 @@ import ctypes
 import struct
 import threading
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numba
@@ -118,6 +118,7 @@ def _parts(kind: Any) -> Sequence[Any]:
     return tuple(kind.types)
 
 
+@cache
 def _format(kind: Any) -> str:
     """The words of a type, as `struct` names them."""
     if isinstance(kind, types.BaseTuple):
@@ -127,6 +128,7 @@ def _format(kind: Any) -> str:
     return "d" if kind == types.float64 else "q"
 
 
+@cache
 def _writer(kind: Any) -> _Writer:
     """What appends the words of a value to a list."""
     if isinstance(kind, types.BaseTuple):
