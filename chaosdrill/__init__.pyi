@@ -171,6 +171,7 @@ def trajectory(
     duration: float | None = None,
     transient: float = 0,
     samples: int = 200,
+    times: Any = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,

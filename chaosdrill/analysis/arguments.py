@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -241,6 +242,28 @@ class Range(Settings):
             yield (), "start and stop are equal; give num = 1, or another stop"
 
 
+class Times(Value):
+    """Times of output, in ascending order."""
+
+    def read(self, name: str, value: Any, system: Any) -> list[float]:
+        times = [real(one) for one in entries(value)]
+        if not times or not all(map(isfinite, times)) or any(b <= a for a, b in pairwise(times)):
+            raise SettingsError(f"{name} is {value!r:.60}; it must be a list of finite times, each later than the last")
+        return times
+
+    def faults(self, value: Any) -> Faults:
+        if not isinstance(value, list):
+            yield from Range.faults(value)
+            return
+        yield from _LIST.faults(value)
+        times = [one for one in value if isinstance(one, int | float)]
+        if any(b < a for a, b in pairwise(times)):
+            yield (), "times must ascend"
+
+    def argument(self, value: Any) -> list[float]:
+        return [float(time) for time in (value if isinstance(value, list) else _spread(value))]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Between(Settings):
     """From where to where a parameter is followed."""
@@ -255,6 +278,13 @@ class Between(Settings):
 
 
 _LIST = ListOf(Number(), distinct=True)
+
+
+def _spread(values: Mapping[str, Any]) -> Any:
+    """The values of a sound `Range`."""
+    import numpy as np
+
+    return np.linspace(values["start"], values["stop"], values["num"])
 
 
 @dataclass(frozen=True)
@@ -339,9 +369,7 @@ class Axes(Value):
         import numpy as np
 
         return {
-            name: np.array(values, dtype=float)
-            if isinstance(values, list)
-            else np.linspace(values["start"], values["stop"], values["num"])
+            name: np.array(values, dtype=float) if isinstance(values, list) else _spread(values)
             for name, values in value.items()
         }
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
@@ -52,9 +53,15 @@ class Record:
 
 
 def record(
-    run: Run, periods: int, *, events: bool, report: Callable[[int], None] | None = None, slices: int = _SLICES
+    run: Run,
+    periods: int,
+    *,
+    events: bool,
+    times: np.ndarray | None = None,
+    report: Callable[[int], None] | None = None,
+    slices: int = _SLICES,
 ) -> Record:
-    """Run on for a number of periods and keep all samples, and all events if asked to.
+    """Run on for a number of periods and keep all samples, or the states at some times, and all events if asked to.
 
     Parameters
     ----------
@@ -64,15 +71,20 @@ def record(
         Periods to go on for.
     events : bool
         Whether events are kept.
+    times : ndarray, optional
+        Ascending times since the present strobe at which states are kept in place of samples.
     report : callable, optional
         Called with the periods done, between the slices.
     slices : int
         Parts between which an interruption is heard.
     """
     n, per_period = len(run.system.states), run.samples
-    shape = ((periods + 1) * per_period + 2, n + len(run.system.quadratures) + 1)
+    length = (periods + 1) * per_period + 2 if times is None else len(times)
+    shape = (length, n + len(run.system.quadratures) + 1)
     check_record(*shape, "periods or samples")
     rows = np.zeros(shape)
+    if times is not None:
+        rows[:, :2] = _instants(times, run, periods)
     buffer = np.zeros((_EVENT_ROWS if events else 0, at.EVENT_COLUMNS + 2 * n))
     start, first = run.elapsed, run.strobes
     found = [buffer[:0]]
@@ -80,7 +92,7 @@ def record(
     for part in np.array_split(np.arange(periods), max(1, min(periods, slices))):
         target, full = len(part), True
         while full and outcome == Outcome.OK:
-            outcome, full = run.advance(target, rows[filled:], buffer)
+            outcome, full = run.advance(target, rows[filled:], buffer, instants=times is not None)
             target = 0
             samples, taken = run.filled()
             filled += samples
@@ -90,3 +102,14 @@ def record(
     table = np.concatenate(found)
     times = start + (table[:, at.EVENT_STROBES] - first) * run.period + table[:, at.EVENT_TIME]
     return Record(outcome, rows[:filled], table, times)
+
+
+def _instants(times: np.ndarray, run: Run, periods: int) -> np.ndarray:
+    """Times since the present strobe as numbers of strobes and what is left after these, exactly; shape (times, 2)."""
+    unit = Fraction(run.period)
+    found = np.zeros((len(times), 2))
+    for row, time in zip(found, times.tolist(), strict=True):
+        number, rest = divmod(Fraction(time), unit)
+        # round-off may put the end of the record behind its last strobe
+        row[:] = (run.strobes + number, float(rest)) if number < periods else (run.strobes + periods, 0.0)
+    return found

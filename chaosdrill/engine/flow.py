@@ -10,11 +10,44 @@ from numba import int64
 
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import guards
-from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.layout import DONE, FULL, INVALID_START, NONFINITE, RK4, STEP_UNDERFLOW, Method
+from chaosdrill.engine.jit import compiled, inlined
+from chaosdrill.engine.layout import (
+    DONE,
+    EVENLY,
+    FULL,
+    INSTANTS,
+    INVALID_START,
+    NONFINITE,
+    RK4,
+    STEP_UNDERFLOW,
+    Method,
+)
 from chaosdrill.engine.records import SMALLEST_STEP, machine_at, state_of, time_of
-from chaosdrill.engine.step import advance, end_step, expand, instant_after, locate, record
+from chaosdrill.engine.step import (
+    advance,
+    end_step,
+    expand,
+    instant_after,
+    instant_in_row,
+    locate,
+    record,
+    record_instants,
+)
 from chaosdrill.engine.tangents import orthonormalise
+
+
+@inlined
+def margin(functions, tables, settings, state, scratch, samples, row, j, te, h, t):
+    """How far behind the root of guard j at te the next instant is, if the two coincide; else 0."""
+    run = state.run[0]
+    for place in range(run.sample_rows, samples.shape[0]):
+        apart = instant_in_row(run, samples[place]) - te
+        if apart > 0.0:
+            ws = scratch.workspace
+            if guards.coincides(functions, tables, settings, state, ws, row, j, te, te + apart, h, t, scratch):
+                return apart
+            return 0.0
+    return 0.0
 
 
 @compiled(int64(int64, int64, matrix, matrix))
@@ -30,7 +63,7 @@ def flow(place, p, samples, events):
     run = state.run[0]
     row = state.x.size + settings.quadratures
     while run.strobes < settings.target:
-        if settings.recording == 1 and run.sample_rows + settings.samples + 1 > samples.shape[0]:
+        if settings.recording == EVENLY and run.sample_rows + settings.samples + 1 > samples.shape[0]:
             return FULL
         if events.shape[0] > 0 and run.event_rows == events.shape[0]:
             return FULL
@@ -52,8 +85,10 @@ def flow(place, p, samples, events):
         happens = te >= 0.0
         if not happens:
             te = h
-        early = 0.0
+        early = late = 0.0
         if happens and settings.method != RK4:
+            if settings.recording == INSTANTS:
+                late = margin(functions, tables, settings, state, scratch, samples, row, j, te, h, t)
             instant = instant_after(run, settings.samples, te)
             if guards.coincides(
                 functions, tables, settings, state, scratch.workspace, row, j, te, instant, h, t, scratch
@@ -63,6 +98,7 @@ def flow(place, p, samples, events):
         if run.strobes + 1 >= settings.target and te + early >= rest:
             te = min(te, rest)
             happens = False
+        record_instants(method, settings, t, state, te, late, samples, scratch)
         strobe = record(method, settings, t, state, te, early, samples, scratch)
         advance(method, settings, t, state, te, scratch)
         outcome = end_step(

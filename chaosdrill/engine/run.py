@@ -245,7 +245,12 @@ class Run:
         self.period = period
 
     def advance(
-        self, periods: int, samples: np.ndarray | None = None, events: np.ndarray | None = None
+        self,
+        periods: int,
+        samples: np.ndarray | None = None,
+        events: np.ndarray | None = None,
+        *,
+        instants: bool = False,
     ) -> tuple[Outcome, bool]:
         """Go on for a number of periods, or until a buffer is full.
 
@@ -255,6 +260,9 @@ class Run:
             Periods from the strobe last passed.
         samples, events : ndarray, optional
             Buffers of shape (rows, n + q + 1) and (rows, 5 + 2 n); filled from the top in every call.
+        instants : bool
+            Whether the rows of ``samples`` hold the instants, in ascending order, at which they are to be filled: a
+            number of strobes, and the time since that strobe.
 
         Returns
         -------
@@ -273,7 +281,7 @@ class Run:
             )
         if periods:
             self.settings["target"] = self.strobes + periods
-        self.settings["recording"] = int(samples is not None)
+        self.settings["recording"] = 0 if samples is None else at.INSTANTS if instants else at.EVENLY
         self.states.run["sample_rows"] = self.states.run["event_rows"] = 0
         code = flow(
             self._machine,

@@ -7,7 +7,9 @@ from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import (
     DONE,
+    EVENLY,
     EVENT_LIMIT,
+    INSTANTS,
     LOSES_RANK,
     NONFINITE,
     ONGOING,
@@ -64,14 +66,48 @@ def instant_after(run, count, s):
 
 
 @inlined
+def instant_in_row(run, row):
+    """The instant that a row of a buffer holds, as a number of periods and a rest, from the start of the step."""
+    return (row[0] - run.strobes) * run.period + row[1] - run.time
+
+
+@inlined
+def write(method, settings, t, state, s, row, scratch):
+    """Write the state at s, with the integrals and the mode, into a row."""
+    n, out = state.x.size, scratch.out
+    evaluate(method, settings, t, s, scratch)
+    for i in range(n):
+        row[i] = out[i]
+    for i in range(n, out.size):
+        row[i] = (state.sums[0, i - n] + state.sums[1, i - n]) + out[i]
+    row[out.size] = state.run[0].mode
+
+
+@inlined
+def record_instants(method, settings, t, state, te, early, samples, scratch):
+    """Write the states at the instants that fall into the step over these instants, which the rows hold.
+
+    As a sample, an instant up to ``early`` after the end of the step shows the state before the event there.
+    """
+    run = state.run[0]
+    if settings.recording != INSTANTS:
+        return
+    while run.sample_rows < samples.shape[0]:
+        row = samples[run.sample_rows]
+        s = instant_in_row(run, row)
+        if not s <= te + early:
+            return
+        write(method, settings, t, state, max(0.0, min(s, te)), row, scratch)
+        run.sample_rows += 1
+
+
+@inlined
 def record(method, settings, t, state, te, early, samples, scratch):
     """Write the samples that fall into the step and count strobes; returns the time of the last strobe in it, or -1.
 
     A sample up to ``early`` after the end of the step coincides with the event there, and shows the state before it.
     """
     run = state.run[0]
-    n = state.x.size
-    out = scratch.out
     count = settings.samples
     offset = 0.0
     strobe = -1.0
@@ -80,14 +116,8 @@ def record(method, settings, t, state, te, early, samples, scratch):
         s = (run.period if index == count else index * (run.period / count)) - run.time + offset
         if not s <= te + early:
             return strobe
-        if settings.recording == 1:
-            evaluate(method, settings, t, min(s, te), scratch)
-            row = samples[run.sample_rows]
-            for i in range(n):
-                row[i] = out[i]
-            for i in range(n, out.size):
-                row[i] = (state.sums[0, i - n] + state.sums[1, i - n]) + out[i]
-            row[out.size] = run.mode
+        if settings.recording == EVENLY:
+            write(method, settings, t, state, min(s, te), samples[run.sample_rows], scratch)
             run.sample_rows += 1
         run.sample = index
         if index == count:

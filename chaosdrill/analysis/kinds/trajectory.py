@@ -1,17 +1,28 @@
 """States over time, with every event."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
+from chaosdrill.analysis.arguments import Span, Times, span
 from chaosdrill.analysis.base import Record, analysis
 from chaosdrill.dataset.schema import QUADRATURE, SI, STATES, axis, forcing, may, need, outcome, table
-from chaosdrill.settings import Whole, setting
+from chaosdrill.errors import SettingsError
+from chaosdrill.settings import Faults, Known, Whole, setting
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
+
+_SHORTEST = 1e-12
+"""Duration of a run whose only time of output is its start."""
+_ROUNDING = 4e-16
+"""Part of a time by which round-off may put it beyond the ends of the run."""
 
 VARIABLES = table(
     axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
@@ -40,6 +51,23 @@ class Trajectory(Record):
     """Settings of `trajectory`."""
 
     samples: int = setting(Whole(1), 200)
+    times: Any = setting(Times(), None)
+
+    @classmethod
+    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+        """A length, which the last of given times is too."""
+        if "times" not in table or {"periods", "duration"} & table.keys():
+            yield from super().together(table, known)
+
+    def span(self, system: "HybridSystem", *, units: int = 1) -> Span:
+        """How long to run: as long as it is told, or up to the last of the given times."""
+        if self.times is None or self.periods is not None or self.duration is not None:
+            return super().span(system, units=units)
+        last, period = self.times[-1], system.forcing_period()
+        if period is None:
+            return span(system, None, max(last - self.transient, _SHORTEST), self.transient)
+        periods = math.ceil(Fraction(last) / Fraction(period)) - int(self.transient)
+        return span(system, max(1, periods), None, self.transient)
 
 
 @analysis("trajectory", Trajectory, "states over time, with every event", VARIABLES)
@@ -58,6 +86,10 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         Periods (or time) to run before the record starts.
     samples : int, default 200
         Samples a period (or in all of ``duration``).
+    times : list of float, optional
+        Model times at which states are given in place of samples, in ascending order, from the end of the transient on;
+        where no length is given the run ends with the last of them. They change neither steps nor events: a time is
+        met by the interpolation of the method. One that coincides with an event shows the state before it.
     method : {"taylor", "dop853", "radau", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
@@ -96,14 +128,18 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     from chaosdrill.engine.run import Run
 
     plan = given.span(system)
-    run = Run(system, plan.unit, job.numerics, samples=given.samples)
+    run = Run(system, plan.unit, job.numerics, samples=given.samples if given.times is None else 1)
     outcome = plan.settle(run)
     n, names = len(system.states), list(system.quadratures)
     start = run.elapsed
     here = np.concatenate([run.x, np.zeros(len(names)), [run.standing["mode"]]])
-    found = record(run, plan.count if outcome == Outcome.OK else 0, events=True, report=job.report(plan.count))
+    times = None if given.times is None else given.times if outcome == Outcome.OK else []
+    wanted = None if times is None else _since(start, plan, times)
+    count = plan.count if outcome == Outcome.OK else 0
+    found = record(run, count, events=True, times=wanted, report=job.report(plan.count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
-    rows = np.vstack([here, found.samples])
+    rows = np.vstack([here, found.samples]) if wanted is None else found.samples
+    even = start + np.arange(len(rows)) * (plan.unit / given.samples)
     targets = np.array([system.mode_names.index(t.target) for t in system.transitions], dtype=np.int8)
     ds = xr.Dataset(
         {
@@ -120,10 +156,29 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
             "outcome": ((), np.int8(outcome)),
         },
         coords={
-            "time": start + np.arange(len(rows)) * (plan.unit / given.samples),
+            "time": even if times is None else np.array(times[: len(rows)], dtype=float),
             "state": list(system.state_names),
         },
     )
     if plan.periodic:
         ds["forcing_period"] = ((), plan.unit)
     return ds
+
+
+def _since(start: float, plan: Span, times: list[float]) -> "np.ndarray":
+    """Times since the start of the record, within it.
+
+    Raises
+    ------
+    SettingsError
+        A time before or behind the record.
+    """
+    import numpy as np
+
+    end = start + plan.length
+    slack = _ROUNDING * max(abs(start), abs(end))
+    for time in (*times[:1], *times[-1:]):
+        if not start - slack <= time <= end + slack:
+            raise SettingsError(f"times holds {time!r}; the record goes from {start!r} to {end!r}")
+    since = np.array([float(Fraction(time) - Fraction(start)) for time in times])
+    return np.clip(since, 0.0, plan.length)
