@@ -10,7 +10,7 @@ import xarray as xr
 from findings import Claim, table
 
 import chaosdrill as cd
-from chaosdrill.plots.style import flag_names
+from chaosdrill.dataset.outcomes import flag_names
 
 LENGTHS = {"transient": 300, "periods": 240}
 LONGEST = 64

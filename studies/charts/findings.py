@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from chaosdrill.plots.style import flag_names
+from chaosdrill.dataset.outcomes import flag_names
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 import chaosdrill as cd
-from chaosdrill.plots.style import flag_names
+from chaosdrill.dataset.outcomes import flag_names
 
 
 def read(path: Path, group: str) -> xr.Dataset:

@@ -18,7 +18,7 @@ from reading import Special, parameter, start, system_of, table
 from scipy.interpolate import BarycentricInterpolator
 
 import chaosdrill as cd
-from chaosdrill.plots.style import flag_names
+from chaosdrill.dataset.outcomes import flag_names
 
 OFFSETS = (1e-5, 1e-6, 1e-7, 1e-8)
 """Distances in the parameter at which orbits are looked for; nearer ones where folds leave none farther away."""
