@@ -40,6 +40,10 @@ OTHERS = tuple(10.0**-p for p in range(3, 12))
 """Tolerances of scipy, beyond which its steps underflow or its Newton iteration fails."""
 
 LEAST = 1e-16
+"""Error that is shown for one of zero."""
+
+LONG, QUICK = 0.02, 10
+"""Seconds below which a way is measured so many times a round."""
 
 
 @dataclass
@@ -189,7 +193,7 @@ def problems() -> dict[str, dict[str, tuple[Program, tuple[float, ...]]]]:
 
 
 def compare(rounds: int) -> list[Way]:
-    """Return errors and least times of all; one round of what takes more than a second is enough."""
+    """Return errors and least times of all; what takes long is measured less often."""
     made = problems()
     found = []
     for problem, programs in made.items():
@@ -199,7 +203,7 @@ def compare(rounds: int) -> list[Way]:
     for _ in range(rounds):
         for way in found:
             run = made[way.problem][way.program][0]
-            if way.seconds < 1:
+            for _ in range(QUICK if way.seconds < LONG else 1):
                 way.seconds = min(way.seconds, run(way.tolerance)[-1])
     return found
 

@@ -119,3 +119,16 @@ def test_every_study_is_told_of_in_the_readme(module):
     sys.modules.pop("make")
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
     assert all(f"| `{part}` |" in text for part in parts)
+
+
+def test_implicit_and_explicit_methods_are_judged_alike_in_stiff_problems(module):
+    implicit = module("implicit")
+    for k in implicit.STIFFNESSES:
+        for method in ("radau", "dop853"):
+            state, derivative, _ = implicit._through(k, method, 1e-12)
+            assert state < 1e-13
+            assert derivative < 1e-12 * k**0.5
+    state, derivative, _ = implicit._oscillator("radau", 1e-10)
+    assert state < 1e-11
+    assert derivative < 1e-8
+    assert implicit._oscillator_of_scipy(1e-4)[0] < 1e-5
