@@ -242,7 +242,7 @@ def draw(found: list[Way]) -> Figure:
     figure = Figure(figsize=(1.5 * WIDTH, 5.5), layout="constrained")
     axes = figure.subplots(2, len(names), sharey="row", sharex="col")
     for row, (field, label) in zip(
-        axes, (("state", "error of the state"), ("derivative", "of the derivative")), strict=True
+        axes, (("state", "error of the state"), ("derivative", "error of the derivative")), strict=True
     ):
         row[0].set_ylabel(label)
         for ax, name in zip(row, names, strict=True):
@@ -255,5 +255,5 @@ def draw(found: list[Way]) -> Figure:
         ax.set_title(name)
     for ax in axes[1]:
         ax.set_xlabel("processor time in s")
-    axes[0, 0].legend()
+    axes[0, 1].legend(loc="center")
     return figure
