@@ -255,5 +255,5 @@ def draw(found: list[Way]) -> Figure:
         ax.set_title(name)
     for ax in axes[1]:
         ax.set_xlabel("processor time in s")
-    axes[0, 1].legend(loc="center")
+    axes[0, 1].legend(*axes[0, 0].get_legend_handles_labels(), loc="center")
     return figure
