@@ -32,6 +32,7 @@ class Outcome(IntEnum):
     OPEN = 14
     NO_SPECIAL_POINT = 15
     UNDECIDED = 16
+    NO_RETURN = 17
 
     @property
     def meaning(self) -> str:
@@ -51,8 +52,9 @@ MEASURED = (
     Outcome.CHAOTIC,
     Outcome.OPEN,
     Outcome.UNDECIDED,
+    Outcome.EQUILIBRIUM,
 )
-"""Outcomes of runs that reached their end, whose numbers are there."""
+"""Outcomes of runs that reached their end, whose numbers are there; of a run at rest as far as it has any."""
 
 
 def count_outcomes(codes: Any) -> dict[str, int]:
@@ -111,7 +113,9 @@ _ADVICE = {
         "Newton's method found no orbit of this period near the start; start closer to one, ask for another period, "
         'or let a search look for it (start = "search").'
     ),
-    Outcome.EQUILIBRIUM: "The system comes to rest at a point, which is no orbit; start where it moves.",
+    Outcome.EQUILIBRIUM: (
+        "The system comes to rest at a point, which attracts but is no orbit; start elsewhere if it should not."
+    ),
     Outcome.INADMISSIBLE: (
         "The equations of the orbit close, but on the way another guard is crossed or an event comes out otherwise, so "
         "the system has no such orbit; start closer to one that it has."
@@ -123,6 +127,10 @@ _ADVICE = {
     Outcome.UNDECIDED: (
         "The record is too short to tell the largest exponent from zero, and too short or too uneven to show a torus; "
         "take a longer record (more periods, a longer duration, or patience)."
+    ),
+    Outcome.NO_RETURN: (
+        "The motion goes on but does not meet the section again; take another section (at), look at the motion as a "
+        "trajectory, or allow more time between its points (max_return)."
     ),
     Outcome.NO_SPECIAL_POINT: (
         "The branch along the first parameter has no such point from which a curve could be followed; widen the range "

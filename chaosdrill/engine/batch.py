@@ -1,6 +1,7 @@
 """Many runs of one system, each at its own parameters and from its own state."""
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,11 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _EVENT_ROWS = 64
+_NEWTON, _SINGULAR, _NEAR = 3, 1e-12, 1e-2
+"""Steps to a point at rest, singular values that count as zero, and how far off the point may be."""
+
+_RETURN_ROWS = 1024
+"""Events between two looks at a run whose length is counted by them: each look takes about as long as four events."""
 
 
 def alike(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: int) -> Iterator[np.ndarray]:
@@ -35,6 +41,21 @@ def alike(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: 
     yield from (np.array(group) for group in groups.values())
 
 
+@dataclass(frozen=True)
+class Standing:
+    """How the guards of P runs stand: entries of their records, and the sides and sizes that go with them."""
+
+    run: Mapping[str, np.ndarray]
+    scale: np.ndarray
+    sides: np.ndarray
+
+    def at(self, which: np.ndarray) -> "Standing":
+        """Of some of the runs."""
+        return Standing(
+            {name: values[which] for name, values in self.run.items()}, self.scale[which], self.sides[which]
+        )
+
+
 class Batch:
     """Runs of one system over a transient and then with averages, P of them at a time.
 
@@ -43,7 +64,6 @@ class Batch:
     Parameters
     ----------
     system : HybridSystem
-        It must have a forcing period.
     parameters : mapping of str to ndarray, shape (P,)
         Parameters that differ from the system's own. All points must share compiled functions, see `alike`.
     starts : ndarray, shape (P, n)
@@ -62,6 +82,13 @@ class Batch:
         Transitions before which section points are taken; at the strobe by default.
     window : int
         Section points kept.
+    unit : float, optional
+        Time between strobes of a system without a forcing period.
+    returns : float, optional
+        Let lengths count points of the section, not strobes: the longest time in which one may be missing. A run that
+        meets none in a whole multiple of it, counted from its start, ends with ``Outcome.NO_RETURN``.
+    after : bool
+        Keep the states after the events of the section, not before.
 
     Attributes
     ----------
@@ -70,7 +97,9 @@ class Batch:
     x, mode : ndarray, shapes (P, n), (P,)
         Present state and mode.
     period, length : ndarray, shape (P,)
-        Forcing period (NaN where it is no positive number) and time averaged over.
+        Time between strobes (NaN where it is no positive number) and time averaged over.
+    times : ndarray, shape (P, B + 1)
+        Ends of the blocks.
     sums : ndarray, shape (P, B + 1, m)
         Sums of the tangents' logarithms at the ends of the blocks, -inf where rank was lost.
     counts, grazing : ndarray, shape (P, transitions)
@@ -94,6 +123,9 @@ class Batch:
         deficient: Collection[int] = (),
         section: set[int] | None = None,
         window: int = 0,
+        unit: float = 1.0,
+        returns: float | None = None,
+        after: bool = False,
     ) -> None:
         from chaosdrill.engine.structure import passes
 
@@ -108,7 +140,8 @@ class Batch:
         m = len(frame)
         self.system, self.method = system, numerics.method
         self._parameters = {name: np.asarray(values, dtype=float) for name, values in parameters.items()}
-        self.period = forcing_periods(system, parameters, points)
+        forced = system.period is not None
+        self.period = forcing_periods(system, parameters, points) if forced else np.full(points, unit)
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
         self._settings = settings_of(system, numerics, numerics.batch_order, orthonormalise=m > 0)
@@ -119,9 +152,16 @@ class Batch:
         self.sums = np.zeros((points, 1, m))
         self.window = np.full((points, window, n + 1), np.nan)
         self.length = np.zeros(points)
+        self.times = np.zeros((points, 1))
+        self.counts_returns = returns is not None
+        cells = np.nan_to_num((returns or 1.0) / self.period, nan=1.0)
+        self._cell = np.clip(np.ceil(cells), 1, 2**31).astype(np.int64)
+        self._met = np.full(points, -1)
+        self._after = after
         self._section = np.zeros(0 if section is None else kinds, dtype=np.int64)
         self._section[sorted(section or ())] = 1
-        self._events = np.zeros((0 if section is None else _EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
+        rows = 0 if section is None else _RETURN_ROWS if self.counts_returns else _EVENT_ROWS
+        self._events = np.zeros((rows, at.EVENT_COLUMNS + 2 * n))
         self._spare = np.zeros((window, n + 1))
         self._progress = np.zeros((points, at.PROGRESS), dtype=np.int64)
         self._scratch = scratch_of(system, m, numerics.method)
@@ -159,14 +199,31 @@ class Batch:
         return total
 
     def flow(self, which: np.ndarray) -> np.ndarray:
-        """Rates of the states of some runs where they stand, shape (len(which), n)."""
-        n = self.x.shape[1]
-        rates = np.zeros((len(which), n + self._quadratures))
-        field = kernels_of(self.system).functions[3]
-        for p, row in zip(which.tolist(), rates, strict=True):
-            run = self._states.run[p]
-            field(int(run["mode"]), float(run["time"]), self._states.c[p], self.x[p], row)
-        return rates[:, :n]
+        """Rates of the states of some runs where they stand, shape (len(which), n); of systems free of time."""
+        return np.array([self.rates(p, self.x[p], int(self.mode[p])) for p in which.tolist()]).reshape(
+            -1, self.x.shape[1]
+        )
+
+    def rates(self, p: int, state: np.ndarray, mode: int) -> np.ndarray:
+        """Rates of the states at a state of run p, shape (n,); of a system that does not depend on time."""
+        found = np.zeros(self.x.shape[1] + self._quadratures)
+        kernels_of(self.system).functions[3](mode, 0.0, self._states.c[p], np.ascontiguousarray(state), found)
+        return found[: self.x.shape[1]]
+
+    def rest(self, p: int) -> np.ndarray:
+        """The point at rest near the present state of run p, by Newton's method; the state where there is none near."""
+        n, mode, variation = self.x.shape[1], int(self.mode[p]), kernels_of(self.system).functions[4]
+        x, column, jacobian = self.x[p].copy(), np.empty(n), np.empty((n, n))
+        for _ in range(_NEWTON):
+            for j, unit in enumerate(np.eye(n)):
+                variation(mode, 0.0, self._states.c[p], x, unit, column)
+                jacobian[:, j] = column
+            rates = self.rates(p, x, mode)
+            if not (np.isfinite(jacobian).all() and np.isfinite(rates).all()):
+                break
+            x = x - np.linalg.lstsq(jacobian, rates, rcond=_SINGULAR)[0]
+        near = np.abs(x - self.x[p]).max() <= _NEAR * max(1e-6, np.abs(self.x[p]).max())
+        return x if near else self.x[p].copy()
 
     def run(self, transient: int, ends: np.ndarray) -> None:
         """Run all points over a transient, forget it, and average over blocks.
@@ -174,9 +231,9 @@ class Batch:
         Parameters
         ----------
         transient : int
-            Forcing periods before the averages.
+            Strobes, or points of the section, before the averages.
         ends : ndarray of int, shape (B + 1,)
-            Ends of the blocks in periods, from 0 on.
+            Ends of the blocks in these, from 0 on.
         """
         self.proceed(np.arange(len(self.x)), transient, ends)
 
@@ -186,14 +243,19 @@ class Batch:
         points, m = len(self.x), len(self._frame)
         if self.sums.shape[1] != len(ends):
             self.sums = np.zeros((points, len(ends), m))
+            self.times = np.zeros((points, len(ends)))
         stretches = np.array([transient, *np.diff(ends)], dtype=np.int64)
-        if self.method == "taylor":
-            self._step_in_lanes(which, stretches)
+        if self.counts_returns:
+            self._step_to_the_section(which, stretches)
         else:
-            self._step_alone(which, stretches)
-        self.length[which] = int(ends[-1]) * self.period[which]
+            if self.method == "taylor":
+                self._step_in_lanes(which, stretches)
+            else:
+                self._step_alone(which, stretches)
+            self.times[which] = ends * self.period[which, np.newaxis]
+        self.length[which] = self.times[which, -1]
         ended = which[self.outcome[which] != Outcome.OK]
-        for values in (self.sums, self.window, self.length):
+        for values in (self.sums, self.window, self.times, self.length):
             values[ended] = np.nan
 
     def _step_in_lanes(self, which: np.ndarray, stretches: np.ndarray) -> None:
@@ -270,6 +332,92 @@ class Batch:
                 forget_run(self._states, p, self._frame, self._tables.pins)
         bring_in_order.py_func(window, taken, self._spare)
 
+    def _step_to_the_section(self, which: np.ndarray, stretches: np.ndarray) -> None:
+        """Run points whose lengths are counted by the events of the section, which ends every stretch.
+
+        Time is looked at where it is a whole multiple of the longest return, so that no step depends on the stretches.
+        """
+        await_part(ONE_RUN)
+        from chaosdrill.engine.revival import forget_run
+        from chaosdrill.engine.window import bring_in_order
+
+        machine = self._machine()
+        self._settings["recording"] = 0
+        for p in which.tolist():
+            run, taken = self._states.run[p], 0
+            self.sums[p, 0] = 0.0
+            self.window[p] = np.nan
+            begin = 0.0
+            for s, stretch in enumerate(stretches.tolist()):
+                if self.outcome[p] == Outcome.OK:
+                    taken = self._to_the_section(machine, p, stretch, taken)
+                if s:
+                    lost = self._states.dead[p] == 1
+                    self.sums[p, s] = np.where(lost, -np.inf, self._states.logs[p])[: len(self._frame)]
+                    self.times[p, s] = run["strobes"] * run["period"] + run["time"] - begin
+                else:
+                    forget_run(self._states, p, self._frame, self._tables.pins)
+                    begin = run["strobes"] * run["period"] + run["time"]
+                    self.times[p, 0], taken = 0.0, 0
+                    self.window[p] = np.nan
+            bring_in_order.py_func(self.window[p], taken, self._spare)
+
+    def _to_the_section(self, machine: "Record", p: int, count: int, taken: int) -> int:
+        """Run on until the section was met so many times; returns how many of its points were kept in all."""
+        from chaosdrill.engine.flow import flow
+        from chaosdrill.engine.window import keep
+
+        run, n, cell = self._states.run[p], self.x.shape[1], int(self._cell[p])
+        first = at.EVENT_COLUMNS + (n if self._after else 0)
+        none = np.zeros((0, n + self._quadratures + 1))
+        left = count
+        while left and self.outcome[p] == Outcome.OK:
+            self._settings["target"] = target = (int(run["strobes"]) // cell + 1) * cell
+            run["sample_rows"] = run["event_rows"] = 0
+            code = flow(machine, p, none, self._events[: min(left, len(self._events))])
+            self.outcome[p] = Outcome.OK if code == at.FULL else code
+            for row in self._events[: run["event_rows"]]:
+                kind = int(row[at.EVENT_KIND])
+                if self._section[kind] != 1:
+                    continue
+                left -= 1
+                self._met[p] = row[at.EVENT_STROBES]
+                if len(self.window[p]):
+                    mode = self._tables.transitions[kind, at.TO_MODE] if self._after else row[at.EVENT_MODE]
+                    keep.py_func(row, first, n, mode, self.window[p], taken)
+                taken += 1
+            if code == at.DONE and self._met[p] < target - cell:
+                self.outcome[p] = Outcome.NO_RETURN
+        if self.outcome[p] == Outcome.OK:
+            # the tangents of a run that is at its goal are orthonormalised
+            self._settings["target"] = run["strobes"]
+            flow(machine, p, none, self._events[:0])
+        return taken
+
+    def to_strobe(self, which: np.ndarray) -> None:
+        """Let runs that stand at an event go on to the next strobe."""
+        from chaosdrill.engine.flow import flow
+
+        machine, none = self._machine(), np.zeros((0, self.x.shape[1] + self._quadratures + 1))
+        self._settings["recording"] = 0
+        for p in which.tolist():
+            if self.outcome[p] == Outcome.OK and self._states.run[p]["time"] > 0:
+                self._settings["target"] = self._states.run[p]["strobes"] + 1
+                self.outcome[p] = flow(machine, p, none, self._events[:0])
+
+    def standing(self, which: np.ndarray) -> "Standing":
+        """How the guards of some runs stand."""
+        states = self._states
+        run = {name: states.run[name][which] for name in (*STANDING, "time")}
+        return Standing(run, states.scale[which], states.sides[which])
+
+    def stand(self, as_those: "Standing") -> None:
+        """Let all runs begin with their guards as others stand, at states of their own."""
+        for name, values in as_those.run.items():
+            self._states.run[name] = values
+        self._states.scale[:], self._states.sides[:] = as_those.scale, as_those.sides
+        self._pin(np.arange(len(self.x)))
+
     def _machine(self, **search: Any) -> "Record":
         from chaosdrill.engine.stepper import machine
 
@@ -292,6 +440,8 @@ class Batch:
         for entry in STANDING:
             self._states.run[entry][alive] = other._states.run[entry][alive]
         self._states.run["fresh"][alive] = at.PUT
+        # at a strobe this is no time; else the phase of the forcing stays as it is
+        self._states.run["time"][alive] = other._states.run["time"][alive] * (self.period / other.period)[alive]
         for mode in np.unique(self.mode[alive]).tolist():
             there = alive[self.mode[alive] == mode]
             here = {name: values[there] for name, values in self._parameters.items()}
@@ -308,7 +458,7 @@ class Batch:
 
     def _check_periods(self, parameters: Mapping[str, np.ndarray]) -> None:
         """Where the period is not proved, points at which the system does not repeat have failed."""
-        if repeats(self.system):
+        if self.system.period is None or repeats(self.system):
             return
         for p in np.flatnonzero(self.outcome == Outcome.OK):
             try:
