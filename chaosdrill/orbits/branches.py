@@ -355,7 +355,7 @@ def branches(
     parameter: str,
     limits: tuple[float, float],
     period: int,
-    start: str,
+    start: str | float,
     transient: int,
     doublings: int,
     step: float,

@@ -36,7 +36,7 @@ def curve(
     parameters: tuple[str, str],
     limits: "Sequence[Sequence[float]] | np.ndarray",
     period: int,
-    start: str,
+    start: str | float,
     transient: int,
     follow: str,
     step: float,

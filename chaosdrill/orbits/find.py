@@ -11,7 +11,17 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.orbits.guess import InitialGuess, Place, initial_guess, own_path, reached, returns, settled, unit_of
+from chaosdrill.orbits.guess import (
+    InitialGuess,
+    Place,
+    guess_of_autonomous,
+    initial_guess,
+    own_path,
+    reached,
+    returns,
+    settled,
+    unit_of,
+)
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
@@ -137,7 +147,9 @@ def why_not(code: int, residuals: np.ndarray) -> str:
     return f"Newton's method ran off to where the system cannot be followed ({Outcome(code).meaning}){went}"
 
 
-def find_orbit(system: "HybridSystem", period: int, start: str, transient: float, numerics: Numerics) -> FoundOrbit:
+def find_orbit(
+    system: "HybridSystem", period: int, start: str | float, transient: float, numerics: Numerics
+) -> FoundOrbit:
     """Find and verify one orbit, or say why there is none.
 
     Parameters
@@ -145,8 +157,9 @@ def find_orbit(system: "HybridSystem", period: int, start: str, transient: float
     system : HybridSystem
     period : int
         In forcing periods; 1 for systems without a period.
-    start : {"attractor", "guess"}
-        Where Newton's method starts: at the system's initial state, or where a run has come to from there.
+    start : {"attractor", "guess"} or float
+        Where Newton's method starts: at the system's initial state, or where a run has come to from there. A number is
+        the time after which the motion from the initial state is taken to be back, in a system without a period.
     transient : float
         Forcing periods of that run, or its time.
     numerics : Numerics
@@ -159,7 +172,7 @@ def find_orbit(system: "HybridSystem", period: int, start: str, transient: float
 
 
 def starting_orbit(
-    system: "HybridSystem", free: tuple[str, ...], period: int, start: str, transient: float, numerics: Numerics
+    system: "HybridSystem", free: tuple[str, ...], period: int, start: str | float, transient: float, numerics: Numerics
 ) -> tuple[Problem, Orbit, Shot, np.ndarray, str]:
     """The orbit near the initial state, or near the attractor that it leads to.
 
@@ -182,7 +195,13 @@ def starting_orbit(
     if outcome != Outcome.OK:
         raise NoOrbitError(outcome, f"the run that leads to the orbit ended: {outcome.advice}")
     place = reached(run, problem.numerics) if start == "attractor" else Place(problem.plain)
-    guesses = returns(problem, run, period) if start == "attractor" else [initial_guess(problem, place, period)]
+    if start == "attractor":
+        guesses = returns(problem, run, period)
+    elif start == "guess":
+        guesses = [initial_guess(problem, place, period)]
+    else:
+        values = np.array([system.parameters[name] for name in free])
+        guesses = [partial(guess_of_autonomous, problem, place, 2 * float(start), values, float(start))]
     failure, shorter = None, None
     for initial, reach in product(guesses, SETTINGS.reaches):
         try:

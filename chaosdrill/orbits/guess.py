@@ -419,16 +419,18 @@ def guess_of_autonomous(
         orbit = orbit_of_events(problem, events, durations, 1, values, 0.0)
         return outcome, orbit if _connected(problem, orbit) else None
     path = np.vstack([state, samples[: run.filled()[0], :d]])
+    segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
+    starts = np.concatenate([state, values])[np.newaxis]
     away = np.abs(path - state).max(axis=1)
     size = np.abs(path - path.mean(axis=0)).max()
     if size <= 1e-9 * max(1.0, np.abs(path).max()):
         return outcome, None
+    if expected is not None:
+        return outcome, Orbit(segments, 1, starts, 0.0, np.array([expected]))
     left = np.flatnonzero(away > 0.2 * size)
     if not len(left):
         return outcome, None
     back = left[0] + _first_dip(away[left[0] :])
-    segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
-    starts = np.concatenate([state, values])[np.newaxis]
     return outcome, Orbit(segments, 1, starts, 0.0, np.array([back * unit / SETTINGS.return_samples]))
 
 

@@ -365,7 +365,7 @@ class Problem:
         d, half = self.states, len(orbit) // 2
         if self.forced and orbit.periods % 2:
             return np.zeros(0)
-        if len(orbit) == 1 and self.forced:
+        if len(orbit) == 1:
             states = self.at([orbit], np.array([[0.0, 0.5 * float(orbit.durations[0])]]))[0][0]
             return np.asarray((states[0] - states[1]) * weights[:d])
         if len(orbit) % 2 or (orbit.segments[:half] != orbit.segments[half:]).any():
