@@ -57,12 +57,24 @@ class Span:
     """How long to run: ``count`` units of length ``unit`` after a transient.
 
     The unit is the forcing period, or a part of ``duration`` for systems without one.
+
+    Attributes
+    ----------
+    unit : float
+    count : int
+    transient : float
+        Units of a forced system, else a time.
+    periodic : bool
+        Whether the unit is a forcing period.
+    outcome : int
+        What ended a run that was to tell how long so many points of a section take; 0: nothing did.
     """
 
     unit: float
     count: int
     transient: float
     periodic: bool
+    outcome: int = 0
 
     @property
     def length(self) -> float:
@@ -73,7 +85,7 @@ class Span:
         """Run the transient and start all averages; returns the outcome."""
         from chaosdrill.dataset import Outcome
 
-        outcome = Outcome.OK
+        outcome = Outcome(self.outcome)
         if self.periodic:
             left = int(self.transient)
             while left and outcome == Outcome.OK:
@@ -89,17 +101,25 @@ class Span:
         return outcome
 
 
-def span(system: "HybridSystem", periods: Any, duration: Any, transient: Any, *, units: int = 1) -> Span:
-    """Check periods or duration and transient of an analysis; ``units`` parts make a duration."""
+def counted(system: "HybridSystem", at: str | None, periods: Any, duration: Any, transient: Any) -> str:
+    """What lengths count: ``"strobe"``, ``"section"`` (its points) or ``"time"``.
+
+    Raises
+    ------
+    SettingsError
+        If lengths and section do not go together, or not with the system.
+    """
     period = system.forcing_period()
+    strobed = at in (None, "strobe")
     if (periods is None) == (duration is None):
-        wanted = "periods" if period is not None else "duration"
+        wanted = "periods" if period is not None else "duration" if strobed else "periods= or duration"
         raise SettingsError(
             f"{system.name}: give {wanted}= and only that (received periods={periods!r}, {duration=!r})"
         )
-    if period is None and periods is not None:
+    if period is None and periods is not None and strobed:
         raise SettingsError(
-            f"{system.name} has no forcing period: give duration= in units of time, not periods={periods!r}"
+            f"{system.name} has no forcing period: give duration= in units of time, not periods={periods!r}, or the "
+            f"section whose points are counted, as in {example_of_section(system)}"
         )
     if period is not None and duration is not None:
         about = real(duration) / period
@@ -107,10 +127,20 @@ def span(system: "HybridSystem", periods: Any, duration: Any, transient: Any, *,
         raise SettingsError(
             f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r}{hint}"
         )
-    if period is not None:
-        count = whole("periods", periods, 1)
-        return Span(period, count, whole("transient", transient, 0), True)
-    return Span(positive("duration", duration) / units, units, _time("transient", transient), False)
+    if duration is not None:
+        positive("duration", duration)
+        _time("transient", transient)
+        return "time"
+    whole("periods", periods, 1)
+    whole("transient", transient, 0)
+    return "strobe" if strobed else "section"
+
+
+def example_of_section(system: "HybridSystem", at: str = "at=") -> str:
+    """A section that the system has, as an argument."""
+    events = sorted({t.name for t in system.transitions})
+    surface = f"{at}{system.state_names[0] + ' > 0'!r}"
+    return f"{at}{events[0]!r} or {surface}" if events else surface
 
 
 def settling(system: "HybridSystem", transient: Any) -> int:
@@ -159,40 +189,51 @@ def tangent_count(system: "HybridSystem", exponents: Any) -> int:
     return count
 
 
-def section_transitions(system: "HybridSystem", at: str) -> set[int] | None:
-    """Indices of the transitions at which the section is taken; None for the strobe."""
+class At(Text):
+    """A section: ``"strobe"``, the name or kind of a transition, or a comparison, met where it becomes true."""
+
+    def read(self, name: str, value: Any, system: Any) -> str:
+        if not isinstance(value, str):
+            from chaosdrill.model.text import write_text
+
+            value = write_text(value) if getattr(value, "is_Relational", False) else value
+        if fault := section_fault(system, value):
+            raise SettingsError(f"{name} is {value!r:.60}; {fault}")
+        return str(value)
+
+
+def section_fault(system: "HybridSystem", at: Any) -> str | None:
+    """Why a system has no such section; None if it has."""
+    events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
     if isinstance(at, str) and at == "strobe":
-        if system.period is None:
-            names = sorted({t.name for t in system.transitions})
-            raise SettingsError(f"at is 'strobe', but {system.name} has no forcing period; choose an event: {names}")
+        if system.period is not None:
+            return None
+        return f"{system.name} has no forcing period for a strobe; give an event, as in {example_of_section(system)}"
+    if isinstance(at, str) and at in events:
         return None
-    found = {i for i, t in enumerate(system.transitions) if isinstance(at, str) and at in (t.name, t.kind)}
-    if not found:
-        names = sorted({t.name for t in system.transitions} | {str(t.kind) for t in system.transitions})
-        raise SettingsError(f"at is {at!r}; expected 'strobe' or an event of {system.name}: {names}")
-    return found
+    if not isinstance(at, str) or not ("<" in at or ">" in at):
+        strobe = ("strobe",) if system.period is not None else ()
+        unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}" if isinstance(at, str) else "no text"
+        return f"{unknown}; or give a comparison that becomes true there, such as '{system.state_names[0]} > 0'"
+    from chaosdrill.analysis.sections import surface
+    from chaosdrill.model.grammar import ExpressionError
 
-
-def no_forcing(system: "HybridSystem") -> str:
-    """What to do about a system without forcing where lengths are counted in forcing periods."""
-    events = sorted({t.name for t in system.transitions})
-    section = f"at={events[0]!r}" if events else "at= a transition that marks a section, of which it has none yet"
-    return (
-        f"define it with a period, any time such as that of one turn, and give {section} (lengths are counted in that "
-        "time, exponents are per unit of time as ever), or take a trajectory, a section at events, a spectrum, an "
-        "orbit or a branch, which need none"
-    )
+    try:
+        surface(system, at)
+    except ExpressionError as fault:
+        return str(fault)
+    return None
 
 
 class Periods(Whole):
-    """A count of forcing periods, which `span` reads: of another system it is a fault of its own kind."""
+    """A count of points of the section, which `counted` reads: with another system it is a fault of its own kind."""
 
     def read(self, name: str, value: Any, system: Any) -> Any:
         return value
 
 
 class Time(Amount):
-    """A time, or a count of forcing periods where there is a forcing, which `span` or `settling` reads."""
+    """A time, or a count of points of the section where these are counted, which `counted` reads."""
 
     def read(self, name: str, value: Any, system: Any) -> Any:
         return value

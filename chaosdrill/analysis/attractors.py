@@ -113,7 +113,8 @@ def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray
             apart = np.abs(others["lyapunov_exponent"][:, 0] - first["lyapunov_exponent"][:, 0])
             error = np.hypot(others["lyapunov_error"][:, 0], first["lyapunov_error"][:, 0])
             cloud &= ~(apart > SAME_EXPONENT * error)
-    return kind & np.where(first["period"] > 0, close, cloud)
+    is_one = (first["period"] > 0) | (first["outcome"] == Outcome.EQUILIBRIUM)
+    return kind & np.where(is_one, close, cloud)
 
 
 def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

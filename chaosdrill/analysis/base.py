@@ -5,16 +5,26 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import Parameter, Signature, cleandoc
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from chaosdrill.analysis.arguments import LONGEST_PERIOD, Exponents, Method, Periods, Span, Time, no_forcing, span
+from chaosdrill.analysis.arguments import (
+    LONGEST_PERIOD,
+    At,
+    Exponents,
+    Method,
+    Periods,
+    Span,
+    Time,
+    counted,
+    example_of_section,
+)
 from chaosdrill.analysis.registry import function
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table
 from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.progress import Progress, teller, watched
-from chaosdrill.settings import LONGEST, Faults, Known, Number, Settings, Text, Whole, setting, whole
+from chaosdrill.settings import LONGEST, Faults, Number, Settings, Whole, setting, whole
 from chaosdrill.typed import LISTENER, PATH, refuse
 
 if TYPE_CHECKING:
@@ -32,43 +42,74 @@ class AnalysisSettings(Settings):
     """Whether it has many points, which several workers can share."""
     own_numerics: ClassVar[bool] = False
     """Whether it names methods and tolerances itself, and takes none from the table numerics."""
-    counts_periods: ClassVar[bool] = False
-    """Whether its lengths are forcing periods and nothing else, so that it needs a system that is forced."""
+    needs_section: ClassVar[bool] = False
+    """Whether there is nothing to show without a section, so that a system without forcing must have one named."""
     tolerance: ClassVar[float] = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
-class Record(AnalysisSettings):
-    """A run of one length: in forcing periods, or in time units for a system without a period."""
+class _Lengths(AnalysisSettings):
+    """How long runs are: in points of a section, or in time units for a system without a forcing."""
 
     periods: int | None = setting(Periods(1), None)
     duration: float | None = setting(Time(above=0, most=LONGEST), None)
     transient: float = setting(Time(least=0, most=LONGEST), 0)
+    at: str | None = setting(At(), None)
+    max_return: float | None = setting(Number(above=0, most=LONGEST), None)
+
+    def agree(self, system: "HybridSystem") -> None:
+        """Refuse lengths that the section, or the system, does not count."""
+        self.counts(system)
+        if self.needs_section and self.at is None and system.period is None:
+            example = example_of_section(system)
+            raise SettingsError(
+                f"{system.name} has no forcing period, and so no strobe; name a section, as in {example}"
+            )
+
+    def counts(self, system: "HybridSystem") -> str:
+        """What lengths count, see `counted`."""
+        return counted(system, self.at, self.periods, self.duration, self.transient)
 
     @classmethod
-    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
         """Both lengths, or none."""
         if ("periods" in table) == ("duration" in table):
-            yield (), "give either periods (forcing periods) or duration (time units)"
-
-    def span(self, system: "HybridSystem", *, units: int = 1) -> Span:
-        """How long to run; ``units`` parts make a duration."""
-        return span(system, self.periods, self.duration, self.transient, units=units)
+            yield (), "give either periods (points of the section) or duration (time units)"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Points(AnalysisSettings):
+class Record(_Lengths):
+    """A run of one length."""
+
+    def span(self, system: "HybridSystem", numerics: Any, *, units: int = 1) -> Span:
+        """How long to run; ``units`` parts make a duration."""
+        from chaosdrill.analysis.sections import find_section, measured_span
+
+        match self.counts(system):
+            case "strobe":
+                return Span(cast(float, system.forcing_period()), int(cast(int, self.periods)), self.transient, True)
+            case "time":
+                return Span(float(cast(float, self.duration)) / units, units, self.transient, False)
+        return measured_span(find_section(system, self, numerics), self, numerics, units)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Points(_Lengths):
     """What sweeps and basins share: every point is a run of its own."""
 
     parallel: ClassVar[bool] = True
-    counts_periods: ClassVar[bool] = True
 
-    transient: int = setting(Whole(0))
-    periods: int = setting(Whole(2))
+    transient: float = setting(Time(least=0, most=LONGEST))
+    periods: int | None = setting(Periods(2), None)
     exponents: int | None = setting(Exponents(), None)
-    at: str = setting(Text(), "strobe")
     max_period: int = setting(Whole(1, 10_000), 64)
     patience: int = setting(Whole(0), 8)
+
+    def agree(self, system: "HybridSystem") -> None:
+        """As for every run; and refuse a single period, which shows nothing."""
+        super().agree(system)
+        if self.periods is not None:
+            whole("periods", self.periods, 2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,14 +119,30 @@ class Orbit(AnalysisSettings):
     tolerance: ClassVar[float] = 1e-13
 
     period: int = setting(Whole(1, LONGEST_PERIOD), 1)
+    at: str | None = setting(At(), None)
+    max_return: float | None = setting(Number(above=0, most=LONGEST), None)
+
+    transient: float = setting(Time(least=0, most=LONGEST), 200)
+
+    def counts(self, system: "HybridSystem") -> str:
+        """What the period and the transient count."""
+        return "section" if self.at not in (None, "strobe") else "strobe" if system.period is not None else "time"
 
     def agree(self, system: "HybridSystem") -> None:
-        """Refuse to count in periods where there are none."""
-        if system.period is None and self.period != 1:
+        """Refuse to count in periods where there are none, or in something else where there are."""
+        counts = self.counts(system)
+        if counts == "time" and self.period != 1:
             raise SettingsError(
-                f"period is {self.period!r}, but {system.name} has no forcing period to count in; leave it out: "
-                "an orbit is one round there, however many turns it takes"
+                f"period is {self.period!r}, but {system.name} has no forcing period to count in; leave it out: an "
+                "orbit is one round then, however many turns it takes; or name the section whose points it counts, as "
+                f"in {example_of_section(system)}"
             )
+        if counts == "section" and system.period is not None:
+            raise SettingsError(
+                f"at is {self.at!r}, but {system.name} has a forcing period, in which orbits are counted; leave it out"
+            )
+        if counts == "section":
+            whole("transient", self.transient, 0)
         system.forcing_period()
 
 
@@ -239,10 +296,6 @@ class Analysis:
         for name, kind in (("progress", LISTENER), ("store", PATH)):
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
-        if self.settings.counts_periods and system.period is None:
-            raise SettingsError(
-                f"{system.name} has no forcing period, in which a sweep counts its length; {no_forcing(system)}"
-            )
         settings = self.settings.read(given, system)
         numerics = {} if self.settings.own_numerics else {name: given[name] for name in NumericsSettings.values()}
         execution = {name: given[name] for name in _EXECUTION if name in given}

@@ -1,10 +1,11 @@
 """The cycle to which a slow transient leads, found without waiting for it.
 
 Near a bifurcation one multiplier, or a pair, has nearly the modulus 1, and a run of any given length is still on its
-way. The states at every p-th strobe then follow a linear recurrence of order one or two, whose limit follows from four
-of them (minimal polynomial extrapolation: Smith, Ford and Sidi 1987, doi:10.1137/1029042). A run from that limit gives
-the next four; this converges quadratically in the slow directions. The cycle is taken for the answer only if
-its own multipliers lie inside of the unit circle, its own period is p, and the run that led here comes closer to it.
+way. The states at every p-th strobe, or point of a section, then follow a linear recurrence of order one or two, whose
+limit follows from four of them (minimal polynomial extrapolation: Smith, Ford and Sidi 1987, doi:10.1137/1029042). A
+run from that limit gives the next four; this converges quadratically in the slow directions. The cycle is taken for the
+answer only if its own multipliers lie inside of the unit circle, its own period is p, and the run that led here comes
+closer to it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,7 +20,7 @@ from chaosdrill.analysis.statistics import free_exponents, margin
 from chaosdrill.analysis.verdicts import HYPERBOLIC, Verdict, judge
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
-from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.batch import Batch, Standing
 
 ROUNDS = 12
 """Extrapolations, at most."""
@@ -28,10 +29,10 @@ SHRINKS = 0.5
 """Part of the residual that may be left after a round, beyond the first two."""
 
 SETTLING = 32
-"""Periods in which tangents turn into their directions before growth is averaged."""
+"""Steps of the map in which tangents turn into their directions before growth is averaged."""
 
 AVERAGING = 16
-"""Periods over which it is averaged, at least."""
+"""Steps over which it is averaged, at least."""
 
 LEAST_CYCLES = 4
 """Cycles of either, at least."""
@@ -63,7 +64,7 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
     ----------
     plan : Plan
     batch : Batch
-        The runs, at a strobe.
+        The runs, at the end of their record.
     which : ndarray of int
         The undecided points.
     parameters : mapping of str to ndarray, shape (P,)
@@ -74,39 +75,72 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
     list of Cycles
         A point that is in none of them stays undecided.
     """
-    if not len(which):
+    if not len(which) or not plan.maps:
         return []
     here = at_points(parameters, which)
-    states, modes, trail = strobe_trail(plan, batch, which, here)
+    states, modes, trail, standing = trail_of(plan, batch, which, here)
     near = recurrence(trail, plan.max_period, 2 * plan.max_period).near
     open_ = np.ones(len(which), dtype=bool)
     results = []
     for points, periods in attempts(near):
         tried = open_[points] & trend(trail, points, periods)[0]
         points, periods = points[tried], periods[tried]
-        found, converged, turning = extrapolate(plan, at_points(here, points), states[points], modes[points], periods)
+        stand = None if standing is None else standing.at(points)
+        found, converged, turning = extrapolate(
+            plan, at_points(here, points), states[points], modes[points], periods, stand
+        )
         for period in np.unique(periods[converged]).tolist():
             chosen = converged & (periods == period)
             group = points[chosen]
-            good, measured, verdict = _measure(
-                plan, at_points(here, group), found[chosen], modes[group], trail[group], period, turning[chosen]
-            )
+            begun = Begun(at_points(here, group), found[chosen], modes[group], None)
+            begun = begun if standing is None else replace(begun, standing=standing.at(group))
+            good, measured, verdict = _measure(plan, begun, trail[group], period, turning[chosen])
             good &= open_[group]
             open_[group[good]] = False
             results.append(Cycles(measured, verdict, which[group[good]], np.flatnonzero(good)))
     return [cycles for cycles in results if len(cycles.which)]
 
 
-def strobe_trail(
+@dataclass(frozen=True)
+class Begun:
+    """Where runs begin: parameters, states, modes, and how guards stand after an event of a section."""
+
+    parameters: Mapping[str, np.ndarray]
+    states: np.ndarray
+    modes: np.ndarray
+    standing: Standing | None
+
+    def let(self, runs: Batch) -> Batch:
+        """Let runs from these states begin so."""
+        if self.standing is not None:
+            runs.stand(self.standing)
+        return runs
+
+    def mapped(self, plan: Plan, window: int) -> Batch:
+        """Runs from there over steps of the map."""
+        return self.let(plan.mapped(self.parameters, self.states, self.modes, window))
+
+
+def onward(plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]) -> Begun:
+    """Where the map goes on from some points of a batch: where they stand, but at a strobe of a forcing."""
+    if plan.system.period is not None and batch.counts_returns:
+        batch.to_strobe(which)
+    standing = batch.standing(which) if plan.at_events else None
+    return Begun(here, batch.x[which], batch.mode[which], standing)
+
+
+def trail_of(
     plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Present states and modes of some points of a batch, and the strobe points that led there."""
-    states, modes = batch.x[which], batch.mode[which]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, Standing | None]:
+    """Where some points of a batch stand, or soon after, the points of the map beside that, and how guards stand."""
+    begun = onward(plan, batch, which, here)
     if plan.section is None:
-        return states, modes, batch.window[which]
-    strobed = plan.strobed(here, states, modes, 2 * plan.max_period)
-    strobed.run(0, np.array([0, 2 * plan.max_period]))
-    return strobed.x, strobed.mode, strobed.window
+        return begun.states, begun.modes, batch.window[which], None
+    mapped = begun.mapped(plan, 2 * plan.max_period)
+    mapped.run(0, np.array([0, 2 * plan.max_period]))
+    if not plan.at_events:
+        return begun.states, begun.modes, mapped.window, None
+    return mapped.x, mapped.mode, mapped.window, mapped.standing(np.arange(len(which)))
 
 
 def attempts(near: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -135,24 +169,19 @@ def _cycles(periods: int, period: int) -> int:
 
 
 def _measure(
-    plan: Plan,
-    parameters: Mapping[str, np.ndarray],
-    states: np.ndarray,
-    modes: np.ndarray,
-    trail: np.ndarray,
-    period: int,
-    turning: np.ndarray,
+    plan: Plan, begun: Begun, trail: np.ndarray, period: int, turning: np.ndarray
 ) -> tuple[np.ndarray, Batch, Verdict]:
     """Run over cycles of one period, and say which of them are the answer."""
-    batch = plan.batch(parameters, states, modes)
+    states = begun.states
+    batch = begun.let(plan.batch(begun.parameters, states, begun.modes, of_map=True))
     ends = block_ends(_cycles(max(AVERAGING, plan.rows), period), period)
     batch.run(_cycles(SETTLING, period) * period, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
     path = batch.window
     if plan.section is not None:
-        strobed = plan.strobed(parameters, states, modes, 2 * period)
-        strobed.run(0, np.array([0, 2 * period]))
-        path = strobed.window
+        mapped = begun.mapped(plan, 2 * period)
+        mapped.run(0, np.array([0, 2 * period]))
+        path = mapped.window
     neutral = plan.structure.most_neutral
     margins = margin(verdict.errors, batch.length[:, np.newaxis])
     complete = plan.computed == states.shape[1]
@@ -161,17 +190,22 @@ def _measure(
     pair = turning & (free.shape[1] > 1) & np.isfinite(free[:, min(1, free.shape[1] - 1)])
     with np.errstate(invalid="ignore"):
         shared = free[:, :2].mean(axis=1)
-    multiplier = np.where(pair, shared, free[:, 0]) * period * batch.period
+    multiplier = np.where(pair, shared, free[:, 0]) * batch.length * period / ends[-1]
     if not neutral:
         verdict.exponents[pair, :2] = shared[pair, np.newaxis]
-    good = np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
+    good = verdict.moves & np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
     good &= recurrence(path, period, 2 * period).period == period
     good &= approaches(trail, path[:, :period], multiplier / period)
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
 
 
 def extrapolate(
-    plan: Plan, parameters: Mapping[str, np.ndarray], states: np.ndarray, modes: np.ndarray, periods: np.ndarray
+    plan: Plan,
+    parameters: Mapping[str, np.ndarray],
+    states: np.ndarray,
+    modes: np.ndarray,
+    periods: np.ndarray,
+    standing: Standing | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """States that come back after a period each, looked for from the given ones.
 
@@ -190,7 +224,8 @@ def extrapolate(
         if not len(active):
             break
         length = 4 * int(periods[active].max())
-        runs = plan.strobed(at_points(parameters, active), x[active], modes[active], length)
+        stand = None if standing is None else standing.at(active)
+        runs = Begun(at_points(parameters, active), x[active], modes[active], stand).mapped(plan, length)
         runs.run(0, np.array([0, length]))
         places = np.arange(1, 5) * periods[active, np.newaxis] - 1
         passed = np.take_along_axis(runs.window, places[:, :, np.newaxis], axis=1)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from chaosdrill.analysis.cycles import at_points, attempts, extrapolate, strobe_trail
+from chaosdrill.analysis.cycles import Begun, at_points, attempts, extrapolate, trail_of
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import ROUND_OFF, recurrence, sizes, trend
 from chaosdrill.engine.batch import Batch
@@ -26,7 +26,7 @@ def departures(
     ----------
     plan : Plan
     batch : Batch
-        The runs, at a strobe.
+        The runs, at the end of their record.
     which : ndarray of int
         Points that are undecided although they ran as long as they may.
     parameters : mapping of str to ndarray, shape (P,)
@@ -40,16 +40,19 @@ def departures(
         A run for each of these, which has not begun.
     """
     here = at_points(parameters, which)
-    states, modes, trail = strobe_trail(plan, batch, which, here)
+    states, modes, trail, standing = trail_of(plan, batch, which, here)
     near = recurrence(trail, plan.max_period, 2 * plan.max_period).near
     displaced = np.full(states.shape, np.nan)
     for points, periods in attempts(near):
         tried = np.isnan(displaced[points, 0]) & trend(trail, points, periods)[1]
         points, periods = points[tried], periods[tried]
-        found, converged, _ = extrapolate(plan, at_points(here, points), states[points], modes[points], periods)
+        stand = None if standing is None else standing.at(points)
+        found, converged, _ = extrapolate(plan, at_points(here, points), states[points], modes[points], periods, stand)
         off = states[points] - found
         distance = (np.abs(off) / sizes(found[:, np.newaxis])).max(axis=1)
         slow = converged & (distance > 10 * ROUND_OFF) & (distance < DISPLACED)
         displaced[points[slow]] = found[slow] + off[slow] * (DISPLACED / distance[slow])[:, np.newaxis]
     chosen = np.flatnonzero(np.isfinite(displaced[:, 0]))
-    return which[chosen], plan.batch(at_points(here, chosen), displaced[chosen], modes[chosen])
+    stand = None if standing is None else standing.at(chosen)
+    begun = Begun(at_points(here, chosen), displaced[chosen], modes[chosen], stand)
+    return which[chosen], begun.let(plan.batch(begun.parameters, begun.states, begun.modes))

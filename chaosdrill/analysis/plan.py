@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from chaosdrill.analysis.arguments import section_transitions, tangent_count
+from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Points
-from chaosdrill.engine.ahead import LANES, compile_ahead
+from chaosdrill.analysis.sections import Section, find_section
+from chaosdrill.engine.ahead import LANES, ONE_RUN, compile_ahead
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import Structure, examine
@@ -29,18 +30,23 @@ LEAST_ROWS = 16
 """Section points that are compared at least."""
 
 
+PARTS = 512
+"""Parts of a duration at whose ends a point is looked at."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """What is done at every point.
 
     Attributes
     ----------
-    system : HybridSystem
-        The system at its own parameters.
+    where : Section
+        The system at its own parameters, where points are taken, and what lengths count: a unit of them is a strobe, a
+        point of the section, or one of `PARTS` of a duration.
     transient, periods : int
-        Forcing periods before the averages, and of the averages.
-    section : frozenset of int or None
-        Transitions before which section points are taken; None for the strobe.
+        Units before the averages, and of the averages.
+    part : float
+        Time between strobes of a system without a forcing period.
     max_period : int
         Longest period looked for.
     patience : int
@@ -58,10 +64,10 @@ class Plan:
         Section points that are kept at every point.
     """
 
-    system: "HybridSystem"
+    where: Section
     transient: int
     periods: int
-    section: frozenset[int] | None
+    part: float
     max_period: int
     patience: int
     numerics: Numerics
@@ -72,18 +78,41 @@ class Plan:
     rows: int = 0
 
     @property
+    def system(self) -> "HybridSystem":
+        """The system at its own parameters."""
+        return self.where.system
+
+    @property
+    def section(self) -> frozenset[int] | None:
+        """Transitions before which section points are taken; None for the strobe, or for the parts of a duration."""
+        return self.where.transitions
+
+    @property
+    def maps(self) -> bool:
+        """Whether there is a map from point to point: of strobes, or of a section of a system free of time."""
+        return self.system.period is not None or self.at_events
+
+    @property
+    def at_events(self) -> bool:
+        """Whether that map is one of a section, not of strobes; also where lengths are counted otherwise."""
+        return self.system.period is None and self.system.time is None and self.section is not None
+
+    @property
     def window(self) -> int:
         """Section points by which a point is judged."""
         return max(self.rows, 2 * self.max_period, LEAST_ROWS)
 
     @property
     def ends(self) -> np.ndarray:
-        """Ends of the blocks, in periods."""
+        """Ends of the blocks, in units."""
         return block_ends(self.periods)
 
-    def batch(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
-        """Runs that measure what the plan asks for."""
+    def batch(
+        self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, *, of_map: bool = False
+    ) -> Batch:
+        """Runs that measure what the plan asks for; ``of_map`` lets lengths count steps of the map."""
         frame, shifts = self.structure.tangents(self.computed) if self.computed else (None, 0)
+        returns = self.at_events if of_map else self.where.counts == "section"
         return Batch(
             self.system,
             parameters,
@@ -95,14 +124,52 @@ class Plan:
             deficient=self.deficient,
             section=None if self.section is None else set(self.section),
             window=self.window,
+            unit=self.where.unit if returns else self.part,
+            returns=self.where.longest if returns else None,
+        )
+
+    def mapped(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, window: int) -> Batch:
+        """Runs without tangents over steps of the map: the states at strobes, or after the events of the section.
+
+        Where there is no map they are those at the ends of parts of the duration.
+        """
+        return Batch(
+            self.system,
+            parameters,
+            starts,
+            modes,
+            self.numerics,
+            section=set(self.section) if self.section is not None and self.at_events else None,
+            window=window,
+            unit=self.where.unit if self.at_events else self.part,
+            returns=self.where.longest if self.at_events else None,
+            after=True,
+        )
+
+    def bare(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
+        """Runs whose lengths are counted as those of `batch`, without tangents and section points."""
+        returns = self.where.counts == "section"
+        return Batch(
+            self.system,
+            parameters,
+            starts,
+            modes,
+            self.numerics,
+            section=None if self.section is None or not returns else set(self.section),
+            unit=self.where.unit if returns else self.part,
+            returns=self.where.longest if returns else None,
         )
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything of the plan that determines the numbers, as plain values."""
         return {
             "system": of_system(self.system),
+            "counts": self.where.counts,
+            "unit": self.where.unit,
+            "max_return": self.where.longest,
             "transient": self.transient,
             "periods": self.periods,
+            "part": self.part,
             "section": None if self.section is None else sorted(self.section),
             "max_period": self.max_period,
             "patience": self.patience,
@@ -112,15 +179,9 @@ class Plan:
             **origin(),
         }
 
-    def strobed(
-        self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, window: int
-    ) -> Batch:
-        """Runs without tangents whose section is at the strobe."""
-        return Batch(self.system, parameters, starts, modes, self.numerics, window=window)
-
 
 def block_ends(periods: int, unit: int = 1) -> np.ndarray:
-    """Ends of the blocks of a record of so many units of so many periods, in periods."""
+    """Ends of the blocks of a record of so many times so many units, in units."""
     return np.unique(np.linspace(0, periods, min(BLOCKS, periods) + 1).astype(int)) * unit
 
 
@@ -131,11 +192,15 @@ def make_plan(
 
     So many ``rows`` of the section are kept at every point.
     """
-    section = section_transitions(system, given.at)
-    chosen = None if section is None else frozenset(section)
+    where = find_section(system, given, numerics, timed=True)
+    system, part = where.system, 1.0
+    transient, periods = given.transient, given.periods
+    if where.counts == "time":
+        part, periods = cast(float, given.duration) / PARTS, PARTS
+        transient = -(-float(given.transient) // part)
     count = tangent_count(system, given.exponents)
     if numerics.method == "taylor":
-        compile_ahead(LANES)
+        compile_ahead(ONE_RUN if where.counts == "section" else LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
     n = len(system.states)
@@ -146,10 +211,10 @@ def make_plan(
         if any(s.name in swept for value in t.reset.values() for s in value.free_symbols)
     }
     return Plan(
-        system=system,
-        transient=given.transient,
-        periods=given.periods,
-        section=chosen,
+        where=where,
+        transient=int(transient),
+        periods=int(cast(int, periods)),
+        part=part,
         max_period=given.max_period,
         patience=given.patience,
         numerics=numerics,

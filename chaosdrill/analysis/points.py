@@ -8,12 +8,13 @@ times the length asked for. Only undecided points pay for that.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from chaosdrill.analysis.attractors import count_attractors, moments
-from chaosdrill.analysis.cycles import at_points, search
+from chaosdrill.analysis.cycles import at_points, onward, search
 from chaosdrill.analysis.departures import departures
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, sizes
@@ -228,7 +229,7 @@ def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
         "outcome": ("i1", ()),
         "lyapunov_exponent": ("f8", (plan.exponents,)),
         "lyapunov_error": ("f8", (plan.exponents,)),
-        **dict.fromkeys(rate_names(plan.system), ("f8", ())),
+        **dict.fromkeys(mean_names(plan), ("f8", ())),
         "moments": ("f4", (3, n)),
         "state": ("f8", (n,)),
     }
@@ -276,11 +277,14 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     which = np.arange(len(places))
     verdict = judge(plan, batch, which, ends, before)
     _write(plan, batch, which, verdict, which, arrays, places)
-    _average_over_cycles(plan, parameters, batch, which, verdict.cycle, arrays, places)
+    beside = plan.where.counts == "section" and plan.transient == 0
+    whole = 0 if beside else int(ends[-1])
+    _average_over_cycles(plan, parameters, batch, which, verdict.cycle, whole, arrays, places)
     lead, open_ = verdict.lead.copy(), verdict.outcome == Outcome.OPEN
+    moves = verdict.moves.copy()
     which, times = which[~verdict.decided], 2
     while len(which) and plan.patience:
-        for cycles in search(plan, batch, which, parameters):
+        for cycles in search(plan, batch, which[moves[which]], parameters):
             _write(plan, cycles.batch, cycles.places, cycles.verdict, cycles.places, arrays, places[cycles.which])
             which = np.setdiff1d(which, cycles.which)
         if times > plan.patience or not len(which):
@@ -293,13 +297,16 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         known = open_[which] & (grows | ~np.isin(verdict.outcome, MEASURED))
         rows = np.flatnonzero(~known)
         _write(plan, batch, which[rows], verdict, rows, arrays, places[which[rows]])
-        _average_over_cycles(plan, parameters, batch, which[rows], verdict.cycle[rows], arrays, places[which[rows]])
-        lead[which], open_[which] = verdict.lead, grows
+        of_cycles = (which[rows], verdict.cycle[rows], ends[-1], arrays, places[which[rows]])
+        _average_over_cycles(plan, parameters, batch, *of_cycles)
+        lead[which], open_[which], moves[which] = verdict.lead, grows, verdict.moves
         which, times = which[~verdict.decided & ~known], 2 * times
-    if len(which) and plan.patience:
-        which = _displace(plan, parameters, batch, which, arrays, places)
+    if moves[which].any() and plan.patience and plan.maps:
+        left = _displace(plan, parameters, batch, which[moves[which]], arrays, places)
+        which = np.union1d(left, which[~moves[which]])
     unclear = np.isin(arrays["outcome"][places[which]], (Outcome.OPEN, Outcome.UNDECIDED))
-    if plan.patience and plan.exponents and unclear.any():
+    follows = plan.maps or plan.structure.autonomous
+    if plan.patience and plan.exponents and follows and unclear.any():
         which = which[unclear]
         found, followed = _tell(plan, parameters, batch, which, lead[which] > 0)
         arrays["outcome"][places[which[followed]]] = found[followed]
@@ -311,21 +318,22 @@ def _average_over_cycles(
     batch: Batch,
     which: np.ndarray,
     cycle: np.ndarray,
+    record: int,
     arrays: Arrays,
     places: np.ndarray,
 ) -> None:
     """Mean rates over one cycle more, where the record of a cycle is no whole number of them.
 
-    ``cycle``, in forcing periods, and ``places`` are those of the points ``which``. A cycle that does not come back
-    keeps the means over its record.
+    ``cycle`` and the length of the ``record`` (0 for one that begins beside the section) are in units of lengths;
+    ``cycle`` and ``places`` are those of the points ``which``. A cycle that does not come back keeps the means over its
+    record.
     """
-    record = np.rint(batch.length[which] / batch.period[which])
-    rows = np.flatnonzero((cycle > 0) & (record % np.maximum(cycle, 1) != 0))
+    rows = np.flatnonzero((cycle > 0) & ((record == 0) | (record % np.maximum(cycle, 1) != 0)))
     if not len(rows):
         return
     chosen, cycle = which[rows], cycle[rows]
-    runs = plan.strobed(parameters, batch.x, batch.mode, 1)
-    runs.continue_from(batch)
+    runs = plan.bare(parameters, batch.x, batch.mode)
+    runs.stand(batch.standing(np.arange(len(batch.x))))
     for length in np.unique(cycle).tolist():
         runs.proceed(chosen[cycle == length], 0, np.array([0, length]))
     size = sizes(np.nan_to_num(batch.window[chosen][:, :, :-1]))
@@ -354,9 +362,9 @@ def _displace(
     decided = verdict.decided & (runs.outcome == Outcome.OK)
     rows = np.flatnonzero(decided)
     _write(plan, runs, rows, verdict, rows, arrays, places[leaving[rows]])
-    _average_over_cycles(plan, here, runs, rows, verdict.cycle[rows], arrays, places[leaving[rows]])
+    _average_over_cycles(plan, here, runs, rows, verdict.cycle[rows], plan.ends[-1], arrays, places[leaving[rows]])
     which = np.setdiff1d(which, leaving[rows])
-    for cycles in search(plan, runs, np.flatnonzero(~verdict.decided), here):
+    for cycles in search(plan, runs, np.flatnonzero(~verdict.decided & verdict.moves), here):
         solved = leaving[cycles.which]
         _write(plan, cycles.batch, cycles.places, cycles.verdict, cycles.places, arrays, places[solved])
         which = np.setdiff1d(which, solved)
@@ -366,14 +374,19 @@ def _displace(
 def _tell(
     plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, positive: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Outcomes of points whose exponent is not told from zero, by their strobe points, and whether these were reached.
+    """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached.
 
     An uneven cloud of points is weak chaos if the exponent is ``positive``, though within its error.
     """
     here = at_points(parameters, which)
-    runs = plan.strobed(here, batch.x[which], batch.mode[which], LENGTH)
+    runs = onward(plan, batch, which, here).mapped(plan, LENGTH)
     runs.run(0, np.array([0, LENGTH]))
-    found = tell(runs.window, plan.structure.frame[: plan.structure.shifts])
+    shifts = plan.structure.frame[: plan.structure.shifts]
+    if plan.maps:
+        found = tell(runs.window, shifts)
+    else:
+        each = [tell(runs.window[[p]], shifts, partial(runs.rates, p)) for p in range(len(which))]
+        found = np.concatenate(each)
     found[positive & (found == Outcome.UNDECIDED)] = int(Outcome.CHAOTIC)
     return found, runs.outcome == Outcome.OK
 
@@ -400,6 +413,10 @@ def _write(
     for name, values in event_rates(plan, batch, which).items():
         arrays[name][places] = np.where(ended, np.nan, values)
     arrays["moments"][places], arrays["state"][places] = moments(window, period)
+    for row in np.flatnonzero(verdict.outcome[rows] == Outcome.EQUILIBRIUM):
+        state = batch.rest(int(which[row]))
+        arrays["state"][places[row]], arrays["moments"][places[row]] = state, 0.0
+        arrays["moments"][places[row], 0] = state
 
 
 def _last_rows(windows: np.ndarray, count: int) -> np.ndarray:
@@ -416,9 +433,19 @@ def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:
     transitions = plan.system.transitions
     changing = [i for i, t in enumerate(transitions) if not t.marks_only()]
     counts, length = batch.counts[which], batch.length[which]
+    unit = batch.period[which] if plan.system.period is not None else 1.0
     chosen = (changing, *([i for i in changing if transitions[i].kind == kind] for kind in ("impact", "slip")))
-    values = [counts[:, kinds].sum(axis=1) / (length / batch.period[which]) for kinds in chosen]
+    values = [counts[:, kinds].sum(axis=1) / (length / unit) for kinds in chosen]
     if "penetration" in plan.system.quadratures:
         values.append(batch.drilled[which, list(plan.system.quadratures).index("penetration")] / length)
     values.append(batch.grazing[which][:, changing].min(axis=1, initial=np.inf))
-    return dict(zip(rate_names(plan.system), values, strict=True))
+    found = dict(zip(rate_names(plan.system), values, strict=True))
+    if plan.section is not None:
+        points = counts[:, sorted(plan.section)].sum(axis=1)
+        found["return_time"] = np.where(points > 0, length / np.maximum(points, 1), np.nan)
+    return found
+
+
+def mean_names(plan: Plan) -> tuple[str, ...]:
+    """Names of the means that are known of every point."""
+    return (*rate_names(plan.system), *(("return_time",) if plan.section is not None else ()))

@@ -1,12 +1,15 @@
 """A stretch of a run is recorded: its samples and its events, whatever their number."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from chaosdrill.analysis.arguments import check_record
+from chaosdrill.analysis.regularity import rests
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.run import Run
@@ -46,7 +49,7 @@ class Record:
         n = (self.events.shape[1] - at.EVENT_COLUMNS) // 2
         return self.events[:, at.EVENT_COLUMNS + n :]
 
-    def of(self, transitions: set[int]) -> "Record":
+    def of(self, transitions: Collection[int]) -> "Record":
         """The same record with the events of some transitions only."""
         kept = np.isin(self.events[:, at.EVENT_KIND], list(transitions))
         return Record(self.outcome, self.samples, self.events[kept], self.times[kept])
@@ -113,3 +116,66 @@ def _instants(times: np.ndarray, run: Run, periods: int) -> np.ndarray:
         # round-off may put the end of the record behind its last strobe
         row[:] = (run.strobes + number, float(rest)) if number < periods else (run.strobes + periods, 0.0)
     return found
+
+
+def record_returns(
+    run: Run,
+    chosen: Collection[int],
+    count: int,
+    longest: float,
+    *,
+    every: bool = False,
+    report: Callable[[int], None] | None = None,
+) -> Record:
+    """Run on to the ``count``-th event of some transitions, directly after it, and keep these events; no samples.
+
+    Parameters
+    ----------
+    run : Run
+        The run; it is continued.
+    chosen : collection of int
+        The transitions.
+    count : int
+        How many of their events.
+    longest : float
+        A run that meets none in a whole multiple of this time, counted from its start, ends with
+        ``Outcome.NO_RETURN``, or ``Outcome.EQUILIBRIUM`` if nothing moves any more. No step depends
+        on where a record begins or ends.
+    every : bool
+        Whether all events are kept, not only those.
+    report : callable, optional
+        Called with the events of those transitions so far.
+    """
+    n, cell = len(run.system.states), max(1, math.ceil(longest / run.period))
+    check_record(count, at.EVENT_COLUMNS + 2 * n, "periods")
+    buffer = np.zeros((_EVENT_ROWS, at.EVENT_COLUMNS + 2 * n))
+    begin = run.elapsed - run.strobes * run.period - float(run.standing["time"])
+    found, left, outcome, met = [buffer[:0]], count, Outcome.OK, -1
+    if run.strobes % cell or run.standing["time"] > 0:
+        met = run.strobes
+    while left and outcome == Outcome.OK:
+        target = (run.strobes // cell + 1) * cell
+        outcome, full = run.advance(target - run.strobes, None, buffer[: min(left, _EVENT_ROWS)])
+        rows = buffer[: run.filled()[1]].copy()
+        ours = np.isin(rows[:, at.EVENT_KIND], list(chosen))
+        found.append(rows if every else rows[ours])
+        left -= int(ours.sum())
+        met = int(rows[ours, at.EVENT_STROBES].max(initial=met))
+        if outcome == Outcome.OK and not full and met < target - cell:
+            still = run.system.time is None and rests(run.x[np.newaxis], flow_of(run), run.period)[0]
+            outcome = Outcome.EQUILIBRIUM if still else Outcome.NO_RETURN
+        if report:
+            report(count - left)
+    table = np.concatenate(found)
+    times = begin + table[:, at.EVENT_STROBES] * run.period + table[:, at.EVENT_TIME]
+    return Record(outcome, np.zeros((0, n + len(run.system.quadratures) + 1)), table, times)
+
+
+def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) -> np.ndarray:
+    """Rates of the states where a run stands, or at another state and in another mode; shape (n,)."""
+    system = run.system
+    rates = np.zeros(len(run.x) + len(system.quadratures))
+    place = run.x if state is None else np.ascontiguousarray(state)
+    present = int(run.standing["mode"]) if mode is None else mode
+    kernels_of(system).functions[3](present, float(run.standing["time"]), run.c, place, rates)
+    return rates[: len(run.x)]

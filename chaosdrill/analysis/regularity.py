@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
 from chaosdrill.dataset import Outcome
 
 LENGTH = 2048
@@ -48,8 +48,16 @@ SUCCESSIVE = 32
 """One part in so many of the instants before and after one is no neighbour of it, but the same passage (Theiler 1986,
 doi:10.1103/PhysRevA.34.2427)."""
 
+REST = 1e-7
+"""Part of its size by which a state changes in the time in which the motion crosses its extent, at most, at rest."""
+
 FEWEST = 16
 """Points by which a state that only grows is told at all."""
+
+
+def rests(states: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
+    """Whether nothing moves any more at states of shape (P, n), by their rates and a time of the motion; shape (P,)."""
+    return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis])).all(axis=1))
 
 
 def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
@@ -74,8 +82,8 @@ def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarr
             continue
         direction = np.sign(rows[-1] - rows[0])
         parts = np.array_split(np.diff(rows, axis=0) * direction, PARTS)
-        onward = np.array([part.sum(axis=0) for part in parts])
-        way = np.array([np.abs(part).sum(axis=0) for part in parts])
+        onward = np.array([part.mean(axis=0) for part in parts])
+        way = np.array([np.abs(part).mean(axis=0) for part in parts])
         pace = onward[:-1] + onward[1:]
         steady = pace[-1] >= STEADY * pace.max(axis=0)
         far = direction * (rows[-1] - first) > FAR * np.maximum(np.abs(rows).max(axis=0), np.abs(first))

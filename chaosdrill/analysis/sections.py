@@ -1,60 +1,354 @@
-"""States on a Poincare section, the period found there, and the multipliers of the cycle."""
+"""Sections: where points of a motion are taken, what lengths count, and what such points say of one run.
 
-from typing import TYPE_CHECKING
+A section is the strobe of a forcing, an event by the name or kind of its transition, or a surface: a comparison, met
+where it becomes true. It travels as the text ``at`` through arguments, scenes and provenance, and as one record,
+`Section`, through the analyses. The state on it is the one before the event.
+"""
+
+import math
+from copy import copy
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Span
+from chaosdrill.analysis.arguments import Span, settling
 from chaosdrill.analysis.base import Job
-from chaosdrill.analysis.recording import record
+from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
+from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
+RETURN = 1000
+"""Longest time between two points of a section, unless another one is given: in forcing periods, else in times in
+which the motion from the initial state crosses its own extent. Slow phases of bursting and stick-slip motions are
+shorter, and a run that never returns does not take long."""
 
-def section(system: "HybridSystem", plan: Span, chosen: set[int] | None, max_period: int, job: Job) -> xr.Dataset:
-    """States at every strobe, or before every event of the ``chosen`` transitions; see `poincare_section`."""
-    numerics = job.numerics
-    run = Run(system, plan.unit, numerics)
+_ROUNDING = 4e-16
+"""Part of a time by which round-off may put it beyond the ends of the run."""
+
+
+FEW_EVENTS = 1000
+"""Events followed in such a time while it is looked for."""
+
+SOONER = 3.0
+"""Times the distance after a period within which a state is back after a part of it that counts."""
+
+LOOKED_AT = 256
+"""Points of a section among which the nearest return is looked for."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Where points are taken.
+
+    Attributes
+    ----------
+    system : HybridSystem
+        The system; where a surface is the section, with a transition in every mode that marks it.
+    transitions : frozenset of int or None
+        The events before which the points are taken; None for the strobe.
+    own : int
+        Transitions that the system has without those.
+    counts : {"strobe", "section", "time"}
+        What lengths count: strobes, points of the section, or time.
+    unit : float
+        Forcing period; without forcing the time in which the motion from the initial state crosses its own extent.
+    longest : float
+        Longest time between two points.
+    """
+
+    system: "HybridSystem"
+    transitions: frozenset[int] | None
+    own: int
+    counts: str
+    unit: float
+    longest: float
+
+
+def find_section(system: "HybridSystem", given: Any, numerics: Numerics, *, timed: bool = False) -> Section:
+    """The section that the settings ``at``, ``max_return``, ``periods`` and ``duration`` of an analysis name.
+
+    The ``unit`` is 1 where nothing asks for it: no point of a section is waited for, and it is not ``timed``.
+    """
+    counts, period = given.counts(system), system.forcing_period()
+    marked, chosen = system, None
+    if given.at not in (None, "strobe"):
+        named = frozenset(i for i, t in enumerate(system.transitions) if given.at in (t.name, t.kind))
+        marked, chosen = (system, named) if named else surface(system, given.at)
+    unit = period or (given.max_return or 0.0) / RETURN or 1.0
+    if (counts == "section" or timed) and not (period or given.max_return):
+        unit = _characteristic_time(system, numerics)
+    return Section(marked, chosen, len(system.transitions), counts, unit, given.max_return or RETURN * unit)
+
+
+def _characteristic_time(system: "HybridSystem", numerics: Numerics) -> float:
+    from chaosdrill.orbits.guess import Place, characteristic_time
+
+    few = min(numerics.max_events or FEW_EVENTS, FEW_EVENTS)
+    return characteristic_time(Place(system), replace(numerics, max_events=few))
+
+
+def surface(system: "HybridSystem", at: str) -> tuple["HybridSystem", frozenset[int]]:
+    """The system with transitions that mark where a comparison becomes true, and their indices.
+
+    Raises
+    ------
+    ExpressionError
+        If that is no comparison of what moves.
+    """
+    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model.grammar import ExpressionError
+    from chaosdrill.model.places import parameter
+    from chaosdrill.model.reading import refused
+    from chaosdrill.model.special import FLOW
+    from chaosdrill.model.text import read_text
+
+    known = system.shared.get(("surface", at))
+    if known is None:
+        moving = {*system.states, *(() if system.time is None else (system.time,))}
+        names = {symbol.name: symbol for symbol in moving} | {name: parameter(name) for name in system.parameters}
+        found = read_text(at, names, condition=True)
+        if not hasattr(found, "gts") or not found.free_symbols & set(system.states):
+            raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
+        if told := refused(found.gts - found.lts, moving, FLOW):
+            raise ExpressionError(told)
+        first = 1 + max((t.priority for t in system.transitions), default=0)
+        marks = [
+            Transition(f"{at} in {mode}", mode, mode, guard=found.gts - found.lts, direction=+1, priority=first)
+            for mode in system.modes
+        ]
+        known = HybridSystem(
+            name=system.name, states=system.states, time=system.time, parameters=system.parameters,
+            modes=system.modes, transitions=(*system.transitions, *marks), period=system.period,
+            quadratures=system.quadratures, bounds=system.bounds, description=system.description,
+            labels=system.labels,
+        )  # fmt: skip
+        system.shared["surface", at] = known
+    marked = copy(known)
+    marked.parameters, marked.initial = dict(system.parameters), dict(system.initial)
+    count = len(system.transitions)
+    return marked, frozenset(range(count, len(marked.transitions)))
+
+
+def measured_span(section: Section, given: Any, numerics: Numerics, units: int) -> Span:
+    """How long so many points of a section take, as a time from the start; of a forced system in whole periods.
+
+    A record begins and ends half a return after a point, so that it holds as many as are asked for.
+    """
+    assert section.transitions is not None
+    run = Run(section.system, section.unit, numerics)
+    before, count = int(given.transient), int(given.periods)
+    found = record_returns(run, section.transitions, before + count + 1, section.longest)
+    if found.outcome != Outcome.OK:
+        return Span(1.0, units, 0, False, int(found.outcome))
+    after = (found.times[1:] + found.times[:-1]) / 2
+    begin = float(after[before - 1]) if before else 0.0
+    length = float(after[before + count - 1]) - begin
+    if section.system.period is None:
+        return Span(length / units, units, begin, False)
+    return Span(section.unit, math.ceil(length / section.unit), math.ceil(begin / section.unit), True)
+
+
+def settled_at(section: Section, run: Run, points: int) -> Outcome:
+    """Run on over so many points of a section, which are forgotten."""
+    assert section.transitions is not None
+    found = record_returns(run, section.transitions, points, section.longest)
+    run.forget()
+    return found.outcome
+
+
+@dataclass(frozen=True)
+class OrbitStart:
+    """From where an orbit is looked for, as `chaosdrill.orbits.find.find_orbit` takes it.
+
+    Attributes
+    ----------
+    system : HybridSystem
+    period : int
+    start : str or float
+    transient : int
+    points : int
+        Points of a section that a round of the length ``start`` has; 0: none was named.
+    """
+
+    system: "HybridSystem"
+    period: int
+    start: str | float
+    transient: int
+    points: int = 0
+
+
+def orbit_start(system: "HybridSystem", given: Any, numerics: Numerics) -> OrbitStart:
+    """Where the search for an orbit begins by its settings.
+
+    Where a section is named: half a return after a point of it, and the round has the time that the ``period`` returns
+    from there take. On an attractor it is the point after the transient to which so many returns lead back most nearly.
+    """
+    if given.counts(system) != "section":
+        return OrbitStart(system, given.period, given.start, settling(system, given.transient))
+    where, period = find_section(system, given, numerics), int(given.period)
+    assert where.transitions is not None
+    run = Run(where.system, where.unit, numerics)
+    attracted = given.start == "attractor"
+    found = record_returns(run, where.transitions, max(int(given.transient), 1) if attracted else 1, where.longest)
+    ahead = Run(where.system, where.unit, numerics)
+    ahead.continue_from(run)
+    if found.outcome == Outcome.OK:
+        found = record_returns(ahead, where.transitions, (LOOKED_AT if attracted else 1) + period, where.longest)
+    states, times = found.states_after(), found.times
+    if len(times) <= period:
+        # what the motion does instead is told by the search
+        return OrbitStart(system, 1, "attractor", 0)
+    spread = np.maximum(np.ptp(states, axis=0), CLOSE * np.maximum(np.abs(states).max(axis=0), 1.0))
+    last = len(states) - period
+
+    def away(steps: int) -> np.ndarray:
+        return np.asarray((np.abs(states[steps : steps + last] - states[:last]) / spread).max(axis=1))
+
+    # what is back sooner leads to an orbit of a shorter period
+    sooner = np.array([away(q) for q in range(1, period) if period % q == 0]).min(axis=0, initial=np.inf)
+    nearest = int(np.lexsort((away(period), sooner < SOONER * away(period)))[0])
+    record_returns(run, where.transitions, nearest + 1, where.longest)
+    half = Run(where.system, float(times[nearest + 1] - times[nearest]) / 2, numerics)
+    half.continue_from(run)
+    half.advance(1)
+    state = dict(zip(system.state_names, half.x.tolist(), strict=True))
+    length = float(times[nearest + period] - times[nearest])
+    return OrbitStart(system.with_initial(**state, mode=half.mode), 1, length, 0, period)
+
+
+@dataclass(frozen=True)
+class Path:
+    """A motion over time.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    times : ndarray, shape (T,)
+        At equal intervals, from the start of the record.
+    rows : ndarray, shape (T, n + q + 1)
+        States, quadratures and mode there.
+    events : Record
+        All events but those that only mark a surface that was named for the purpose.
+    """
+
+    outcome: Outcome
+    times: np.ndarray
+    rows: np.ndarray
+    events: Record
+
+
+def traced(where: Section, given: Any, job: Job) -> Path:
+    """A motion over its length, with so many samples in every unit of it; see `trajectory`."""
+    system, samples = where.system, given.samples
+    if where.counts == "section":
+        return _traced_to_points(where, given, job)
+    plan = given.span(system, job.numerics)
+    run = Run(system, plan.unit, job.numerics, samples=samples if given.times is None else 1)
     outcome = plan.settle(run)
-    first, count = run.strobes, plan.count if outcome == Outcome.OK else 0
-    found = record(run, count, events=chosen is not None, report=job.report(plan.count))
+    start, here = run.elapsed, _present(run)
+    wanted = None if given.times is None else given.times if outcome == Outcome.OK else []
+    since = None if wanted is None else _since(start, plan, wanted)
+    count = plan.count if outcome == Outcome.OK else 0
+    found = record(run, count, events=True, times=since, report=job.report(plan.count))
+    rows = np.vstack([here, found.samples]) if wanted is None else found.samples
+    even = start + np.arange(len(rows)) * (plan.unit / samples)
+    times = even if wanted is None else np.array(wanted[: len(rows)], dtype=float)
+    return Path(found.outcome if outcome == Outcome.OK else outcome, times, rows, found.of(set(range(where.own))))
+
+
+def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
+    """Times since the start of the record, within it.
+
+    Raises
+    ------
+    SettingsError
+        A time before or behind the record.
+    """
+    end = start + plan.length
+    slack = _ROUNDING * max(abs(start), abs(end))
+    for time in (*times[:1], *times[-1:]):
+        if not start - slack <= time <= end + slack:
+            raise SettingsError(f"times holds {time!r}; the record goes from {start!r} to {end!r}")
+    since = np.array([float(Fraction(time) - Fraction(start)) for time in times])
+    return np.clip(since, 0.0, plan.length)
+
+
+def _traced_to_points(where: Section, given: Any, job: Job) -> Path:
+    """The same up to the last of so many points of a section: once for its events, and once more for its samples."""
+    system, count = where.system, int(given.periods)
+    assert where.transitions is not None
+    run = Run(system, where.unit, job.numerics)
+    outcome = settled_at(where, run, int(given.transient))
+    start, here = run.elapsed, _present(run)
+    again, rows = Run(system, where.unit, job.numerics), [here]
+    again.continue_from(run)
+    if system.period is not None:
+        again.begin_at(origin=float(run.standing["time"]))
+    left = count if outcome == Outcome.OK else 0
+    found = record_returns(run, where.transitions, left, where.longest, every=True, report=job.report(count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
-    if chosen is None:
+    parts, length = count * given.samples, run.elapsed - start
+    if length > 0:
+        again.change_period(length)
+        again.settings["samples"] = parts
+        rows.append(record(again, 1, events=False, slices=1).samples)
+    table = np.vstack(rows)
+    return Path(outcome, start + np.arange(len(table)) * (length / parts), table, found.of(set(range(where.own))))
+
+
+def _present(run: Run) -> np.ndarray:
+    """State, quadratures that begin, and mode where a run stands."""
+    return np.concatenate([run.x, np.zeros(len(run.system.quadratures)), [run.standing["mode"]]])
+
+
+def section(system: "HybridSystem", given: Any, job: Job) -> xr.Dataset:
+    """States at every strobe, or before every event of a section; see `poincare_section`."""
+    numerics = job.numerics
+    where = find_section(system, given, numerics)
+    max_period = given.max_period
+    first, outcome, run, found = _recorded(where, given, job)
+    if where.transitions is None:
         points, modes = found.samples[:, :-1], found.samples[:, -1]
         times = (first + 1 + np.arange(len(points))) * run.period
     else:
-        crossings = found.of(chosen)
+        crossings = found.of(where.transitions)
         points, modes, times = crossings.states_before(), crossings.events[:, layout.EVENT_MODE], crossings.times
     n = len(system.states)
     period = find_period(points[:, :n], max_period)
     multipliers = np.full(n, complex(np.nan, np.nan))
-    if period and chosen is None and outcome == Outcome.OK:
-        multipliers = cycle_multipliers(system, run, period, numerics)
+    repeats = system.period is not None or system.time is None
+    if period and repeats and where.counts != "time" and outcome == Outcome.OK:
+        multipliers = cycle_multipliers(where, run, period, numerics)
     rates = event_rates(run) if outcome == Outcome.OK else dict.fromkeys(rate_names(system), np.nan)
+    returns = np.diff(times)[-period:] if period else np.diff(times)
     if period and outcome == Outcome.OK:
-        length = period * run.period if chosen is None else float(times[-1] - times[-1 - period])
-        rates |= cycle_rates(system, run, length, numerics, sizes(points[np.newaxis, -period:, :n])[0])
+        length = period * run.period if where.transitions is None else float(times[-1] - times[-1 - period])
+        rates |= cycle_rates(where, run, period, length, numerics, sizes(points[np.newaxis, -period:, :n])[0])
     variables = {
         "section": (("iterate", "state"), points[:, :n]),
         "mode": ("iterate", modes.astype(np.int8)),
         "period": ((), np.int32(period)),
+        "return_time": ((), returns.mean() if len(returns) else np.nan),
         "multiplier_real": ("multiplier", multipliers.real),
         "multiplier_imag": ("multiplier", multipliers.imag),
         "outcome": ((), np.int8(Outcome.PERIODIC if period and outcome == Outcome.OK else outcome)),
         **{name: ((), value) for name, value in rates.items()},
     }
-    if chosen is None:
+    if where.transitions is None:
         variables |= {name: ("iterate", points[:, n + i]) for i, name in enumerate(system.quadratures)}
-    if plan.periodic:
-        variables["forcing_period"] = ((), plan.unit)
+    if system.period is not None:
+        variables["forcing_period"] = ((), where.unit)
     coords = {
         "iterate": np.arange(len(points), dtype=np.int32),
         "time": ("iterate", times),
@@ -64,26 +358,50 @@ def section(system: "HybridSystem", plan: Span, chosen: set[int] | None, max_per
     return xr.Dataset(variables, coords=coords)
 
 
+def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, Record]:
+    """Strobes before the record, how it went, the run at its end, and the record."""
+    if where.counts == "section":
+        assert where.transitions is not None
+        run = Run(where.system, where.unit, job.numerics)
+        outcome, total = settled_at(where, run, int(given.transient)), int(given.periods)
+        first, count = run.strobes, total if outcome == Outcome.OK else 0
+        found = record_returns(run, where.transitions, count, where.longest, report=job.report(total))
+    else:
+        plan = given.span(where.system, job.numerics)
+        run = Run(where.system, plan.unit, job.numerics)
+        outcome = plan.settle(run)
+        first, count = run.strobes, plan.count if outcome == Outcome.OK else 0
+        found = record(run, count, events=where.transitions is not None, report=job.report(plan.count))
+    return first, found.outcome if outcome == Outcome.OK else outcome, run, found
+
+
 def cycle_rates(
-    system: "HybridSystem", run: Run, length: float, numerics: Numerics, size: np.ndarray
+    where: Section, run: Run, period: int, length: float, numerics: Numerics, size: np.ndarray
 ) -> dict[str, float]:
-    """Mean rates over one cycle from the present strobe of a run; none if it does not come back.
+    """Mean rates over one cycle from where a run stands; none if it does not come back.
 
     Parameters
     ----------
-    system : HybridSystem
+    where : Section
     run : Run
+    period : int
+        Points of the section on the cycle.
     length : float
         Duration of the cycle, of a forced system a number of its periods but for round-off.
     numerics : Numerics
     size : ndarray, shape (n,)
         What distances between states are relative to.
     """
+    system = run.system
     periods = max(1, round(length / run.period))
     forced = system.time is not None or abs(length - periods * run.period) <= CLOSE * run.period
-    cycle = Run(system, run.period if forced else length, numerics)
+    at_events = where.counts == "section"
+    cycle = Run(system, run.period if forced or at_events else length, numerics)
     cycle.continue_from(run)
-    outcome, _ = cycle.advance(periods if forced else 1)
+    if at_events:
+        outcome = _once_more(where, run, cycle, period)
+    else:
+        outcome, _ = cycle.advance(periods if forced else 1)
     if outcome != Outcome.OK or cycle.mode != run.mode or (np.abs(cycle.x - run.x) > CLOSE * size).any():
         return {}
     part = run.period / cycle.period if system.period is not None else 1.0
@@ -92,16 +410,25 @@ def cycle_rates(
     return {name: value for name, value in rates.items() if name != "closest_grazing"}
 
 
-def cycle_multipliers(system: "HybridSystem", run: Run, period: int, numerics: Numerics) -> np.ndarray:
-    """Eigenvalues of the tangent map over a cycle that starts at the present strobe of a run, by descending modulus."""
-    n = len(system.states)
+def _once_more(where: Section, run: Run, cycle: Run, period: int) -> Outcome:
+    """Run on over a cycle from the event of the section at which another run stands."""
+    assert where.transitions is not None
+    if where.system.period is not None:
+        cycle.begin_at(origin=float(run.standing["time"]))
+    return record_returns(cycle, where.transitions, period, where.longest).outcome
+
+
+def cycle_multipliers(where: Section, run: Run, period: int, numerics: Numerics) -> np.ndarray:
+    """Eigenvalues of the tangent map over a cycle of so many points from where a run stands, by descending modulus."""
+    system, n = where.system, len(where.system.states)
     deficient = examine(system).deficient
     whole_map = Run(system, run.period, numerics, tangents=np.eye(n), orthonormalise=False)
     ranked = Run(system, run.period, numerics, tangents=np.eye(n), deficient=deficient)
-    whole_map.continue_from(run)
-    ranked.continue_from(run)
-    if whole_map.advance(period)[0] != Outcome.OK or ranked.advance(period)[0] != Outcome.OK:
-        return np.full(n, complex(np.nan, np.nan))
+    for one in (whole_map, ranked):
+        one.continue_from(run)
+        outcome = one.advance(period)[0] if where.transitions is None else _once_more(where, run, one, period)
+        if outcome != Outcome.OK:
+            return np.full(n, complex(np.nan, np.nan))
     values = np.linalg.eigvals(whole_map.vectors.T).astype(complex)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     values[ranked.live :] = 0

@@ -7,9 +7,9 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.recording import flow_of
 from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
-from chaosdrill.analysis.statistics import classify, kaplan_yorke, standard_error
-from chaosdrill.codegen import kernels_of
+from chaosdrill.analysis.statistics import SINKS, classify, kaplan_yorke, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
@@ -62,7 +62,9 @@ def spectrum(system: "HybridSystem", plan: Span, exponents: int | None, blocks: 
         every = m == len(system.states)
         outcome = classify(values, errors, int(structure.neutral(flow)), plan.length, complete=every)
         window = np.concatenate(path)[np.newaxis, -LENGTH:]
-        if outcome == Outcome.UNDECIDED:
+        if system.period is None and structure.autonomous and every and values[0] * plan.length < -SINKS:
+            outcome = Outcome.EQUILIBRIUM
+        elif outcome == Outcome.UNDECIDED:
             outcome = _by_its_path(run, structure, window, plan.periodic)
         elif outcome == Outcome.PERIODIC and structure.winds(flow):
             outcome = Outcome.QUASIPERIODIC
@@ -107,16 +109,6 @@ def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
     outcome, _ = run.advance(periods, rows)
     path.append(np.delete(rows[: run.filled()[0]], np.s_[n:-1], axis=1)[-LENGTH:])
     return outcome
-
-
-def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) -> np.ndarray:
-    """Rates of the states where a run stands, or at another state and in another mode; shape (n,)."""
-    system = run.system
-    rates = np.zeros(len(run.x) + len(system.quadratures))
-    place = run.x if state is None else np.ascontiguousarray(state)
-    present = int(run.standing["mode"]) if mode is None else mode
-    kernels_of(system).functions[3](present, float(run.standing["time"]), run.c, place, rates)
-    return rates[: len(run.x)]
 
 
 def _by_its_path(run: Run, structure: Structure, window: np.ndarray, periodic: bool) -> Outcome:

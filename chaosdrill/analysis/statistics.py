@@ -19,6 +19,11 @@ _STUDENT = (12.706205, 4.302653, 3.182446, 2.776445, 2.570582, 2.446912, 2.36462
 """Quantiles at 97.5 % of the normal distribution, and of Student's t with 1 to 8 degrees of freedom."""
 
 
+STAYS, SINKS = 4.0, 50.0
+"""Logarithms by which all tangents shrink in a record at most where the motion surely goes on, and at least where it
+comes to rest: a tangent that starts across the flow shrinks to round-off, by exp(-37), before it turns into it."""
+
+
 def standard_error(rates: np.ndarray) -> np.ndarray:
     """Standard error of the mean of correlated blocks: the mean plus and minus twice it covers the truth in 95 %.
 

@@ -10,11 +10,10 @@ import xarray as xr
 from chaosdrill.analysis.attractors import number_attractors
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.plan import Plan, make_plan
-from chaosdrill.analysis.points import Axis, LineTask, PointTask
+from chaosdrill.analysis.points import Axis, LineTask, PointTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.engine.period import forcing_periods
-from chaosdrill.engine.run import rate_names
 from chaosdrill.progress import Progress
 from chaosdrill.sweep import execute
 
@@ -52,7 +51,7 @@ def over_parameters(
     names, shape = tuple(given.sweep), tuple(len(axis.values) for axis in axes)
     chosen = make_seeds(system, given.seeds, given.random, needed=not lines)
     plan = make_plan(system, given, job.numerics, swept=names, rows=rows)
-    keeps = ("period", "outcome", *(_EXPONENTS if plan.exponents else ()), *rate_names(system))
+    keeps = ("period", "outcome", *(_EXPONENTS if plan.exponents else ()), *mean_names(plan))
     keeps += ("section",) if rows else ()
     start, mode = _own(system)
     tasks: dict[str, PointTask | LineTask] = {}
@@ -71,7 +70,8 @@ def over_parameters(
         variables["attractor_count"] = (names, counts.reshape(shape))
     variables["initial_state"] = (("seed", "state"), np.concatenate([chosen.starts, np.tile(start, (len(lines), 1))]))
     grid = dict(zip(names, map(np.ravel, np.meshgrid(*given.sweep.values(), indexing="ij")), strict=True))
-    variables["forcing_period"] = (names, forcing_periods(system, grid, int(np.prod(shape))).reshape(shape))
+    if system.period is not None:
+        variables["forcing_period"] = (names, forcing_periods(system, grid, int(np.prod(shape))).reshape(shape))
     coords = {
         **given.sweep,
         "seed": list(chosen.names + lines),
@@ -103,8 +103,9 @@ def over_states(system: "HybridSystem", given: Any, job: Job) -> xr.Dataset:
         "attractor_state": ((number, "state"), cells["state"][leaders]),
         "fraction": (number, fraction),
         "fraction_error": (number, np.sqrt(fraction * (1 - fraction) / task.units)),
-        "forcing_period": ((), system.forcing_period()),
     }
+    if system.period is not None:
+        variables["forcing_period"] = ((), system.forcing_period())
     if plan.exponents:
         variables["attractor_exponent"] = ((number, "exponent"), cells["lyapunov_exponent"][leaders])
         variables["attractor_error"] = ((number, "exponent"), cells["lyapunov_error"][leaders])

@@ -5,14 +5,14 @@ back after two periods to any tolerance that is wider than its slow decay; near 
 run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left undecided here.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence
-from chaosdrill.analysis.regularity import only_grows
-from chaosdrill.analysis.statistics import leading, standard_error
+from chaosdrill.analysis.regularity import only_grows, rests
+from chaosdrill.analysis.statistics import SINKS, STAYS, leading, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
@@ -48,7 +48,9 @@ class Verdict:
     multiplier : ndarray, shape (P,)
         Logarithm of the leading multiplier of the cycle, where there is one.
     cycle : ndarray of int, shape (P,)
-        Forcing periods of the cycle that the record repeats; 0: unknown, or none.
+        Length of the cycle that the record repeats, in units of lengths; 0: unknown, or none.
+    moves : ndarray of bool, shape (P,)
+        Whether nothing says that the motion dies out.
     """
 
     outcome: np.ndarray
@@ -59,6 +61,7 @@ class Verdict:
     lead: np.ndarray
     multiplier: np.ndarray
     cycle: np.ndarray
+    moves: np.ndarray
 
 
 def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:
@@ -67,21 +70,29 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
     ``before`` are the states of all points before the record, to tell by what only grows.
     """
     found = recurrence(batch.window[which], plan.max_period, 2 * plan.max_period)
-    forcing, length = batch.period[which], batch.length[which]
-    cycle, certain = _cycle_length(plan, batch, which, found.period, ends)
+    if not plan.maps:
+        # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
+        found = replace(found, period=np.zeros_like(found.period))
+    times, length = batch.times[which], batch.length[which]
+    cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
     whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
     sums = batch.sums[which]
     with np.errstate(invalid="ignore", divide="ignore"):
-        exponents = _means(sums, begin, ends, forcing)
-        rates = np.diff(sums, axis=1) / (np.diff(ends) * forcing[:, np.newaxis])[..., np.newaxis]
+        exponents = _means(sums, begin, times)
+        spans = np.diff(times, axis=1)
+        rates = np.diff(sums, axis=1) / spans[..., np.newaxis]
+        if batch.counts_returns:
+            # blocks that last longer count more
+            apart = rates - (sums[:, -1] / length[:, np.newaxis])[:, np.newaxis]
+            rates = apart * (spans / spans.mean(axis=1, keepdims=True))[..., np.newaxis]
         errors = standard_error(np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2))
     order = np.argsort(-exponents, axis=1, kind="stable")
     exponents, errors = np.take_along_axis(exponents, order, 1), np.take_along_axis(errors, order, 1)
     neutral, winds = _known(plan, batch, which)
     lead, margin = leading(exponents, errors, neutral, length, complete=plan.computed == batch.x.shape[1])
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        multiplier = lead * cycle * forcing
+        multiplier = lead * lasts
         distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
         split = (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
         recurs = (found.period > 0) & split
@@ -100,14 +111,19 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
     unclear = np.flatnonzero(outcome == Outcome.UNDECIDED)
     outcome[unclear[_only_grow(plan, batch, which[unclear], before)]] = int(Outcome.OPEN)
     decided = settled | centre | chaotic | winds
+    rest, sinks, moves = _at_rest(plan, batch, which, exponents, length)
+    if not plan.maps:
+        decided |= moves & (lead < -margin)
     if plan.exponents == 0:
         repeats, decided = recurs, np.ones(len(which), dtype=bool)
         outcome = np.where(recurs, int(Outcome.PERIODIC), int(Outcome.OK))
     else:
         outcome[np.isnan(lead)] = int(Outcome.NONFINITE)
+    decided = (decided & moves) | rest
     outcome = np.where(batch.outcome[which] != Outcome.OK, batch.outcome[which], outcome)
+    outcome[rest | (sinks & (outcome == Outcome.PERIODIC))] = int(Outcome.EQUILIBRIUM)
     ended = ~np.isin(outcome, MEASURED)
-    period = np.where(repeats & ~ended, found.period, 0)
+    period = np.where(repeats & ~ended & (outcome != Outcome.EQUILIBRIUM), found.period, 0)
     return Verdict(
         outcome=outcome,
         period=period,
@@ -117,6 +133,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
         lead=lead,
         multiplier=multiplier,
         cycle=np.where(certain & (period > 0), cycle, 0),
+        moves=moves,
     )
 
 
@@ -127,6 +144,26 @@ def _known(plan: Plan, batch: Batch, which: np.ndarray) -> tuple[np.ndarray, np.
         return np.full(len(which), structure.most_neutral), np.zeros(len(which), dtype=bool)
     flow = batch.flow(which)
     return structure.neutral(flow), structure.winds(flow)
+
+
+def _at_rest(
+    plan: Plan, batch: Batch, which: np.ndarray, exponents: np.ndarray, length: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which points of a system without forcing are at rest, which are on their way there, and which go on moving.
+
+    A motion that neither rests nor ends has a zero exponent, that of the flow (Haken 1983,
+    doi:10.1016/0375-9601(83)90209-8).
+    """
+    none = np.zeros(len(which), dtype=bool)
+    if plan.system.period is not None or not plan.structure.autonomous:
+        return none, none, ~none
+    went = np.isin(batch.outcome[which], (Outcome.OK, Outcome.NO_RETURN))
+    with np.errstate(invalid="ignore"):
+        rest = went & rests(batch.x[which], batch.flow(which), plan.where.unit)
+        if plan.computed < batch.x.shape[1]:
+            return rest, none, ~rest
+        growth = exponents[:, 0] * length
+        return rest, growth < -SINKS, ~rest & ~(growth < -STAYS)
 
 
 def _only_grow(plan: Plan, batch: Batch, which: np.ndarray, before: np.ndarray | None) -> np.ndarray:
@@ -141,18 +178,19 @@ def _only_grow(plan: Plan, batch: Batch, which: np.ndarray, before: np.ndarray |
 
 def _cycle_length(
     plan: Plan, batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Forcing periods of a cycle of so many iterates, and whether that is certain."""
-    if plan.section is None:
-        cycle = period
-        certain = period > 0
-    else:
-        crossings = batch.counts[which][:, sorted(plan.section)].sum(axis=1)
-        length = int(ends[-1]) * period / np.maximum(crossings, 1)
-        cycle = np.rint(length).astype(int)
-        # a crossing more or less in the record moves the estimate by this much
-        certain = (cycle > 0) & (np.abs(length - cycle) <= (length + 1) / np.maximum(crossings, 1))
-    return cycle, certain
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Units of lengths of a cycle of so many iterates, whether that is certain, and the time that it takes."""
+    each = batch.length[which] / ends[-1]
+    if plan.section is None or batch.counts_returns:
+        return period, period > 0, period * each
+    crossings = np.maximum(batch.counts[which][:, sorted(plan.section)].sum(axis=1), 1)
+    length = int(ends[-1]) * period / crossings
+    if plan.system.period is None:
+        return np.zeros_like(period), np.zeros(len(which), dtype=bool), length * each
+    cycle = np.rint(length).astype(int)
+    # a crossing more or less in the record moves the estimate by this much
+    certain = (cycle > 0) & (np.abs(length - cycle) <= (length + 1) / crossings)
+    return cycle, certain, cycle * each
 
 
 def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:
@@ -161,9 +199,9 @@ def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:
     return np.where(fits.any(axis=1) & (cycle > 0), fits.argmax(axis=1), -1)
 
 
-def _means(sums: np.ndarray, begin: np.ndarray, ends: np.ndarray, forcing: np.ndarray) -> np.ndarray:
+def _means(sums: np.ndarray, begin: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Mean growth rates from the beginning of a block to the end, -inf where rank was lost; shape (P, m)."""
-    last = sums[:, -1]
-    growth = last - sums[np.arange(len(sums)), begin]
-    time = (ends[-1] - ends[begin]) * forcing
+    last, rows = sums[:, -1], np.arange(len(sums))
+    growth = last - sums[rows, begin]
+    time = times[:, -1] - times[rows, begin]
     return np.where(np.isneginf(last), -np.inf, growth / time[:, np.newaxis])

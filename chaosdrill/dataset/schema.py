@@ -128,6 +128,9 @@ ITERATE = axis("iterate", "iterate", "i4", "index of the iterate", "Number of th
 MULTIPLIER = axis(
     "multiplier", "multiplier", "i4", "index of the multiplier", "In descending order of modulus, from 1."
 )
+RETURN_TIME = may(
+    "return_time", "", "f8", "mean return time", "Between two points of the section; of a cycle over whole ones."
+)
 _GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
 
 SI = "For scenes given in SI units."
@@ -190,6 +193,7 @@ def swept(forcing_doc: str) -> Table:
         may("lyapunov_exponent", f"{dims} exponent", "f8", "Lyapunov exponent", RANK_LOSS, bar="lyapunov_error"),
         may("lyapunov_error", f"{dims} exponent", "f8", "standard error of the exponent", COVERS),
         *rates(dims),
+        replace(RETURN_TIME, dims=tuple(dims.split()), rule="average"),
         grazing(dims),
         outcome(dims),
         may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),

@@ -40,7 +40,7 @@ def poincare(
     period = int(dataset["period"]) if "period" in dataset.variables else 0
     figure, axes = one_panel(ax, 4.4)
     plane = section.shape[1] > 1
-    first, *second = places_of(dataset, state, 2)
+    first, *second = _plane(section) if plane and state is None else places_of(dataset, state, 2)
     x = section[:, first] if plane else np.arange(len(section))
     y = section[:, second[0]] if plane else section[:, first]
     if period:
@@ -55,8 +55,16 @@ def poincare(
     return figure
 
 
+def _plane(section: np.ndarray) -> tuple[int, int]:
+    """Return the first two states that are not one value on the whole section, as one is on a surface."""
+    size = np.abs(section).max(axis=0, initial=1.0)
+    varies = np.ptp(section, axis=0) > 1e-9 * size if len(section) else np.ones(section.shape[1], dtype=bool)
+    first, second = sorted(np.argsort(~varies, kind="stable")[:2].tolist())
+    return first, second
+
+
 def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
-    place = json.loads(dataset.attrs.get("settings", "{}")).get("at", "strobe")
+    place = json.loads(dataset.attrs.get("settings", "{}")).get("at") or "strobe"
     where = "once a forcing period" if place == "strobe" else f"at {place}"
     if not period:
         return f"{iterates} points {where}"

@@ -179,31 +179,28 @@ class Scene:
         ]
 
     def _check_events(self, system: "HybridSystem") -> list[Problem]:
-        """Sections are to be at events that exist, and times are to be in periods where there is a forcing."""
-        faults: dict[Path, str] = {}
-        events = dict.fromkeys(name for event in system.transitions for name in (event.name, str(event.kind)))
-        for group, analysis in self.analyses.items():
-            place = ("analysis", group)
-            at = analysis.get("at")
-            if at is not None and at not in ("strobe", *events):
-                faults[*place, "at"] = f"unknown event {at!r:.60}; {remedy(at, ('strobe', *events))}"
-            elif at == "strobe" and system.period is None:
-                choice = ", ".join(events) or "it has none"
-                faults[*place, "at"] = f"{system.name} has no forcing period for a strobe; name an event: {choice}"
-            given = analysis.table
-            if system.period is None:
-                if analysis.entry.settings.counts_periods:
-                    from chaosdrill.analysis.arguments import no_forcing
+        """Sections are to be ones that the system has, and lengths are to be counted by them."""
+        from chaosdrill.analysis.arguments import example_of_section, section_fault
 
-                    counts = f"has no forcing period, in which a {analysis.kind} counts"
-                    faults[*place, "kind"] = f"{system.name} {counts}; {no_forcing(system)}"
-                elif "periods" in given:
-                    faults[*place, "periods"] = f"{system.name} has no forcing period; give duration, in units of time"
+        faults: dict[Path, str] = {}
+        for group, analysis in self.analyses.items():
+            place, given, settings = ("analysis", group), analysis.table, analysis.entry.settings
+            at = analysis.get("at")
+            if at is not None and (fault := section_fault(system, at)):
+                faults[*place, "at"] = fault
+            by_events = at not in (None, "strobe")
+            example = example_of_section(system, "at = ")
+            if system.period is None:
+                if settings.needs_section and at is None:
+                    faults[*place, "kind"] = f"{system.name} has no forcing period, and so no strobe; give {example}"
+                elif "periods" in given and not by_events:
+                    text = f"{system.name} has no forcing period; give duration, in units of time, or {example}"
+                    faults[*place, "periods"] = text
                 elif given.get("period", 1) != 1:
                     faults[*place, "period"] = f"{system.name} has no forcing period to count in; leave it out"
-            else:
-                if "duration" in given:
-                    faults[*place, "duration"] = f"{system.name} has a forcing period; give periods"
-                if given.get("transient", 0) % 1:
-                    faults[*place, "transient"] = f"expected whole forcing periods, received {given['transient']!r}"
+            elif "duration" in given:
+                faults[*place, "duration"] = f"{system.name} has a forcing period; give periods"
+            if (system.period is not None or (by_events and "periods" in given)) and given.get("transient", 0) % 1:
+                what = "points of the section" if by_events else "forcing periods"
+                faults[*place, "transient"] = f"expected whole {what}, received {given['transient']!r}"
         return [Problem(place, fault) for place, fault in faults.items()]

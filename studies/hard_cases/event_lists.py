@@ -19,6 +19,8 @@ from event_families import Family, Numbers, Times, UnclearError, clocks, oscilla
 from event_kicks import kicks, switches
 
 import chaosdrill as cd
+from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.numerics import Numerics
 
 OUT = Path(__file__).resolve().parent / "out"
 
@@ -78,7 +80,7 @@ def check_single(family: Family, numbers: Numbers, times: Times, method: str, to
 def check_lanes(
     family: Family, rng: np.random.Generator, tolerance: float, shape: tuple[int, int, int]
 ) -> tuple[int, int, list[str]]:
-    """A chart of two parameters and some seeds, all of it at once.
+    """All points of a chart of two parameters and some seeds at once, as sweeps at the strobe step them.
 
     Returns
     -------
@@ -113,21 +115,22 @@ def check_lanes(
                 order = np.argsort(merged, kind="stable")
                 expected[i, j, k] = merged[order], np.concatenate([off for _, off in times.values()])[order]
                 most = max(most, len(merged))
-    chart = cd.parameter_chart(
-        family.at(base),
-        axes,
-        transient=0,
-        periods=family.periods,
-        seeds=seeds,
-        exponents=0,
-        patience=0,
-        max_period=1,
-        at="event",
-        section_points=most + 8,
-        tolerance=tolerance,
+    system, names = family.at(base), family.system.state_names
+    grid = [values.ravel() for values in np.meshgrid(*axes.values(), range(len(seeds)), indexing="ij")]
+    starts = [[seeds[k].get(name, system.initial[name]) for name in names] for k in grid[2].astype(int)]
+    runs = Batch(
+        system,
+        dict(zip(axes, grid, strict=False)),
+        np.array(starts, dtype=float),
+        np.full(len(starts), system.mode_names.index(system.initial["mode"])),
+        Numerics(tolerance=tolerance),
+        section={i for i, t in enumerate(system.transitions) if t.kind == "event"},
+        window=most + 8,
     )
-    clock = list(family.system.state_names).index("s")
-    points, outcomes = chart["section"].values[..., clock], chart["outcome"].values
+    runs.run(0, np.array([0, family.periods]))
+    cells = (*(len(values) for values in axes.values()), len(seeds))
+    points = runs.window[..., names.index("s")].reshape(*cells, -1)
+    outcomes = runs.outcome.reshape(cells)
     wrong = []
     for place, (right, off) in expected.items():
         ended = cd.Outcome(int(outcomes[place])).meaning

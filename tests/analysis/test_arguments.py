@@ -31,8 +31,10 @@ FAULTS = [
     ({**SPAN, "max_stalls": None}, "max_stalls is None; it must lie between 1"),
 ]
 DURATION_FAULTS = [
-    ({}, "give duration= and only that"),
-    ({"periods": 4}, "has no forcing period: give duration= in units of time, not periods=4"),
+    ({}, "duration= and only that"),
+    ({"periods": 4, "at": None}, "ball has no forcing period.* (periods=4.* at='apex'|name a section.* at='apex')"),
+    ({"periods": 4, "at": "hit", "transient": 0.5}, "transient is 0.5; it must be an integer"),
+    ({"periods": 4, "at": "strobe"}, "at is 'strobe'; ball has no forcing period for a strobe; .* at='apex'"),
     ({"duration": 0}, "duration is 0; it must be a finite number > 0"),
     ({"duration": float("nan")}, "duration is nan"),
     ({"duration": "long"}, "duration is 'long'"),
@@ -54,14 +56,22 @@ def test_systems_with_a_period(duffing, function, arguments, words):
 def test_systems_without_a_period(bouncer, function, arguments, words):
     extra = {"at": "hit"} if function == "poincare_section" else {}
     with pytest.raises(cd.SettingsError, match=words):
-        getattr(cd, function)(bouncer, **arguments, **extra)
+        getattr(cd, function)(bouncer, **extra | arguments)
 
 
 @pytest.mark.parametrize(
     ("function", "arguments", "words"),
     [
         ("trajectory", {"samples": 0}, "samples is 0; it must be an integer >= 1"),
-        ("poincare_section", {"at": "moon"}, "at is 'moon'; expected 'strobe' or an event of duffing"),
+        (
+            "poincare_section",
+            {"at": "moon"},
+            "at is 'moon'; unknown event 'moon'; .*strobe.*; or give a comparison",
+        ),
+        ("poincare_section", {"at": "moon > 1"}, "at is 'moon > 1'; unknown name 'moon'"),
+        ("poincare_section", {"at": "gamma > 1"}, "a section is one comparison of states"),
+        ("poincare_section", {"at": "Abs(x) > 1"}, "Abs has no Taylor series"),
+        ("poincare_section", {"at": "x > 0 and v > 0"}, "a section is one comparison of states"),
         ("poincare_section", {"max_period": 0}, "max_period is 0"),
         ("lyapunov_spectrum", {"exponents": 3}, "exponents is 3; duffing has 2 states, so at most 2"),
         ("lyapunov_spectrum", {"exponents": -1}, "exponents is -1"),
@@ -74,7 +84,9 @@ def test_arguments_of_one_analysis(duffing, function, arguments, words):
 
 
 def test_a_strobe_needs_a_period(bouncer):
-    with pytest.raises(cd.SettingsError, match=r"at is 'strobe', but ball has no forcing period; .*'apex', 'hit'"):
+    with pytest.raises(
+        cd.SettingsError, match=r"ball has no forcing period, and so no strobe; .*at='apex' or at='x > 0'"
+    ):
         cd.poincare_section(bouncer, duration=3.0)
 
 
@@ -104,9 +116,11 @@ def test_diagrams(duffing, sweep, arguments, words):
         cd.bifurcation_diagram(duffing, sweep, **{**DIAGRAM, **arguments})
 
 
-def test_a_diagram_needs_a_forcing_period(bouncer):
-    with pytest.raises(cd.SettingsError, match="ball has no forcing period"):
-        cd.bifurcation_diagram(bouncer, {"e": [0.5]}, **DIAGRAM, at="hit")
+def test_a_diagram_needs_a_section(bouncer):
+    with pytest.raises(cd.SettingsError, match="ball has no forcing period, and so no strobe; name a section"):
+        cd.bifurcation_diagram(bouncer, {"e": [0.5]}, transient=1, duration=4.0)
+    with pytest.raises(cd.SettingsError, match=r"ball has no forcing period: give duration= .* at='apex'"):
+        cd.bifurcation_diagram(bouncer, {"e": [0.5]}, **DIAGRAM)
 
 
 def test_every_analysis_of_the_registry_can_be_called():

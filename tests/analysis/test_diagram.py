@@ -107,11 +107,10 @@ def test_progress_counts_points_and_outcomes(circle, workers):
     assert [sum(outcomes.values()) for _, _, outcomes in seen] == done
 
 
-def test_sections_at_an_event_are_filled_with_nan(circle):
-    """One crossing in five periods: 40 periods have 8 points, and the rest is missing."""
-    diagram = cd.bifurcation_diagram(
-        circle, {"growth": [-0.01]}, transient=0, periods=40, at="axis", exponents=0, seeds=[{"x": 0.8, "y": -0.6}]
-    )
+def test_lengths_count_the_points_of_the_section(circle):
+    """One crossing in five periods of the strobe: 8 points are 8 of them; more are kept only if there are more."""
+    given = {"transient": 0, "periods": 8, "at": "axis", "exponents": 0, "seeds": [{"x": 0.8, "y": -0.6}]}
+    diagram = cd.bifurcation_diagram(circle, {"growth": [-0.01]}, **given, section_points=10)
     section = diagram["section"].values[0, 0]
     first = np.arctan2(0.6, 0.8) * 5 / (2 * np.pi)
     np.testing.assert_allclose(section[:8, 0], np.exp(-0.01 * (first + 5 * np.arange(8))), rtol=1e-11)

@@ -1,14 +1,15 @@
-"""A system without forcing has a diagram once it is given a unit of time and a section, as the error says."""
+"""A system without forcing has diagrams, charts and basins over a section that is named, and none over an invented one.
+
+Roessler: period doublings at c = 2.83 and 3.84, the window of period 3 at c = 5.3 and chaos at c = 5.7, with a and b
+0.2: Strogatz 2015, section 12.3; exponent 0.0714: Sprott 2003.
+"""
 
 import numpy as np
 import pytest
-import sympy
 
 import chaosdrill as cd
 from chaosdrill.scene import parse_scene
 
-X, Y, Z, C = sympy.symbols("x y z c", real=True)
-A = sympy.Rational(1, 5)
 SCENE = """
 system.model = 'lorenz'
 [analysis.a]
@@ -17,43 +18,59 @@ sweep.rho = [28.0]
 transient = 1
 periods = 8
 """
+CASES = {2.5: 1, 2.82: 1, 2.84: 2, 3.83: 2, 3.86: 4, 5.3: 3, 5.7: 0}
 
 
-def roessler(**more):
-    field = {X: -Y - Z, Y: X + A * Y, Z: A + Z * (X - C)}
-    turn = cd.Transition("turn", "flow", "flow", guard=Y, direction=+1, reset={})
-    start = {X: 1.0, Y: 1.0}
-    return cd.HybridSystem(
-        name="turns",
-        states=(X, Y, Z),
-        parameters={"c": 2.5},
-        modes={"flow": field},
-        transitions=[turn],
-        initial=start,
-        **more,
-    )
+def words(ds):
+    return [cd.Outcome(int(code)).meaning for code in np.ravel(ds["outcome"].values)]
 
 
-def test_what_to_do_is_said():
-    with pytest.raises(cd.SettingsError, match=r"turns has no forcing period.* define it with a period.* at='turn'"):
-        cd.bifurcation_diagram(roessler(), sweep={"c": [2.5]}, transient=1, periods=8)
-    with pytest.raises(cd.SceneError, match=r"lorenz has no forcing period, .*a transition that marks a section"):
+@pytest.fixture(scope="module")
+def roessler():
+    return cd.build("roessler")
+
+
+def test_what_to_do_is_said(roessler):
+    with pytest.raises(cd.SettingsError, match=r"roessler has no forcing period.* give duration= .* at='x > 0'"):
+        cd.bifurcation_diagram(roessler, sweep={"c": [2.5]}, transient=1, periods=8)
+    with pytest.raises(cd.SceneError, match=r"lorenz has no forcing period, and so no strobe; give at = 'x > 0'"):
         cd.check(parse_scene(SCENE))
+    # a length that the named section does not count
+    with pytest.raises(cd.SettingsError, match=r"transient is 0.5; it must be an integer"):
+        cd.bifurcation_diagram(roessler, sweep={"c": [2.5]}, transient=0.5, periods=8, at="x > 0")
 
 
-@pytest.mark.parametrize("unit", [5, 7])
-def test_it_works_whatever_the_unit(unit):
-    """One turn, two turns, chaos (Strogatz 2015, section 12.3; exponent 0.0714: Sprott 2003), whatever the unit."""
-    found = cd.bifurcation_diagram(
-        roessler(period=sympy.Integer(unit)),
-        sweep={"c": [2.5, 3.5, 5.7]},
-        transient=100,
-        periods=400,
-        exponents=2,
-        at="turn",
-    )
-    assert found["period"].values.ravel().tolist() == [1, 2, 0]
-    assert [cd.Outcome(int(o)).name for o in found["outcome"].values.ravel()] == ["PERIODIC", "PERIODIC", "CHAOTIC"]
-    exponent = found["lyapunov_exponent"].values[:, 0]
-    assert np.all(np.abs(exponent[:2, 0]) < 1e-3)
-    assert abs(exponent[2, 0] - 0.0714) < 2 * float(found["lyapunov_error"].values[2, 0, 0]) < 0.02
+@pytest.mark.parametrize("at", ["y > 0", "x < -1"])
+def test_period_doublings_over_any_section(roessler, at):
+    found = cd.bifurcation_diagram(roessler, sweep={"c": list(CASES)}, transient=100, periods=200, at=at)
+    assert found["period"].values.ravel().tolist() == list(CASES.values())
+    assert words(found) == ["periodic"] * 6 + ["chaotic"]
+    exponent, error = found["lyapunov_exponent"].values[:, 0], found["lyapunov_error"].values[:, 0]
+    assert np.all(np.abs(exponent[:6, 0]) < 3e-3)
+    assert abs(exponent[6, 0] - 0.0714) < 3 * error[6, 0] < 0.03
+    # a turn takes nearly 2 pi / sqrt(1 - a**2/4), about the saddle focus
+    np.testing.assert_allclose(found["return_time"], 5.8, atol=0.07)
+
+
+@pytest.mark.parametrize("at", [None, "y > 0"])
+def test_outcomes_do_not_depend_on_what_lengths_count(roessler, at):
+    values = {"c": [2.5, 3.5, 5.7], "a": [0.2]}
+    found = cd.parameter_chart(roessler, values, transient=500, duration=1200, at=at)
+    assert words(found) == ["periodic", "periodic", "chaotic"]
+    assert found["period"].values.ravel().tolist() == ([0, 0, 0] if at is None else [1, 2, 0])
+    assert "forcing_period" not in found
+
+
+def test_a_section_that_is_never_met_has_an_outcome(roessler):
+    found = cd.bifurcation_diagram(roessler, {"c": [2.5, 5.7]}, transient=2, periods=8, at="x > 1000", max_return=100)
+    assert words(found) == ["no_return"] * 2
+    assert np.isnan(found["section"].values).all()
+    section = cd.poincare_section(roessler, transient=2, periods=8, at="x > 1000", max_return=100)
+    assert words(section) == ["no_return"]
+
+
+def test_a_record_of_more_points_goes_on_from_one_of_fewer(roessler):
+    """No step depends on how many points are asked for."""
+    short, long = (cd.poincare_section(roessler, periods=count, at="y > 0") for count in (70, 180))
+    np.testing.assert_array_equal(long["section"].values[:70], short["section"].values)
+    np.testing.assert_array_equal(long["time"].values[:70], short["time"].values)

@@ -6,7 +6,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.arguments import span
+from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.precision_reference import DIGITS, Itinerary, NoReferenceError, find_truth
 from chaosdrill.analysis.precision_special import EXACT
 from chaosdrill.analysis.precision_start import TIGHT, find_place, itinerary, run_map, survey
@@ -67,7 +67,7 @@ def test_the_tangents_of_a_ball():
 def test_the_orbit_of_an_impact_oscillator_at_a_wall_at_zero():
     """Determinant e^2, exactly; trace -2ec + (1+e)^2 (1-w^2)(1+c)/2, c = cos T, as far as T is exact as a double."""
     system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.5, "e": 0.8})
-    plan = span(system, 32, None, 2000)
+    plan = Span(system.forcing_period(), 32, 2000, True)
     place = find_place(survey(system, plan), plan)
     assert place.period == 1
     assert place.truth is not None

@@ -44,7 +44,7 @@ def test_all_faults_at_once(faults):
         ("15", "numerics.tolerance"),
         ("18", "analysis.spectrum.transient"),
         ("19", "analysis.spectrum.periods"),
-        ("20", "analysis.diagram.periods"),
+        ("20", "analysis.diagram"),
         ("22", "analysis.diagram.sweep.eta"),
         ("25", "analysis.other.kind"),
     ]

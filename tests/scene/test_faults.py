@@ -35,7 +35,7 @@ CASES = [
     ("periods = 20", f"periods = 1{'0' * 30}", "19: analysis.spectrum.periods: must be at most 1e+10"),
     ("periods = 20", "periods = 2.5", "19: analysis.spectrum.periods: expected a whole number, received 2.5"),
     ("periods = 20", "duration = inf", "19: analysis.spectrum.duration: must be finite, received inf"),
-    ("periods = 20", "", "16: analysis.spectrum: give either periods (forcing periods) or duration (time units)"),
+    ("periods = 20", "", "16: analysis.spectrum: give either periods (points of the section) or duration (time units)"),
     ("periods = 20", "periods = 2\nexponents = 4", "20: analysis.spectrum.exponents: the system has 3 states"),
     ("num = 3", "num = 0", "22: analysis.diagram.sweep.eta.num: must be at least 1, received 0"),
     ("num = 3", "num = 3, step = 1", "22: analysis.diagram.sweep.eta.step: unknown key; leave it out"),

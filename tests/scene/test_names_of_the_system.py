@@ -28,6 +28,11 @@ def test_mode_of_a_seed(sound):
 def test_event_of_a_section(sound):
     told = refusal(sound + 'at = "hitt"\n')
     assert told.startswith("scene.toml:25: analysis.diagram.at: unknown event 'hitt'; did you mean ")
+    told = refusal(sound + 'at = "yy > 0"\n')
+    assert told.startswith("scene.toml:25: analysis.diagram.at: unknown name 'yy'; did you mean 'y'?")
+    told = refusal(sound + 'at = "eta > 0"\n')
+    assert told.startswith("scene.toml:25: analysis.diagram.at: a section is one comparison of states by < or >")
+    assert parse_scene(sound + 'at = "y > 0"\n').system
 
 
 def test_periods_without_a_forcing():
@@ -52,12 +57,14 @@ def test_section_at_a_class_of_events(sound):
 
 def test_strobe_without_a_forcing():
     told = refusal(WITHOUT_FORCING + 'kind = "poincare-section"\nduration = 10\n')
-    assert told.startswith("scene.toml:3: analysis.a.at: lorenz has no forcing period for a strobe")
+    assert told.startswith(
+        "scene.toml:4: analysis.a.kind: lorenz has no forcing period, and so no strobe; give at = 'x > 0'"
+    )
 
 
 def test_diagram_without_a_forcing():
     told = refusal(WITHOUT_FORCING + 'kind = "bifurcation-diagram"\nsweep.rho = [28]\ntransient = 0\nperiods = 9\n')
-    assert "scene.toml:4: analysis.a.kind: lorenz has no forcing period, in which a bifurcation-diagram counts" in told
+    assert "scene.toml:4: analysis.a.kind: lorenz has no forcing period, and so no strobe; give at = 'x > 0'" in told
 
 
 def test_values_reach_the_system(sound):

@@ -30,7 +30,7 @@ CASES = [
     ("repeats = 3", "repeats = 0", "10: analysis.cost.repeats: must be at least 1, received 0"),
     ("repeats = 3", "repeat = 3", "10: analysis.cost.repeat: unknown key; did you mean 'repeats'?"),
     ("repeats = 3", 'method = "rk4"', "10: analysis.cost.method: unknown key; did you mean 'methods'?"),
-    ("periods = 100", "", "3: analysis.cost: give either periods (forcing periods) or duration (time units)"),
+    ("periods = 100", "", "3: analysis.cost: give either periods (points of the section) or duration (time units)"),
 ]
 
 

@@ -48,6 +48,7 @@ class Basins(Points):
 
     def agree(self, system: "HybridSystem") -> None:
         """Refuse a state that the initial mode holds at one value."""
+        super().agree(system)
         from chaosdrill.model.derive import pinned_states
 
         mode = str(system.initial["mode"])
@@ -72,9 +73,10 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
 
     Two runs are on one attractor if their kind and period are the same and their section points have the same moments:
     cycles within 2e-5 of their size, whatever the phase at which they are found; attractors that are no cycles within a
-    fifth of their extent, with leading exponents that agree within eight standard errors. Attractors are numbered by
-    the size of their basins. The fractions are those of the cells: their standard error sqrt(p (1 - p) / N) is that of
-    N states drawn at random from the box.
+    fifth of their extent, with leading exponents that agree within eight standard errors; points at rest as cycles,
+    since Newton's method gives them to the last digit. Attractors are numbered by the size of their basins. The
+    fractions are those of the cells: their standard error sqrt(p (1 - p) / N) is that of N states drawn at random from
+    the box.
 
     Parameters
     ----------
@@ -82,9 +84,9 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
         System with its parameters; its initial state gives the mode, and the states that the grid does not span.
     grid : mapping of two states to values
         ``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.
-    transient, periods : int
-        As in `bifurcation_diagram`; no section is kept.
-    exponents, at, max_period, patience, workers, scheduler, store : optional
+    periods, duration, transient : int or float
+        As in `parameter_chart`; no section is kept.
+    at, max_return, exponents, max_period, patience, workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.

@@ -1,12 +1,12 @@
 """Bifurcation diagrams: section, period, exponents and outcome along a parameter."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.analysis.arguments import RANDOM, SEEDS, Axes
 from chaosdrill.analysis.base import POINTS, Points, analysis
 from chaosdrill.dataset.schema import SWEEP, need, swept, table
-from chaosdrill.settings import Choice, setting
+from chaosdrill.settings import Choice, Whole, setting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 FOLLOW = {"forward": ("forward",), "backward": ("backward",), "both": ("forward", "backward")}
 """Directions in which a state can be followed along a sweep, by the word that asks for them."""
+
+POINTS_OF_TIME = 256
+"""Section points that are kept by default where the length is a duration."""
 
 VARIABLES = table(
     *swept("Period of the forcing at each point of the sweep."),
@@ -27,12 +30,20 @@ VARIABLES = table(
 class BifurcationDiagram(Points):
     """Settings of `bifurcation_diagram`."""
 
+    needs_section: ClassVar[bool] = True
+
     sweep: dict[str, Any] = setting(
         Axes("parameter", 1, 1, "a bifurcation diagram sweeps one parameter"), positional=True
     )
     seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
     random: dict[str, Any] | None = setting(RANDOM, None)
     follow: str | None = setting(Choice(tuple(FOLLOW), ", or leave it out"), None)
+    section_points: int | None = setting(Whole(1, 1_000_000), None)
+
+    @property
+    def rows(self) -> int:
+        """Section points that are kept."""
+        return self.section_points or self.periods or POINTS_OF_TIME
 
 
 @analysis(
@@ -56,17 +67,24 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     Parameters
     ----------
     system : HybridSystem
-        System with its parameters and initial state; it must have a forcing period.
+        System with its parameters and initial state.
     sweep : mapping of one parameter to values
         ``{"eta": np.linspace(0.4, 0.9, 501)}``.
-    transient : int
-        Forcing periods to run before anything is kept.
     periods : int
-        Forcing periods to record and to average the exponents over.
+        Points of the section to record and to average the exponents over: forcing periods, or events named by ``at``.
+    duration : float
+        Time to average over instead, for systems without a forcing period; the transient, a time too, is rounded up to
+        a whole part of it, of 512.
+    transient : int or float
+        Points of the section, or time, to run before anything is kept.
+    at : str, optional
+        The section, as in `poincare_section`: an event, a surface, or the strobe, which is the default of a forced
+        system. Without forcing one is to be named.
+    max_return : float, optional
+        As in `poincare_section`: a point whose run does not meet the section has the outcome ``no_return``, or
+        ``equilibrium`` if it is at rest, and the sweep goes on.
     exponents : int, optional
         Number of exponents; default all, 0 for none. Without exponents recurrence alone decides, at once.
-    at : str, default "strobe"
-        ``"strobe"`` or the name or kind of a transition; then the last ``periods`` states before that event are kept.
     max_period : int, default 64
         Longest period looked for, in iterates of the section; the record must hold two.
     patience : int, default 8
@@ -80,6 +98,8 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     follow : {"forward", "backward", "both"}, optional
         The last state at a point is the first one at the next, along the sweep or against it: hysteresis shows. The
         first point, and one whose neighbour has ended early, starts from the system's own initial state.
+    section_points : int, optional
+        How many section points of every run are kept, its last ones; default ``periods``, or 256 of a ``duration``.
     workers : int, default 1
         Threads; the kernels hold no lock.
     scheduler : str, optional
@@ -93,7 +113,8 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     -------
     xarray.Dataset
         Over the parameter and seed: ``section`` (iterate, state), ``period``, ``lyapunov_exponent`` and
-        ``lyapunov_error`` (exponent), mean rates, ``outcome``; ``initial_state`` (seed, state). NaN, and the period 0,
+        ``lyapunov_error`` (exponent), mean rates, ``return_time`` of events, ``outcome``; ``initial_state`` (seed,
+        state). NaN, and the period 0,
         where a point has no result.
 
     Raises
@@ -108,4 +129,4 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     from chaosdrill.analysis.sweeps import over_parameters
 
     lines = () if given.follow is None else FOLLOW[given.follow]
-    return over_parameters(system, given, job, rows=given.periods, lines=lines)
+    return over_parameters(system, given, job, rows=given.rows, lines=lines)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.arguments import Ranges, Time, settling
+from chaosdrill.analysis.arguments import Ranges
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
 from chaosdrill.dataset.schema import ITERATE, MULTIPLIER, STATES, SWEEP, axis, grazing, may, need, table
 from chaosdrill.errors import SettingsError
@@ -79,7 +79,6 @@ class Continuation(Orbit):
         Ranges("parameter", 1, 2, "give one parameter, or two for a curve (follow=)"), positional=True
     )
     start: str = setting(Choice(("attractor", "guess")), "attractor")
-    transient: float = setting(Time(least=0, most=LONGEST), 200)
     doublings: int = setting(Whole(0, MOST_DOUBLINGS), 0)
     follow: str | None = setting(Choice(FOLLOW, ", or leave it out for a branch"), None)
     step: float | None = setting(Number(above=0.0, most=LONGEST), None)
@@ -147,11 +146,14 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         limits. Two parameters for a curve (``follow``): the first point to follow is looked for along the first of
         them, with the second at the system's own value.
     period : int, default 1
-        Period of the orbit at the start, in forcing periods; 1 for systems without forcing.
+        Period of the orbit at the start, in forcing periods; without forcing in points of the section ``at``.
+    at, max_return : optional
+        The section, as in `periodic_orbit`.
+    transient : int or float, default 200
+        Forcing periods, points of the section (without either: time, rounded up) to run first, for
+        ``start="attractor"``.
     start : {"attractor", "guess"}
         Where the orbit at the start is looked for, as in `periodic_orbit`.
-    transient : int or float, default 200
-        Forcing periods (without forcing: time, rounded up) to run first, for ``start="attractor"``.
     doublings : int, default 0
         How many times in a row the branch of doubled period is followed too, from the period doubling met first.
     follow : {"fold", "period_doubling", "grazing"}, optional
@@ -190,14 +192,16 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     import numpy as np
 
     from chaosdrill.analysis.orbit_datasets import branches_dataset
+    from chaosdrill.analysis.sections import orbit_start
     from chaosdrill.orbits.branches import branches
     from chaosdrill.orbits.curves import curve
     from chaosdrill.orbits.multipliers import neutral_of
 
-    settle = settling(system, given.transient)
+    begin = orbit_start(system, given, job.numerics)
+    system = begin.system
     longest = STEP * given.room if given.step is None else float(given.step)
     names, limits = tuple(given.sweep), np.array(list(given.sweep.values()))
-    start, points = (given.period, given.start, settle), given.max_points
+    start, points = (begin.period, begin.start, begin.transient), given.max_points
     if given.follow is None:
         ends = (float(limits[0, 0]), float(limits[0, 1]))
         result = branches(system, names[0], ends, *start, given.doublings, longest, points, job.numerics, job.progress)

@@ -81,9 +81,13 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
     system : HybridSystem
         System with its parameters and initial state.
     periods, duration : int or float
-        Forcing periods to average over, or time for systems that have none.
+        Points of the section to average over, or time for systems without a forcing period. Exponents are per unit of
+        time. The time that so many events take is measured by a run of its own; of a forced system it is rounded up to
+        whole periods.
     transient : int or float, default 0
-        Periods (or time) to run before the averages start.
+        Points of the section, or time, to run before the averages start.
+    at, max_return : optional
+        The section, as in `poincare_section`.
     exponents : int, optional
         Number of exponents that are reported, the largest first; default all, 0: no tangents at all.
     blocks : int, default 256
@@ -105,4 +109,4 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
     """
     from chaosdrill.analysis.spectra import spectrum
 
-    return spectrum(system, given.span(system, units=given.blocks), given.exponents, given.blocks, job)
+    return spectrum(system, given.span(system, job.numerics, units=given.blocks), given.exponents, given.blocks, job)

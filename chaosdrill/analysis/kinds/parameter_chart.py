@@ -47,12 +47,12 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
     Parameters
     ----------
     system : HybridSystem
-        System with its parameters and initial state; it must have a forcing period.
+        System with its parameters and initial state.
     sweep : mapping of two parameters to values
         ``{"eta": np.linspace(0.4, 0.9, 500), "b": np.linspace(0.5, 0.9, 400)}``.
-    transient, periods : int
-        As in `bifurcation_diagram`.
-    exponents, at, max_period, patience : optional
+    periods, duration, transient : int or float
+        As in `bifurcation_diagram`. Without forcing a ``duration`` needs no section; there is no period then.
+    at, max_return, exponents, max_period, patience : optional
         As in `bifurcation_diagram`.
     seeds, random : optional
         As in `bifurcation_diagram`.
@@ -67,8 +67,8 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
     -------
     xarray.Dataset
         Over both parameters and seed: ``period``, ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), mean rates,
-        ``outcome``, and ``section`` (iterate, state) if it is asked for; over both parameters ``attractor_count`` and
-        ``forcing_period``; ``initial_state`` (seed, state).
+        ``outcome``, and ``section`` (iterate, state) if it is asked for; over both parameters ``attractor_count`` and,
+        of a forced system, ``forcing_period``; ``initial_state`` (seed, state).
         NaN, and the period 0, where a point has no result.
 
     Raises

@@ -1,10 +1,10 @@
 """Periodic orbits, stable or not: from a guess, from an attractor, or all up to a period."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.arguments import LONGEST_PERIOD, RANDOM, SEEDS, Time, settling
+from chaosdrill.analysis.arguments import LONGEST_PERIOD, RANDOM, SEEDS
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
 from chaosdrill.dataset.schema import (
     ITERATE,
@@ -22,7 +22,7 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.errors import SettingsError
-from chaosdrill.settings import LONGEST, Choice, Faults, Known, Whole, setting
+from chaosdrill.settings import Choice, Faults, Known, Whole, setting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ VARIABLES = table(
     need("orbit_state", f"{ORBIT} state", "f8", "state of the orbit", "At phase 0; NaN where there is no orbit."),
     need("mode", ORBIT, "i1", "mode of the orbit", "Mode that holds at phase 0; -1: no orbit.", flags="mode"),
     need("section", f"{ORBIT} iterate state", "f8", "state on the section", "At every strobe of one period."),
-    need("period", ORBIT, "i4", "period", "Least one, in forcing periods; 1 without forcing; 0: no orbit."),
+    need("period", ORBIT, "i4", "period", "Least one, in forcing periods or points of the section; 0: no orbit."),
     need("period_time", ORBIT, "f8", "duration of one period", "In units of model time."),
     need("multiplier_real", f"{ORBIT} multiplier", "f8", "multiplier, real part", "Exactly 0 where rank is lost."),
     need("multiplier_imag", f"{ORBIT} multiplier", "f8", "multiplier, imaginary part", "NaN where there is no orbit."),
@@ -75,7 +75,6 @@ class PeriodicOrbit(Orbit):
     """Settings of `periodic_orbit`."""
 
     start: str = setting(Choice(("attractor", "guess", "search")), "attractor")
-    transient: float = setting(Time(least=0, most=LONGEST), 200)
     max_period: int | None = setting(Whole(1, LONGEST_PERIOD), None)
     seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
     random: dict[str, Any] | None = setting(RANDOM, None)
@@ -91,6 +90,8 @@ class PeriodicOrbit(Orbit):
                     )
         elif self.max_period is None:
             raise SettingsError('max_period is missing; with start="search" give the longest period to look for')
+        elif self.at is not None:
+            raise SettingsError(f'at is {self.at!r}, but start is "search", which looks for all rounds; drop it')
         elif self.period != 1:
             raise SettingsError(
                 f'period is {self.period}, but start is "search", which looks for all up to max_period; drop it'
@@ -128,13 +129,19 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     system : HybridSystem
         System with its parameters and initial state.
     period : int, default 1
-        Period in forcing periods; 1 for systems without forcing, whose orbit then is one round. An orbit whose least
-        period is a part of it is reported with that one.
+        Period in forcing periods; without forcing in points of the section ``at``, and 1 if none is named: the orbit
+        then is one round. An orbit whose least period is a part of it is reported with that one.
+    at : str, optional
+        Of a system without forcing: the section whose points ``period`` and ``transient`` count, as in
+        `poincare_section`. Newton's method then starts where the motion comes back most nearly after so many.
+    max_return : float, optional
+        As in `poincare_section`.
+    transient : int or float, default 200
+        Forcing periods, points of the section (without either: time, rounded up) to run first, for
+        ``start="attractor"``.
     start : {"attractor", "guess", "search"}
         Where Newton's method starts: from where a run has come to after ``transient``; from the system's initial state
         (at phase 0); or from many states, for all orbits up to ``max_period``.
-    transient : int or float, default 200
-        Forcing periods (without forcing: time, rounded up) to run first, for ``start="attractor"``.
     max_period : int, optional
         Longest period of a search, in forcing periods. Without forcing: how often the most frequent event of an orbit
         may happen in one round; without events too, how many maxima it may have.
@@ -170,12 +177,13 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     doi:10.1007/978-1-84628-708-4: tangents across events.
     """
     from chaosdrill.analysis.orbit_datasets import numbered, orbit_rates, orbits_dataset
+    from chaosdrill.analysis.sections import orbit_start
     from chaosdrill.analysis.seeds import make_seeds
+    from chaosdrill.dataset import Outcome
     from chaosdrill.orbits.find import find_orbit
     from chaosdrill.orbits.multipliers import neutral_of
     from chaosdrill.orbits.search import search
 
-    settle = settling(system, given.transient)
     if given.max_period is not None:
         chosen = make_seeds(system, given.seeds, given.random, needed=False)
         found = search(system, given.max_period, chosen.starts, chosen.modes, job.numerics, job.progress)
@@ -185,7 +193,12 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
             message += "give other seeds, or random states of a larger box"
         disagreement = numbered(orbit.checks.disagreements for orbit in found)
     else:
-        found = [find_orbit(system, given.period, given.start, settle, job.numerics)]
+        begin = orbit_start(system, given, job.numerics)
+        found = [find_orbit(begin.system, begin.period, begin.start, begin.transient, job.numerics)]
+        if begin.points and found[0].outcome == Outcome.PERIODIC:
+            # a part of what was asked for has a part of the points
+            rounds = begin.points * found[0].duration / float(begin.start)
+            found = [replace(found[0], period=max(1, round(rounds)))]
         message, disagreement = found[0].message, found[0].checks.disagreements
     ds = orbits_dataset(system, found).assign(orbit_rates(system, found, job.numerics))
     ds = ds if given.max_period is not None else ds.isel(orbit=0, drop=True)

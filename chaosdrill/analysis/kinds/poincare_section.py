@@ -1,13 +1,14 @@
 """States on a Poincare section, the period found there, and the multipliers of the cycle."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from chaosdrill.analysis.base import Record, analysis
 from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,
     QUADRATURE,
+    RETURN_TIME,
     SI,
     STATES,
     axis,
@@ -19,7 +20,7 @@ from chaosdrill.dataset.schema import (
     rates,
     table,
 )
-from chaosdrill.settings import Text, Whole, setting
+from chaosdrill.settings import Whole, setting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,6 +37,7 @@ VARIABLES = table(
     may("mode", "iterate", "i1", "mode on the section", "Mode that holds at the crossing.", flags="mode"),
     may(QUADRATURE, "iterate", "f8", "quadrature", "Integral along the flow from the start of the record."),
     may("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
+    RETURN_TIME,
     MULTIPLIER,
     may("multiplier_real", "multiplier", "f8", "multiplier, real part", "Eigenvalues of the cycle's tangent map."),
     may("multiplier_imag", "multiplier", "f8", "multiplier, imaginary part", "NaN when no period was found."),
@@ -51,7 +53,8 @@ VARIABLES = table(
 class PoincareSection(Record):
     """Settings of `poincare_section`."""
 
-    at: str = setting(Text(), "strobe")
+    needs_section: ClassVar[bool] = True
+
     max_period: int = setting(Whole(1, 1_000_000), 64)
 
 
@@ -63,18 +66,26 @@ class PoincareSection(Record):
     cites=("mueller1995",),
 )
 def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job") -> "xr.Dataset":
-    """States at every strobe, or at every event of one name.
+    """States at every strobe, before every event of one name, or on a surface.
 
     Parameters
     ----------
     system : HybridSystem
         System with its parameters and initial state.
-    periods, duration : int or float
-        Forcing periods to record, or time for systems that have none.
+    periods : int
+        Points of the section to record.
+    duration : float
+        Time to record instead; for systems without a forcing period.
     transient : int or float, default 0
-        Periods (or time) to run before the record starts.
-    at : str, default "strobe"
-        ``"strobe"`` (forcing phase zero), or the name or kind of a transition; then the states are those before it.
+        Points of the section, or time, to run before the record starts: in what the record is given.
+    at : str, optional
+        The section: the name or kind of a transition; ``"strobe"``, forcing phase zero, by default; or a comparison
+        such as ``"x > 0"``, which marks the surface on which it becomes true. Without forcing one is to be named. The
+        states are those before an event.
+    max_return : float, optional
+        Longest time between two points of an event or a surface: a run that meets none in a whole multiple of it,
+        counted from its start, ends with the outcome ``no_return``, or ``equilibrium`` if it is at rest. By default
+        1000 forcing periods, or 1000 times the time in which the motion from the initial state crosses its own extent.
     max_period : int, default 64
         Longest period looked for.
     method, tolerance, steps, max_events, max_stalls, progress : optional
@@ -83,17 +94,17 @@ def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job")
     Returns
     -------
     xarray.Dataset
-        ``section`` (iterate, state), ``time``, ``mode`` and quadratures (iterate), ``period``; with a period found at
-        the strobe ``multiplier_real`` and ``multiplier_imag`` (multiplier): eigenvalues of the tangent map over the
-        cycle, saltation included, those of lost rank exactly 0; mean rates, over one cycle if there is a period, and
-        ``outcome``.
+        ``section`` (iterate, state), ``time``, ``mode`` and quadratures (iterate), ``period``, ``return_time``, the
+        mean time between two points; with a period found, unless the record is a duration, ``multiplier_real`` and
+        ``multiplier_imag`` (multiplier): eigenvalues of the tangent map over the cycle, saltation included, those of
+        lost rank exactly 0, and 1 along the flow of a system without forcing; mean rates, over one cycle if there is a
+        period, and ``outcome``.
 
     Raises
     ------
     SettingsError
         An argument that cannot be used.
     """
-    from chaosdrill.analysis.arguments import section_transitions
     from chaosdrill.analysis.sections import section
 
-    return section(system, given.span(system), section_transitions(system, given.at), given.max_period, job)
+    return section(system, given, job)

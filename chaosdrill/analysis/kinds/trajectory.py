@@ -2,18 +2,17 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
-from chaosdrill.analysis.arguments import Span, Times, span
+from chaosdrill.analysis.arguments import Span, Times, counted
 from chaosdrill.analysis.base import Record, analysis
 from chaosdrill.dataset.schema import QUADRATURE, SI, STATES, axis, forcing, may, need, outcome, table
 from chaosdrill.errors import SettingsError
-from chaosdrill.settings import Faults, Known, Whole, setting
+from chaosdrill.settings import Faults, Whole, setting
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
 
     from chaosdrill.analysis.base import Job
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 
 _SHORTEST = 1e-12
 """Duration of a run whose only time of output is its start."""
-_ROUNDING = 4e-16
-"""Part of a time by which round-off may put it beyond the ends of the run."""
 
 VARIABLES = table(
     axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
@@ -54,20 +51,34 @@ class Trajectory(Record):
     times: Any = setting(Times(), None)
 
     @classmethod
-    def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
         """A length, which the last of given times is too."""
         if "times" not in table or {"periods", "duration"} & table.keys():
-            yield from super().together(table, known)
+            yield from super().beside(table)
 
-    def span(self, system: "HybridSystem", *, units: int = 1) -> Span:
+    def agree(self, system: "HybridSystem") -> None:
+        """As for every run; and refuse times in a run that is counted in something else."""
+        super().agree(system)
+        if self.times is not None and self.counts(system) == "section":
+            raise SettingsError(f"times and at={self.at!r} exclude each other; leave one of them out")
+
+    def counts(self, system: "HybridSystem") -> str:
+        """What lengths count, of which the last of given times is one."""
+        told = self._told(system)
+        return counted(system, told.at, told.periods, told.duration, told.transient)
+
+    def span(self, system: "HybridSystem", numerics: Any, *, units: int = 1) -> Span:
         """How long to run: as long as it is told, or up to the last of the given times."""
+        return Record.span(self._told(system), system, numerics, units=units)
+
+    def _told(self, system: "HybridSystem") -> Self:
+        """The same with a length."""
         if self.times is None or self.periods is not None or self.duration is not None:
-            return super().span(system, units=units)
+            return self
         last, period = self.times[-1], system.forcing_period()
         if period is None:
-            return span(system, None, max(last - self.transient, _SHORTEST), self.transient)
-        periods = math.ceil(Fraction(last) / Fraction(period)) - int(self.transient)
-        return span(system, max(1, periods), None, self.transient)
+            return replace(self, duration=max(last - self.transient, _SHORTEST))
+        return replace(self, periods=max(1, math.ceil(Fraction(last) / Fraction(period)) - int(self.transient)))
 
 
 @analysis("trajectory", Trajectory, "states over time, with every event", VARIABLES)
@@ -79,17 +90,21 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     system : HybridSystem
         System with its parameters and initial state.
     periods : int
-        Forcing periods to record; for systems that have a forcing period.
+        Points of the section to record: forcing periods, or, with ``at``, events or crossings of a surface; the record
+        then goes on from the point at which the transient ends to the last one, with its event.
     duration : float
-        Time to record; for systems that have none.
+        Time to record instead; for systems without a forcing period.
     transient : int or float, default 0
-        Periods (or time) to run before the record starts.
+        Points of the section, or time, to run before the record starts.
+    at, max_return : optional
+        The section, as in `poincare_section`.
     samples : int, default 200
-        Samples a period (or in all of ``duration``).
+        Samples a period or return on the average (or in all of ``duration``).
     times : list of float, optional
         Model times at which states are given in place of samples, in ascending order, from the end of the transient on;
         where no length is given the run ends with the last of them. They change neither steps nor events: a time is
-        met by the interpolation of the method. One that coincides with an event shows the state before it.
+        met by the interpolation of the method. One that coincides with an event shows the state before it. Not with
+        a section by events or a surface.
     method : {"taylor", "dop853", "radau", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
@@ -122,30 +137,17 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     import numpy as np
     import xarray as xr
 
-    from chaosdrill.analysis.recording import record
-    from chaosdrill.dataset import Outcome
+    from chaosdrill.analysis.sections import find_section, traced
     from chaosdrill.engine import layout as at
-    from chaosdrill.engine.run import Run
 
-    plan = given.span(system)
-    run = Run(system, plan.unit, job.numerics, samples=given.samples if given.times is None else 1)
-    outcome = plan.settle(run)
-    n, names = len(system.states), list(system.quadratures)
-    start = run.elapsed
-    here = np.concatenate([run.x, np.zeros(len(names)), [run.standing["mode"]]])
-    times = None if given.times is None else given.times if outcome == Outcome.OK else []
-    wanted = None if times is None else _since(start, plan, times)
-    count = plan.count if outcome == Outcome.OK else 0
-    found = record(run, count, events=True, times=wanted, report=job.report(plan.count))
-    outcome = found.outcome if outcome == Outcome.OK else outcome
-    rows = np.vstack([here, found.samples]) if wanted is None else found.samples
-    even = start + np.arange(len(rows)) * (plan.unit / given.samples)
+    path = traced(find_section(system, given, job.numerics), given, job)
+    n, rows, found = len(system.states), path.rows, path.events
     targets = np.array([system.mode_names.index(t.target) for t in system.transitions], dtype=np.int8)
     ds = xr.Dataset(
         {
             "states": (("time", "state"), rows[:, :n]),
             "mode": ("time", rows[:, -1].astype(np.int8)),
-            **{name: ("time", rows[:, n + i]) for i, name in enumerate(names)},
+            **{name: ("time", rows[:, n + i]) for i, name in enumerate(system.quadratures)},
             "event_time": ("event", found.times),
             "event_kind": ("event", found.events[:, at.EVENT_KIND].astype(np.int8)),
             "event_speed": ("event", found.events[:, at.EVENT_SPEED]),
@@ -153,32 +155,10 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
             "event_mode_after": ("event", targets[found.events[:, at.EVENT_KIND].astype(int)]),
             "event_state_before": (("event", "state"), found.states_before()),
             "event_state_after": (("event", "state"), found.states_after()),
-            "outcome": ((), np.int8(outcome)),
+            "outcome": ((), np.int8(path.outcome)),
         },
-        coords={
-            "time": even if times is None else np.array(times[: len(rows)], dtype=float),
-            "state": list(system.state_names),
-        },
+        coords={"time": path.times, "state": list(system.state_names)},
     )
-    if plan.periodic:
-        ds["forcing_period"] = ((), plan.unit)
+    if system.period is not None:
+        ds["forcing_period"] = ((), system.forcing_period())
     return ds
-
-
-def _since(start: float, plan: Span, times: list[float]) -> "np.ndarray":
-    """Times since the start of the record, within it.
-
-    Raises
-    ------
-    SettingsError
-        A time before or behind the record.
-    """
-    import numpy as np
-
-    end = start + plan.length
-    slack = _ROUNDING * max(abs(start), abs(end))
-    for time in (*times[:1], *times[-1:]):
-        if not start - slack <= time <= end + slack:
-            raise SettingsError(f"times holds {time!r}; the record goes from {start!r} to {end!r}")
-    since = np.array([float(Fraction(time) - Fraction(start)) for time in times])
-    return np.clip(since, 0.0, plan.length)

@@ -69,6 +69,7 @@ class WorkPrecision(Record):
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
         """As for arguments."""
+        yield from super().beside(table)
         steps, tolerances = table.get("steps"), table.get("tolerances")
         if isinstance(steps, list) and not (isinstance(tolerances, list) and len(steps) == len(tolerances)):
             yield ("steps",), "give tolerances too, one for each entry of steps"
@@ -94,10 +95,13 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
     system : HybridSystem
         System with its parameters and initial state.
     periods, duration : int or float
-        Forcing periods to survey, or time for systems that have none (64 parts of it then take the place of periods):
-        the statistical error of the exponent is that of a run of this length, and the restarts are taken from it.
+        Points of the section to survey, or time for systems without a forcing period (64 parts of it then take the
+        place of periods): the statistical error of the exponent is that of a run of this length, and the restarts are
+        taken from it.
     transient : int or float, default 0
-        Periods (or time) to run before anything is measured.
+        Points of the section, or time, to run before anything is measured.
+    at, max_return : optional
+        The section, as in `poincare_section`.
     methods : sequence of str, optional
         Default: all there are.
     tolerances : sequence of float, optional
@@ -131,5 +135,7 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
         An argument that cannot be used.
     """
     from chaosdrill.analysis.precision import UNITS, compare
+    from chaosdrill.analysis.precision_start import TIGHT
+    from chaosdrill.engine.numerics import Numerics
 
-    return compare(system, given.span(system, units=UNITS), given, job)
+    return compare(system, given.span(system, Numerics(tolerance=TIGHT), units=UNITS), given, job)
