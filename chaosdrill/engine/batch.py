@@ -365,7 +365,6 @@ class Batch:
     def _to_the_section(self, machine: "Record", p: int, count: int, taken: int) -> int:
         """Run on until the section was met so many times; returns how many of its points were kept in all."""
         from chaosdrill.engine.flow import flow
-        from chaosdrill.engine.window import keep
 
         run, n, cell = self._states.run[p], self.x.shape[1], int(self._cell[p])
         first = at.EVENT_COLUMNS + (n if self._after else 0)
@@ -376,16 +375,18 @@ class Batch:
             run["sample_rows"] = run["event_rows"] = 0
             code = flow(machine, p, none, self._events[: min(left, len(self._events))])
             self.outcome[p] = Outcome.OK if code == at.FULL else code
-            for row in self._events[: run["event_rows"]]:
-                kind = int(row[at.EVENT_KIND])
-                if self._section[kind] != 1:
-                    continue
-                left -= 1
-                self._met[p] = row[at.EVENT_STROBES]
-                if len(self.window[p]):
-                    mode = self._tables.transitions[kind, at.TO_MODE] if self._after else row[at.EVENT_MODE]
-                    keep.py_func(row, first, n, mode, self.window[p], taken)
-                taken += 1
+            rows = self._events[: run["event_rows"]]
+            rows = rows[self._section[rows[:, at.EVENT_KIND].astype(np.int64)] == 1]
+            left, taken = left - len(rows), taken + len(rows)
+            if len(rows):
+                self._met[p] = rows[-1, at.EVENT_STROBES]
+            if len(rows) and (size := len(self.window[p])):
+                kept = rows[-size:]
+                modes = kept[:, at.EVENT_MODE]
+                if self._after:
+                    modes = self._tables.transitions[kept[:, at.EVENT_KIND].astype(np.int64), at.TO_MODE]
+                places = np.arange(taken - len(kept), taken) % size
+                self.window[p, places] = np.column_stack([kept[:, first : first + n], modes])
             if code == at.DONE and self._met[p] < target - cell:
                 self.outcome[p] = Outcome.NO_RETURN
         if self.outcome[p] == Outcome.OK:
