@@ -37,6 +37,8 @@ _OUTCOME_HATCHES = {
     "step_underflow": "|||",
     "invalid_start": "+++",
     "failed": "**",
+    "equilibrium": "o",
+    "no_return": "--",
 }
 
 # lightness in CIELAB falls evenly and alike on both sides, and so does chroma

@@ -367,7 +367,8 @@ def lightness(colours):
 
 
 # most of those after "failed" are outcomes of looking for an orbit, which no chart shows
-OUTCOMES = [looks.outcome_look(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in looks.MOTIONS]
+SHOWN = (*looks.MOTIONS, "no_return")
+OUTCOMES = [looks.outcome_look(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in SHOWN]
 
 PERIODS = [looks.Look(f"period {n}", colour) for n, colour in enumerate(looks.PERIOD_COLOURS, 1)]
 
