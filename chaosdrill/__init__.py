@@ -18,6 +18,7 @@ _HOME = {
     "filippov": "chaosdrill.model.filippov",
     "equivalent_control": "chaosdrill.model.filippov",
     "driven": "chaosdrill.model.drives",
+    "in_modes": "chaosdrill.model.kinks",
     "drill": "chaosdrill.systems.drill",
     "build": "chaosdrill.systems",
     "load_scene": "chaosdrill.scene",

@@ -11,6 +11,7 @@ from chaosdrill.model.derive import pinned_values
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import Transition, read_expression, read_symbol, value_of
 from chaosdrill.names import remedy
+from chaosdrill.typed import TEXT, refuse
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -52,7 +53,7 @@ def driven(
         ``"square"``, ``"sawtooth"`` or ``"triangle"``, between -1 and 1; or a mapping of the phase at which a piece
         begins, from 0 to 1, to the drive in it: an expression of ``phase``, states and parameters. A phase may be an
         expression of parameters: ``{0: "1", "duty": "-1"}``. Where a piece holds the end of the period, ``phase`` goes
-        on beyond 1 in it.
+        on beyond 1 in it. A single piece counts as two halves.
     table : sequence of float, or mapping of float to float, optional
         Values of the drive at equal steps of the phase from 0, or at the phases given. Between them it is the periodic
         cubic spline. Either ``pieces`` or ``table`` is to be given.
@@ -75,6 +76,9 @@ def driven(
     """
     from chaosdrill.model.system import HybridSystem
 
+    if not isinstance(system, HybridSystem):
+        raise ModelError(f"system is {system!r:.60}; it must be a HybridSystem")
+    refuse(ModelError, "drive", drive, TEXT)
     if drive not in system.parameters:
         raise ModelError(f"{system.name}: there is no parameter {drive!r} to drive; {remedy(drive, system.parameters)}")
     symbol = parameter(drive)
@@ -84,7 +88,8 @@ def driven(
     if length is None:
         raise ModelError(f"{system.name} has no period, and the drive needs one; give period=")
     values = {key: value for key, value in system.parameters.items() if key != drive}
-    clock = system.time or read_symbol(f"{system.name}: time", time)
+    named = read_symbol(f"{system.name}: time", time)
+    clock = system.time or named
     pi = sympy.Symbol("pi", real=True)
     turn = 2 * sympy.pi * clock / (length if "pi" in values else length.xreplace({pi: sympy.pi}))
     if (pieces is None) == (table is None):
@@ -107,12 +112,16 @@ def driven(
     transitions = [_in_piece(t, k, put) for k, put in enumerate(puts) for t in system.transitions]
     # what a mode holds is held in the next piece too
     held = {mode: pinned_values(system, mode) for mode in system.modes}
+    guards = {t.guard for t in system.transitions}
     for k, ((start, _), end, angle) in enumerate(zip(found, ends, angles, strict=True)):
         following = (k + 1) % len(found)
+        guard = sympy.cos(sympy.pi * (end - start)) - sympy.cos(angle)
+        # the corner of another drive at the same phase is an event of its own
+        while guard in guards:
+            guard = sympy.expand(2 * guard)
         for mode in system.modes:
             reset = {system.states[i]: value.xreplace(puts[following]) for i, value in held[mode].items()}
-            guard = sympy.cos(sympy.pi * (end - start)) - sympy.cos(angle)
-            name, target = f"corner-{mode}-{k}", f"{mode}-{following}"
+            name, target = f"corner-{drive}-{mode}-{k}", f"{mode}-{following}"
             transitions.append(Transition(name, f"{mode}-{k}", target, guard, +1, reset, kind="corner"))
     return HybridSystem(
         name=system.name,

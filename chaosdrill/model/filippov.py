@@ -8,8 +8,8 @@ The surface is a coordinate of the system: a state that the surface alone determ
 place of a state. So the sliding mode pins it, and the tangents lose that direction wherever a record begins.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 ABOVE, BELOW, SLIDING = "above", "below", "sliding"
 
+ROUNDING = 1e-15
+"""Part of the terms of a surface below which their sum counts as zero at the initial state."""
+
 Field = dict[Any, Any]
 
 
@@ -37,7 +40,11 @@ def filippov(
     below: Mapping[Any, Any],
     time: Any = None,
     initial: Mapping[Any, Any] | None = None,
-    **more: Any,
+    period: Any = None,
+    quadratures: Mapping[str, Any] | None = None,
+    bounds: Mapping[Any, Any] | None = None,
+    description: str = "",
+    labels: Mapping[str, str] | None = None,
 ) -> "HybridSystem":
     """A system of two fields on the two sides of a surface, with the sliding motion that Filippov gives it.
 
@@ -70,8 +77,8 @@ def filippov(
         The symbol that stands for time, if any expression names it.
     initial : mapping, optional
         ``"mode"`` and values of states, also of the one that the surface replaces.
-    **more : any
-        ``period``, ``quadratures``, ``bounds``, ``description`` and ``labels``, as for `HybridSystem`.
+    period, quadratures, bounds, description, labels : optional
+        As for `HybridSystem`.
 
     Returns
     -------
@@ -88,20 +95,11 @@ def filippov(
     ----------
     Filippov 1988, doi:10.1007/978-94-015-7793-9; di Bernardo et al. 2008, doi:10.1007/978-1-84628-708-4.
     """
-    given = _Given.read(name, states, time, parameters, surface)
+    written = Written.read(name, states, time, parameters, period, quadratures, bounds, description, labels)
+    given = TwoSided.beside(written, surface)
     upper, lower = (given.read_field(side, field) for side, field in ((ABOVE, above), (BELOW, below)))
-
-    def combined(up: Any, down: Any) -> Field:
-        gap = sympy.expand(down - up)
-
-        def rate(state: Any) -> Any:
-            one, other = given.on(upper[state]), given.on(lower[state])
-            apart = sympy.expand(one - other)
-            return one if apart == 0 else other + given.reduced(apart / gap) * down
-
-        return {state: rate(state) for state in given.states}
-
-    return given.system(upper, lower, combined, initial, more)
+    parts = given.combined(upper, lower)
+    return given.system(parts.modes, parts.transitions).with_initial(**given.start(initial, parts))
 
 
 def equivalent_control(
@@ -114,7 +112,11 @@ def equivalent_control(
     control: Mapping[Any, Sequence[Any]],
     time: Any = None,
     initial: Mapping[Any, Any] | None = None,
-    **more: Any,
+    period: Any = None,
+    quadratures: Mapping[str, Any] | None = None,
+    bounds: Mapping[Any, Any] | None = None,
+    description: str = "",
+    labels: Mapping[str, str] | None = None,
 ) -> "HybridSystem":
     """A system under a control that switches at a surface, with the sliding motion under Utkin's equivalent control.
 
@@ -137,8 +139,8 @@ def equivalent_control(
         The symbol that stands for time, if any expression names it.
     initial : mapping, optional
         ``"mode"`` and values of states, also of the one that the surface replaces.
-    **more : any
-        ``period``, ``quadratures``, ``bounds``, ``description`` and ``labels``, as for `HybridSystem`.
+    period, quadratures, bounds, description, labels : optional
+        As for `HybridSystem`.
 
     Returns
     -------
@@ -154,13 +156,16 @@ def equivalent_control(
     ----------
     Utkin 1977, doi:10.1109/TAC.1977.1101446.
     """
-    given = _Given.read(name, states, time, parameters, surface)
+    written = Written.read(name, states, time, parameters, period, quadratures, bounds, description, labels)
+    given = TwoSided.beside(written, surface)
     u, values = _read_control(name, control)
+    if u in (*given.states, given.time) or u.name in given.parameters:
+        raise ModelError(f"{name}: the control is named {u}, which names something else; rename it")
     rates = given.read_field("field", field)
     upper, lower = ({state: rate.xreplace({u: value}) for state, rate in rates.items()} for value in values)
     speed = sympy.expand(given.on(given.speed(rates)))
     slope = differentiate(speed, u)
-    if slope == 0:
+    if vanishes(slope):
         raise ModelError(
             f"{name}: the control {u} does not act on the rate of {given.surface}, so that no value of it keeps the "
             "motion on the surface; choose a surface whose rate names it"
@@ -171,65 +176,84 @@ def equivalent_control(
             "value is not unique; write the two fields, and use filippov"
         )
     equivalent = given.reduced(-speed.xreplace({u: sympy.Integer(0)}) / slope)
-
-    def controlled(up: Any, down: Any) -> Field:
-        return {state: given.on(rate).xreplace({u: equivalent}) for state, rate in rates.items()}
-
-    return given.system(upper, lower, controlled, initial, more)
+    sliding = {state: given.on(rate).xreplace({u: equivalent}) for state, rate in rates.items()}
+    parts = given.parts(upper, lower, sliding)
+    return given.system(parts.modes, parts.transitions).with_initial(**given.start(initial, parts))
 
 
 @dataclass(frozen=True)
-class _Given:
-    """States, time, parameters and surface of a system.
+class Parts:
+    """Modes and transitions on the two sides of a surface and on it.
+
+    Attributes
+    ----------
+    modes : dict
+    transitions : list of Transition
+    up, down : sympy expression
+        Rates of h on the surface, along the fields above and below.
+    slides : bool
+        Whether there is a sliding mode.
+    """
+
+    modes: dict[str, Field]
+    transitions: "list[Transition]"
+    up: Any
+    down: Any
+    slides: bool
+
+
+@dataclass(frozen=True)
+class Written:
+    """What a system has beside its modes and transitions, read.
 
     Attributes
     ----------
     name : str
     states : tuple of sympy.Symbol
-        As the user writes the fields.
+        As the fields name them.
     time : sympy.Symbol or None
     parameters : mapping of str to float
-    surface : sympy expression
-    solved : sympy.Symbol
-        The state that the surface determines.
-    own : sympy.Symbol or None
-        The state that is the surface, in the place of the one it determines.
+    quadratures : dict of str to dict of str to expression
+        By mode; the mode ``""`` stands for all.
+    more : dict
+        Other arguments of the system.
     """
 
     name: str
     states: tuple[Any, ...]
     time: Any
     parameters: Mapping[str, float]
-    surface: Any
-    solved: Any
-    own: Any
+    quadratures: dict[str, Any]
+    more: dict[str, Any]
 
     @staticmethod
-    def read(name: str, states: Any, time: Any, parameters: Any, surface: Any) -> "_Given":
-        if isinstance(states, str) or not isinstance(states, Iterable):
-            raise ModelError(f"{name}: states is {states!r}; it must be a sequence of symbols, as in (x, v)")
-        symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(states))
+    def read(
+        name: str,
+        states: Any,
+        time: Any,
+        parameters: Any,
+        period: Any,
+        quadratures: Any,
+        bounds: Any,
+        description: Any,
+        labels: Any,
+    ) -> "Written":
+        listed = states.replace(",", " ").split() if isinstance(states, str) else states
+        if not isinstance(listed, Iterable):
+            raise ModelError(f"{name}: states is {states!r}; expected names in order, as in 'x v' or ['x', 'v']")
+        symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(listed))
         clock = None if time is None else read_symbol(f"{name}: time", time)
         known = read_table(f"{name}: parameters", parameters)
-        own, h = _read_surface(name, surface)
-        if own is not None and (own in (*symbols, clock) or own.name in known):
-            raise ModelError(f"{name}: the surface is named {own}, which names something else; rename it")
-        return _Given(name, symbols, clock, known, h, _solved(name, symbols, clock, known, h, own), own)
+        table = read_table(f"{name}: quadratures", {} if quadratures is None else quadratures)
+        integrals = {key: _integrands(f"{name}: quadrature {key}", given) for key, given in table.items()}
+        more = {"period": period, "bounds": bounds, "description": description, "labels": labels}
+        return Written(name, symbols, clock, known, integrals, more)
 
     @property
-    def coordinate(self) -> Any:
-        """The state that the sliding mode holds."""
-        return self.solved if self.own is None else self.own
-
-    @property
-    def held(self) -> Any:
-        """Where the sliding mode holds it."""
-        return sympy.Integer(0) if self.own is not None else self._value_at(sympy.Integer(0))
-
-    def _value_at(self, h: Any) -> Any:
-        """The state that the surface determines, at a distance from it."""
-        slope = differentiate(self.surface, self.solved)
-        return sympy.expand((h - sympy.expand(self.surface - slope * self.solved)) / slope)
+    def places(self) -> dict[Any, Any]:
+        """Symbols by which forms and orders do not depend on names."""
+        names = [*self.states, self.time, *map(parameter, self.parameters)]
+        return {symbol: sympy.Symbol(f"x_{i}", real=True) for i, symbol in enumerate(names) if symbol is not None}
 
     def read_field(self, where: str, field: Any) -> Field:
         table = read_table(f"{self.name}: {where}", field)
@@ -247,6 +271,84 @@ class _Given:
                 raise ModelError(f"{self.name}: {where} gives a derivative for {state}, which is no state")
         return {state: read[state] for state in self.states}
 
+    def off(self, expression: Any) -> Any:
+        """An expression in the states that the system has."""
+        return expression
+
+    def value(self, expression: Any, start: Mapping[str, Any]) -> float:
+        """The value of an expression of the states as the fields name them, at the start."""
+        numbers = {parameter(key): value for key, value in self.parameters.items()}
+        if parameter("pi") not in {*self.states, self.time, *numbers}:
+            numbers[parameter("pi")] = sympy.pi
+        numbers |= dict.fromkeys(self.states, 0.0)
+        numbers |= {parameter(key): value for key, value in start.items() if key != "mode"}
+        if self.time is not None:
+            numbers[self.time] = 0.0
+        try:
+            return float(expression.subs(numbers))
+        except (TypeError, ValueError, OverflowError):
+            raise ModelError(f"{self.name}: {expression} has no value at the initial state") from None
+
+    def system(self, modes: Mapping[str, Field], transitions: "Iterable[Transition]") -> "HybridSystem":
+        """The system of these modes and transitions."""
+        from chaosdrill.model.system import HybridSystem
+
+        return HybridSystem(
+            name=self.name,
+            states=next(iter(modes.values())),
+            time=self.time,
+            parameters=self.parameters,
+            modes=modes,
+            transitions=transitions,
+            quadratures={
+                name: {mode: self.off(given.get(mode, given.get(""))) for mode in modes}
+                for name, given in self.quadratures.items()
+            },
+            **self.more,
+        )
+
+
+@dataclass(frozen=True)
+class TwoSided(Written):
+    """The same with a surface.
+
+    Attributes
+    ----------
+    surface : sympy expression
+    solved : sympy.Symbol
+        The state that the surface determines.
+    own : sympy.Symbol or None
+        The state that is the surface, in the place of the one it determines.
+    """
+
+    surface: Any
+    solved: Any
+    own: Any
+
+    @staticmethod
+    def beside(written: Written, surface: Any) -> "TwoSided":
+        name, states, time, parameters = written.name, written.states, written.time, written.parameters
+        own, h = _read_surface(name, surface)
+        if own is not None and (own in (*states, time) or own.name in parameters):
+            raise ModelError(f"{name}: the surface is named {own}, which names something else; rename it")
+        given = {field.name: getattr(written, field.name) for field in fields(Written)}
+        return TwoSided(**given, surface=h, solved=_solved(written, h, own), own=own)
+
+    @property
+    def coordinate(self) -> Any:
+        """The state that the sliding mode holds."""
+        return self.solved if self.own is None else self.own
+
+    @property
+    def held(self) -> Any:
+        """Where the sliding mode holds it."""
+        return sympy.Integer(0) if self.own is not None else self._value_at(sympy.Integer(0))
+
+    def _value_at(self, h: Any) -> Any:
+        """The state that the surface determines, at a distance from it."""
+        slope = differentiate(self.surface, self.solved)
+        return sympy.expand((h - sympy.expand(self.surface - slope * self.solved)) / slope)
+
     def on(self, expression: Any) -> Any:
         """An expression on the surface, without the state that the surface determines."""
         return expression.xreplace({self.solved: self._value_at(sympy.Integer(0))})
@@ -256,11 +358,17 @@ class _Given:
         return expression if self.own is None else expression.xreplace({self.solved: self._value_at(self.own)})
 
     def reduced(self, fraction: Any) -> Any:
-        """A fraction without common factors; of what symbols are called its form does not depend."""
-        names = [*self.states, self.time, *map(parameter, self.parameters)]
-        places = {symbol: sympy.Symbol(f"x_{i}", real=True) for i, symbol in enumerate(names) if symbol is not None}
-        reduced = sympy.cancel(fraction.xreplace(places))
-        return reduced.xreplace({place: symbol for symbol, place in places.items()})
+        """A fraction without common factors."""
+        back = {place: symbol for symbol, place in self.places.items()}
+        return sympy.cancel(fraction.xreplace(self.places)).xreplace(back)
+
+    def value(self, expression: Any, start: Mapping[str, Any]) -> float:
+        """The value of an expression at the start, where the state that the surface determines may be left out."""
+        if self.own is not None and self.own.name in start:
+            expression = self.off(expression)
+        elif start.get("mode") == SLIDING and self.solved.name not in start:
+            expression = self.on(expression)
+        return super().value(expression, start)
 
     def speed(self, field: Field) -> Any:
         """Rate of h along a field."""
@@ -269,56 +377,35 @@ class _Given:
 
     def in_states(self, field: Field, speed: Any) -> Field:
         """Rates of the states that the system has; ``speed`` is that of the coordinate that stands for the surface."""
-        return {
-            self.own if x == self.solved and self.own is not None else x: speed
-            if x == self.solved and self.own is not None
-            else rate
-            for x, rate in field.items()
-        }
+        rates = field if self.own is None else {**field, self.solved: speed}
+        return {self.coordinate if x == self.solved else x: rate for x, rate in rates.items()}
 
-    def system(
-        self,
-        upper: Field,
-        lower: Field,
-        sliding: Callable[[Any, Any], Field],
-        initial: Mapping[Any, Any] | None,
-        more: Mapping[str, Any],
-    ) -> "HybridSystem":
-        """The system of two fields, and of the rates in sliding as a function of the rates of h at the surface."""
-        from chaosdrill.model.system import HybridSystem
+    def combined(self, upper: Field, lower: Field) -> Parts:
+        """The parts of two fields, sliding along the convex combination of them that is tangent to the surface."""
+        up, down = (sympy.expand(self.on(self.speed(field))) for field in (upper, lower))
+        gap = sympy.expand(down - up)
 
+        def rate(state: Any) -> Any:
+            one, other = self.on(upper[state]), self.on(lower[state])
+            apart = sympy.expand(one - other)
+            return one if vanishes(apart) else other + self.reduced(apart / gap) * down
+
+        return self.parts(upper, lower, {state: rate(state) for state in self.states} if not vanishes(gap) else None)
+
+    def parts(self, upper: Field, lower: Field, sliding: Field | None) -> Parts:
+        """The parts of two fields and of the rates in sliding; None: all motions cross."""
         up, down = (sympy.expand(self.on(self.speed(field))) for field in (upper, lower))
         modes = {
             side: {x: self.off(rate) for x, rate in self.in_states(field, self.speed(field)).items()}
             for side, field in ((ABOVE, upper), (BELOW, lower))
         }
-        slides = sympy.expand(down - up) != 0
-        if slides:
-            led = {x: rate for x, rate in sliding(up, down).items() if x != self.solved}
+        if sliding is not None:
             rate = sympy.Integer(0) if self.time is None else differentiate(self.held, self.time)
-            order = [self.coordinate if x == self.solved else x for x in self.states]
-            modes[SLIDING] = {x: led.get(x, rate) for x in order}
-        read = dict(more)
-        integrals = read_table(f"{self.name}: quadratures", read.pop("quadratures", None) or {})
+            modes[SLIDING] = self.in_states({**sliding, self.solved: rate}, rate)
+        slides = sliding is not None
+        return Parts(modes, self._transitions(up, down, slides=slides), up, down, slides)
 
-        def off(name: str, given: Any) -> Any:
-            if isinstance(given, Mapping):
-                return {mode: off(name, one) for mode, one in given.items()}
-            return self.off(read_expression(f"{self.name}: {name}", given))
-
-        system = HybridSystem(
-            name=self.name,
-            states=tuple(modes[ABOVE]),
-            time=self.time,
-            parameters=self.parameters,
-            modes=modes,
-            transitions=self._transitions(up, down, slides=slides),
-            quadratures={name: off(name, given) for name, given in integrals.items()},
-            **read,
-        )
-        return system.with_initial(**self._start(initial, up, down, slides=slides))
-
-    def _transitions(self, up: Any, down: Any, *, slides: bool) -> list[Any]:
+    def _transitions(self, up: Any, down: Any, *, slides: bool) -> "list[Transition]":
         guard = self.surface if self.own is None else self.own
         reset = {self.coordinate: self.held}
         moving = {*self.states, self.coordinate, self.time}
@@ -339,62 +426,64 @@ class _Given:
                 found.append(Transition(f"leave-{way}", SLIDING, target, speed, direction, reset, kind="leave"))
         return found
 
-    def _start(self, initial: Any, up: Any, down: Any, *, slides: bool) -> dict[str, Any]:
+    def start(self, initial: Any, parts: Parts) -> dict[str, Any]:
         """The initial mode and state: where the surface says nothing else, those given."""
-        start = {str(k): v for k, v in read_table(f"{self.name}: initial", initial or {}).items()}
+        start = read_table(f"{self.name}: initial", initial or {})
         where = self.coordinate.name
-        numbers = {parameter(key): value for key, value in self.parameters.items()}
-        if parameter("pi") not in {*self.states, self.own, self.time, *numbers}:
-            numbers[parameter("pi")] = sympy.pi
-        numbers |= {x: start.get(x.name, 0.0) for x in self.states}
-        if self.time is not None:
-            numbers[self.time] = 0.0
-
-        def value(expression: Any) -> float:
-            try:
-                return float(expression.subs(numbers))
-            except (TypeError, ValueError, OverflowError):
-                raise ModelError(f"{self.name}: {expression} has no value at the initial state") from None
-
         mode = start.get("mode")
-        if self.own is not None and where in start:
-            distance = start[where]
-            if self.solved.name in start:
-                raise ModelError(f"{self.name}: initial names {where!r} and {self.solved.name!r}; leave one out")
-        elif mode == SLIDING and self.solved.name not in start:
+        slope = sympy.expand(differentiate(self.surface, self.solved))
+        if self.value(slope, {}) == 0:
+            raise ModelError(
+                f"{self.name}: the surface {self.surface} does not depend on {self.solved.name!r}, since {slope} is "
+                "zero"
+            )
+        if self.own is not None and where in start and self.solved.name in start:
+            raise ModelError(f"{self.name}: initial names {where!r} and {self.solved.name!r}; leave one out")
+        distance = self.value(self.surface, start)
+        size = sum(abs(self.value(term, start)) for term in sympy.Add.make_args(sympy.expand(self.surface)))
+        if abs(distance) <= ROUNDING * size:
             distance = 0.0
-        else:
-            distance = value(self.surface)
-        start.pop(self.solved.name if self.own is not None else "", None)
         if self.own is not None:
+            start.pop(self.solved.name, None)
             start[where] = distance
-        elif distance == 0.0 and where not in start:
-            start[where] = value(self.held)
+        elif distance == 0.0:
+            start.setdefault(where, self.value(self.held, start))
         if mode == SLIDING and distance != 0.0:
             raise ModelError(
                 f"{self.name}: the initial mode is {SLIDING!r}, but the initial state is {distance:.6g} away from the "
                 f"surface; leave {self.solved.name!r} out of it, or name another mode"
             )
         if mode is None:
-            attracts = slides and value(up) <= 0 <= value(down)
-            if distance == 0.0 and attracts:
-                mode = SLIDING
-            else:
-                mode = ABOVE if distance > 0 or (distance == 0.0 and value(up) >= 0) else BELOW
+            mode = ABOVE if distance > 0 else BELOW
+            if distance == 0.0:
+                up, down = (self.value(speed, start) for speed in (parts.up, parts.down))
+                mode = SLIDING if parts.slides and up <= 0 <= down else ABOVE if up >= 0 else BELOW
         return {**start, "mode": mode}
+
+
+def vanishes(expression: Any) -> bool:
+    """Whether an expression is zero, whole or a double."""
+    return sympy.expand(expression).is_zero is True
+
+
+def several(name: str, what: str) -> ModelError:
+    """Why more than one surface is refused."""
+    return ModelError(
+        f"{name}: {what}; one surface is possible. Where two meet, four fields join, and the convex combinations of "
+        "them that stay on both are not unique: which one is meant is part of the model. Write its modes and "
+        "transitions yourself"
+    )
+
+
+def _integrands(where: str, given: Any) -> dict[str, Any]:
+    by_mode = given if isinstance(given, Mapping) else {"": given}
+    return {str(mode): read_expression(where, one) for mode, one in by_mode.items()}
 
 
 def _read_surface(name: str, surface: Any) -> tuple[Any, Any]:
     """The name of a surface, if it has one, and its expression."""
-    several = isinstance(surface, list | tuple | set | frozenset) or (
-        isinstance(surface, Mapping) and len(surface) != 1
-    )
-    if several:
-        raise ModelError(
-            f"{name}: surface is {surface!r}; one surface is possible. Where two meet, four fields join, and the "
-            "convex combinations of them that stay on both are not unique: which one is meant is part of the model. "
-            "Write its modes and transitions yourself"
-        )
+    if isinstance(surface, list | tuple | set | frozenset) or (isinstance(surface, Mapping) and len(surface) != 1):
+        raise several(name, f"surface is {surface!r}")
     if not isinstance(surface, Mapping):
         return None, read_expression(f"{name}: surface", surface)
     ((key, h),) = surface.items()
@@ -413,13 +502,14 @@ def _read_control(name: str, control: Any) -> tuple[Any, list[Any]]:
     return read_symbol(f"{name}: control", u), [read_expression(f"{name}: control {u}", value) for value in values]
 
 
-def _solved(name: str, states: Any, time: Any, parameters: Mapping[str, float], h: Any, own: Any) -> Any:
+def _solved(written: Written, h: Any, own: Any) -> Any:
     """The state that a surface determines."""
+    name, states = written.name, written.states
     named = [x for x in states if x in h.free_symbols]
     if not named:
         raise ModelError(f"{name}: the surface {h} depends on no state")
     slopes = {x: sympy.expand(differentiate(h, x)) for x in named}
-    linear = [x for x in named if not slopes[x].free_symbols & {*states, time}]
+    linear = [x for x in named if not slopes[x].free_symbols & {*states, written.time}]
     if not linear:
         raise ModelError(
             f"{name}: the surface {h} is linear in no state with a coefficient of parameters alone; write the system "

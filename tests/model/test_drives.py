@@ -189,6 +189,36 @@ def test_a_block_that_is_held_keeps_its_lost_direction_over_corners():
     assert int(spectrum["rank"]) == 1
 
 
+@pytest.mark.parametrize("period", [2.0, 1.0])
+def test_two_drives_may_turn_their_corners_at_once(period):
+    base = cd.HybridSystem(
+        name="two",
+        states=("x",),
+        time="t",
+        parameters={"f": 0, "g": 0},
+        modes={"on": {"x": "f*g - x"}},
+        period=2.0,
+    )
+    system = cd.driven(cd.driven(base, "f", "square"), "g", "square", period=period)
+    run = cd.trajectory(system, periods=3, samples=8)
+    time, x = run["time"].values, run["states"].values[:, 0]
+    if period == 2:
+        # the square of a square wave
+        np.testing.assert_allclose(x, 1 - np.exp(-time), atol=1e-13)
+    else:
+        # of signs + - - +, half a unit each
+        level, now = 0.0, {0.0: 0.0}
+        for k in range(12):
+            push = 1 if k % 4 in (0, 3) else -1
+            level = push + (level - push) * exp(-0.5)
+            now[(k + 1) / 2] = level
+        at = np.isclose(time % 0.5, 0, atol=1e-9)
+        np.testing.assert_allclose(x[at], [now[round(2 * t) / 2] for t in time[at]], atol=1e-13)
+        assert at.sum() >= 12
+    # what falls on the end belongs to the run that follows
+    assert run.sizes["event"] == (10 if period == 2 else 5 + 11)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -304,20 +304,27 @@ def test_a_start_on_the_surface_goes_where_friction_cannot_hold(x, mode):
     assert run["states"].values[-1] == pytest.approx([side + side * cos(1), -side * sin(1)], abs=1e-13)
 
 
-def test_fields_that_cross_alike_have_no_sliding_mode():
+@pytest.mark.parametrize("fall", ["-2", "-2.0", "-4*a"])
+def test_fields_that_cross_alike_have_no_sliding_mode(fall):
     made = cd.filippov(
         name="refraction",
         states=("x", "y"),
-        parameters={},
+        parameters={"a": 0.5},
         surface="y",
-        above={"x": "1", "y": "-2"},
-        below={"x": "5", "y": "-2"},
+        above={"x": "1", "y": fall},
+        below={"x": "5", "y": fall},
         initial={"y": 1.0},
     )
     assert made.mode_names == ("above", "below")
     run = cd.trajectory(made, duration=1, samples=1)
     assert run["event_time"].values == pytest.approx([0.5])
     assert run["states"].values[-1] == pytest.approx([3.0, -1.0])
+
+
+def test_a_start_on_the_surface_but_for_rounding_slides():
+    assert 0.3 + 0.1 * -3.0 != 0
+    start = relay(initial={"x": 0.3, "v": -3.0}, parameters={**RELAY, "tau": 0.1, "U": 60.0})
+    assert start.initial == {"mode": "sliding", "x": 0.3, "s": 0.0}
 
 
 def test_equivalent_control_is_that_of_filippov_where_it_enters_linearly():
@@ -369,7 +376,7 @@ def test_equivalent_control_differs_where_the_control_enters_otherwise():
         ({"initial": {"mode": "sliding", "x": 1.0, "v": 1.0}}, "1.8 away from the surface"),
         ({"initial": {"s": 1.0, "v": 1.0}}, "leave one out"),
         ({"states": "x v"}, "sequence of symbols"),
-        ({"parameters": {**RELAY, "tau": 0.0}}, "no value at the initial state"),
+        ({"parameters": {**RELAY, "tau": 0.0}}, "does not depend on 'v', since tau is zero"),
     ],
 )
 def test_what_cannot_slide_is_refused(changes, message):
@@ -383,6 +390,7 @@ def test_what_cannot_slide_is_refused(changes, message):
         ({"x": "v + u", "v": "-x"}, {"u": (1, -1)}, "does not act"),
         ({"x": "v", "v": "u**3"}, {"u": (1, -1)}, "not linear in the control"),
         ({"x": "v", "v": "u"}, {"u": 1}, "above and below"),
+        ({"x": "v", "v": "x"}, {"x": (1, -1)}, "names something else"),
         ({"x": "v", "v": "u + w"}, {"u": (1, -1), "w": (1, -1)}, "must be one control"),
     ],
 )
@@ -425,3 +433,33 @@ def test_what_is_made_is_written_and_read_like_any_system():
         again = build_defined(write_definition(made), made.parameters, made.initial)
         assert write_definition(again) == write_definition(made)
         assert again.initial == made.initial
+
+
+def test_a_wall_is_added_to_what_is_made():
+    """A block with friction between a spring and a wall loses the work of friction and a part at the wall."""
+    made = cd.filippov(
+        name="block",
+        states=("x", "v"),
+        parameters={"S": 0.1, "e": 0.8},
+        surface="v",
+        above={"x": "v", "v": "-x - S"},
+        below={"x": "v", "v": "-x + S"},
+    )
+    walled = cd.HybridSystem(
+        name="block and wall",
+        states=made.states,
+        parameters=made.parameters,
+        modes=made.modes,
+        transitions=[*made.transitions, cd.Transition("impact", "above", "below", "x - 1", +1, {"v": "-e*v"})],
+        initial={"mode": "above", "x": -3.0},
+    )
+    run = cd.trajectory(walled, duration=60, samples=1)
+    names = run["event_kind"].attrs["flag_meanings"].split()
+    assert [names[k] for k in run["event_kind"].values[:3]] == ["impact", "cross-up", "impact"]
+    # from rest at -3 to the wall at 1, back to rest at -y, to the wall again
+    first = sqrt(9 - 1 - 2 * 0.1 * 4)
+    assert run["event_speed"].values[0] == pytest.approx(first, rel=1e-13)
+    y = -run["event_state_after"].values[1, 0]
+    assert (0.8 * first) ** 2 + 1 == pytest.approx(y**2 + 2 * 0.1 * (1 + y), rel=1e-13)
+    assert run["event_speed"].values[2] == pytest.approx(sqrt(y**2 - 1 - 2 * 0.1 * (1 + y)), rel=1e-13)
+    assert names[run["event_kind"].values[-1]].startswith("slide")

@@ -18,9 +18,17 @@ class Odd:
 
 
 SYSTEM = cd.build("impact-oscillator")
+TWO = {"name": "d", "states": ["x"], "parameters": {"k": 1.0}}
+PUSHED = cd.HybridSystem(
+    name="p", states=["x"], time="t", parameters={"f": 0.0}, modes={"on": {"x": "f - x"}}, period="2*pi"
+)
 RIGHT = {
     "HybridSystem": {"name": "d", "states": ["x"], "parameters": {"k": 1.0}, "modes": {"on": {"x": "-k*x"}}},
     "Transition": {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": 1},
+    "filippov": {**TWO, "surface": "x", "above": {"x": "-1"}, "below": {"x": "1"}},
+    "equivalent_control": {**TWO, "surface": "x", "field": {"x": "u"}, "control": {"u": (-1, 1)}},
+    "in_modes": {**TWO, "field": {"x": "-sign(x)"}},
+    "driven": {"system": PUSHED, "drive": "f", "pieces": "square"},
     "drill": {},
     "build": {"name": "impact-oscillator"},
     "load_scene": {"path": "scene.toml"},

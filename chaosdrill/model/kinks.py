@@ -1,0 +1,243 @@
+"""Fields with kinks and jumps, taken apart into modes."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.errors import ModelError
+from chaosdrill.model.filippov import SLIDING, Field, Parts, TwoSided, Written, several, vanishes
+from chaosdrill.model.reading import Transition, read_table
+
+if TYPE_CHECKING:
+    from chaosdrill.model.system import HybridSystem
+MOST_KINKS = 5
+"""Surfaces of kinks, at most: the modes double with each of them."""
+
+FLOW = "flow"
+
+_KINKS = (sympy.Abs, sympy.Max, sympy.Min)
+_JUMPS = (sympy.sign, sympy.Heaviside, sympy.Piecewise)
+
+Sides = dict[Any, int]
+"""Surface -> +1 where its expression is positive, -1 where it is negative."""
+
+
+def in_modes(
+    *,
+    name: str,
+    states: Iterable[Any],
+    parameters: Mapping[str, float],
+    field: Mapping[Any, Any],
+    surface: Any = None,
+    time: Any = None,
+    initial: Mapping[Any, Any] | None = None,
+    period: Any = None,
+    quadratures: Mapping[str, Any] | None = None,
+    bounds: Mapping[Any, Any] | None = None,
+    description: str = "",
+    labels: Mapping[str, str] | None = None,
+) -> "HybridSystem":
+    """A system whose field has kinks and jumps, in modes between which it is smooth.
+
+    ``Abs``, ``sign``, ``Max``, ``Min``, ``Heaviside`` and ``Piecewise`` change at surfaces, which are found in the
+    field. Where the field is continuous at a surface, motions cross it. It may jump at one surface; there they slide
+    as `filippov` says.
+
+    Modes are ``flow``, or ``above``, ``below`` and ``sliding`` if there is a jump, with a sign for every surface of a
+    kink, ``+`` where its expression is positive: ``flow+-``. Surfaces stand in the order in which the states name them.
+
+    Parameters
+    ----------
+    name : str
+    states : sequence of sympy.Symbol or str
+    parameters : mapping of str to float
+    field : mapping of state to expression
+        Time derivative of every state.
+    surface : expression, or mapping of str to expression, optional
+        The surface of the jump, to say which side of it is above, or to name it as for `filippov`.
+    time : sympy.Symbol or str, optional
+        The symbol that stands for time, if any expression names it.
+    initial : mapping, optional
+        ``"mode"`` and values of states; default: the mode of the initial state.
+    period, quadratures, bounds, description, labels : optional
+        As for `HybridSystem`.
+
+    Returns
+    -------
+    HybridSystem
+        Its events have the kinds ``kink``, ``slide``, ``cross`` and ``leave``.
+
+    Raises
+    ------
+    ModelError
+        If the field jumps at several surfaces, if a kink stands within another one or has more than two branches, and
+        as for `filippov`.
+    """
+    written = Written.read(name, states, time, parameters, period, quadratures, bounds, description, labels)
+    start = read_table(f"{name}: initial", initial or {})
+    broken = _Broken(written, written.read_field("field", field))
+    jumps = [g for g in broken.surfaces if broken.jumps_at(g)]
+    if len(jumps) > 1:
+        raise several(name, f"the field jumps at {' and at '.join(map(str, jumps))}")
+    others = [g for g in broken.surfaces if g not in jumps]
+    if len(others) > MOST_KINKS:
+        raise ModelError(
+            f"{name}: the field has kinks at {len(others)} surfaces; at most {MOST_KINKS} are taken apart, since the "
+            "modes double with each"
+        )
+    if not jumps and surface is not None:
+        raise ModelError(f"{name}: surface is {surface!r}, but the field jumps nowhere; leave it out")
+    sides = [dict(zip(others, signs, strict=True)) for signs in product((1, -1), repeat=len(others))]
+    if not jumps:
+        modes = {FLOW + _tag(side): broken.smooth(side) for side in sides}
+        transitions = [t for side in sides for t in _crossings(written, modes, FLOW, side)]
+        system = written.system(modes, transitions)
+        return system.with_initial(**{"mode": FLOW + _tag(_standing(written, others, start)), **start})
+    (jump,) = jumps
+    given = TwoSided.beside(written, jump if surface is None else surface)
+    where, sign = broken.canonical(given.surface)
+    if where != jump:
+        raise ModelError(f"{name}: surface is {given.surface}, but the field jumps at {jump}")
+    parts = {
+        _tag(side): given.combined(broken.smooth({**side, jump: sign}), broken.smooth({**side, jump: -sign}))
+        for side in sides
+    }
+    modes = {mode + tag: rates for tag, part in parts.items() for mode, rates in part.modes.items()}
+    transitions = [_tagged(t, tag) for tag, part in parts.items() for t in part.transitions]
+    for side in sides:
+        transitions += [t for mode in parts[_tag(side)].modes for t in _crossings(given, modes, mode, side)]
+    return given.system(modes, transitions).with_initial(**_start(given, parts, others, start))
+
+
+class _Broken:
+    """A field with kinks and jumps.
+
+    Parameters
+    ----------
+    written : Written
+    rates : dict of state to expression
+
+    Attributes
+    ----------
+    surfaces : list of sympy expression
+        Where the field changes, each once, with one of its two signs.
+    """
+
+    def __init__(self, written: Written, rates: Field) -> None:
+        self._written, self._rates = written, rates
+        self._parts: dict[Any, tuple[Any, int, Any, Any]] = {}
+        for part in self._find():
+            g, positive, negative = self._branches(part)
+            surface, sign = self.canonical(g)
+            self._parts[part] = (surface, sign, positive, negative)
+        self.surfaces = list(dict.fromkeys(surface for surface, *_ in self._parts.values()))
+
+    def _find(self) -> Iterator[Any]:
+        """The parts that break, in an order in which names have no say."""
+        moving = {*self._written.states, self._written.time}
+        places = self._written.places
+        names = {place: symbol for symbol, place in places.items()}
+        for rate in self._rates.values():
+            for placed in sympy.preorder_traversal(rate.xreplace(places)):
+                part = placed.xreplace(names) if isinstance(placed, (*_KINKS, *_JUMPS)) else None
+                if part is None or not part.free_symbols & moving:
+                    continue
+                if any(inner.has(*_KINKS, *_JUMPS) for inner in part.args):
+                    raise ModelError(
+                        f"{self._written.name}: {part} has a kink within a kink; write the modes of it yourself"
+                    )
+                yield part
+
+    def _branches(self, part: Any) -> tuple[Any, Any, Any]:
+        """An expression, and what the part is where that is positive and where it is negative."""
+        if isinstance(part, sympy.Abs | sympy.sign | sympy.Heaviside):
+            g, one = part.args[0], sympy.Integer(1)
+            if isinstance(part, sympy.Abs):
+                return g, g, -g
+            return g, one, -one if isinstance(part, sympy.sign) else sympy.Integer(0)
+        if isinstance(part, sympy.Piecewise):
+            if len(part.args) == 2 and part.args[1].cond == sympy.true:
+                (one, condition), (other, _) = part.args
+                if isinstance(condition, sympy.Gt | sympy.Ge | sympy.Lt | sympy.Le):
+                    return condition.gts - condition.lts, one, other
+        elif len(part.args) == 2:
+            # sums are kept in an order of names; that of states does not depend on them
+            a, b = sorted(part.args, key=lambda e: sympy.default_sort_key(e.xreplace(self._written.places)))
+            return (a - b, a, b) if isinstance(part, sympy.Max) else (a - b, b, a)
+        raise ModelError(
+            f"{self._written.name}: {part} has more than two branches, or no inequality between them; write it with "
+            "branches of two"
+        )
+
+    def canonical(self, g: Any) -> tuple[Any, int]:
+        """A surface with one of its signs, without a common number, and the sign by which the expression differs."""
+        _, reduced = sympy.expand(g).primitive()
+        if reduced.xreplace(self._written.places).could_extract_minus_sign():
+            return sympy.expand(-reduced), -1
+        return reduced, 1
+
+    def smooth(self, sides: Sides) -> Field:
+        """The rates on these sides."""
+        put = {
+            part: positive if sides[surface] == sign else negative
+            for part, (surface, sign, positive, negative) in self._parts.items()
+            if surface in sides
+        }
+        return {state: rate.xreplace(put) for state, rate in self._rates.items()}
+
+    def jumps_at(self, g: Any) -> bool:
+        """Whether the field is not the same on both sides of a surface of states."""
+        if not g.free_symbols & set(self._written.states):
+            return False
+        if all(isinstance(part, _KINKS) for part, (surface, *_) in self._parts.items() if surface == g):
+            return False
+        one, other = self.smooth({g: 1}), self.smooth({g: -1})
+        linear = [x for x in self._written.states if x in g.free_symbols and x not in sympy.diff(g, x).free_symbols]
+        on = {linear[-1]: sympy.expand(linear[-1] - g / sympy.diff(g, linear[-1]))} if linear else {}
+        return not all(vanishes(sympy.simplify((one[x] - other[x]).xreplace(on))) for x in one)
+
+
+def _tag(sides: Sides) -> str:
+    return "".join("+" if side > 0 else "-" for side in sides.values())
+
+
+def _tagged(t: "Transition", tag: str) -> "Transition":
+    source = tuple(mode + tag for mode in t.source)
+    return replace(t, name=t.name + tag, source=source, target=t.target + tag)
+
+
+def _crossings(written: Written, modes: Mapping[str, Field], mode: str, sides: Sides) -> "Iterator[Transition]":
+    """How a mode on one side of the kinks goes on beyond them."""
+    held = written if isinstance(written, TwoSided) and mode == SLIDING else None
+    source = mode + _tag(sides)
+    for i, (g, side) in enumerate(sides.items(), 1):
+        target = mode + _tag({**sides, g: -side})
+        guard = written.off(g) if held is None else held.on(g)
+        if not guard.free_symbols & {*modes[source], written.time}:
+            continue
+        if target not in modes:
+            raise ModelError(f"{written.name}: the field jumps on one side of {g} = 0 only; write its modes yourself")
+        reset = {} if held is None else {held.coordinate: held.held}
+        yield Transition(f"kink-{i}-{source}", source, target, guard, -side, reset, kind="kink")
+
+
+def _standing(written: Written, surfaces: list[Any], start: Mapping[str, Any]) -> Sides:
+    """On which sides the initial state is; a motion on a surface goes where it leads from above it."""
+    return {g: 1 if written.value(g, start) >= 0 else -1 for g in surfaces}
+
+
+def _start(
+    given: TwoSided, parts: Mapping[str, Parts], surfaces: list[Any], start: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The initial mode and state."""
+    mode = str(start.get("mode", ""))
+    if mode:
+        start = {**start, "mode": mode.rstrip("+-")}
+        tag = mode[len(start["mode"]) :]
+    else:
+        tag = _tag(_standing(given, surfaces, start))
+    found = given.start(start, parts.get(tag, next(iter(parts.values()))))
+    return {**found, "mode": found["mode"] + tag}

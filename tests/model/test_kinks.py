@@ -1,0 +1,174 @@
+"""Fields with kinks and jumps in modes, against closed forms and systems written mode by mode."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.model.definition import write_definition
+
+X, V, T = sympy.symbols("x v t", real=True)
+
+
+def made(acceleration, **changes):
+    given = {"name": "mass", "states": ("x", "v"), "parameters": {}, "field": {"x": "v", "v": acceleration}}
+    return cd.in_modes(**{**given, **changes})
+
+
+def kinds(run):
+    names = run["event_kind"].attrs["flag_meanings"].split()
+    return [names[k] for k in run["event_kind"].values]
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        "-x - 3*Max(x, 0)",
+        "-x + 3*Min(-x, 0)",
+        "-5*x/2 - 3*Abs(x)/2",
+        "-x - 3*x*(1 + sign(x))/2",
+        -X - 3 * X * sympy.Heaviside(X),
+        sympy.Piecewise((-4 * X, X > 0), (-X, True)),
+        sympy.Piecewise((-X, X <= 0), (-4 * X, True)),
+    ],
+    ids=str,
+)
+def test_an_oscillator_of_two_stiffnesses_has_their_mean_period(force):
+    system = made(force, initial={"x": 1.0})
+    assert system.initial["mode"] == "flow+"
+    run = cd.trajectory(system, duration=10, samples=1)
+    times = run["event_time"].values
+    np.testing.assert_allclose(times, pi / 4 + np.cumsum([0, pi, pi / 2, pi])[: len(times)], rtol=1e-13)
+    assert len(times) == 4
+    after = 10 - times[-1]
+    # four times as stiff above, so that the speed at the kink is 2 everywhere
+    assert run["states"].values[-1] == pytest.approx([np.sin(2 * after), 2 * np.cos(2 * after)], abs=1e-12)
+
+
+def test_friction_is_the_filippov_system():
+    common = {
+        "name": "friction",
+        "states": ("x", "v"),
+        "time": "t",
+        "parameters": {"omega": 0.4, "S": 0.6},
+        "period": "2*pi/omega",
+    }
+    field = {"x": "v", "v": "cos(omega*t) - x - S*sign(v)"}
+    sides = {side: {"x": "v", "v": f"cos(omega*t) - x {sign} S"} for side, sign in (("above", "-"), ("below", "+"))}
+    one, other = cd.in_modes(**common, field=field), cd.filippov(**common, surface="v", **sides)
+    assert write_definition(one) == write_definition(other)
+    assert one.initial == other.initial
+    turned = cd.in_modes(**common, field=field, surface="-v")
+    assert turned.modes["above"] == other.modes["below"]
+
+
+def stop(**changes):
+    given = {"parameters": {"k": 20.0, "mu": 0.3}, "initial": {"x": -4.0}}
+    return made("-x - k*Max(x - 1, 0) - mu*sign(v)", **{**given, **changes})
+
+
+def test_friction_and_a_soft_stop_take_the_energy_of_the_way():
+    run = cd.trajectory(stop(), duration=60, samples=1)
+    turns = [t for t, kind in enumerate(kinds(run)) if kind.startswith(("cross", "slide"))]
+    places = np.array([-4.0, *run["event_state_after"].values[turns, 0]])
+    energy = places**2 / 2 + 20 * np.maximum(places - 1, 0) ** 2 / 2
+    np.testing.assert_allclose(energy[:-1] - energy[1:], 0.3 * np.abs(np.diff(places)), rtol=0, atol=1e-12)
+    assert kinds(run)[-1].startswith("slide")
+    assert abs(places[-1]) <= 0.3
+    np.testing.assert_array_equal(run["states"].values[-1], [places[-1], 0])
+
+
+def test_sliding_that_crosses_a_kink_keeps_its_lost_direction():
+    """On v = 1 the stretch grows from the soft range into the stiff one, where friction gives way."""
+    friction = {"parameters": {"k": 3.0, "S": 1.0}, "surface": "v - 1"}
+    system = made("-x/4 - k*Max(x, 0) - S*sign(v - 1)", **friction, initial={"x": -2.0, "v": 1.0})
+    assert system.initial["mode"] == "sliding-"
+    run = cd.trajectory(system, duration=2.5, samples=1)
+    assert kinds(run) == ["kink-1-sliding-", "leave-down+"]
+    assert run["event_time"].values == pytest.approx([2.0, 2 + 1 / 3.25], rel=1e-14)
+    spectrum = cd.lyapunov_spectrum(system, duration=1)
+    assert list(spectrum["lyapunov_exponent"].values) == [0.0, -np.inf]
+
+
+def test_chua_is_that_of_the_library():
+    known = cd.build("chua")
+    p = {**known.parameters}
+    system = cd.in_modes(
+        name="chua",
+        states=("x", "y", "z"),
+        parameters=p,
+        field={
+            "x": "alpha*(y - x - m1*x - (m0 - m1)*(Abs(x + 1) - Abs(x - 1))/2)",
+            "y": "x - y + z",
+            "z": "-beta*y",
+        },
+        initial={name: known.initial[name] for name in "xyz"},
+    )
+    assert len(system.modes) == 4
+    runs = [cd.trajectory(s, duration=10, samples=20) for s in (known, system)]
+    np.testing.assert_allclose(*(run["states"].values for run in runs), atol=1e-11)
+    np.testing.assert_allclose(*(run["event_time"].values for run in runs), atol=1e-11)
+
+
+def test_a_jump_in_time_is_crossed():
+    common = {"states": ("x", "v"), "time": "t", "period": "2*pi"}
+    system = made("-x - v/5 + sign(sin(t))", **common)
+    assert system.mode_names == ("flow+", "flow-")
+    base = cd.HybridSystem(
+        name="base", parameters={"f": 0.0}, modes={"flow": {"x": "v", "v": "-x - v/5 + f"}}, **common
+    )
+    runs = [cd.trajectory(s, periods=3, samples=7)["states"].values for s in (system, cd.driven(base, "f", "square"))]
+    np.testing.assert_allclose(*runs, atol=1e-13)
+
+
+def test_a_relay_on_a_tilted_surface():
+    found = cd.lyapunov_spectrum(
+        made("-sign(x + tau*v)", parameters={"tau": 0.8}, surface={"s": "x + tau*v"}, initial={"x": 0.5, "v": 0.0}),
+        duration=8,
+        transient=1,
+    )
+    assert found["lyapunov_exponent"].values == pytest.approx([-1.25, -np.inf], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("initial", "mode"),
+    [
+        ({"x": 2.0, "v": 1.0}, "above+"),
+        ({"x": 0.5, "v": -1.0}, "below-"),
+        ({"x": 0.1}, "sliding-"),
+        ({"x": 1.0}, "below+"),
+        ({"x": 0.1, "mode": "above-"}, "above-"),
+        ({"mode": "sliding-"}, "sliding-"),
+    ],
+)
+def test_a_start_has_the_mode_of_its_sides(initial, mode):
+    assert stop(initial=initial).initial["mode"] == mode
+
+
+@pytest.mark.parametrize(
+    ("force", "changes", "message"),
+    [
+        ("-sign(x) - sign(v)", {}, "jumps at x and at v; one surface is possible"),
+        ("-Abs(x - Abs(v))", {}, "a kink within a kink"),
+        ("-Max(x, v, 1)", {}, "more than two branches"),
+        (sympy.Piecewise((1, sympy.Eq(X, 0)), (2, True)), {}, "no inequality between them"),
+        ("+".join(f"Abs(x - {k})" for k in range(6)), {}, "kinks at 6 surfaces; at most 5"),
+        ("-Abs(x)", {"surface": "x"}, "jumps nowhere"),
+        ("-sign(v)", {"surface": "x"}, "but the field jumps at v"),
+        ("-sign(x + v)", {}, "name it, as in"),
+        ("-sign(x*v - 1)", {}, "linear in no state"),
+        ("-sign(v)*Max(x, 0)", {}, "jumps on one side of x = 0 only"),
+        ("-Abs(K - x)", {}, "unknown name 'K'"),
+    ],
+)
+def test_what_cannot_be_taken_apart_is_refused(force, changes, message):
+    with pytest.raises(cd.ModelError, match=message):
+        made(force, **changes)
+
+
+def test_the_speed_at_the_stop_is_that_of_the_energy():
+    run = cd.trajectory(stop(parameters={"k": 20.0, "mu": 0.0}), duration=8, samples=1)
+    at = [k for k, kind in enumerate(kinds(run)) if kind.startswith("kink")]
+    np.testing.assert_allclose(np.abs(run["event_state_after"].values[at, 1]), sqrt(15), rtol=1e-13)
