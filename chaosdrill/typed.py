@@ -46,6 +46,13 @@ PATH = Kind("the name of a file, as text or a pathlib.Path", _is_path)
 TEXT = Kind("text", lambda value: isinstance(value, str))
 TABLE = Kind("a mapping of names to values, as in {'a': 0.3}", _is_table)
 TABLES = Kind("a mapping of names to mappings, as in {'motion': {'kind': 'trajectory'}}", _is_nested)
+NAMED = Kind(
+    "a name or several, as in 'x' or ('x', 'v')",
+    lambda value: (
+        isinstance(value, str) or (isinstance(value, list | tuple) and all(isinstance(n, str) for n in value))
+    ),
+)
+AXES = Kind("axes of matplotlib, as matplotlib.pyplot.gca() returns", lambda value: hasattr(value, "get_figure"))
 FUNCTION = Kind("a function", callable)
 COUNT = Kind("a whole number from 1 on", lambda value: isinstance(value, Integral) and int(value) >= 1)
 LISTENER = Kind("True, False or a function", lambda value: isinstance(value, bool) or callable(value))

@@ -13,8 +13,8 @@ from chaosdrill.dataset import SCHEMA, Outcome
 from chaosdrill.declared import METHODS
 from chaosdrill.plots import PICTURES
 from chaosdrill.scene.in_si import UNITS
-from chaosdrill.scene.si import FORMULAS, QUANTITIES
 from chaosdrill.systems import EFFECTS, REGISTRY
+from chaosdrill.systems.drill.si import FORMULAS, QUANTITIES
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 # commands on these pages are those of the environment that builds them

@@ -215,8 +215,8 @@ def section_fault(system: "HybridSystem", at: Any) -> str | None:
         strobe = ("strobe",) if system.period is not None else ()
         unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}" if isinstance(at, str) else "no text"
         return f"{unknown}; or give a comparison that becomes true there, such as '{system.state_names[0]} > 0'"
-    from chaosdrill.analysis.sections import surface
     from chaosdrill.model.grammar import ExpressionError
+    from chaosdrill.model.surface import surface
 
     try:
         surface(system, at)

@@ -10,7 +10,7 @@ from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.sections import Section, find_section
 from chaosdrill.engine.ahead import LANES, ONE_RUN, compile_ahead
-from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.sweep.fingerprint import of_system, origin
@@ -125,7 +125,7 @@ class Plan:
             section=None if self.section is None else set(self.section),
             window=self.window,
             unit=self.where.unit if returns else self.part,
-            returns=self.where.longest if returns else None,
+            returns=Returns(self.where.longest) if returns else None,
         )
 
     def mapped(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, window: int) -> Batch:
@@ -142,8 +142,7 @@ class Plan:
             section=set(self.section) if self.section is not None and self.at_events else None,
             window=window,
             unit=self.where.unit if self.at_events else self.part,
-            returns=self.where.longest if self.at_events else None,
-            after=True,
+            returns=Returns(self.where.longest, after=True) if self.at_events else None,
         )
 
     def bare(self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray) -> Batch:
@@ -157,7 +156,7 @@ class Plan:
             self.numerics,
             section=None if self.section is None or not returns else set(self.section),
             unit=self.where.unit if returns else self.part,
-            returns=self.where.longest if returns else None,
+            returns=Returns(self.where.longest) if returns else None,
         )
 
     def fingerprint(self) -> dict[str, Any]:

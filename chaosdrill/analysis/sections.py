@@ -6,7 +6,6 @@ where it becomes true. It travels as the text ``at`` through arguments, scenes a
 """
 
 import math
-from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,6 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, settling
-from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.dataset import Outcome
@@ -24,8 +22,10 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
+from chaosdrill.model.surface import surface
 
 if TYPE_CHECKING:
+    from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
 RETURN = 1000
@@ -96,48 +96,6 @@ def _characteristic_time(system: "HybridSystem", numerics: Numerics) -> float:
 
     few = min(numerics.max_events or FEW_EVENTS, FEW_EVENTS)
     return characteristic_time(Place(system), replace(numerics, max_events=few))
-
-
-def surface(system: "HybridSystem", at: str) -> tuple["HybridSystem", frozenset[int]]:
-    """The system with transitions that mark where a comparison becomes true, and their indices.
-
-    Raises
-    ------
-    ExpressionError
-        If that is no comparison of what moves.
-    """
-    from chaosdrill.model import HybridSystem, Transition
-    from chaosdrill.model.grammar import ExpressionError
-    from chaosdrill.model.places import parameter
-    from chaosdrill.model.reading import refused
-    from chaosdrill.model.special import FLOW
-    from chaosdrill.model.text import read_text
-
-    known = system.shared.get(("surface", at))
-    if known is None:
-        moving = {*system.states, *(() if system.time is None else (system.time,))}
-        names = {symbol.name: symbol for symbol in moving} | {name: parameter(name) for name in system.parameters}
-        found = read_text(at, names, condition=True)
-        if not hasattr(found, "gts") or not found.free_symbols & set(system.states):
-            raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
-        if told := refused(found.gts - found.lts, moving, FLOW):
-            raise ExpressionError(told)
-        first = 1 + max((t.priority for t in system.transitions), default=0)
-        marks = [
-            Transition(f"{at} in {mode}", mode, mode, guard=found.gts - found.lts, direction=+1, priority=first)
-            for mode in system.modes
-        ]
-        known = HybridSystem(
-            name=system.name, states=system.states, time=system.time, parameters=system.parameters,
-            modes=system.modes, transitions=(*system.transitions, *marks), period=system.period,
-            quadratures=system.quadratures, bounds=system.bounds, description=system.description,
-            labels=system.labels,
-        )  # fmt: skip
-        system.shared["surface", at] = known
-    marked = copy(known)
-    marked.parameters, marked.initial = dict(system.parameters), dict(system.initial)
-    count = len(system.transitions)
-    return marked, frozenset(range(count, len(marked.transitions)))
 
 
 def measured_span(section: Section, given: Any, numerics: Numerics, units: int) -> Span:
@@ -248,7 +206,7 @@ class Path:
     events: Record
 
 
-def traced(where: Section, given: Any, job: Job) -> Path:
+def traced(where: Section, given: Any, job: "Job") -> Path:
     """A motion over its length, with so many samples in every unit of it; see `trajectory`."""
     system, samples = where.system, given.samples
     if where.counts == "section":
@@ -284,7 +242,7 @@ def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
     return np.clip(since, 0.0, plan.length)
 
 
-def _traced_to_points(where: Section, given: Any, job: Job) -> Path:
+def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
     """The same up to the last of so many points of a section: once for its events, and once more for its samples."""
     system, count = where.system, int(given.periods)
     assert where.transitions is not None
@@ -312,7 +270,7 @@ def _present(run: Run) -> np.ndarray:
     return np.concatenate([run.x, np.zeros(len(run.system.quadratures)), [run.standing["mode"]]])
 
 
-def section(system: "HybridSystem", given: Any, job: Job) -> xr.Dataset:
+def section(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     """States at every strobe, or before every event of a section; see `poincare_section`."""
     numerics = job.numerics
     where = find_section(system, given, numerics)
@@ -358,7 +316,7 @@ def section(system: "HybridSystem", given: Any, job: Job) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords)
 
 
-def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, Record]:
+def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run, Record]:
     """Strobes before the record, how it went, the run at its end, and the record."""
     if where.counts == "section":
         assert where.transitions is not None

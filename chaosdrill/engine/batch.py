@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -56,6 +56,22 @@ class Standing:
         )
 
 
+class Returns(NamedTuple):
+    """How points of a section are counted.
+
+    Parameters
+    ----------
+    longest : float
+        Longest time in which a point may be missing. A run that meets none in a whole multiple of it, counted from its
+        start, ends with ``Outcome.NO_RETURN``.
+    after : bool
+        Keep the states after the events of the section, not before.
+    """
+
+    longest: float
+    after: bool = False
+
+
 class Batch:
     """Runs of one system over a transient and then with averages, P of them at a time.
 
@@ -84,11 +100,8 @@ class Batch:
         Section points kept.
     unit : float, optional
         Time between strobes of a system without a forcing period.
-    returns : float, optional
-        Let lengths count points of the section, not strobes: the longest time in which one may be missing. A run that
-        meets none in a whole multiple of it, counted from its start, ends with ``Outcome.NO_RETURN``.
-    after : bool
-        Keep the states after the events of the section, not before.
+    returns : Returns, optional
+        Let lengths count points of the section, not strobes.
 
     Attributes
     ----------
@@ -124,8 +137,7 @@ class Batch:
         section: set[int] | None = None,
         window: int = 0,
         unit: float = 1.0,
-        returns: float | None = None,
-        after: bool = False,
+        returns: Returns | None = None,
     ) -> None:
         from chaosdrill.engine.structure import passes
 
@@ -154,10 +166,10 @@ class Batch:
         self.length = np.zeros(points)
         self.times = np.zeros((points, 1))
         self.counts_returns = returns is not None
-        cells = np.nan_to_num((returns or 1.0) / self.period, nan=1.0)
+        cells = np.nan_to_num((1.0 if returns is None else returns.longest) / self.period, nan=1.0)
         self._cell = np.clip(np.ceil(cells), 1, 2**31).astype(np.int64)
         self._met = np.full(points, -1)
-        self._after = after
+        self._after = returns is not None and returns.after
         self._section = np.zeros(0 if section is None else kinds, dtype=np.int64)
         self._section[sorted(section or ())] = 1
         rows = 0 if section is None else _RETURN_ROWS if self.counts_returns else _EVENT_ROWS

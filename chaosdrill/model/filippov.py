@@ -10,7 +10,7 @@ place of a state. So the sliding mode pins it, and the tangents lose that direct
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import sympy
 
@@ -30,6 +30,16 @@ ROUNDING = 1e-15
 Field = dict[Any, Any]
 
 
+class More(TypedDict, total=False):
+    """What systems made here take as `HybridSystem` does."""
+
+    period: Any
+    quadratures: Mapping[str, Any] | None
+    bounds: Mapping[Any, Any] | None
+    description: str
+    labels: Mapping[str, str] | None
+
+
 def filippov(
     *,
     name: str,
@@ -40,11 +50,7 @@ def filippov(
     below: Mapping[Any, Any],
     time: Any = None,
     initial: Mapping[Any, Any] | None = None,
-    period: Any = None,
-    quadratures: Mapping[str, Any] | None = None,
-    bounds: Mapping[Any, Any] | None = None,
-    description: str = "",
-    labels: Mapping[str, str] | None = None,
+    **more: Unpack[More],
 ) -> "HybridSystem":
     """A system of two fields on the two sides of a surface, with the sliding motion that Filippov gives it.
 
@@ -95,7 +101,7 @@ def filippov(
     ----------
     Filippov 1988, doi:10.1007/978-94-015-7793-9; di Bernardo et al. 2008, doi:10.1007/978-1-84628-708-4.
     """
-    written = Written.read(name, states, time, parameters, period, quadratures, bounds, description, labels)
+    written = Written.read(name, states, time, parameters, more)
     given = TwoSided.beside(written, surface)
     upper, lower = (given.read_field(side, field) for side, field in ((ABOVE, above), (BELOW, below)))
     parts = given.combined(upper, lower)
@@ -112,11 +118,7 @@ def equivalent_control(
     control: Mapping[Any, Sequence[Any]],
     time: Any = None,
     initial: Mapping[Any, Any] | None = None,
-    period: Any = None,
-    quadratures: Mapping[str, Any] | None = None,
-    bounds: Mapping[Any, Any] | None = None,
-    description: str = "",
-    labels: Mapping[str, str] | None = None,
+    **more: Unpack[More],
 ) -> "HybridSystem":
     """A system under a control that switches at a surface, with the sliding motion under Utkin's equivalent control.
 
@@ -156,7 +158,7 @@ def equivalent_control(
     ----------
     Utkin 1977, doi:10.1109/TAC.1977.1101446.
     """
-    written = Written.read(name, states, time, parameters, period, quadratures, bounds, description, labels)
+    written = Written.read(name, states, time, parameters, more)
     given = TwoSided.beside(written, surface)
     u, values = _read_control(name, control)
     if u in (*given.states, given.time) or u.name in given.parameters:
@@ -232,11 +234,7 @@ class Written:
         states: Any,
         time: Any,
         parameters: Any,
-        period: Any,
-        quadratures: Any,
-        bounds: Any,
-        description: Any,
-        labels: Any,
+        more: More,
     ) -> "Written":
         listed = states.replace(",", " ").split() if isinstance(states, str) else states
         if not isinstance(listed, Iterable):
@@ -244,10 +242,10 @@ class Written:
         symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(listed))
         clock = None if time is None else read_symbol(f"{name}: time", time)
         known = read_table(f"{name}: parameters", parameters)
-        table = read_table(f"{name}: quadratures", {} if quadratures is None else quadratures)
+        table = read_table(f"{name}: quadratures", more.get("quadratures") or {})
         integrals = {key: _integrands(f"{name}: quadrature {key}", given) for key, given in table.items()}
-        more = {"period": period, "bounds": bounds, "description": description, "labels": labels}
-        return Written(name, symbols, clock, known, integrals, more)
+        others = {key: value for key, value in more.items() if key != "quadratures"}
+        return Written(name, symbols, clock, known, integrals, others)
 
     @property
     def places(self) -> dict[Any, Any]:
@@ -295,7 +293,7 @@ class Written:
 
         return HybridSystem(
             name=self.name,
-            states=next(iter(modes.values())),
+            states=tuple(next(iter(modes.values()))),
             time=self.time,
             parameters=self.parameters,
             modes=modes,

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.filippov import SLIDING, Field, Parts, TwoSided, Written, several, vanishes
+from chaosdrill.model.filippov import SLIDING, Field, More, Parts, TwoSided, Written, several, vanishes
 from chaosdrill.model.reading import Transition, read_table
 
 if TYPE_CHECKING:
@@ -34,11 +34,7 @@ def in_modes(
     surface: Any = None,
     time: Any = None,
     initial: Mapping[Any, Any] | None = None,
-    period: Any = None,
-    quadratures: Mapping[str, Any] | None = None,
-    bounds: Mapping[Any, Any] | None = None,
-    description: str = "",
-    labels: Mapping[str, str] | None = None,
+    **more: Unpack[More],
 ) -> "HybridSystem":
     """A system whose field has kinks and jumps, in modes between which it is smooth.
 
@@ -76,7 +72,7 @@ def in_modes(
         If the field jumps at several surfaces, if a kink stands within another one or has more than two branches, and
         as for `filippov`.
     """
-    written = Written.read(name, states, time, parameters, period, quadratures, bounds, description, labels)
+    written = Written.read(name, states, time, parameters, more)
     start = read_table(f"{name}: initial", initial or {})
     broken = _Broken(written, written.read_field("field", field))
     jumps = [g for g in broken.surfaces if broken.jumps_at(g)]

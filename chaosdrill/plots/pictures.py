@@ -9,7 +9,7 @@ from chaosdrill.dataset.schema import SCHEMA
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.companions import fits, limits, swept
 from chaosdrill.plots.picture import PICTURES, Picture
-from chaosdrill.typed import PATH, TEXT, expecting
+from chaosdrill.typed import AXES, NAMED, PATH, TEXT, expecting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 FORMATS = ("png", "pdf", "svg")
 
 
+@expecting(SettingsError, kind=TEXT, ax=AXES, state=NAMED)
 def plot(
     ds: "xr.Dataset",
     kind: str | None = None,

@@ -11,8 +11,8 @@ from chaosdrill.errors import ModelError
 from chaosdrill.names import remedy
 from chaosdrill.scene.limits import LIMITS
 from chaosdrill.scene.problems import Problem, problems_of
-from chaosdrill.scene.si import ReadSI, read_si
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
+from chaosdrill.systems.drill.si import ReadSI, read_si
 
 MOST = float_info.max
 
@@ -101,7 +101,7 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
             checked.si, faults = read_si(raw["si"], given, checked.known)
             beyond = check_limits(checked, checked.si.parameters, ("system", "si"))
             # a parameter made of several quantities has no line of its own
-            problems += faults + [replace(fault, path=("system", "si")) for fault in beyond]
+            problems += problems_of(faults, ()) + [replace(fault, path=("system", "si")) for fault in beyond]
             checked.parameters = checked.si.parameters
         else:
             problems.append(Problem(("system", "si"), f"only {' and '.join(LIMITS)} can be given in SI units"))

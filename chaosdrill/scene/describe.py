@@ -7,7 +7,7 @@ from typing import Any
 from chaosdrill.errors import SceneError
 from chaosdrill.scene.load import load_scene
 from chaosdrill.scene.scene import Scene
-from chaosdrill.scene.si import QUANTITIES
+from chaosdrill.systems.drill.si import QUANTITIES
 from chaosdrill.typed import PATH, TABLE, expecting, refuse
 
 

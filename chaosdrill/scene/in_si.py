@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset import SCHEMA, describe
-from chaosdrill.scene.si import FORMULAS, QUANTITIES, ReadSI, metres_per_hour
+from chaosdrill.systems.drill.si import FORMULAS, QUANTITIES, ReadSI, metres_per_hour
 
 if TYPE_CHECKING:
     import xarray as xr

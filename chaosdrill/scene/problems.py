@@ -4,14 +4,10 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from chaosdrill.errors import SceneError
 from chaosdrill.names import shortened
 from chaosdrill.scene.lines import Path
-
-if TYPE_CHECKING:
-    from chaosdrill.settings import Faults
 
 SHOWN = 50
 NO_LINE = 0
@@ -26,7 +22,7 @@ class Problem:
     message: str
 
 
-def problems_of(faults: "Faults", at: Path) -> list[Problem]:
+def problems_of(faults: Iterable[tuple[Path, str]], at: Path) -> list[Problem]:
     """Faults of what stands at a place."""
     return [Problem((*at, *path), message) for path, message in faults]
 

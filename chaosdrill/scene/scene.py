@@ -12,7 +12,7 @@ from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path
 from chaosdrill.scene.problems import InvalidSceneError, Problem
-from chaosdrill.scene.si import ReadSI
+from chaosdrill.systems.drill.si import ReadSI
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem

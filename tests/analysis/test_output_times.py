@@ -93,7 +93,7 @@ times = {times}
 @pytest.mark.parametrize("times", ["[0, 0.5, 2.0]", "{ start = 0.0, stop = 2.0, num = 3 }"])
 def test_a_scene_has_them_and_its_archive_is_verified(times, tmp_path):
     scene = cd.parse_scene(SCENE.format(times=times))
-    found = scene.run()
+    found = cd.run(scene)
     expected = [0.0, 0.5, 2.0] if times.startswith("[") else [0.0, 1.0, 2.0]
     assert found["motion/time"].values.tolist() == expected
     assert cd.verify(cd.save(found, tmp_path / "times.nc")).equal

@@ -197,7 +197,7 @@ def test_a_cascade_of_a_smooth_flow():
 
 
 def test_lengths_are_those_of_scenes_and_archives(neuron, tmp_path):
-    tree = parse_scene(NEURON).run()
+    tree = cd.run(parse_scene(NEURON))
     cd.save(tree, tmp_path / "neuron.nc")
     assert not cd.verify(tmp_path / "neuron.nc").differences
     diagram = cd.bifurcation_diagram(neuron, {"I": [3.0, 10.0]}, at="spike", transient=20, periods=16)

@@ -7,8 +7,8 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.archive import verify
 from chaosdrill.model.definition import write_definition
+from chaosdrill.workflow import verify
 
 LENGTH = {"duration": 3.0, "samples": 4}
 

@@ -375,7 +375,7 @@ def test_equivalent_control_differs_where_the_control_enters_otherwise():
         ({"above": {"x": "v", "v": "-K"}}, "unknown name 'K'"),
         ({"initial": {"mode": "sliding", "x": 1.0, "v": 1.0}}, "1.8 away from the surface"),
         ({"initial": {"s": 1.0, "v": 1.0}}, "leave one out"),
-        ({"states": "x v"}, "sequence of symbols"),
+        ({"states": 3}, "names in order"),
         ({"parameters": {**RELAY, "tau": 0.0}}, "does not depend on 'v', since tau is zero"),
     ],
 )

@@ -54,6 +54,7 @@ RIGHT = {
     "cite": {"path": "own.nc"},
     "cut": {"ds": None, "start": 0.0, "stop": 1.0},
     "join": {"runs": None},
+    "plot": {"ds": None},
     "plot_archive": {"path": "own.nc"},
     "report": {"path": "own.nc"},
 }
@@ -68,9 +69,10 @@ def arguments():
     """Every argument of every public function, with values that it cannot have."""
     for name in FUNCTIONS:
         for argument, parameter in inspect.signature(getattr(cd, name)).parameters.items():
-            if parameter.kind is parameter.VAR_KEYWORD:
-                argument = "eta"
-            yield name, argument, parameter
+            if parameter.kind is not parameter.VAR_KEYWORD:
+                yield name, argument, parameter
+            elif name == "drill":
+                yield name, "eta", parameter
 
 
 @pytest.fixture

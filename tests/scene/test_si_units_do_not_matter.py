@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chaosdrill.scene.si import QUANTITIES, metres_per_hour, si_to_dimensionless
-from chaosdrill.scene.units import FORCE, LENGTH
+from chaosdrill.systems.drill.si import QUANTITIES, metres_per_hour, si_to_dimensionless
+from chaosdrill.units import FORCE, LENGTH
 
 positive = st.floats(1e-3, 1e3)
 factors = st.floats(1e-2, 1e2)

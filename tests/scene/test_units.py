@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from chaosdrill.scene.units import parse_quantity
+from chaosdrill.units import parse_quantity
 
 
 @pytest.mark.parametrize(

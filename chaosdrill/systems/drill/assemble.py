@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
 from chaosdrill.systems.drill import contact, drive, effects, friction, rock
+from chaosdrill.systems.drill.si import QUANTITIES, read_si
 from chaosdrill.typed import TABLE, TEXT, expecting
 
 if TYPE_CHECKING:
@@ -102,8 +103,6 @@ def drill(
 
 def _without_units(parameters: Mapping[str, Any], used: Mapping[str, float]) -> dict[str, Any]:
     """The dimensionless parameters, those included that follow from quantities with units."""
-    from chaosdrill.scene.si import QUANTITIES, read_si
-
     raw = {
         key: value
         for key, value in parameters.items()
@@ -112,11 +111,11 @@ def _without_units(parameters: Mapping[str, Any], used: Mapping[str, float]) -> 
     if not raw.keys() - used.keys():
         return dict(parameters)
     numbers = {key: value for key, value in parameters.items() if key not in raw}
-    si, problems = read_si(raw, numbers, used)
-    if wrong := [f"{problem.path[-1]}: {problem.message}" for problem in problems if problem.path[-1] in raw]:
+    si, faults = read_si(raw, numbers, used)
+    if wrong := [f"{path[-1]}: {message}" for path, message in faults if path[-1] in raw]:
         raise ModelError("; ".join(wrong).replace("system.parameters.", ""))
-    if problems:
-        missing = [str(problem.path[-1]) for problem in problems]
+    if faults:
+        missing = [str(path[-1]) for path, _ in faults]
         given = next(key for key in raw if key not in used)
         raise ModelError(
             f"{given} is a quantity with a unit, so that {', '.join(missing)} have to be given too, as in "

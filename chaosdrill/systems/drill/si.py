@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from chaosdrill.names import remedy
-from chaosdrill.scene.problems import Problem
-from chaosdrill.scene.units import ANGLE, ANGULAR_SPEED, FORCE, LENGTH, MASS, NONE, TIME, Dimension, parse_quantity
+from chaosdrill.units import ANGLE, ANGULAR_SPEED, FORCE, LENGTH, MASS, NONE, TIME, Dimension, parse_quantity
+
+Fault = tuple[tuple[int | str, ...], str]
 
 SECONDS_PER_HOUR = 3600.0
 
@@ -174,7 +175,7 @@ class ReadSI:
 
 def read_si(
     raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]
-) -> tuple[ReadSI, list[Problem]]:
+) -> tuple[ReadSI, list[Fault]]:
     """Read the table ``system.si`` of a scene.
 
     Parameters
@@ -189,33 +190,34 @@ def read_si(
     Returns
     -------
     ReadSI
-        Empty if there are problems.
-    problems : list of Problem
+        Empty if there are faults.
+    faults : list of (path, message)
+        Paths are those of a scene.
     """
-    values, problems = _values(raw)
-    problems += _surplus(raw, parameters, known) + _missing(raw, parameters, known)
-    if problems:
-        return ReadSI(), problems
+    values, faults = _values(raw)
+    faults += _surplus(raw, parameters, known) + _missing(raw, parameters, known)
+    if faults:
+        return ReadSI(), faults
     try:
         made, scales = si_to_dimensionless(values)
     except (ZeroDivisionError, OverflowError):
         made, scales = {}, {"time_s": math.nan}
     if not all(math.isfinite(value) for value in (*made.values(), *scales.values())):
-        return ReadSI(), [Problem(("system", "si"), "these magnitudes are too far apart to be made dimensionless")]
+        return ReadSI(), [(("system", "si"), "these magnitudes are too far apart to be made dimensionless")]
     ordered = {name: values[name] for name in raw}
     return ReadSI(ordered, {name: value for name, value in made.items() if name in known}, scales), []
 
 
-def _values(raw: Mapping[str, Any]) -> tuple[dict[str, float], list[Problem]]:
+def _values(raw: Mapping[str, Any]) -> tuple[dict[str, float], list[Fault]]:
     values: dict[str, float] = {}
-    problems: list[Problem] = []
+    faults: list[Fault] = []
     # n comes first: the unit of the contact's stiffness is N/m^n
     for name in sorted(raw, key=lambda name: name != "n"):
         try:
             values[name] = _value(name, raw[name], values.get("n", 1.0))
         except ValueError as fault:
-            problems.append(Problem(("system", "si", name), str(fault)))
-    return values, problems
+            faults.append((("system", "si", name), str(fault)))
+    return values, faults
 
 
 def _value(name: str, given: Any, exponent: float) -> float:
@@ -237,9 +239,9 @@ def _value(name: str, given: Any, exponent: float) -> float:
     return quantity.value
 
 
-def _surplus(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Problem]:
+def _surplus(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Fault]:
     """Quantities that say something twice, or of something that the scene does not simulate."""
-    problems = []
+    faults: list[Fault] = []
     for name in raw:
         if name not in QUANTITIES or name in SCALES:
             continue
@@ -253,11 +255,11 @@ def _surplus(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mappi
             text = "rpm is given too; leave one of them out"
         else:
             continue
-        problems.append(Problem(("system", "si", name), text))
-    return problems
+        faults.append((("system", "si", name), text))
+    return faults
 
 
-def _missing(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Problem]:
+def _missing(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Fault]:
     needed = dict.fromkeys(SCALES)
     for parameter in known:
         if parameter in parameters or parameter not in SOURCES:
@@ -267,7 +269,7 @@ def _missing(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mappi
         else:
             needed |= dict.fromkeys(SOURCES[parameter])
     return [
-        Problem(("system", "si", name), f"missing; a scene in SI units needs it, as in {QUANTITIES[name].example!r}")
+        (("system", "si", name), f"missing; a scene in SI units needs it, as in {QUANTITIES[name].example!r}")
         for name in needed
         if name not in raw
     ]

@@ -1,0 +1,45 @@
+"""A surface in state space, marked by transitions that change nothing."""
+
+from copy import copy
+
+from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.places import parameter
+from chaosdrill.model.reading import Transition, refused
+from chaosdrill.model.special import FLOW
+from chaosdrill.model.system import HybridSystem
+from chaosdrill.model.text import read_text
+
+
+def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]]:
+    """The system with transitions that mark where a comparison becomes true, and their indices.
+
+    Raises
+    ------
+    ExpressionError
+        If that is no comparison of what moves.
+    """
+    known = system.shared.get(("surface", at))
+    if known is None:
+        moving = {*system.states, *(() if system.time is None else (system.time,))}
+        names = {symbol.name: symbol for symbol in moving} | {name: parameter(name) for name in system.parameters}
+        found = read_text(at, names, condition=True)
+        if not hasattr(found, "gts") or not found.free_symbols & set(system.states):
+            raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
+        if told := refused(found.gts - found.lts, moving, FLOW):
+            raise ExpressionError(told)
+        first = 1 + max((t.priority for t in system.transitions), default=0)
+        marks = [
+            Transition(f"{at} in {mode}", mode, mode, guard=found.gts - found.lts, direction=+1, priority=first)
+            for mode in system.modes
+        ]
+        known = HybridSystem(
+            name=system.name, states=system.states, time=system.time, parameters=system.parameters,
+            modes=system.modes, transitions=(*system.transitions, *marks), period=system.period,
+            quadratures=system.quadratures, bounds=system.bounds, description=system.description,
+            labels=system.labels,
+        )  # fmt: skip
+        system.shared["surface", at] = known
+    marked = copy(known)
+    marked.parameters, marked.initial = dict(system.parameters), dict(system.initial)
+    count = len(system.transitions)
+    return marked, frozenset(range(count, len(marked.transitions)))
