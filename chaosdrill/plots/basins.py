@@ -100,9 +100,10 @@ def _describe(attractor: "xr.Dataset", number: int) -> str:
     period = int(attractor["attractor_period"])
     kind = flag_names(attractor["attractor_outcome"]).get(int(attractor["attractor_outcome"]), "")
     parts = [f"period {period}" if period else "period not found" if kind in ("ok", "periodic") else readable(kind)]
-    if "attractor_exponent" in attractor.variables:
+    exponent = float(attractor["attractor_exponent"][0]) if "attractor_exponent" in attractor.variables else np.nan
+    if not np.isnan(exponent):
         error = float(attractor["attractor_error"][0]) if "attractor_error" in attractor.variables else np.nan
-        parts.append(f"{subscript('λ', 1)} = {uncertain(float(attractor['attractor_exponent'][0]), error)}")
+        parts.append(f"{subscript('λ', 1)} = {uncertain(exponent, error)}")
     if "attractor_rate" in attractor.variables and np.isfinite(attractor["attractor_rate"]):
         parts.append(f"progression {shorten(float(attractor['attractor_rate']))}")
     share = _percent(float(attractor["fraction"]), float(attractor["fraction_error"]))

@@ -212,10 +212,14 @@ def shorten(value: float) -> str:
     return f"{value:.4g}".replace("-", "−")
 
 
+MOST_DIGITS = 6
+"""Digits behind the point beyond which a value of a few digits is written with a power of ten."""
+
+
 def uncertain(value: float, error: float) -> str:
     """Return ``value(error)`` with one digit of the error, in units of the value's last digit.
 
-    An error that is zero or not a number leaves the value alone with six significant digits.
+    Where both are very small that digit has its power of ten, as in ``2(4)e−15``. An error that is zero or not a number leaves the value alone with six significant digits.
     """
     if not np.isfinite(value):
         return shorten(value)
@@ -225,6 +229,8 @@ def uncertain(value: float, error: float) -> str:
     last = round(error * 10**digits)
     if last == 10:
         digits, last = max(0, digits - 1), 1
+    if digits > MOST_DIGITS and round(value * 10**digits) < 1000:
+        return f"{round(value * 10**digits)}({last})e-{digits}".replace("-", "−")
     return f"{value:.{digits}f}({last})".replace("-", "−")
 
 

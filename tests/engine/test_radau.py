@@ -170,4 +170,4 @@ def test_what_follows_a_motion_stiffly_meets_a_guard_when_that_does(relaxing):
     """x = cos t, beside exp(-1e6 t) which is over at once: the guard at 1/2 is met at pi/3 and a turn later."""
     run = cd.trajectory(relaxing.with_initial(mode="follower", x=1.5), duration=10.0, samples=50, method="radau")
     np.testing.assert_allclose(run["event_time"], [math.pi / 3, math.pi / 3 + 2 * math.pi], atol=1e-11)
-    np.testing.assert_allclose(run["state"][1:, 0], np.cos(run["time"][1:]), atol=1e-11)
+    np.testing.assert_allclose(run["states"][1:, 0], np.cos(run["time"][1:]), atol=1e-11)

@@ -75,14 +75,14 @@ def test_a_condition_by_mode(condition, throws, end):
     ds = cd.trajectory(ramp(condition), duration=2.75, samples=2)
     names = ds["event_kind"].attrs["flag_meanings"].split()
     assert [names[i] for i in ds["event_kind"].values].count("throw") == throws
-    assert ds["state"].values[-1, 0] == pytest.approx(end, abs=1e-12)
+    assert ds["states"].values[-1, 0] == pytest.approx(end, abs=1e-12)
 
 
 def test_a_condition_in_the_mode_that_is_fast():
     """From 0.5 in fast: x meets 1 at 0.25, goes on to 3 at 1.25, then slowly to 1 at 2.25, where it is thrown."""
     fast = ramp({"slow": "True", "fast": "k > 4"}).with_initial(mode="fast", x=0.5)
-    assert cd.trajectory(fast, duration=2.5, samples=2)["state"].values[-1, 0] == pytest.approx(0.25, abs=1e-12)
-    assert cd.trajectory(fast.with_parameters(k=5.0), duration=0.5, samples=2)["state"].values[-1, 0] == pytest.approx(
+    assert cd.trajectory(fast, duration=2.5, samples=2)["states"].values[-1, 0] == pytest.approx(0.25, abs=1e-12)
+    assert cd.trajectory(fast.with_parameters(k=5.0), duration=0.5, samples=2)["states"].values[-1, 0] == pytest.approx(
         0.25, abs=1e-12
     )
 
