@@ -83,8 +83,8 @@ def filippov(
         The symbol that stands for time, if any expression names it.
     initial : mapping, optional
         ``"mode"`` and values of states, also of the one that the surface replaces.
-    period, quadratures, bounds, description, labels : optional
-        As for `HybridSystem`.
+    **more : optional
+        ``period``, ``quadratures``, ``bounds``, ``description`` and ``labels``, as for `HybridSystem`.
 
     Returns
     -------
@@ -141,8 +141,8 @@ def equivalent_control(
         The symbol that stands for time, if any expression names it.
     initial : mapping, optional
         ``"mode"`` and values of states, also of the one that the surface replaces.
-    period, quadratures, bounds, description, labels : optional
-        As for `HybridSystem`.
+    **more : optional
+        ``period``, ``quadratures``, ``bounds``, ``description`` and ``labels``, as for `HybridSystem`.
 
     Returns
     -------

@@ -58,8 +58,8 @@ def in_modes(
         The symbol that stands for time, if any expression names it.
     initial : mapping, optional
         ``"mode"`` and values of states; default: the mode of the initial state.
-    period, quadratures, bounds, description, labels : optional
-        As for `HybridSystem`.
+    **more : optional
+        ``period``, ``quadratures``, ``bounds``, ``description`` and ``labels``, as for `HybridSystem`.
 
     Returns
     -------

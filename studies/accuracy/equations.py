@@ -13,7 +13,7 @@ from typing import Any
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.engine import special
+from chaosdrill.codegen import special
 from chaosdrill.model.derive import guard_gradient, jacobian, reset_map, saltation
 
 SPECIAL = {name: getattr(special, name) for name in ("hunt_crossley_exit", "hunt_crossley_peak")}

@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 import sympy
-from chaosdrill.plot.style import PALETTE, WIDTH
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
+from chaosdrill.plots.style import PALETTE, WIDTH
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "hard_cases"))
 from case_08_stiff_tangents import AFTER, LOAD, SPEED, contact_time, entry, leaving, pressed

@@ -1,0 +1,113 @@
+"""Every model of the shelf runs every analysis that makes sense for it, by one definition and over one section."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+from chaosdrill import systems
+
+SECTIONS = {
+    "adaptive-integrate-and-fire": "spike",
+    "andronov-clock": "kick",
+    "belt-stick-slip": "stick",
+    "boost-converter": "clock",
+    "buck-converter": "clock",
+    "chua": "x > 0",
+    "compass-gait": "heel-strike",
+    "drill-string": "twist > 0",
+    "henon-heiles": "x > 0",
+    "integrate-and-fire": "spike",
+    "izhikevich": "spike",
+    "lorenz": "x > 0",
+    "percussive-drill-5d": "x1 > 0",
+    "rimless-wheel": "step",
+    "roessler": "y > 0",
+    "saddle-reset": "return",
+    "simplest-walker": "heel-strike",
+    "tilted-switch": "return",
+    "two-masses-on-belt": "v1 > 0",
+}
+"""Of models without forcing."""
+
+LARGE = ("kuramoto", "lorenz-96")
+"""Models of many states, which have known answers of their own."""
+
+SOUND = {"ok", "periodic", "quasiperiodic", "chaotic", "undecided", "equilibrium", "no_orbit", "open"}
+"""Outcomes that say what a motion does; the others say why it could not be followed."""
+
+NAMES = [name for name in systems.REGISTRY if name not in LARGE]
+
+
+@pytest.fixture(params=NAMES, scope="module")
+def model(request):
+    return systems.build(request.param)
+
+
+@pytest.fixture
+def section(model):
+    return {} if model.period is not None else {"at": SECTIONS[model.name]}
+
+
+@pytest.fixture(autouse=True)
+def without_warnings():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield
+
+
+def words(result):
+    return set(np.atleast_1d(result.cd.outcome).ravel().tolist())
+
+
+def ways(model, count):
+    """Two values of each of so many parameters."""
+    values = list(model.parameters.items())[:count]
+    return {name: [value, 1.001 * value if value else 1e-3] for name, value in values}
+
+
+def test_trajectory_and_section_have_as_many_points_as_asked_for(model, section):
+    motion = cd.trajectory(model, periods=3, samples=4, **section)
+    assert words(motion) == {"ok"}
+    assert motion.sizes["time"] == 13
+    points = cd.poincare_section(model, periods=5, transient=2, **section)
+    assert words(points) <= SOUND
+    assert points.sizes["iterate"] == 5
+    assert np.isfinite(points["section"]).all()
+
+
+def test_spectrum(model, section):
+    spectrum = cd.lyapunov_spectrum(model, periods=6, transient=5, blocks=4, **section)
+    assert words(spectrum) <= SOUND
+    exponents = spectrum["lyapunov_exponent"].values
+    assert exponents.shape == (len(model.states),)
+    assert not np.isnan(exponents).any()
+    assert (np.diff(exponents[np.isfinite(exponents)]) <= 0).all()
+
+
+def test_sweeps(model, section):
+    for count, sweep in ((1, cd.bifurcation_diagram), (2, cd.parameter_chart)):
+        if len(model.parameters) >= count:
+            found = sweep(model, ways(model, count), periods=6, transient=5, max_period=2, **section)
+            assert words(found) <= SOUND
+
+
+def test_basins(model, section):
+    held = {"belt-stick-slip", "drill-string"}
+    if len(model.states) < 2 or model.name in held:
+        pytest.skip("no plane of starts: one state, or a start in a mode that holds the second one")
+    grid = {state: [model.initial[state], model.initial[state] + 1e-3] for state in model.state_names[:2]}
+    assert words(cd.basins(model, grid, periods=6, transient=5, max_period=2, **section)) <= SOUND
+
+
+def test_orbit_and_branch(model, section):
+    given = section if model.period is None else {}
+    orbit = cd.periodic_orbit(model, transient=20, **given)
+    assert words(orbit) <= SOUND
+    if model.parameters:
+        (name, (start, stop)), *_ = ways(model, 1).items()
+        branch = cd.continue_orbit(model, {name: (start, stop)}, max_points=3, transient=20, **given)
+        assert words(branch) <= SOUND
+        if words(orbit) == {"periodic"} == words(branch):
+            np.testing.assert_allclose(branch["orbit_state"][0], orbit["orbit_state"], rtol=1e-6, atol=1e-6)
