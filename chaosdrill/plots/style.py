@@ -219,7 +219,8 @@ MOST_DIGITS = 6
 def uncertain(value: float, error: float) -> str:
     """Return ``value(error)`` with one digit of the error, in units of the value's last digit.
 
-    Where both are very small that digit has its power of ten, as in ``2(4)e−15``. An error that is zero or not a number leaves the value alone with six significant digits.
+    Where both are very small that digit has its power of ten, as in ``2(4)e−15``. An error that is zero or not a number
+    leaves the value alone with six significant digits.
     """
     if not np.isfinite(value):
         return shorten(value)
