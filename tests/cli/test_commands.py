@@ -537,3 +537,14 @@ def test_pictures(folder, capsys):
     for path in written:
         with open(path, "rb") as file:
             assert file.read(8) == b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.mark.parametrize(("words", "expected"), [("chaosdrill ver", "verify"), ("chaosdrill list eff", "effects")])
+def test_a_shell_completes_commands_and_topics(monkeypatch, capsys, words, expected):
+    """As the documentation says; click answers through these variables."""
+    monkeypatch.setenv("_CHAOSDRILL_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    with pytest.raises(SystemExit):
+        main([])
+    assert capsys.readouterr().out.split() == [f"plain,{expected}"]
