@@ -47,6 +47,7 @@ def driven(
     Parameters
     ----------
     system : HybridSystem
+        The system, with the drive as a parameter.
     drive : str
         The parameter that stands for the drive.
     pieces : str or mapping, optional

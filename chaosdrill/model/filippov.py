@@ -70,8 +70,11 @@ def filippov(
     Parameters
     ----------
     name : str
+        Name of the system.
     states : sequence of sympy.Symbol or str
+        The states, as for `HybridSystem`.
     parameters : mapping of str to float
+        Parameters and their values.
     surface : expression, or mapping of str to expression
         The expression h that is zero on the surface. It has to be linear in a state, with a coefficient of parameters
         alone. If it names other states too, it becomes a state, under the name given: with ``{"s": "x + tau*v"}``
@@ -129,8 +132,11 @@ def equivalent_control(
     Parameters
     ----------
     name : str
+        Name of the system.
     states : sequence of sympy.Symbol or str
+        The states, as for `HybridSystem`.
     parameters : mapping of str to float
+        Parameters and their values.
     surface : expression, or mapping of str to expression
         As for `filippov`.
     field : mapping of state to expression

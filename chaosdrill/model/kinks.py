@@ -48,8 +48,11 @@ def in_modes(
     Parameters
     ----------
     name : str
+        Name of the system.
     states : sequence of sympy.Symbol or str
+        The states, as for `HybridSystem`.
     parameters : mapping of str to float
+        Parameters and their values.
     field : mapping of state to expression
         Time derivative of every state.
     surface : expression, or mapping of str to expression, optional
