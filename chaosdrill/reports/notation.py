@@ -17,7 +17,9 @@ MOST_EQUATIONS = 200
 _STYLE = Markup(
     "<style>.chaosdrill-system .equations {list-style: none; padding: 0; margin: 0}"
     ".chaosdrill-system .equations li {padding: 0.2em 0} .chaosdrill-system .equations math {display: inline math}"
-    ".chaosdrill-system .scroll {overflow-x: auto} .chaosdrill-system dd {display: inline; margin: 0}"
+    ".chaosdrill-system .scroll {overflow: auto hidden; padding-bottom: 0.2em}"
+    ".chaosdrill-system :is(th, td, caption) {text-align: left; padding: 0 1em 0 0}"
+    ".chaosdrill-system dd {display: inline; margin: 0}"
     ".chaosdrill-system dt {display: inline; opacity: 0.7} .chaosdrill-system dt::after {content: ': '}</style>"
 )
 
