@@ -69,7 +69,8 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     Raises
     ------
     ArchiveError
-        If ``runs`` does not name trajectories, one of them is none or joined already, or states or sample times differ.
+        If ``runs`` does not name trajectories by text, one of them is none or joined already, or states or sample
+        times differ.
     """
     import numpy as np
     import xarray as xr
@@ -81,6 +82,8 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
         )
     first_name, first = next(iter(runs.items()))
     for name, ds in runs.items():
+        if not isinstance(name, str):
+            raise ArchiveError(f"runs has the name {name!r:.60}; names must be text, as in {str(name)!r:.60}")
         _check_trajectory(f"runs[{name!r}]", ds)
         if "run" in ds.dims:
             raise ArchiveError(f"runs[{name!r}] is already joined; join all runs at once")

@@ -41,11 +41,14 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     Raises
     ------
     ArchiveError
-        If the file cannot be written, or if ``tree`` holds no result of an analysis, which `open` would refuse.
+        If the file cannot be written, if ``tree`` holds no result of an analysis, which `open` would refuse, or if it
+        holds what NetCDF cannot, such as an attribute that is None.
     """
     import xarray as xr
 
     if isinstance(tree, xr.Dataset):
+        if bad := [name for name in tree.variables if not isinstance(name, str) or "/" in name]:
+            raise ArchiveError(f"tree: {bad[0]!r:.60} cannot name a variable, which is text without '/'; rename it")
         tree = xr.DataTree(tree)
     if not isinstance(tree, xr.DataTree):
         received = f"{type(tree).__name__} {tree!r:.60}"
@@ -65,6 +68,9 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
         except RuntimeError as fault:
             # of a full disk the NetCDF library knows no more than that it failed
             raise OSError(f"{fault} (is the disk full?)") from fault
+        except (AttributeError, TypeError, ValueError) as fault:
+            # the libraries below name what NetCDF has no type or name for: None, complex numbers, objects, a "/"
+            raise ArchiveError(f"{target}: NetCDF cannot hold what was added: {fault}") from fault
         seal(draft)
     return target
 

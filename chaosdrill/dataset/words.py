@@ -78,11 +78,20 @@ class Words:
         Raises
         ------
         ChaosdrillError
-            If the dataset has no events.
+            If the dataset has no events, a variable of theirs is missing, or a selection left no dimension ``event``.
         """
         ds = self._ds
         if "event_time" not in ds.variables:
             raise ChaosdrillError(f"{self._what()} has no events; trajectories and periodic orbits have them")
+        needed = ("event_kind", "event_speed", "event_state_before", "event_state_after", "state")
+        if missing := [name for name in needed if name not in ds.variables]:
+            raise ChaosdrillError(
+                f"{self._what()} has events without {', '.join(missing)}; take the table before a part"
+            )
+        if "event" not in ds.dims:
+            raise ChaosdrillError(
+                "one event alone has no dimension; select it as isel(event=[0]), or take the table and then its row"
+            )
         columns = {name: ds[f"event_{name}"] for name in ("time", "kind", "speed")}
         columns |= {name: ds[f"event_{name}"] for name in _MODES if f"event_{name}" in ds.variables}
         columns |= {name: self.words(f"event_{name}") for name in columns if name in ("kind", *_MODES)}

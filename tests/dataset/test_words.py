@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import chaosdrill as cd
-from chaosdrill.errors import ChaosdrillError
+from chaosdrill.errors import ArchiveError, ChaosdrillError
 
 
 @pytest.fixture(scope="module")
@@ -94,3 +94,33 @@ def test_the_accessor_is_there_in_any_order_of_imports(first, run, tmp_path):
     }[first]
     told = subprocess.run([sys.executable, "-c", f"{program}\nprint(ds.cd.outcome)"], capture_output=True, text=True)
     assert told.stdout == "ok\n"
+
+
+@pytest.mark.parametrize("part", [lambda run: run.isel(event=0), lambda run: run[["event_time", "event_speed"]]])
+def test_a_part_without_a_table_of_events_is_told(run, part):
+    with pytest.raises(ChaosdrillError, match=r"isel\(event=\[0\]\)|without event_kind"):
+        _ = part(run).cd.events
+    assert len(run.isel(event=[0]).cd.events) == 1
+
+
+def test_runs_are_joined_by_text(run):
+    with pytest.raises(ArchiveError, match=r"names must be text, as in '1'"):
+        cd.join({1: run, 2: run})
+
+
+@pytest.mark.parametrize(
+    "add",
+    [
+        lambda run: run.assign_attrs(creator_name=None),
+        lambda run: run.assign_attrs({"a/b": 1}),
+        lambda run: run.assign({"a/b": 1}),
+        lambda run: run.assign({3: 1}),
+        lambda run: run.assign(c=1j),
+        lambda run: run.assign(c=((), object())),
+    ],
+    ids=["none", "slash", "slash-variable", "number-name", "complex", "object"],
+)
+def test_what_netcdf_cannot_hold_is_told(run, add, tmp_path):
+    with pytest.raises(ArchiveError, match=r"cannot hold|cannot name"):
+        cd.save(add(run), tmp_path / "run.nc")
+    assert not list(tmp_path.iterdir())
