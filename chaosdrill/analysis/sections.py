@@ -237,7 +237,10 @@ def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
     slack = _ROUNDING * max(abs(start), abs(end))
     for time in (*times[:1], *times[-1:]):
         if not start - slack <= time <= end + slack:
-            raise SettingsError(f"times holds {time!r}; the record goes from {start!r} to {end!r}")
+            raise SettingsError(
+                f"times holds {time!r}; times count from the start of the run, and the record, after the transient, "
+                f"goes from {start:.6g} to {end:.6g}"
+            )
     since = np.array([float(Fraction(time) - Fraction(start)) for time in times])
     return np.clip(since, 0.0, plan.length)
 

@@ -2,6 +2,8 @@
 
 from copy import copy
 
+import sympy
+
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import Transition, refused
@@ -16,7 +18,7 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
     Raises
     ------
     ExpressionError
-        If that is no comparison of what moves.
+        If that is no comparison of what moves, or if an event of the system has that surface.
     """
     known = system.shared.get(("surface", at))
     if known is None:
@@ -27,9 +29,14 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
             raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
         if told := refused(found.gts - found.lts, moving, FLOW):
             raise ExpressionError(told)
+        value = found.gts - found.lts
+        for t in system.transitions:
+            ways = ((1, t.guard - value), (-1, t.guard + value))
+            if any(t.direction in (0, way) and sympy.expand(gap) == 0 for way, gap in ways):
+                raise ExpressionError(f"this surface is the guard of {t.name!r}; name that, as in at={t.name!r}")
         first = 1 + max((t.priority for t in system.transitions), default=0)
         marks = [
-            Transition(f"{at} in {mode}", mode, mode, guard=found.gts - found.lts, direction=+1, priority=first)
+            Transition(f"{at} in {mode}", mode, mode, guard=value, direction=+1, priority=first)
             for mode in system.modes
         ]
         known = HybridSystem(

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import PALETTE, new_figure, subscript, uncertain
+from chaosdrill.plots.style import MOST_PANELS, PALETTE, new_figure, subscript, uncertain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +18,7 @@ _SETTLED = 0.05
 
 @picture("lyapunov-spectrum", "convergence", "running means of the exponents")
 def convergence(dataset: "xr.Dataset") -> "Figure":
-    """Draw the running mean of every finite exponent over the length of the run.
+    """Draw the running means of the finite exponents, of at most a dozen, over the length of the run.
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ def convergence(dataset: "xr.Dataset") -> "Figure":
     """
     values = np.atleast_1d(dataset["lyapunov_exponent"].values)
     errors = np.atleast_1d(dataset["lyapunov_error"].values)
-    finite = np.flatnonzero(np.isfinite(values)).tolist()
+    every = np.flatnonzero(np.isfinite(values)).tolist()
+    finite = every[:MOST_PANELS]
     figure = new_figure(1.2 + 1.5 * max(len(finite), 1))
     panels = np.atleast_1d(figure.subplots(max(len(finite), 1), 1, sharex=True))
     time = dataset["block_time"].values
@@ -52,8 +53,10 @@ def convergence(dataset: "xr.Dataset") -> "Figure":
         handles, _ = panels[0].get_legend_handles_labels()
         figure.legend(handles=handles, loc="outside upper right", ncols=2, handlelength=1.4)
     lost = [subscript("λ", i + 1) for i in np.flatnonzero(np.isneginf(values)).tolist()]
-    if lost:
-        figure.suptitle(f"{' = '.join(lost)} = −∞ (direction lost at an event)", x=0.01, ha="left", fontsize=9)
+    told = [f"{' = '.join(lost)} = −∞ (direction lost at an event)"] if lost else []
+    told += [f"the first {len(finite)} of {len(every)} exponents"] if len(finite) < len(every) else []
+    if told:
+        figure.suptitle("; ".join(told), x=0.01, ha="left", fontsize=9)
     if not len(finite):
         panels[0].set_axis_off()
     return figure

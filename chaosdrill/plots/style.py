@@ -212,6 +212,9 @@ def shorten(value: float) -> str:
     return f"{value:.4g}".replace("-", "−")
 
 
+MOST_PANELS = 12
+"""Panels of a figure with one for each state or exponent, unless some are named: more cannot be read on a page."""
+
 MOST_DIGITS = 6
 """Digits behind the point beyond which a value of a few digits is written with a power of ten."""
 

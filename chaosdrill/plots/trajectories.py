@@ -11,6 +11,7 @@ from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
     EVENT_MARKERS,
     MODE_SHADES,
+    MOST_PANELS,
     PALETTE,
     label,
     legend_above,
@@ -52,7 +53,7 @@ def time_history(
     ax : matplotlib.axes.Axes, optional
         Where one state is drawn.
     state : str or sequence of str, optional
-        States that are drawn, and no quadrature; default: all, on ``ax`` the first.
+        States that are drawn, and no quadrature; default: the first dozen, on ``ax`` the first.
 
     Returns
     -------
@@ -68,7 +69,8 @@ def time_history(
     quadratures = [str(name) for name in first.data_vars if first[name].dims == ("time",) and name != "mode"]
     if state is not None or ax is not None:
         quadratures = []
-    count = 1 if ax is not None or isinstance(state, str) else first.sizes["state"] if state is None else len(state)
+    every = first.sizes["state"]
+    count = 1 if ax is not None or isinstance(state, str) else min(every, MOST_PANELS) if state is None else len(state)
     states = places_of(first, state, count)
     rows = len(quadratures) + len(states)
     figure = new_figure(max(2.6, 1.0 + 1.35 * rows)) if ax is None else owner(ax)
@@ -94,6 +96,7 @@ def time_history(
     handles += _event_looks(runs) if joined else []
     legend_outside(figure, handles, ax=ax, handlelength=1.4)
     title = [runs_left_out(dataset), _title(first, whole[0]) if first is not whole[0] else ""]
+    title += [f"the first {count} of {every} states"] if state is None and ax is None and count < every else []
     panels[0].set_title(", ".join(filter(None, title)))
     figure.set_label(_summary(quadratures, runs, modes, joined))
     return figure

@@ -112,8 +112,8 @@ def test_times_of_a_scene_that_cannot_be(times):
         ([0.0, 0.0], "each later than the last"),
         ([1.0, 0.5], "each later than the last"),
         ([0.0, float("nan")], "finite"),
-        ([-1.0, 2.0], "the record goes from"),
-        ([0.0, 1e3], "the record goes from"),
+        ([-1.0, 2.0], "times count from the start of the run"),
+        ([0.0, 1e3], "times count from the start of the run"),
         (3.0, "must be a list"),
     ],
 )

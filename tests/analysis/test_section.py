@@ -96,3 +96,11 @@ def test_progress(duffing, circle):
     events = []
     cd.poincare_section(circle, periods=7, at="axis", progress=lambda *call: events.append(call))
     assert events[-1] == (7, 7, None)
+
+
+@pytest.mark.parametrize("at", ["x > wall", "wall < x", "x - wall > 0"])
+def test_a_surface_that_is_a_guard_is_named_by_its_event(at):
+    system = cd.build("impact-oscillator")
+    with pytest.raises(cd.SettingsError, match="this surface is the guard of 'impact'; name that, as in at='impact'"):
+        cd.poincare_section(system, at=at, periods=4)
+    assert cd.poincare_section(system, at="x < wall", periods=4, transient=4).sizes["iterate"] == 4

@@ -465,3 +465,16 @@ def test_what_has_no_number_is_no_shade_of_the_scale(eyes):
         for look in [*OUTCOMES, looks.NO_RESULT, looks.MINUS_INFINITY]:
             if look.name not in looks.MOTIONS and not look.hatch:
                 assert np.linalg.norm(shades - lab([look.colour], eyes), axis=1).min() > 12, look.name
+
+
+def test_of_many_states_and_exponents_the_first_dozen_are_drawn_and_it_is_said():
+    ring = cd.build("lorenz-96")
+    figures = [
+        cd.plot(cd.trajectory(ring, duration=1, samples=4)).figure,
+        cd.plot(cd.lyapunov_spectrum(ring, duration=2, blocks=4, tolerance=1e-8)).figure,
+    ]
+    for figure, told in zip(figures, ("the first 12 of 40 states", "the first 12 of 40 exponents"), strict=True):
+        assert len(figure.axes) == 12
+        suptitle = figure.get_suptitle()
+        assert told in suptitle + figure.axes[0].get_title(loc="left")
+    assert len(cd.plot(cd.trajectory(ring, duration=1, samples=4), state=("x0", "x39")).figure.axes) == 2
