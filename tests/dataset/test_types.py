@@ -4,6 +4,7 @@ Run as a program this file writes the stub.
 """
 
 import ast
+import os
 import subprocess
 import sys
 from inspect import Parameter, formatannotation
@@ -63,7 +64,9 @@ def told(tmp_path_factory):
     folder = tmp_path_factory.mktemp("uses")
     (folder / "uses.py").write_text(USES, encoding="utf-8")
     command = [sys.executable, "-m", "mypy", "--ignore-missing-imports", "--cache-dir", "cache", "uses.py"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+    # mypy does not follow the hooks of an editable installation
+    environment = {**os.environ, "PYTHONPATH": str(STUB.parents[1])}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
     lines = [line.split(":", 2) for line in done.stdout.splitlines() if line.startswith("uses.py:")]
     found: dict[int, str] = {}
     for _, number, text in lines:
