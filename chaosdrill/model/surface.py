@@ -27,9 +27,9 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
         found = read_text(at, names, condition=True)
         if not hasattr(found, "gts") or not found.free_symbols & set(system.states):
             raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
-        if told := refused(found.gts - found.lts, moving, FLOW):
-            raise ExpressionError(told)
         value = found.gts - found.lts
+        if told := refused(value, moving, FLOW):
+            raise ExpressionError(told)
         for t in system.transitions:
             ways = ((1, t.guard - value), (-1, t.guard + value))
             if any(t.direction in (0, way) and sympy.expand(gap) == 0 for way, gap in ways):
