@@ -1,9 +1,9 @@
 """Library of systems: one file each, discovered by its presence.
 
-A module of the library offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if results cite anything), ``STATES``,
-``PARAMETERS`` (name -> default) and ``system()``; one that is assembled from effects offers ``states(effects)``,
-``parameters(effects)`` and ``system(effects)`` instead of the last three. No module imports sympy before a system is
-built.
+A module of the library offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if results cite anything), ``STATES`` (name:
+label), ``PARAMETERS`` (name: default and label) and ``equations()``: the other arguments of `HybridSystem`, or of
+`filippov` if there is a surface among them. One that is assembled from effects offers ``states(effects)``,
+``parameters(effects)`` and ``system(effects)`` instead of the last three. None imports sympy before a system is built.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,8 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
-from chaosdrill.systems.drill.effects import OPTIONS, remedy
+from chaosdrill.names import remedy
+from chaosdrill.systems.drill.effects import OPTIONS
 from chaosdrill.typed import TABLE, TEXT, expecting
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def _entries() -> Iterator[Entry]:
     for found in iter_modules(__path__, f"{__name__}."):
         module = import_module(found.name)
         cites = getattr(module, "CITES", ())
-        yield Entry(module.NAME, module.GROUP, module.SUMMARY, cites, found.name, hasattr(module, "parameters"))
+        yield Entry(module.NAME, module.GROUP, module.SUMMARY, cites, found.name, hasattr(module, "states"))
 
 
 REGISTRY: dict[str, Entry] = {
@@ -97,13 +98,13 @@ def parameters(name: str, effects: Mapping[str, str] | None = None) -> dict[str,
         If the system, an effect or an option does not exist, or if effects exclude each other.
     """
     entry, module = _module(name, effects)
-    return module.parameters(effects) if entry.effects else dict(module.PARAMETERS)
+    return module.parameters(effects) if entry.effects else _defaults(module)
 
 
 def states(name: str, effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
     """Names of the states that a system has with these effects; arguments and errors as for `parameters`."""
     entry, module = _module(name, effects)
-    return module.states(effects) if entry.effects else module.STATES
+    return module.states(effects) if entry.effects else tuple(module.STATES)
 
 
 @expecting(ModelError, name=TEXT, parameters=TABLE, effects=TABLE, initial=TABLE)
@@ -139,11 +140,11 @@ def build(
         If a value is not a finite number, or ``initial`` names what the system does not have.
     """
     entry, module = _module(name, effects)
-    known = module.parameters(effects) if entry.effects else module.PARAMETERS
+    known = module.parameters(effects) if entry.effects else _defaults(module)
     for key in parameters or {}:
         if key not in known:
             raise ModelError(f"{name}: unknown parameter {key!r}; {remedy(key, known)}")
-    system = module.system(effects) if entry.effects else module.system()
+    system = module.system(effects) if entry.effects else _system(module)
     return system.with_parameters(**(parameters or {})).with_initial(**(initial or {}))
 
 
@@ -154,3 +155,20 @@ def _module(name: str, effects: Mapping[str, str] | None) -> tuple[Entry, Any]:
     if effects and not entry.effects:
         raise ModelError(f"{name} is not assembled from effects; leave {sorted(effects)} out")
     return entry, import_module(entry.module)
+
+
+def _defaults(module: Any) -> dict[str, float]:
+    return {name: default for name, (default, _) in module.PARAMETERS.items()}
+
+
+def _system(module: Any) -> "HybridSystem":
+    """A system that is not assembled from effects, with its defaults."""
+    from chaosdrill.model import HybridSystem
+    from chaosdrill.model.filippov import filippov
+
+    given = module.equations()
+    labels = module.STATES | {name: label for name, (_, label) in module.PARAMETERS.items()} | given.pop("labels", {})
+    about = {"name": module.NAME, "description": module.SUMMARY, "labels": labels, "parameters": _defaults(module)}
+    if "surface" in given:
+        return filippov(**about, **given)
+    return HybridSystem(**about, states=tuple(module.STATES), **given)

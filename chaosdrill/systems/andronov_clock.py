@@ -6,35 +6,24 @@ The cycle has the period T = 2 pi/sqrt(1 - h^2), the speed p/sqrt(1 - exp(-2 h T
 1 and exp(-2 h T). Source: Andronov, Vitt and Khaikin 1966, Theory of Oscillators.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "andronov-clock"
 SUMMARY = "clock with an escapement"
 GROUP = "machines"
-STATES = ("x", "v")
-PARAMETERS = {"h": 0.1, "p": 1.0}
-LABELS = {
-    "x": "angle of the balance",
-    "v": "angular velocity",
-    "h": "damping ratio",
-    "p": "speed that a kick gives from rest",
+STATES = {"x": "angle of the balance", "v": "angular velocity"}
+PARAMETERS = {
+    "h": (0.1, "damping ratio"),
+    "p": (1.0, "speed that a kick gives from rest"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The clock with default parameters, wound up a little."""
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={"free": {"x": "v", "v": "-x - 2*h*v"}},
-        transitions=[Transition("kick", "free", "free", guard="x", direction=+1, reset={"v": "sqrt(v**2 + p**2)"})],
-        initial={"mode": "free", "x": -1.0, "v": 0.0},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+    return {
+        "modes": {"free": {"x": "v", "v": "-x - 2*h*v"}},
+        "transitions": [Transition("kick", "free", "free", guard="x", direction=+1, reset={"v": "sqrt(v**2 + p**2)"})],
+        "initial": {"mode": "free", "x": -1.0, "v": 0.0},
+    }

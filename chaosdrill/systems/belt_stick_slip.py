@@ -9,53 +9,39 @@ Mass and stiffness are 1, static friction is F_s, kinetic friction F_k < F_s. Th
 doi:10.1007/978-3-540-44398-8.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "belt-stick-slip"
 SUMMARY = "spring-held mass on a moving belt, Coulomb friction"
 GROUP = "friction and sliding"
 CITES = ("leine2004",)
-STATES = ("x", "v")
-PARAMETERS = {"belt": 0.2, "F_s": 1.0, "F_k": 0.5}
-LABELS = {
-    "x": "displacement of the mass, stretch of the spring",
-    "v": "velocity of the mass",
-    "belt": "speed of the belt",
-    "F_s": "static friction force",
-    "F_k": "kinetic friction force",
+STATES = {"x": "displacement of the mass, stretch of the spring", "v": "velocity of the mass"}
+PARAMETERS = {
+    "belt": (0.2, "speed of the belt"),
+    "F_s": (1.0, "static friction force"),
+    "F_k": (0.5, "kinetic friction force"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The belt oscillator with default parameters, started in stick at rest length."""
-    import sympy
+    from chaosdrill.model import Transition
 
-    from chaosdrill.model import HybridSystem, Transition
-
-    x, v, belt, f_s, f_k = sympy.symbols("x v belt F_s F_k", real=True)
-    catch_up = {"guard": v - belt, "direction": +1}
-    fall_back = {"guard": v - belt, "direction": -1}
-    grip = sympy.Abs(x) <= f_s
-    return HybridSystem(
-        name=NAME,
-        states=(x, v),
-        parameters=PARAMETERS,
-        modes={
-            "stick": {x: belt, v: 0},
-            "slip": {x: v, v: f_k - x},
-            "overtake": {x: v, v: -f_k - x},
+    catch_up: Any = {"guard": "v - belt", "direction": +1}
+    fall_back: Any = {"guard": "v - belt", "direction": -1}
+    held: Any = {"reset": {"v": "belt"}, "condition": "Abs(x) <= F_s"}
+    return {
+        "modes": {
+            "stick": {"x": "belt", "v": "0"},
+            "slip": {"x": "v", "v": "F_k - x"},
+            "overtake": {"x": "v", "v": "-F_k - x"},
         },
-        transitions=[
-            Transition("release", source="stick", target="slip", guard=x - f_s, direction=+1, kind="slip"),
-            Transition("stick", source="slip", target="stick", reset={v: belt}, condition=grip, **catch_up),
-            Transition("overtake", source="slip", target="overtake", **catch_up),
-            Transition("hold", "overtake", "stick", reset={v: belt}, condition=grip, kind="stick", **fall_back),
-            Transition("fall-back", source="overtake", target="slip", kind="slip", **fall_back),
+        "transitions": [
+            Transition("release", "stick", "slip", guard="x - F_s", direction=+1, kind="slip"),
+            Transition("stick", "slip", "stick", **held, **catch_up),
+            Transition("overtake", "slip", "overtake", **catch_up),
+            Transition("hold", "overtake", "stick", kind="stick", **held, **fall_back),
+            Transition("fall-back", "overtake", "slip", kind="slip", **fall_back),
         ],
-        initial={"mode": "stick", x: 0.0, v: PARAMETERS["belt"]},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "stick", "x": 0.0, "v": PARAMETERS["belt"][0]},
+    }

@@ -10,53 +10,38 @@ amplitude omega^2 sin(omega t) = gravity. Source: Luck and Mehta 1993, doi:10.11
 """
 
 from math import pi
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "bouncing-ball"
 SUMMARY = "ball on a fixed or sinusoidally moving floor"
 GROUP = "impacts"
 CITES = ("luck1993",)
-STATES = ("x", "v")
-PARAMETERS = {"gravity": 1.0, "amplitude": 0.9, "omega": 1.0, "e": 0.8}
-LABELS = {
-    "x": "height",
-    "v": "velocity",
-    "gravity": "acceleration of gravity",
-    "amplitude": "amplitude of the floor's motion",
-    "omega": "frequency of the floor's motion",
-    "e": "coefficient of restitution",
+STATES = {"x": "height", "v": "velocity"}
+PARAMETERS = {
+    "gravity": (1.0, "acceleration of gravity"),
+    "amplitude": (0.9, "amplitude of the floor's motion"),
+    "omega": (1.0, "frequency of the floor's motion"),
+    "e": (0.8, "coefficient of restitution"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The bouncing ball with default parameters: one stable bounce per period of the floor."""
-    import sympy
+    from chaosdrill.model import Transition
 
-    from chaosdrill.model import HybridSystem, Transition
-
-    x, v, t, gravity, amplitude, omega, e = sympy.symbols("x v t gravity amplitude omega e", real=True)
-    floor = amplitude * sympy.sin(omega * t)
-    speed, acceleration = sympy.diff(floor, t), sympy.diff(floor, t, 2)
-    landing = {"guard": x - floor, "direction": -1}
-    return HybridSystem(
-        name=NAME,
-        states=(x, v),
-        time=t,
-        parameters=PARAMETERS,
-        modes={"flight": {x: v, v: -gravity}, "contact": {x: speed, v: acceleration}},
-        transitions=[
-            Transition("impact", "flight", "flight", reset={v: speed - e * (v - speed)}, **landing),
-            Transition("rest", "flight", "contact", reset={x: floor, v: speed}, completes="impact", **landing),
-            # round-off along the contact must not leave the ball below the floor when it lets go
-            Transition(
-                "lift-off", "contact", "flight", guard=acceleration + gravity, direction=-1, reset={x: floor, v: speed}
-            ),
+    floor, speed = "amplitude*sin(omega*t)", "amplitude*omega*cos(omega*t)"
+    acceleration = "-amplitude*omega**2*sin(omega*t)"
+    landing: Any = {"guard": f"x - {floor}", "direction": -1}
+    # round-off along the contact must not leave the ball below the floor when it lets go
+    on_floor: Any = {"reset": {"x": floor, "v": speed}}
+    return {
+        "time": "t",
+        "modes": {"flight": {"x": "v", "v": "-gravity"}, "contact": {"x": speed, "v": acceleration}},
+        "transitions": [
+            Transition("impact", "flight", "flight", reset={"v": f"{speed} - e*(v - {speed})"}, **landing),
+            Transition("rest", "flight", "contact", completes="impact", **on_floor, **landing),
+            Transition("lift-off", "contact", "flight", f"{acceleration} + gravity", direction=-1, **on_floor),
         ],
-        period=2 * sympy.pi / omega,
-        initial={"mode": "flight", x: 1.0, v: pi},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "period": "2*pi/omega",
+        "initial": {"mode": "flight", "x": 1.0, "v": pi},
+    }

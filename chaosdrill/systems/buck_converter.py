@@ -7,54 +7,34 @@ Times in ms, L in mH, C in mF. The cycle of one ramp doubles at V_in = 24.5166 V
 begins at 32.34 V. Source: Fossas and Olivar 1996, doi:10.1109/81.481457.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "buck-converter"
 SUMMARY = "buck converter under voltage control"
 GROUP = "converters"
-STATES = ("v", "i", "ramp")
+STATES = {"v": "output voltage", "i": "current of the inductor", "ramp": "voltage of the ramp"}
 PARAMETERS = {
-    "V_in": 24.0,
-    "R": 22.0,
-    "L": 20.0,
-    "C": 0.047,
-    "gain": 8.4,
-    "reference": 11.3,
-    "lower": 3.8,
-    "upper": 8.2,
-    "T": 0.4,
-}
-LABELS = {
-    "v": "output voltage",
-    "i": "current of the inductor",
-    "ramp": "voltage of the ramp",
-    "V_in": "input voltage",
-    "R": "load",
-    "L": "inductance",
-    "C": "capacitance",
-    "gain": "gain of the error amplifier",
-    "reference": "reference voltage",
-    "lower": "lowest voltage of the ramp",
-    "upper": "highest voltage of the ramp",
-    "T": "period of the ramp",
+    "V_in": (24.0, "input voltage"),
+    "R": (22.0, "load"),
+    "L": (20.0, "inductance"),
+    "C": (0.047, "capacitance"),
+    "gain": (8.4, "gain of the error amplifier"),
+    "reference": (11.3, "reference voltage"),
+    "lower": (3.8, "lowest voltage of the ramp"),
+    "upper": (8.2, "highest voltage of the ramp"),
+    "T": (0.4, "period of the ramp"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The buck converter with default parameters: a cycle of one ramp."""
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
     control = "gain*(v - reference)"
     common = {"v": "(i - v/R)/C", "ramp": "(upper - lower)/T"}
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={"closed": {**common, "i": "(V_in - v)/L"}, "open": {**common, "i": "-v/L"}},
-        transitions=[
+    return {
+        "modes": {"closed": {**common, "i": "(V_in - v)/L"}, "open": {**common, "i": "-v/L"}},
+        "transitions": [
             Transition("open", "closed", "open", guard=f"{control} - ramp", direction=+1, kind="switch"),
             Transition("close", "open", "closed", guard=f"{control} - ramp", direction=-1, kind="switch"),
             *(
@@ -72,7 +52,5 @@ def system() -> "HybridSystem":
                 for after, condition in (("open", f"{control} > lower"), ("closed", None))
             ),
         ],
-        initial={"mode": "open", "v": 12.0, "i": 0.5, "ramp": PARAMETERS["lower"]},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "open", "v": 12.0, "i": 0.5, "ramp": PARAMETERS["lower"][0]},
+    }

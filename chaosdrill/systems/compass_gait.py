@@ -9,33 +9,30 @@ the source: Goswami, Thuilot and Espiau 1998, doi:10.1177/027836499801701202.
 """
 
 from math import pi
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "compass-gait"
 SUMMARY = "compass-like biped on a slope"
 GROUP = "walkers"
-STATES = ("n", "s", "p", "q")
-PARAMETERS = {"M": 10.0, "m": 5.0, "a": 0.5, "b": 0.5, "g": 9.81, "slope": pi / 60}
-LABELS = {
+STATES = {
     "n": "angle of the swing leg",
     "s": "angle of the stance leg",
     "p": "angular velocity of the swing leg",
     "q": "angular velocity of the stance leg",
-    "M": "mass of the hip",
-    "m": "mass of a leg",
-    "a": "length from foot to mass of a leg",
-    "b": "length from mass of a leg to hip",
-    "g": "gravity",
-    "slope": "inclination of the ground",
+}
+PARAMETERS = {
+    "M": (10.0, "mass of the hip"),
+    "m": (5.0, "mass of a leg"),
+    "a": (0.5, "length from foot to mass of a leg"),
+    "b": (0.5, "length from mass of a leg to hip"),
+    "g": (9.81, "gravity"),
+    "slope": (pi / 60, "inclination of the ground"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The compass on a slope of 3 degrees, started near its gait."""
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
     leg = "(a + b)"
     swing, stance = "m*b**2", f"(M*{leg}**2 + m*a**2 + m*{leg}**2)"
@@ -54,12 +51,9 @@ def system() -> "HybridSystem":
         f"m*{leg}*b*sin(s - n)*p**2 + (M*{leg} + m*a + m*{leg})*g*sin(s)",
     )
     momenta = solved("-m*a*b*q", f"(M*{leg}**2 + 2*m*a*{leg})*cos(s - n)*q - m*a*b*p")
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={"stance": {"n": "p", "s": "q", **forces}},
-        transitions=[
+    return {
+        "modes": {"stance": {"n": "p", "s": "q", **forces}},
+        "transitions": [
             Transition(
                 "heel-strike",
                 "stance",
@@ -71,7 +65,5 @@ def system() -> "HybridSystem":
                 kind="impact",
             )
         ],
-        initial={"mode": "stance", "n": -0.3234, "s": 0.2187, "p": -0.3772, "q": -1.0918},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "stance", "n": -0.3234, "s": 0.2187, "p": -0.3772, "q": -1.0918},
+    }

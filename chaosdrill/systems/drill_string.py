@@ -11,53 +11,37 @@ z is the height of the bit; the table turns at constant speed and twists the str
 doi:10.1115/1.2358141; here without damping of the torsion, and dimensionless.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "drill-string"
 SUMMARY = "drill string with torsion and bit bounce"
 GROUP = "drilling"
-STATES = ("twist", "w", "phi", "z", "u")
-PARAMETERS = {
-    "J": 1.0,
-    "K": 1.0,
-    "speed": 1.0,
-    "M": 1.0,
-    "c": 1.0,
-    "load": 1.0,
-    "k": 50.0,
-    "height": 0.02,
-    "lobes": 3.0,
-    "R": 1.0,
-    "mu_s": 1.0,
-    "mu_k": 0.5,
-}
-LABELS = {
+STATES = {
     "twist": "twist of the string",
     "w": "angular velocity of the bit",
     "phi": "angle of the bit",
     "z": "height of the bit",
     "u": "vertical velocity of the bit",
-    "J": "moment of inertia of the bit",
-    "K": "torsional stiffness of the string",
-    "speed": "angular velocity of the table",
-    "M": "mass of the string",
-    "c": "damping of the vertical motion",
-    "load": "weight on the bit at rest",
-    "k": "stiffness of the rock",
-    "height": "height of the lobes",
-    "lobes": "number of lobes",
-    "R": "radius of the bit",
-    "mu_s": "coefficient of static friction",
-    "mu_k": "coefficient of kinetic friction",
+}
+PARAMETERS = {
+    "J": (1.0, "moment of inertia of the bit"),
+    "K": (1.0, "torsional stiffness of the string"),
+    "speed": (1.0, "angular velocity of the table"),
+    "M": (1.0, "mass of the string"),
+    "c": (1.0, "damping of the vertical motion"),
+    "load": (1.0, "weight on the bit at rest"),
+    "k": (50.0, "stiffness of the rock"),
+    "height": (0.02, "height of the lobes"),
+    "lobes": (3.0, "number of lobes"),
+    "R": (1.0, "radius of the bit"),
+    "mu_s": (1.0, "coefficient of static friction"),
+    "mu_k": (0.5, "coefficient of kinetic friction"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The drill string with default parameters, in stick; it bounces between slips."""
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
     force = "k*(height*sin(lobes*phi) - z)"
     gap = "z - height*sin(lobes*phi)"
@@ -67,12 +51,9 @@ def system() -> "HybridSystem":
     back = {**slip, "w": f"(K*twist + R*mu_k*{force})/J"}
     stick = {**slip, "w": "0", "phi": "0"}
     grip = f"Abs(K*twist) <= R*mu_s*{force}"
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={"slip": slip, "stick": stick, "back": back, "air": air},
-        transitions=[
+    return {
+        "modes": {"slip": slip, "stick": stick, "back": back, "air": air},
+        "transitions": [
             Transition("stick", "slip", "stick", guard="w", direction=-1, reset={"w": "0"}, condition=grip),
             Transition("turn-back", "slip", "back", guard="w", direction=-1),
             Transition("stick-again", "back", "stick", "w", +1, reset={"w": "0"}, condition=grip, kind="stick"),
@@ -83,7 +64,5 @@ def system() -> "HybridSystem":
             Transition("land", "air", "slip", guard=gap, direction=-1, condition="w > 0"),
             Transition("land-back", "air", "back", guard=gap, direction=-1, kind="land"),
         ],
-        initial={"mode": "stick", "twist": 0.0, "w": 0.0, "phi": 0.0, "z": -0.02, "u": 0.0},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "stick", "twist": 0.0, "w": 0.0, "phi": 0.0, "z": -0.02, "u": 0.0},
+    }

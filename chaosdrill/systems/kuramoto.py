@@ -6,37 +6,27 @@ A sum of angles only turns. Locked, the exponents sum to K (1 - N r^2) with the 
 1984, doi:10.1007/978-3-642-69689-3.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "kuramoto"
 SUMMARY = "50 rotors of Kuramoto in their mean field"
 GROUP = "smooth flows"
 N = 50
-STATES = tuple(f"x{k}" for k in range(N))
-PARAMETERS = {"K": 3.0}
-LABELS = {**{f"x{k}": f"angle of rotor {k}" for k in range(N)}, "K": "coupling"}
+STATES = {f"x{k}": f"angle of rotor {k}" for k in range(N)}
+PARAMETERS = {"K": (3.0, "coupling")}
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The rotors with default parameters, which lock."""
-    from chaosdrill.model import HybridSystem
 
     def speed(k: int) -> float:
         return 2 * k / (N - 1) - 1
 
-    x = STATES
+    x = tuple(STATES)
     sines, cosines = (" + ".join(f"{f}({angle})" for angle in x) for f in ("sin", "cos"))
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={
+    return {
+        "modes": {
             "flow": {x[k]: f"{speed(k)!r} + K*(({sines})*cos({x[k]}) - ({cosines})*sin({x[k]}))/{N}" for k in range(N)},
         },
-        initial={"mode": "flow", **{x[k]: 2.4 * k for k in range(N)}},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "flow", **{x[k]: 2.4 * k for k in range(N)}},
+    }

@@ -6,35 +6,24 @@ At F = 8 the exponents sum to -40, the largest is 1.68, and the dimension by Kap
 and Emanuel 1998, doi:10.1175/1520-0469(1998)055<0399:OSFSWO>2.0.CO;2.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "lorenz-96"
 SUMMARY = "Lorenz's ring of 40 weather stations"
 GROUP = "smooth flows"
 N = 40
-STATES = tuple(f"x{k}" for k in range(N))
-PARAMETERS = {"F": 8.0}
-LABELS = {**{f"x{k}": f"station {k}" for k in range(N)}, "F": "forcing"}
+STATES = {f"x{k}": f"station {k}" for k in range(N)}
+PARAMETERS = {"F": (8.0, "forcing")}
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The ring with default parameters; chaotic."""
     from math import sin
 
-    from chaosdrill.model import HybridSystem
-
-    x = STATES
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={
+    x = tuple(STATES)
+    return {
+        "modes": {
             "flow": {x[k]: f"({x[(k + 1) % N]} - {x[k - 2]})*{x[k - 1]} - {x[k]} + F" for k in range(N)},
         },
-        initial={"mode": "flow", **{x[k]: 8.0 + 0.1 * sin(k) for k in range(N)}},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "flow", **{x[k]: 8.0 + 0.1 * sin(k) for k in range(N)}},
+    }

@@ -12,39 +12,34 @@ counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form a
 "System for percussive drilling with rock model", with its misprints corrected as on the theory page.
 """
 
-from typing import TYPE_CHECKING
+from typing import Any
 
-from chaosdrill.systems.drill.effects import PAPER
-from chaosdrill.systems.drill.effects import parameters as paper_parameters
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from chaosdrill.systems.drill import LABELS
+from chaosdrill.systems.drill.effects import PAPER, parameters
 
 NAME = "percussive-drill-5d"
 SUMMARY = "the drill in the autonomous form of the paper, with phase and penetration as states"
 GROUP = "drilling"
 CITES = ("drilling",)
-STATES = ("x1", "x2", "x3", "x4", "x5")
-PARAMETERS = paper_parameters()
-STATE_LABELS = {
+STATES = {
     "x1": "position of the bit",
     "x2": "speed of the bit",
     "x3": "position of the rock-side mass",
     "x4": "speed of the rock-side mass",
     "x5": "phase of the dynamic load",
-    "penetration": "penetration of the rock-side mass",
 }
+PARAMETERS = {name: (value, LABELS[name]) for name, value in parameters().items()}
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The drill in five dimensions with the paper's parameters, started at rest."""
     import sympy
 
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
     from chaosdrill.systems.drill import contact, friction
-    from chaosdrill.systems.drill.assemble import BOUNDS, LABELS
+    from chaosdrill.systems.drill.assemble import BOUNDS
 
-    x1, x2, x3, x4, x5 = states = sympy.symbols(STATES, real=True)
+    x1, x2, x3, x4, x5 = sympy.symbols(tuple(STATES), real=True)
     a, b, xi, eps, eta, phi, r = sympy.symbols("a b xi eps eta phi r", real=True)
     law = PAPER["contact"]
     load = b + a * sympy.cos(x5 + phi)
@@ -55,24 +50,20 @@ def system() -> "HybridSystem":
     strong = dict(zip((x2, x4), contact.exchange(law, x2, 0), strict=True))
     free = dict(zip((x2, x4), contact.exchange(law, x2, x4), strict=True))
     weak = {x2: -contact.exit_speed(law, x2)}
-    return HybridSystem(
-        name=NAME,
-        states=states,
-        parameters=PARAMETERS,
-        modes={
+    return {
+        "modes": {
             "stick": {x1: x2, x2: load - held, x3: 0, x4: 0, x5: eta},
             "slip": {x1: x2, x2: load - sliding, x3: x4, x4: eps * (sliding - resistance), x5: eta},
         },
-        transitions=[
+        "transitions": [
             Transition("release", "stick", "slip", guard=held - friction.STATIC, direction=+1, kind="slip"),
             Transition("stick", source="slip", target="stick", guard=x4, direction=-1, reset={x4: 0}),
             Transition("weak-hit", "stick", "stick", reset=weak, condition=contact.holds(law, x2), **stop),
             Transition("strong-hit", source="stick", target="slip", reset=strong, **stop),
             Transition("hit", source="slip", target="slip", reset=free, **stop),
         ],
-        period=2 * sympy.pi / eta,
-        quadratures={"penetration": x4},
-        bounds={x1: None, x2: BOUNDS["u"], x3: None, x4: BOUNDS["w"], x5: None},
-        description=SUMMARY,
-        labels={**STATE_LABELS, **{key: label for key, label in LABELS.items() if key in PARAMETERS}},
-    )
+        "period": 2 * sympy.pi / eta,
+        "quadratures": {"penetration": x4},
+        "bounds": {x1: None, x2: BOUNDS["u"], x3: None, x4: BOUNDS["w"], x5: None},
+        "labels": {"penetration": LABELS["penetration"]},
+    }

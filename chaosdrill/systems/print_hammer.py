@@ -9,50 +9,35 @@ The magnet pulls the harder the closer the hammer is, which is a negative stiffn
 Journal of Vibration, Acoustics, Stress, and Reliability in Design 110, 193-200.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
 NAME = "print-hammer"
 SUMMARY = "hammer of a Braille printer between backstop and paper"
 GROUP = "machines"
-STATES = ("x", "v")
+STATES = {"x": "distance from the backstop", "v": "velocity of the hammer"}
 PARAMETERS = {
-    "k": 0.5,
-    "preload": 0.8,
-    "amplitude": 5.0,
-    "omega": 2.0,
-    "gap": 1.0,
-    "stiffness": 100.0,
-    "damping": 2.0,
-    "e": 0.5,
-}
-LABELS = {
-    "x": "distance from the backstop",
-    "v": "velocity of the hammer",
-    "k": "negative stiffness of the magnet over the mass",
-    "preload": "pull at the backstop over the mass",
-    "amplitude": "height of a pulse over the mass",
-    "omega": "frequency of the pulses",
-    "gap": "distance of the paper",
-    "stiffness": "stiffness of the paper over the mass",
-    "damping": "damping of the paper over the mass",
-    "e": "coefficient of restitution at the backstop",
+    "k": (0.5, "negative stiffness of the magnet over the mass"),
+    "preload": (0.8, "pull at the backstop over the mass"),
+    "amplitude": (5.0, "height of a pulse over the mass"),
+    "omega": (2.0, "frequency of the pulses"),
+    "gap": (1.0, "distance of the paper"),
+    "stiffness": (100.0, "stiffness of the paper over the mass"),
+    "damping": (2.0, "damping of the paper over the mass"),
+    "e": (0.5, "coefficient of restitution at the backstop"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The print hammer with default parameters; chaotic."""
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
     pull, pulse, paper = "k*x - preload", "amplitude*sin(omega*t)", "(stiffness*(x - gap) + damping*v)"
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        time="t",
-        parameters=PARAMETERS,
-        modes={
+    return {
+        "time": "t",
+        "modes": {
             "flight-pulse": {"x": "v", "v": f"{pull} + {pulse}"},
             "flight-rest": {"x": "v", "v": pull},
             "paper-pulse": {"x": "v", "v": f"{pull} + {pulse} - {paper}"},
@@ -60,7 +45,7 @@ def system() -> "HybridSystem":
             "held-pulse": {"x": "0", "v": "0"},
             "held-rest": {"x": "0", "v": "0"},
         },
-        transitions=[
+        "transitions": [
             *(
                 Transition(f"{name}-{place}", f"{place}-{before}", f"{place}-{after}", "sin(omega*t)", sign, kind=name)
                 for name, before, after, sign in (("begin", "rest", "pulse", +1), ("end", "pulse", "rest", -1))
@@ -69,11 +54,9 @@ def system() -> "HybridSystem":
             *(event for current in ("pulse", "rest") for event in _places(current)),
             Transition("release", "held-pulse", "flight-pulse", guard=f"{pulse} - preload", direction=+1),
         ],
-        period="2*pi/omega",
-        initial={"mode": "flight-pulse", "x": 0.2, "v": 0.0},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "period": "2*pi/omega",
+        "initial": {"mode": "flight-pulse", "x": 0.2, "v": 0.0},
+    }
 
 
 def _places(current: str) -> "list[Transition]":

@@ -7,40 +7,28 @@ Where it slides it forgets the disturbance: x decays like exp(-t/tau), and one e
 doi:10.1109/TAC.1977.1101446; di Bernardo, Johansson and Vasca 2001, doi:10.1142/S0218127401002584.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "relay-sliding"
 SUMMARY = "mass under relay control, with sliding"
 GROUP = "friction and sliding"
-STATES = ("x", "s")
-PARAMETERS = {"U": 1.0, "tau": 1.0, "d": 0.5, "omega": 2.0}
-LABELS = {
-    "x": "displacement",
-    "s": "distance from the switching surface",
-    "U": "force of the relay over the mass",
-    "tau": "time constant of sliding",
-    "d": "disturbance over the mass",
-    "omega": "frequency of the disturbance",
+STATES = {"x": "displacement", "s": "distance from the switching surface"}
+PARAMETERS = {
+    "U": (1.0, "force of the relay over the mass"),
+    "tau": (1.0, "time constant of sliding"),
+    "d": (0.5, "disturbance over the mass"),
+    "omega": (2.0, "frequency of the disturbance"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The relay with default parameters, started above the surface."""
-    from chaosdrill.model.filippov import filippov
-
-    return filippov(
-        name=NAME,
-        states=("x", "v"),
-        time="t",
-        parameters=PARAMETERS,
-        surface={"s": "x + tau*v"},
-        above={"x": "v", "v": "-U + d*cos(omega*t)"},
-        below={"x": "v", "v": "U + d*cos(omega*t)"},
-        period="2*pi/omega",
-        initial={"x": 2.0},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+    return {
+        "states": ("x", "v"),
+        "time": "t",
+        "surface": {"s": "x + tau*v"},
+        "above": {"x": "v", "v": "-U + d*cos(omega*t)"},
+        "below": {"x": "v", "v": "U + d*cos(omega*t)"},
+        "period": "2*pi/omega",
+        "initial": {"x": 2.0},
+    }

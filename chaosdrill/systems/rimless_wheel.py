@@ -6,59 +6,30 @@ Half the angle between spokes is alpha, the slope gamma; lengths and gravity are
 1 and cos^2(2 alpha) exactly. Source: McGeer 1990, doi:10.1177/027836499000900206.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "rimless-wheel"
 SUMMARY = "spoked wheel that rolls down a slope"
 GROUP = "walkers"
 CITES = ("mcgeer1990",)
-STATES = ("th", "om")
-PARAMETERS = {"alpha": 0.3, "gamma": 0.15}
-LABELS = {
-    "th": "angle of the stance spoke from the vertical",
-    "om": "angular velocity",
-    "alpha": "half the angle between spokes",
-    "gamma": "slope",
+STATES = {"th": "angle of the stance spoke from the vertical", "om": "angular velocity"}
+PARAMETERS = {
+    "alpha": (0.3, "half the angle between spokes"),
+    "gamma": (0.15, "slope"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The rimless wheel with default parameters, started on its rolling gait's side."""
-    import sympy
+    from chaosdrill.model import Transition
 
-    from chaosdrill.model import HybridSystem, Transition
+    def step(name: str, sign: str, direction: int) -> Transition:
+        reset = {"th": f"gamma - {sign}alpha", "om": "cos(2*alpha)*om"}
+        guard = f"th - gamma - {sign}alpha"
+        return Transition(name, "stance", "stance", guard, direction, reset=reset, kind="impact")
 
-    th, om, alpha, gamma = sympy.symbols("th om alpha gamma", real=True)
-    loss = {om: sympy.cos(2 * alpha) * om}
-    return HybridSystem(
-        name=NAME,
-        states=(th, om),
-        parameters=PARAMETERS,
-        modes={"stance": {th: om, om: sympy.sin(th)}},
-        transitions=[
-            Transition(
-                "step",
-                source="stance",
-                target="stance",
-                guard=th - gamma - alpha,
-                direction=+1,
-                reset={th: gamma - alpha, **loss},
-                kind="impact",
-            ),
-            Transition(
-                "step-back",
-                source="stance",
-                target="stance",
-                guard=th - gamma + alpha,
-                direction=-1,
-                reset={th: gamma + alpha, **loss},
-                kind="impact",
-            ),
-        ],
-        initial={"mode": "stance", th: 0.0, om: 0.5},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+    return {
+        "modes": {"stance": {"th": "om", "om": "sin(th)"}},
+        "transitions": [step("step", "+", +1), step("step-back", "-", -1)],
+        "initial": {"mode": "stance", "th": 0.0, "om": 0.5},
+    }

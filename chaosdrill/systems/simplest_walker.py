@@ -9,34 +9,28 @@ The swing leg may pass through the ground near the vertical, as in the source: G
 1998, doi:10.1115/1.2798313.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "simplest-walker"
 SUMMARY = "simplest walker on a slope"
 GROUP = "walkers"
-STATES = ("theta", "omega", "phi", "psi")
-PARAMETERS = {"gamma": 0.009}
-LABELS = {
+STATES = {
     "theta": "angle of the stance leg",
     "omega": "angular velocity of the stance leg",
     "phi": "angle between the legs",
     "psi": "rate of the angle between the legs",
-    "gamma": "slope",
+}
+PARAMETERS = {
+    "gamma": (0.009, "slope"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The walker with default parameters, started near its gait."""
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={
+    return {
+        "modes": {
             "stance": {
                 "theta": "omega",
                 "omega": "sin(theta - gamma)",
@@ -44,7 +38,7 @@ def system() -> "HybridSystem":
                 "psi": "sin(theta - gamma) + (omega**2 - cos(theta - gamma))*sin(phi)",
             }
         },
-        transitions=[
+        "transitions": [
             Transition(
                 "heel-strike",
                 "stance",
@@ -61,7 +55,5 @@ def system() -> "HybridSystem":
                 kind="impact",
             )
         ],
-        initial={"mode": "stance", "theta": 0.2, "omega": -0.2, "phi": 0.4, "psi": -0.016},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "stance", "theta": 0.2, "omega": -0.2, "phi": 0.4, "psi": -0.016},
+    }

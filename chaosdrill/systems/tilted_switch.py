@@ -8,44 +8,24 @@ prints 0, 0. Made for testing; on piecewise-smooth flows see di Bernardo et al. 
 doi:10.1007/978-1-84628-708-4.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "tilted-switch"
 SUMMARY = "tripling map from a tilted switching line"
 GROUP = "maps for tests"
-STATES = ("x", "s")
-PARAMETERS: dict[str, float] = {}
-LABELS = {"x": "position", "s": "clock"}
+STATES = {"x": "position", "s": "clock"}
+PARAMETERS: dict[str, tuple[float, str]] = {}
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The tilted switch; it has no parameters."""
-    import sympy
+    from chaosdrill.model import Transition
 
-    from chaosdrill.model import HybridSystem, Transition
-
-    x, s = sympy.symbols("x s", real=True)
-    half = sympy.Rational(1, 2)
-    return HybridSystem(
-        name=NAME,
-        states=(x, s),
-        parameters=PARAMETERS,
-        modes={"rising": {x: half, s: 1}, "falling": {x: -half, s: 1}},
-        transitions=[
-            Transition("switch", source="rising", target="falling", guard=s - 1 - x, direction=+1),
-            Transition(
-                "return",
-                source="falling",
-                target="rising",
-                guard=s - 5,
-                direction=+1,
-                reset={x: sympy.Mod(x + half, 1), s: 0},
-            ),
+    return {
+        "modes": {"rising": {"x": "1/2", "s": "1"}, "falling": {"x": "-1/2", "s": "1"}},
+        "transitions": [
+            Transition("switch", "rising", "falling", guard="s - 1 - x", direction=+1),
+            Transition("return", "falling", "rising", "s - 5", direction=+1, reset={"x": "Mod(x + 1/2, 1)", "s": "0"}),
         ],
-        initial={"mode": "rising", x: 0.2718281828459045, s: 0.0},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {"mode": "rising", "x": 0.2718281828459045, "s": 0.0},
+    }

@@ -11,43 +11,42 @@ stick-slip cycle of one mass. Source: Galvanetto and Bishop 1999, doi:10.1023/A:
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem, Transition
+    from chaosdrill.model import Transition
 
 NAME = "two-masses-on-belt"
 SUMMARY = "two coupled masses on a moving belt, two-sided Coulomb friction"
 GROUP = "friction and sliding"
-STATES = ("x1", "v1", "x2", "v2")
-PARAMETERS = {"belt": 0.2, "k": 0.4, "F_s": 1.0, "F_k": 0.5}
-LABELS = {
+STATES = {
     "x1": "displacement of the first mass",
     "v1": "velocity of the first mass",
     "x2": "displacement of the second mass",
     "v2": "velocity of the second mass",
-    "belt": "speed of the belt",
-    "k": "stiffness between the masses",
-    "F_s": "static friction force",
-    "F_k": "kinetic friction force",
+}
+PARAMETERS = {
+    "belt": (0.2, "speed of the belt"),
+    "k": (0.4, "stiffness between the masses"),
+    "F_s": (1.0, "static friction force"),
+    "F_k": (0.5, "kinetic friction force"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """The two masses with default parameters, both in stick."""
-    from chaosdrill.model import HybridSystem
-
     motions = ("stick", "slip", "overtake")
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        parameters=PARAMETERS,
-        modes={f"{first}-{second}": _rates(1, first) | _rates(2, second) for first in motions for second in motions},
-        transitions=[
+    return {
+        "modes": {f"{first}-{second}": _rates(1, first) | _rates(2, second) for first in motions for second in motions},
+        "transitions": [
             *(event for other in motions for event in _events(1, "{}-" + other)),
             *(event for other in motions for event in _events(2, other + "-{}")),
         ],
-        initial={"mode": "stick-stick", "x1": 0.0, "v1": PARAMETERS["belt"], "x2": 0.3, "v2": PARAMETERS["belt"]},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+        "initial": {
+            "mode": "stick-stick",
+            "x1": 0.0,
+            "v1": PARAMETERS["belt"][0],
+            "x2": 0.3,
+            "v2": PARAMETERS["belt"][0],
+        },
+    }
 
 
 def _pull(j: int) -> str:

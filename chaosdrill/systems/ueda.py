@@ -6,36 +6,23 @@ Exponents 0.1034 and -0.1534 at the default parameters. Source: Ueda 1979, doi:1
 2003, Chaos and Time-Series Analysis.
 """
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from typing import Any
 
 NAME = "ueda"
 SUMMARY = "Ueda's oscillator"
 GROUP = "smooth flows"
-STATES = ("x", "v")
-PARAMETERS = {"k": 0.05, "amplitude": 7.5}
-LABELS = {
-    "x": "flux",
-    "v": "rate of the flux",
-    "k": "damping",
-    "amplitude": "amplitude of the force",
+STATES = {"x": "flux", "v": "rate of the flux"}
+PARAMETERS = {
+    "k": (0.05, "damping"),
+    "amplitude": (7.5, "amplitude of the force"),
 }
 
 
-def system() -> "HybridSystem":
+def equations() -> dict[str, Any]:
     """Ueda's oscillator with default parameters; chaotic."""
-    from chaosdrill.model import HybridSystem
-
-    return HybridSystem(
-        name=NAME,
-        states=STATES,
-        time="t",
-        parameters=PARAMETERS,
-        modes={"flow": {"x": "v", "v": "-k*v - x**3 + amplitude*cos(t)"}},
-        period="2*pi",
-        initial={"mode": "flow", "x": 2.5, "v": 0.0},
-        description=SUMMARY,
-        labels=LABELS,
-    )
+    return {
+        "time": "t",
+        "modes": {"flow": {"x": "v", "v": "-k*v - x**3 + amplitude*cos(t)"}},
+        "period": "2*pi",
+        "initial": {"mode": "flow", "x": 2.5, "v": 0.0},
+    }

@@ -114,7 +114,7 @@ def test_without_a_choice_the_paper_is_simulated():
         ({"drive": "none", "eta": 1.0}, "'eta' is not used with drive='none'.*drive='harmonic'"),
         ({"friction": "coulomb", "g": 1.0}, "'g' is not used with friction='coulomb'.*friction='stribeck'"),
         ({"contact": "newtn"}, "contact: there is no 'newtn'; did you mean 'newton'"),
-        ({"rock": "soft"}, "rock: there is no 'soft'; there are fixed, moving"),
+        ({"rock": "soft"}, "rock: there is no 'soft'; known here: fixed, moving"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_the_remedy(options, message):

@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
+from chaosdrill.names import remedy
 from chaosdrill.systems.drill import contact, drive, effects, friction, rock
 from chaosdrill.systems.drill.si import QUANTITIES, read_si
 from chaosdrill.typed import TABLE, TEXT, expecting
@@ -176,4 +177,4 @@ def _unused(key: str, chosen: Mapping[str, str], used: Mapping[str, float]) -> s
             if key in others:
                 now = f"{effect}={chosen[effect]!r}"
                 return f"parameter {key!r} is not used with {now}; leave it out, or choose {effect}={option!r}"
-    return f"unknown parameter {key!r}; {effects.remedy(key, used)}"
+    return f"unknown parameter {key!r}; {remedy(key, used)}"

@@ -1,9 +1,9 @@
 """Effects of the drill and their valid combinations."""
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 
 from chaosdrill.errors import ModelError
+from chaosdrill.names import remedy
 from chaosdrill.systems.drill import contact, drive, friction, rock
 
 OPTIONS = {
@@ -60,9 +60,3 @@ def states(effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
     rock_speed = ("w",) if chosen["rock"] == "moving" else ()
     added = (contact.STATES[chosen["contact"]],) if chosen["contact"] in contact.STATES else ()
     return ("y", "u", *rock_speed, *added)
-
-
-def remedy(word: str, known: Mapping[str, object]) -> str:
-    """The likely fix of a wrong word."""
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean {close[0]!r}?" if close else f"there are {', '.join(known)}"
