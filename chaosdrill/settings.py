@@ -20,21 +20,12 @@ LONGEST = 10**10
 
 @dataclass
 class Known:
-    """What is known of the system to which settings belong, without building it.
-
-    Attributes
-    ----------
-    known : mapping of str to float, optional
-        Its parameters with their usual values; None as long as they cannot be told.
-    parameters : mapping of str to float
-        Those that are given other values.
-    states : tuple of str, optional
-        None as long as they cannot be told.
-    """
+    """What is known of the system to which settings belong, without building it."""
 
     known: Mapping[str, float] | None = None
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    states: tuple[str, ...] | None = None
+    """Its parameters with their usual values; None as long as they cannot be told."""
+    parameters: Mapping[str, float] = field(default_factory=dict)  # those that are given other values
+    states: tuple[str, ...] | None = None  # None as long as they cannot be told
 
     def refuses(self, name: str, value: Any) -> str | None:
         """Why a parameter cannot have a value; None for one that it can."""

@@ -16,18 +16,10 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Kind:
-    """A type of arguments.
+    """A type of arguments."""
 
-    Parameters
-    ----------
-    words : str
-        What an argument must be.
-    holds : callable
-        Whether a value is of this type.
-    """
-
-    words: str
-    holds: Callable[[Any], bool]
+    words: str  # what an argument must be
+    holds: Callable[[Any], bool]  # whether a value is of this type
 
 
 def _is_path(value: Any) -> bool:

@@ -57,24 +57,13 @@ class Span:
     """How long to run: ``count`` units of length ``unit`` after a transient.
 
     The unit is the forcing period, or a part of ``duration`` for systems without one.
-
-    Attributes
-    ----------
-    unit : float
-    count : int
-    transient : float
-        Units of a forced system, else a time.
-    periodic : bool
-        Whether the unit is a forcing period.
-    outcome : int
-        What ended a run that was to tell how long so many points of a section take; 0: nothing did.
     """
 
     unit: float
     count: int
-    transient: float
-    periodic: bool
-    outcome: int = 0
+    transient: float  # units of a forced system, else a time
+    periodic: bool  # whether the unit is a forcing period
+    outcome: int = 0  # what ended a run that was to tell how long so many points of a section take; 0: nothing did
 
     @property
     def length(self) -> float:
@@ -330,21 +319,12 @@ def _spread(values: Mapping[str, Any]) -> Any:
 
 @dataclass(frozen=True)
 class Axes(Value):
-    """Swept parameters, or states that span a grid, each with its values.
+    """Swept parameters, or states that span a grid, each with its values."""
 
-    Attributes
-    ----------
-    of : {"parameter", "state"}
-    least, most : int
-        How many there may be.
-    rule : str
-        What is said of another number of them.
-    """
-
-    of: str
+    of: str  # {"parameter", "state"}
     least: int
-    most: int
-    rule: str
+    most: int  # how many there may be, from `least` on
+    rule: str  # what is said of another number of them
 
     def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
         names = system.parameters if self.of == "parameter" else system.state_names

@@ -201,33 +201,16 @@ _EXECUTION = {
 
 @dataclass(frozen=True)
 class Analysis:
-    """One kind of analysis.
+    """One kind of analysis."""
 
-    Attributes
-    ----------
-    kind : str
-        Its name in scenes and archives.
-    function : str
-        Its name in Python.
-    summary : str
-        A line about it.
-    settings : type
-        What it is told.
-    variables : tuple of Variable
-        What it puts out.
-    cites : tuple of str
-        Keys of its references.
-    run : callable
-        Given the system, its settings and a `Job`, computes the bare dataset.
-    """
-
-    kind: str
-    function: str
-    summary: str
-    settings: type[AnalysisSettings]
-    variables: Table
-    cites: tuple[str, ...]
+    kind: str  # its name in scenes and archives
+    function: str  # its name in Python
+    summary: str  # a line about it
+    settings: type[AnalysisSettings]  # what it is told
+    variables: Table  # what it puts out
+    cites: tuple[str, ...]  # keys of its references
     run: "Callable[[HybridSystem, Any, Job], xr.Dataset]"
+    """Given the system, its settings and a `Job`, computes the bare dataset."""
 
     def signature(self) -> Signature:
         """Of the function that users call."""

@@ -36,46 +36,24 @@ PARTS = 512
 
 @dataclass(frozen=True)
 class Plan:
-    """What is done at every point.
-
-    Attributes
-    ----------
-    where : Section
-        The system at its own parameters, where points are taken, and what lengths count: a unit of them is a strobe, a
-        point of the section, or one of `PARTS` of a duration.
-    transient, periods : int
-        Units before the averages, and of the averages.
-    part : float
-        Time between strobes of a system without a forcing period.
-    max_period : int
-        Longest period looked for.
-    patience : int
-        How many times as long as ``periods`` a point may run on that is undecided; 0: it is taken as it is.
-    exponents : int
-        Number of exponents that are asked for.
-    computed : int
-        Number of those that are computed: all in a small system, else of those that are not zero whatever happens two
-        at least.
-    structure : Structure
-        What is known of the tangents.
-    deficient : frozenset of int
-        Transitions at which rank may be lost at some point of the sweep.
-    rows : int
-        Section points that are kept at every point.
-    """
+    """What is done at every point."""
 
     where: Section
-    transient: int
-    periods: int
-    part: float
-    max_period: int
-    patience: int
+    """The system at its own parameters, where points are taken, and what lengths count: a unit of them is a strobe, a
+    point of the section, or one of `PARTS` of a duration."""
+    transient: int  # units before the averages
+    periods: int  # units of the averages
+    part: float  # time between strobes of a system without a forcing period
+    max_period: int  # longest period looked for
+    patience: int  # how many times as long as ``periods`` a point may run on that is undecided; 0: it is taken as it is
     numerics: Numerics
-    exponents: int
+    exponents: int  # number of exponents that are asked for
     computed: int
-    structure: Structure
-    deficient: frozenset[int]
-    rows: int = 0
+    """Number of those that are computed: all in a small system, else of those that are not zero whatever happens two at
+    least."""
+    structure: Structure  # what is known of the tangents
+    deficient: frozenset[int]  # transitions at which rank may be lost at some point of the sweep
+    rows: int = 0  # section points that are kept at every point
 
     @property
     def system(self) -> "HybridSystem":

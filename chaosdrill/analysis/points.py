@@ -68,30 +68,14 @@ class _Task(ABC):
 
 @dataclass(frozen=True)
 class PointTask(_Task):
-    """All points of a grid, each with every seed; a unit is a point with its seeds.
+    """All points of a grid, each with every seed; a unit is a point with its seeds."""
 
-    Attributes
-    ----------
-    plan : Plan
-        How a point is measured.
-    axes : tuple of Axis
-        The grid; the last axis runs fastest.
-    starts : ndarray, shape (S, n)
-        Initial states of the seeds.
-    modes : ndarray of int, shape (S,)
-        Their initial modes.
-    keeps : tuple of str
-        Arrays that are kept of every point.
-    counts_attractors : bool
-        Whether the different attractors among the seeds of a point are counted.
-    """
-
-    plan: Plan
-    axes: tuple[Axis, ...]
-    starts: np.ndarray
-    modes: np.ndarray
-    keeps: tuple[str, ...]
-    counts_attractors: bool = False
+    plan: Plan  # how a point is measured
+    axes: tuple[Axis, ...]  # the grid; the last axis runs fastest
+    starts: np.ndarray  # (S, n): initial states of the seeds
+    modes: np.ndarray  # int (S,): their initial modes
+    keeps: tuple[str, ...]  # arrays that are kept of every point
+    counts_attractors: bool = False  # whether the different attractors among the seeds of a point are counted
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -154,29 +138,14 @@ class LineTask(_Task):
     """Lines of points, forward or backward along a parameter; a unit is a whole line.
 
     Where a run ends early, as one that escapes, the next point starts from the line's own initial state.
-
-    Attributes
-    ----------
-    plan : Plan
-        How a point is measured.
-    axis : Axis
-        The swept parameter.
-    directions : tuple of str
-        ``"forward"`` or ``"backward"``, for each line.
-    start : ndarray, shape (n,)
-        Initial state of all lines.
-    mode : int
-        Their initial mode.
-    keeps : tuple of str
-        Arrays that are kept of every point.
     """
 
-    plan: Plan
-    axis: Axis
-    directions: tuple[str, ...]
-    start: np.ndarray
-    mode: int
-    keeps: tuple[str, ...]
+    plan: Plan  # how a point is measured
+    axis: Axis  # the swept parameter
+    directions: tuple[str, ...]  # ``"forward"`` or ``"backward"``, for each line
+    start: np.ndarray  # (n,): initial state of all lines
+    mode: int  # their initial mode
+    keeps: tuple[str, ...]  # arrays that are kept of every point
 
     @property
     def units(self) -> int:

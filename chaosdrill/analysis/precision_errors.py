@@ -37,24 +37,12 @@ class Errors:
 
 @dataclass(frozen=True)
 class Yardstick:
-    """What every method is held against.
+    """What every method is held against."""
 
-    Attributes
-    ----------
-    place : Place
-        Start and truth.
-    found : Survey
-        For the restarts.
-    rates : ndarray, shape (restarts,)
-        Growth over the restarts at the tightest tolerance.
-    starts, paths : list of HybridSystem, ndarray
-        Of `true_paths`; without any no horizon is looked for.
-    """
-
-    place: Place
-    found: Survey
-    rates: np.ndarray
-    starts: list["HybridSystem"]
+    place: Place  # start and truth
+    found: Survey  # for the restarts
+    rates: np.ndarray  # (restarts,): growth over the restarts at the tightest tolerance
+    starts: list["HybridSystem"]  # with `paths` those of `true_paths`; without any no horizon is looked for
     paths: np.ndarray
 
     def exponent(self) -> tuple[float, float]:

@@ -60,29 +60,16 @@ class Leg:
 
 @dataclass(frozen=True)
 class Truth:
-    """State, event times and tangent map after the stretch, rounded to doubles only when compared.
-
-    Attributes
-    ----------
-    start, state : list of mpf
-    times : list of mpf
-        Event times since the start.
-    transitions : tuple of int
-        Transitions taken at these times.
-    tangent : mpmath.matrix, shape (n, n)
-    multipliers : ndarray, shape (n,)
-        Eigenvalues of the tangent map.
-    errors : dict of str to float
-        Disagreement with a second computation of another order, other steps and another distance of the starts.
-    """
+    """State, event times and tangent map after the stretch, rounded to doubles only when compared."""
 
     start: Point
     state: Point
-    times: list[Any]
-    transitions: tuple[int, ...]
-    tangent: Any
-    multipliers: np.ndarray
+    times: list[Any]  # event times since the start
+    transitions: tuple[int, ...]  # transitions taken at these times
+    tangent: Any  # (n, n)
+    multipliers: np.ndarray  # (n,): eigenvalues of the tangent map
     errors: dict[str, float]
+    """Disagreement with a second computation of another order, other steps and another distance of the starts."""
 
 
 class Exact:

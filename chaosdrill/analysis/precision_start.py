@@ -50,32 +50,16 @@ class UnitEvents:
 
 @dataclass(frozen=True)
 class Survey:
-    """A run along the attractor, unit by unit.
-
-    Attributes
-    ----------
-    system : HybridSystem
-    outcome : Outcome
-    states, modes : ndarray of shape (units, n), list of str
-        At the start of each unit.
-    tangents : ndarray, shape (units, n)
-        Leading tangent there.
-    rates : ndarray, shape (units,)
-        Its growth over the unit per unit of time.
-    events : list of UnitEvents
-        What happens in each unit.
-    numerics : Numerics
-        Method that has come to the end, at a tight tolerance.
-    """
+    """A run along the attractor, unit by unit."""
 
     system: "HybridSystem"
     outcome: Outcome
-    states: np.ndarray
-    modes: list[str]
-    tangents: np.ndarray
-    rates: np.ndarray
-    events: list[UnitEvents]
-    numerics: Numerics
+    states: np.ndarray  # (units, n): at the start of each unit
+    modes: list[str]  # at the start of each unit
+    tangents: np.ndarray  # (units, n): leading tangent there
+    rates: np.ndarray  # (units,): its growth over the unit per unit of time
+    events: list[UnitEvents]  # what happens in each unit
+    numerics: Numerics  # method that has come to the end, at a tight tolerance
 
     @property
     def exponent(self) -> tuple[float, float]:
@@ -199,27 +183,13 @@ def find_cycle(
 
 @dataclass(frozen=True)
 class Place:
-    """The stretch on which methods are compared.
+    """The stretch on which methods are compared."""
 
-    Attributes
-    ----------
-    system : HybridSystem
-        With the start as its initial state.
-    unit : float
-        Length of a unit of time, the forcing period of a forced system.
-    period : int
-        Period of the cycle, 0 if there is none.
-    truth : Truth or None
-        In extended precision.
-    reason : str
-        Why there is no truth.
-    """
-
-    system: "HybridSystem"
-    unit: float
-    period: int
-    truth: Truth | None
-    reason: str = ""
+    system: "HybridSystem"  # with the start as its initial state
+    unit: float  # length of a unit of time, the forcing period of a forced system
+    period: int  # period of the cycle, 0 if there is none
+    truth: Truth | None  # in extended precision
+    reason: str = ""  # why there is no truth
 
     @property
     def count(self) -> int:

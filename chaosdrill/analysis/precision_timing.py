@@ -32,22 +32,13 @@ another.
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of a unit of time; NaN where the runs came to an early end.
-
-    Attributes
-    ----------
-    outcome : Outcome
-    seconds, spread : float
-        Median over the runs, and the distance of their quartiles.
-    steps, evaluations : float
-        Mean number of steps and of evaluations of the right-hand side.
-    """
+    """Cost of a unit of time; NaN where the runs came to an early end."""
 
     outcome: Outcome
-    seconds: float = float("nan")
-    spread: float = float("nan")
-    steps: float = float("nan")
-    evaluations: float = float("nan")
+    seconds: float = float("nan")  # median over the runs
+    spread: float = float("nan")  # distance of their quartiles
+    steps: float = float("nan")  # mean number
+    evaluations: float = float("nan")  # mean number, of the right-hand side
 
 
 def measure_costs(

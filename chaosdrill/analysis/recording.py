@@ -20,24 +20,13 @@ _SLICES = 64
 
 @dataclass(frozen=True)
 class Record:
-    """What a stretch of a run left behind.
+    """What a stretch of a run left behind."""
 
-    Attributes
-    ----------
-    outcome : Outcome
-        ``Outcome.OK``, or what ended the run before its time.
-    samples : ndarray, shape (samples, n + q + 1)
-        States, quadratures and mode.
-    events : ndarray, shape (events, 5 + 2 n)
-        Columns of the engine's event buffer, the states before and after from column 5 on.
-    times : ndarray, shape (events,)
-        Time of each event since the start of the run.
-    """
-
-    outcome: Outcome
-    samples: np.ndarray
+    outcome: Outcome  # ``Outcome.OK``, or what ended the run before its time
+    samples: np.ndarray  # (samples, n + q + 1): states, quadratures and mode
     events: np.ndarray
-    times: np.ndarray
+    """(events, 5 + 2 n): columns of the engine's event buffer, the states before and after from column 5 on."""
+    times: np.ndarray  # (events,): time of each event since the start of the run
 
     def states_before(self) -> np.ndarray:
         """States before the events, shape (events, n)."""

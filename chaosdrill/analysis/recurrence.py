@@ -36,28 +36,18 @@ _table = int64[:, ::1]
 
 @dataclass(frozen=True)
 class Recurrence:
-    """What the section points of P runs say.
+    """What the section points of P runs say."""
 
-    Attributes
-    ----------
-    period : ndarray of int, shape (P,)
-        Smallest number of iterates after which all points come back, 0 if there is none.
-    residual : ndarray, shape (P,)
-        Largest relative distance between a point and the one a period later; infinite without a period.
-    splitting : ndarray, shape (P,)
-        The same after a proper divisor of the period, the smallest over all of them: how far apart the points of a
-        cycle are. Infinite for period 1.
-    near : ndarray of int, shape (P, 4)
-        Numbers of iterates after which the points nearly come back, multiples only if they do so better; 0: no more.
-    rows : ndarray of int, shape (P,)
-        Section points there were.
-    """
-
-    period: np.ndarray
+    period: np.ndarray  # int (P,): smallest number of iterates after which all points come back, 0 if there is none
     residual: np.ndarray
+    """(P,): largest relative distance between a point and the one a period later; infinite without a period."""
     splitting: np.ndarray
+    """(P,): the same after a proper divisor of the period, the smallest over all of them: how far apart the points of a
+    cycle are. Infinite for period 1."""
     near: np.ndarray
-    rows: np.ndarray
+    """int (P, 4): numbers of iterates after which the points nearly come back, multiples only if they do so better; 0:
+    no more."""
+    rows: np.ndarray  # int (P,): section points there were
 
 
 def recurrence(windows: np.ndarray, most: int, depth: int | None = None) -> Recurrence:

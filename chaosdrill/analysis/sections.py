@@ -49,30 +49,15 @@ LOOKED_AT = 256
 
 @dataclass(frozen=True)
 class Section:
-    """Where points are taken.
+    """Where points are taken."""
 
-    Attributes
-    ----------
-    system : HybridSystem
-        The system; where a surface is the section, with a transition in every mode that marks it.
-    transitions : frozenset of int or None
-        The events before which the points are taken; None for the strobe.
-    own : int
-        Transitions that the system has without those.
-    counts : {"strobe", "section", "time"}
-        What lengths count: strobes, points of the section, or time.
-    unit : float
-        Forcing period; without forcing the time in which the motion from the initial state crosses its own extent.
-    longest : float
-        Longest time between two points.
-    """
-
-    system: "HybridSystem"
-    transitions: frozenset[int] | None
-    own: int
-    counts: str
+    system: "HybridSystem"  # the system; where a surface is the section, with a transition in every mode that marks it
+    transitions: frozenset[int] | None  # the events before which the points are taken; None for the strobe
+    own: int  # transitions that the system has without those
+    counts: str  # {"strobe", "section", "time"}: what lengths count: strobes, points of the section, or time
     unit: float
-    longest: float
+    """Forcing period; without forcing the time in which the motion from the initial state crosses its own extent."""
+    longest: float  # longest time between two points
 
 
 def find_section(system: "HybridSystem", given: Any, numerics: Numerics, *, timed: bool = False) -> Section:
@@ -127,23 +112,13 @@ def settled_at(section: Section, run: Run, points: int) -> Outcome:
 
 @dataclass(frozen=True)
 class OrbitStart:
-    """From where an orbit is looked for, as `chaosdrill.orbits.find.find_orbit` takes it.
-
-    Attributes
-    ----------
-    system : HybridSystem
-    period : int
-    start : str or float
-    transient : int
-    points : int
-        Points of a section that a round of the length ``start`` has; 0: none was named.
-    """
+    """From where an orbit is looked for, as `chaosdrill.orbits.find.find_orbit` takes it."""
 
     system: "HybridSystem"
     period: int
     start: str | float
     transient: int
-    points: int = 0
+    points: int = 0  # points of a section that a round of the length ``start`` has; 0: none was named
 
 
 def orbit_start(system: "HybridSystem", given: Any, numerics: Numerics) -> OrbitStart:
@@ -187,23 +162,12 @@ def orbit_start(system: "HybridSystem", given: Any, numerics: Numerics) -> Orbit
 
 @dataclass(frozen=True)
 class Path:
-    """A motion over time.
-
-    Attributes
-    ----------
-    outcome : Outcome
-    times : ndarray, shape (T,)
-        At equal intervals, from the start of the record.
-    rows : ndarray, shape (T, n + q + 1)
-        States, quadratures and mode there.
-    events : Record
-        All events but those that only mark a surface that was named for the purpose.
-    """
+    """A motion over time."""
 
     outcome: Outcome
-    times: np.ndarray
-    rows: np.ndarray
-    events: Record
+    times: np.ndarray  # (T,): at equal intervals, from the start of the record
+    rows: np.ndarray  # (T, n + q + 1): states, quadratures and mode there
+    events: Record  # all events but those that only mark a surface that was named for the purpose
 
 
 def traced(where: Section, given: Any, job: "Job") -> Path:

@@ -13,21 +13,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Seeds:
-    """Initial states that every point of a sweep starts from.
+    """Initial states that every point of a sweep starts from."""
 
-    Attributes
-    ----------
-    starts : ndarray, shape (S, n)
-        States.
-    modes : ndarray of int, shape (S,)
-        Modes.
-    names : tuple of str
-        ``fixed 1``, ..., ``random 1``, ...
-    """
-
-    starts: np.ndarray
-    modes: np.ndarray
-    names: tuple[str, ...]
+    starts: np.ndarray  # (S, n): states
+    modes: np.ndarray  # int (S,): modes
+    names: tuple[str, ...]  # "fixed 1", ..., "random 1", ...
 
 
 def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool = True) -> Seeds:

@@ -33,35 +33,19 @@ HYPERBOLIC = 1e-5
 
 @dataclass
 class Verdict:
-    """What P points are on.
-
-    Attributes
-    ----------
-    outcome, period : ndarray of int, shape (P,)
-        What they are on if nothing more is done. An exponent that is not told from zero alone makes no torus.
-    decided : ndarray of bool, shape (P,)
-        Whether that is beyond doubt.
-    exponents, errors : ndarray, shape (P, m)
-        Descending spectra and standard errors.
-    lead : ndarray, shape (P,)
-        Largest exponent that is free to have any sign.
-    multiplier : ndarray, shape (P,)
-        Logarithm of the leading multiplier of the cycle, where there is one.
-    cycle : ndarray of int, shape (P,)
-        Length of the cycle that the record repeats, in units of lengths; 0: unknown, or none.
-    moves : ndarray of bool, shape (P,)
-        Whether nothing says that the motion dies out.
-    """
+    """What P points are on."""
 
     outcome: np.ndarray
-    period: np.ndarray
-    decided: np.ndarray
-    exponents: np.ndarray
-    errors: np.ndarray
-    lead: np.ndarray
-    multiplier: np.ndarray
-    cycle: np.ndarray
-    moves: np.ndarray
+    """int (P,): what they are on if nothing more is done; an exponent that is not told from zero alone makes no
+    torus."""
+    period: np.ndarray  # int (P,)
+    decided: np.ndarray  # bool (P,): whether that is beyond doubt
+    exponents: np.ndarray  # (P, m): descending spectra
+    errors: np.ndarray  # (P, m): their standard errors
+    lead: np.ndarray  # (P,): largest exponent that is free to have any sign
+    multiplier: np.ndarray  # (P,): logarithm of the leading multiplier of the cycle, where there is one
+    cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
+    moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
 
 
 def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:

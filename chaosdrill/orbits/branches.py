@@ -102,31 +102,15 @@ class Mark:
 
 @dataclass
 class Branch:
-    """A branch or curve that has been followed.
+    """A branch or curve that has been followed."""
 
-    Attributes
-    ----------
-    segments : list of BranchSegment
-        In order.
-    marks : list of Mark
-    end : BranchEnd
-    words : str
-        The end in words.
-    parent : int
-        Index of the parent branch; -1 if it did not start on a branch.
-    start : str
-        Description of its start.
-    born : float
-        Parameter at the doubling where it starts; NaN if it did not start on a branch.
-    """
-
-    segments: list[BranchSegment] = field(default_factory=list)
+    segments: list[BranchSegment] = field(default_factory=list)  # in order
     marks: list[Mark] = field(default_factory=list)
     end: BranchEnd = BranchEnd.MOST_POINTS
-    words: str = BranchEnd.MOST_POINTS.advice
-    parent: int = -1
-    start: str = ""
-    born: float = float("nan")
+    words: str = BranchEnd.MOST_POINTS.advice  # the end in words
+    parent: int = -1  # index of the parent branch; -1 if it did not start on a branch
+    start: str = ""  # description of its start
+    born: float = float("nan")  # parameter at the doubling where it starts; NaN if it did not start on a branch
 
     def __len__(self) -> int:
         return sum(len(s) for s in self.segments)

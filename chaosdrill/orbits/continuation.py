@@ -28,18 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plane:
-    """Tangent plane of the orbits of one sequence of events over two parameters, in the reduced unknowns.
+    """Tangent plane of the orbits of one sequence of events over two parameters, in the reduced unknowns."""
 
-    Attributes
-    ----------
-    rows : ndarray, shape (2, columns)
-        Two directions, of length 1 and at right angles in the norm of the weights.
-    weights : ndarray, shape (columns,)
-        As from `Problem.weights`.
-    """
-
-    rows: np.ndarray
-    weights: np.ndarray
+    rows: np.ndarray  # (2, columns): two directions, of length 1 and at right angles in the norm of the weights
+    weights: np.ndarray  # (columns,): as from `Problem.weights`
 
     @property
     def twist(self) -> float:
@@ -85,57 +77,29 @@ def plane_at(
 
 @dataclass(frozen=True)
 class Root:
-    """The root of a test function at a point of its curve.
-
-    Attributes
-    ----------
-    plane : Plane
-    across : ndarray, shape (columns,)
-        Perpendicular to the curve, within the plane.
-    slope : float
-        Derivative of the function across.
-    error : float
-        Distance from the curve, across it.
-    instant : float
-        Time on the orbit to which the function belongs.
-    """
+    """The root of a test function at a point of its curve."""
 
     plane: Plane
-    across: np.ndarray
-    slope: float
-    error: float
-    instant: float
+    across: np.ndarray  # (columns,): perpendicular to the curve, within the plane
+    slope: float  # derivative of the function across
+    error: float  # distance from the curve, across it
+    instant: float  # time on the orbit to which the function belongs
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a curve.
-
-    Attributes
-    ----------
-    orbit, shot : Orbit, Shot
-        The latter without derivatives.
-    weights : ndarray, shape (columns,)
-        What differences count here: states may grow by much along a curve, as over a resonance.
-    tangent : ndarray, shape (columns,)
-        Along the curve, of length 1 in the norm of the weights.
-    section : Orbit
-        What tells the plane on which an orbit without events and without a period begins, as for `Problem.shoot`.
-    arclength : float
-    special : Special
-        What happens there.
-    root : Root, optional
-        On a curve of special points.
-    """
+    """A point of a curve."""
 
     orbit: "Orbit"
-    shot: "Shot"
+    shot: "Shot"  # without derivatives
     weights: np.ndarray
-    tangent: np.ndarray
+    """(columns,): what differences count here: states may grow by much along a curve, as over a resonance."""
+    tangent: np.ndarray  # (columns,): along the curve, of length 1 in the norm of the weights
     section: "Orbit"
+    """What tells the plane on which an orbit without events and without a period begins, as for `Problem.shoot`."""
     arclength: float = 0.0
-    special: Special = Special.REGULAR
-    root: Root | None = None
+    special: Special = Special.REGULAR  # what happens there
+    root: Root | None = None  # on a curve of special points
 
     def turned(self) -> "Point":
         """The same point, to be followed in the opposite direction."""
@@ -484,22 +448,12 @@ class SpecialCurve(Curve):
 
 @dataclass
 class Continued:
-    """Points of a curve with one sequence of events, in one direction, and how they end.
-
-    Attributes
-    ----------
-    points : list of Point
-    end : BranchEnd
-    border : Border, optional
-        Where the events change, if that is the end; the last point is the last one before.
-    lost : bool
-        Whether the curve was lost: no further point was found.
-    """
+    """Points of a curve with one sequence of events, in one direction, and how they end."""
 
     points: list[Point]
     end: BranchEnd = BranchEnd.MOST_POINTS
-    border: Border | None = None
-    lost: bool = False
+    border: Border | None = None  # where the events change, if that is the end; the last point is the last one before
+    lost: bool = False  # whether the curve was lost: no further point was found
 
 
 def continue_curve(

@@ -33,19 +33,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Touch:
-    """A guard that is nearly reached within a segment.
+    """A guard that is nearly reached within a segment."""
 
-    Attributes
-    ----------
-    segment, guard : int
-        Number of the segment, and of the guard in its mode.
-    side : int
-        Sign by which the guard's value is multiplied, so that it is negative before the guard is met.
-    """
-
-    segment: int
-    guard: int
-    side: int
+    segment: int  # number of the segment
+    guard: int  # number of the guard in its mode
+    side: int  # sign by which the guard's value is multiplied, so that it is negative before the guard is met
 
     def greatest(self, problem: "Problem", orbit: "Orbit", instant: float) -> tuple[float, float]:
         """Largest value of the guard in the segment near an instant, and its time.

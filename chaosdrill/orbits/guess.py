@@ -25,21 +25,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Place:
-    """A state on a motion, from which it can be continued.
+    """A state on a motion, from which it can be continued."""
 
-    Attributes
-    ----------
-    system : HybridSystem
-        With the state and the mode there as its initial ones.
-    phase : float
-        Time in the forcing period.
-    came : Run, optional
-        A run that has come there, from which the standing of the guards is taken over. Without one the motion begins.
-    """
-
-    system: "HybridSystem"
-    phase: float = 0.0
+    system: "HybridSystem"  # with the state and the mode there as its initial ones
+    phase: float = 0.0  # time in the forcing period
     came: Run | None = None
+    """A run that has come there, from which the standing of the guards is taken over. Without one the motion begins."""
 
     def run(self, period: float, numerics: "Numerics", **options: object) -> Run:
         """A run that continues from there; arguments as for `Run`."""
@@ -316,26 +307,14 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
 
 @dataclass(frozen=True)
 class Strobed:
-    """A motion as its strobes show it, m of them.
+    """A motion as its strobes show it, m of them."""
 
-    Attributes
-    ----------
-    outcome : Outcome
-        What ended it before its time, else ``Outcome.OK``.
-    states : ndarray, shape (m, d)
-        Its start first.
-    modes : ndarray of int, shape (m,)
-    sequences : ndarray of int, shape (m,)
-        A number that stands for the sequence of events from the strobe before; 0 for the first state.
-    rows : ndarray, shape (E, columns)
-        Events that change something, as the engine records them.
-    """
-
-    outcome: Outcome
-    states: np.ndarray
-    modes: np.ndarray
+    outcome: Outcome  # what ended it before its time, else ``Outcome.OK``
+    states: np.ndarray  # (m, d): its start first
+    modes: np.ndarray  # int (m,)
     sequences: np.ndarray
-    rows: np.ndarray
+    """int (m,): a number that stands for the sequence of events from the strobe before; 0 for the first state."""
+    rows: np.ndarray  # (E, columns): events that change something, as the engine records them
 
     def guess(self, problem: "Problem", j: int, periods: int) -> tuple[Outcome, Orbit | None]:
         """The path from strobe j on over so many periods, as a guess of an orbit."""

@@ -22,21 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Neutral:
-    """What nothing ever changes.
+    """What nothing ever changes."""
 
-    Attributes
-    ----------
-    flow : bool
-        Whether nothing depends on time, so that an orbit shifted in time is an orbit.
-    shifts : ndarray, shape (a, n)
-        Directions in which an orbit can be shifted as a whole: right eigenvectors of every tangent map.
-    conserved : ndarray, shape (b, n)
-        Combinations of states whose deviations are kept: left eigenvectors of every tangent map.
-    """
-
-    flow: bool
+    flow: bool  # whether nothing depends on time, so that an orbit shifted in time is an orbit
     shifts: np.ndarray
+    """(a, n): directions in which an orbit can be shifted as a whole: right eigenvectors of every tangent map."""
     conserved: np.ndarray
+    """(b, n): combinations of states whose deviations are kept: left eigenvectors of every tangent map."""
 
     @property
     def paired(self) -> int:

@@ -16,28 +16,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Orbit:
-    """A closed path, or a guess of one.
-
-    Attributes
-    ----------
-    segments : ndarray of int, shape (N, 3)
-        Mode, the guard that ends the segment (its number in the mode, or one of the marks of
-        `chaosdrill.engine.shooting`), and the transition taken there.
-    periods : int
-        Forcing periods that it takes; 1 for systems without a period.
-    starts : ndarray, shape (N, d + q)
-        State at the start of every segment, after the event that ended the last; the free parameters behind it.
-    phase : float
-        Time in the period at which the first segment begins.
-    durations : ndarray, shape (N,)
-        Durations of the segments.
-    """
+    """A closed path, or a guess of one."""
 
     segments: np.ndarray
-    periods: int
+    """int (N, 3): mode, the guard that ends the segment (its number in the mode, or one of the marks of
+    `chaosdrill.engine.shooting`), and the transition taken there."""
+    periods: int  # forcing periods that it takes; 1 for systems without a period
     starts: np.ndarray
-    phase: float
-    durations: np.ndarray
+    """(N, d + q): state at the start of every segment, after the event that ended the last; the free parameters behind
+    it."""
+    phase: float  # time in the period at which the first segment begins
+    durations: np.ndarray  # (N,): durations of the segments
 
     def __len__(self) -> int:
         return len(self.segments)

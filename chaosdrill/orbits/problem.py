@@ -42,37 +42,18 @@ class LostError(Exception):
 
 @dataclass(frozen=True)
 class Shot:
-    """What one time around an orbit shows.
+    """What one time around an orbit shows."""
 
-    Attributes
-    ----------
-    outcome : int
-        DONE, or what ended a run on the way.
-    residual : float
-        Largest violation of an equation.
-    equations : ndarray, shape (N + d + 1, columns + 1)
-        Linearised equations; their constants last.
-    sensitivity : ndarray, shape (N, d + q, columns + 1)
-        Starts of the segments by the reduced unknowns.
-    monodromy : ndarray, shape (d, d)
-        Tangent map around the orbit from its first start, saltation included.
-    speeds : ndarray, shape (N,)
-        Speeds at which the guards are crossed, positive in their direction; infinite where there is none.
-    crossed, came : ndarray of int, shape (N,)
-        Guard crossed on the way, -1 for none; the transition that its end took.
-    met : ndarray, shape (N,)
-        Time since the start of the segment at which that guard is crossed.
-    """
-
-    outcome: int
-    residual: float
-    equations: np.ndarray
-    sensitivity: np.ndarray
-    monodromy: np.ndarray
+    outcome: int  # DONE, or what ended a run on the way
+    residual: float  # largest violation of an equation
+    equations: np.ndarray  # (N + d + 1, columns + 1): linearised equations; their constants last
+    sensitivity: np.ndarray  # (N, d + q, columns + 1): starts of the segments by the reduced unknowns
+    monodromy: np.ndarray  # (d, d): tangent map around the orbit from its first start, saltation included
     speeds: np.ndarray
-    crossed: np.ndarray
-    came: np.ndarray
-    met: np.ndarray
+    """(N,): speeds at which the guards are crossed, positive in their direction; infinite where there is none."""
+    crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none
+    came: np.ndarray  # int (N,): the transition that the end of the segment took
+    met: np.ndarray  # (N,): time since the start of the segment at which that guard is crossed
 
     def sharp(self, orbit: Orbit) -> bool:
         """Whether all events are met at their times, not only near their guards: late rebounds of chatter are low."""

@@ -31,44 +31,23 @@ Solution = tuple[Orbit, "Shot", np.ndarray]
 
 @dataclass(frozen=True)
 class Return:
-    """A motion that nearly comes back.
+    """A motion that nearly comes back."""
 
-    Attributes
-    ----------
-    away : float
-        Largest distance of a state from where it began, relative to the extent of the motion.
-    place : ndarray, shape (d,)
-        Where it began.
-    attempt : callable
-        Looks for the orbit: returns orbit, shot and residuals, or raises NoOrbitError.
-    """
-
-    away: float
-    place: np.ndarray
-    attempt: Callable[[], Solution]
+    away: float  # largest distance of a state from where it began, relative to the extent of the motion
+    place: np.ndarray  # (d,): where it began
+    attempt: Callable[[], Solution]  # looks for the orbit: returns orbit, shot and residuals, or raises NoOrbitError
 
 
 @dataclass(frozen=True)
 class Record:
-    """States that a motion passes, of one kind each.
+    """States that a motion passes, of one kind each."""
 
-    Attributes
-    ----------
-    states : ndarray, shape (m, d)
-    kinds : ndarray of int, shape (m,)
-        Only states of the same kind are compared: modes, or kinds of events.
-    sequences : ndarray of int, shape (m,)
-        Which events led there from the state before, as a number that stands for their sequence.
-    times : ndarray, shape (m,)
-    rows : ndarray, shape (m, columns)
-        Events as the engine records them, where there are any.
-    """
-
-    states: np.ndarray
-    kinds: np.ndarray
+    states: np.ndarray  # (m, d)
+    kinds: np.ndarray  # int (m,): only states of the same kind are compared: modes, or kinds of events
     sequences: np.ndarray
-    times: np.ndarray
-    rows: np.ndarray
+    """int (m,): which events led there from the state before, as a number that stands for their sequence."""
+    times: np.ndarray  # (m,)
+    rows: np.ndarray  # (m, columns): events as the engine records them, where there are any
 
 
 class CloseReturns:

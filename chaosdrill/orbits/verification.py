@@ -95,25 +95,13 @@ def _saltation(system: "HybridSystem", transition: int, mode: int) -> Any:
 
 @dataclass(frozen=True)
 class Lapped:
-    """Results of runs around an orbit.
+    """Results of runs around an orbit."""
 
-    Attributes
-    ----------
-    outcome : Outcome
-        ``Outcome.OK``, or what ended the run.
-    residual, recurrence : float
-        Largest difference after one period and after two, relative to max(1, |x|).
-    growth : float
-        Largest factor by which a small deviation grows over a period.
-    differs : str
-        How the events differ from those of the orbit, in words; empty if they do not.
-    """
-
-    outcome: Outcome
-    residual: float
-    recurrence: float
-    growth: float
-    differs: str
+    outcome: Outcome  # ``Outcome.OK``, or what ended the run
+    residual: float  # largest difference after one period, relative to max(1, |x|)
+    recurrence: float  # the same after two periods
+    growth: float  # largest factor by which a small deviation grows over a period
+    differs: str  # how the events differ from those of the orbit, in words; empty if they do not
 
     def explained(self, tolerance: float, laps: int = 1) -> float:
         """Difference that round-off and the tolerance explain after this many laps."""

@@ -34,21 +34,12 @@ _unpacking = Lock()
 
 @dataclass(frozen=True)
 class Executor:
-    """Workers of one task.
-
-    Parameters
-    ----------
-    submit : callable
-        Given the first unit and the number of units of a chunk, has it run some time.
-    size : callable
-        Number of chunks that can run at once.
-    parallel : bool
-        Whether ``submit`` returns before the chunk has run.
-    """
+    """Workers of one task."""
 
     submit: Callable[[int, int], "Future[tuple[Arrays, float]]"]
-    size: Callable[[], int]
-    parallel: bool = True
+    """Given the first unit and the number of units of a chunk, has it run some time."""
+    size: Callable[[], int]  # number of chunks that can run at once
+    parallel: bool = True  # whether ``submit`` returns before the chunk has run
 
 
 def executor_for(task: Task, workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:

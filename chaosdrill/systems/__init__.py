@@ -38,30 +38,14 @@ GROUPS = (
 
 @dataclass(frozen=True)
 class Entry:
-    """Information on a system before it is built.
+    """Information on a system before it is built."""
 
-    Parameters
-    ----------
-    name : str
-        Name by which scenes and `build` know the system.
-    group : str
-        Group in which it is listed.
-    summary : str
-        One line.
-    cites : tuple of str
-        Keys of the references that a result of it cites.
-    module : str
-        Module that defines the system.
-    effects : bool
-        Whether it is assembled from effects.
-    """
-
-    name: str
-    group: str
-    summary: str
-    cites: tuple[str, ...]
-    module: str
-    effects: bool
+    name: str  # name by which scenes and `build` know the system
+    group: str  # group in which it is listed
+    summary: str  # one line
+    cites: tuple[str, ...]  # keys of the references that a result of it cites
+    module: str  # module that defines the system
+    effects: bool  # whether it is assembled from effects
 
 
 def _entries() -> Iterator[Entry]:

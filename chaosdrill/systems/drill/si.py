@@ -156,21 +156,12 @@ def metres_per_hour(scales: Mapping[str, float]) -> float:
 
 @dataclass(frozen=True)
 class ReadSI:
-    """The table ``system.si`` of a scene, read.
+    """The table ``system.si`` of a scene, read."""
 
-    Parameters
-    ----------
-    values : dict of str to float
-        The quantities in kg, m, s, N, rad.
-    parameters : dict of str to float
-        The parameters made of them.
-    scales : dict of str to float
-        What one dimensionless unit is, as `si_to_dimensionless` gives it.
-    """
-
-    values: dict[str, float] = field(default_factory=dict)
-    parameters: dict[str, float] = field(default_factory=dict)
+    values: dict[str, float] = field(default_factory=dict)  # the quantities in kg, m, s, N, rad
+    parameters: dict[str, float] = field(default_factory=dict)  # the parameters made of them
     scales: dict[str, float] = field(default_factory=dict)
+    """What one dimensionless unit is, as `si_to_dimensionless` gives it."""
 
 
 def read_si(
