@@ -259,7 +259,6 @@ class Settings:
         ----------
         table : object
             What stands in the scene.
-        known : Known, optional
         also : sequence of str, optional
             Further keys that it may have; None for a table within another, whose names are few and seen together.
         """

@@ -62,7 +62,6 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
 
     Parameters
     ----------
-    plan : Plan
     batch : Batch
         The runs, at the end of their record.
     which : ndarray of int

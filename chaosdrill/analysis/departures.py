@@ -24,7 +24,6 @@ def departures(
 
     Parameters
     ----------
-    plan : Plan
     batch : Batch
         The runs, at the end of their record.
     which : ndarray of int

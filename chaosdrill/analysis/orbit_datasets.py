@@ -25,10 +25,6 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
         The system, of n states.
     orbits : sequence of FoundOrbit
         What was found; shorter ones are filled up with NaN, and -1 for codes.
-
-    Returns
-    -------
-    xarray.Dataset
     """
     n = len(system.states)
     found = np.array([orbit.outcome == Outcome.PERIODIC for orbit in orbits], dtype=bool)
@@ -86,8 +82,6 @@ def orbit_rates(
 
     Parameters
     ----------
-    system : HybridSystem
-    orbits : sequence of FoundOrbit
     numerics : Numerics
         Method and tolerance by which quadratures along them are taken.
     """
@@ -129,10 +123,6 @@ def branches_dataset(system: "HybridSystem", result: "BranchResult") -> xr.Datas
         The system, of n states.
     result : BranchResult
         Branches with their special points.
-
-    Returns
-    -------
-    xarray.Dataset
     """
     n = len(system.states)
     branches, special = result.branches, result.events

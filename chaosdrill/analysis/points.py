@@ -215,7 +215,6 @@ def measure(
 
     Parameters
     ----------
-    plan : Plan
     parameters : mapping of str to ndarray, shape (P,)
     starts, modes : ndarray, shapes (P, n) and (P,)
     before : Batch, optional

@@ -59,7 +59,6 @@ def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
 
     Parameters
     ----------
-    yardstick : Yardstick
     numerics : Numerics
         Method and tolerance.
     """

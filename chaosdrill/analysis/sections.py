@@ -307,13 +307,10 @@ def cycle_rates(
 
     Parameters
     ----------
-    where : Section
-    run : Run
     period : int
         Points of the section on the cycle.
     length : float
         Duration of the cycle, of a forced system a number of its periods but for round-off.
-    numerics : Numerics
     size : ndarray, shape (n,)
         What distances between states are relative to.
     """

@@ -29,8 +29,6 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
     ----------
     system : HybridSystem
         Its own values are those of states that a seed does not name.
-    seeds : list of dict, optional
-    random : mapping, optional
     needed : bool
         Whether the system's own initial state is taken where neither is given.
 

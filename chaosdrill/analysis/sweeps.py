@@ -36,10 +36,8 @@ def over_parameters(
 
     Parameters
     ----------
-    system : HybridSystem
     given : Points
         With ``sweep``, ``seeds`` and ``random``.
-    job : Job
     rows : int
         Section points that are kept of every run.
     lines : tuple of str

@@ -167,7 +167,6 @@ def trace_branch(
 
     Parameters
     ----------
-    curve : Curve
     first : Point
         With the way to go as its tangent.
     step : float
@@ -351,8 +350,6 @@ def branches(
 
     Parameters
     ----------
-    system : HybridSystem
-    parameter : str
     limits : pair of float
         Smallest and largest value of the parameter.
     period, start, transient
@@ -363,7 +360,6 @@ def branches(
         Longest step of the parameter.
     max_points : int
         Largest number of points of one branch.
-    numerics : Numerics
     progress : callable, optional
         Called with the branches done, the branches planned and None.
 

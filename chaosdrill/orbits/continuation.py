@@ -56,7 +56,6 @@ def plane_at(
     ----------
     problem : Problem
         Of two free parameters.
-    orbit, shot : Orbit, Shot
     weights : ndarray, shape (columns,)
     reference : Plane, optional
         Neighbouring plane whose rows these resemble as much as they can, so that they turn with the surface.
@@ -125,7 +124,6 @@ class Curve:
 
     Parameters
     ----------
-    problem : Problem
     limits : ndarray, shape (q, 2)
         Smallest and largest value of each free parameter.
     """
@@ -178,7 +176,6 @@ class Curve:
 
         Parameters
         ----------
-        guess : Orbit
         near : Point
             The nearest known point.
         row : ndarray, shape (columns,)
@@ -463,8 +460,6 @@ def continue_curve(
 
     Parameters
     ----------
-    curve : Curve
-    first : Point
     step : float
         Longest step, in the norm of the weights: a part of the ranges.
     most : int

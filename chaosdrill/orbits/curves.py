@@ -51,8 +51,6 @@ def curve(
 
     Parameters
     ----------
-    system : HybridSystem
-    parameters : pair of str
     limits : array_like, shape (2, 2)
         Smallest and largest value of each.
     period, start, transient
@@ -62,7 +60,6 @@ def curve(
         Longest step of the first parameter; that of the second is the same part of its range.
     max_points : int
         Largest number of points in one direction.
-    numerics : Numerics
     progress : callable, optional
         Called with the directions done, their total and None.
 

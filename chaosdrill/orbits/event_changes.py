@@ -44,8 +44,6 @@ class Touch:
 
         Parameters
         ----------
-        problem : Problem
-        orbit : Orbit
         instant : float
             Time since the start of the orbit.
 

@@ -39,8 +39,6 @@ class NoOrbitError(Exception):
 
     Parameters
     ----------
-    outcome : Outcome
-    message : str
     residuals : ndarray
         Residuals of Newton's method up to its end.
     """
@@ -154,7 +152,6 @@ def find_orbit(
 
     Parameters
     ----------
-    system : HybridSystem
     period : int
         In forcing periods; 1 for systems without a period.
     start : {"attractor", "guess"} or float
@@ -162,7 +159,6 @@ def find_orbit(
         the time after which the motion from the initial state is taken to be back, in a system without a period.
     transient : float
         Forcing periods of that run, or its time.
-    numerics : Numerics
     """
     try:
         problem, orbit, shot, residuals, message = starting_orbit(system, (), period, start, transient, numerics)

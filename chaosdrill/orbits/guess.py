@@ -81,8 +81,6 @@ def place_on(problem: "Problem", orbit: "Orbit", segment: int, time: float, stat
 
     Parameters
     ----------
-    problem : Problem
-    orbit : Orbit
     segment, time, state : int, float, ndarray
         Number of the segment, time since the start of the orbit, state of shape (d,).
     """
@@ -134,8 +132,6 @@ def run_from(
 
     Parameters
     ----------
-    problem : Problem
-    orbit : Orbit
     segment, time, state : int, float, ndarray
         Where, as for `place_on`.
     parts : int
@@ -231,9 +227,6 @@ def guess_of_forced(problem: "Problem", place: Place, periods: int, values: np.n
 
     Parameters
     ----------
-    problem : Problem
-    place : Place
-    periods : int
     values : ndarray, shape (q,)
         Free parameters, as they are in the system of the place.
 

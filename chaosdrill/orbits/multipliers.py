@@ -152,7 +152,6 @@ def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank:
 
     Parameters
     ----------
-    problem : Problem
     orbit : Orbit
         One of them: from the mode of its first segment follows which states are pinned.
     monodromy : ndarray, shape (..., d, d)

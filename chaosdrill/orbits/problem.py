@@ -146,7 +146,6 @@ class Problem:
 
         Parameters
         ----------
-        orbit : Orbit
         watched : bool
             Whether to look for other guards on the way.
         section : Orbit, optional
@@ -177,7 +176,6 @@ class Problem:
 
         Parameters
         ----------
-        orbit : Orbit
         conditions : ndarray, shape (q, columns), optional
             Rows that corrections are orthogonal to; by default the free parameters stay as they are.
         reach : float
@@ -306,7 +304,6 @@ class Problem:
 
         Parameters
         ----------
-        orbits : sequence of Orbit
         instants : ndarray, shape (P, K)
             Rising along every row.
 

@@ -55,7 +55,6 @@ class CloseReturns:
 
     Parameters
     ----------
-    problem : Problem
     longest : int
         Largest period that is asked for.
     starts, modes : ndarray, shapes (S, d) and (S,)
@@ -246,13 +245,11 @@ def search(
 
     Parameters
     ----------
-    system : HybridSystem
     max_period : int
         Longest period in forcing periods. Without forcing: how often the most frequent event of an orbit may happen in
         one round; without events too, how many maxima it may have of the state whose maxima come most regularly.
     starts, modes : ndarray, shapes (S, d) and (S,)
         States at phase 0, and their modes.
-    numerics : Numerics
     progress : callable, optional
         Called with the periods done, their number, and the orbits so far.
 
@@ -305,7 +302,6 @@ class Known:
 
     Parameters
     ----------
-    problem : Problem
     extent : ndarray, shape (d,)
         Extent of the motion in every state.
     """

@@ -195,7 +195,6 @@ class TestFunction(Protocol):
 
     Attributes
     ----------
-    kind : Special
     margin : float
         0, or the distance from the curve, in the norm of the weights, at which it is seen whether the system follows
         the orbits: where it does so only up to the curve itself, and only where the function is negative.

@@ -285,7 +285,6 @@ def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.nda
 
     Parameters
     ----------
-    problem : Problem
     orbit : Orbit
         A solution of the equations.
     shot : Shot

@@ -29,7 +29,6 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
 
     Parameters
     ----------
-    picture : Picture
     names : sequence of str
         Groups that it shows.
     groups : mapping

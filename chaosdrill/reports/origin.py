@@ -60,7 +60,6 @@ def system_part(
 
     Parameters
     ----------
-    system : HybridSystem
     origin : mapping of str to str, optional
         Where the value of each parameter comes from; "the run" for what it does not name.
     simulated, left_out : mapping of str to str, optional

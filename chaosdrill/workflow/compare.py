@@ -104,11 +104,6 @@ def examine(
         Bit for bit; else by what can be compared between machines and versions (`agreement`).
     older : bool, default False
         The first archive is of another version, whose descriptions in words may differ.
-
-    Returns
-    -------
-    differences : list of Difference
-    checks : list of Check
     """
     groups = {node.path: node.to_dataset(inherit=False) for node in first.subtree}
     others = {node.path: node.to_dataset(inherit=False) for node in second.subtree}

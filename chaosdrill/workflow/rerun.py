@@ -59,10 +59,6 @@ def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] |
     progress : callable, optional
         As for the analyses.
 
-    Returns
-    -------
-    xarray.Dataset
-
     Raises
     ------
     ChaosdrillError

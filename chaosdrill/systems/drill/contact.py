@@ -63,10 +63,6 @@ def exchange(option: str, bit: Any, rock: Any) -> tuple[Any, Any]:
         An option that jumps.
     bit, rock : sympy expressions
         Speeds before the hit; ``bit - rock`` is the approach speed.
-
-    Returns
-    -------
-    bit, rock : sympy expressions
     """
     import sympy
 
@@ -101,10 +97,6 @@ def holds(option: str, approach: Any) -> Any:
     """Whether friction holds a resting rock through the hit; None where nothing can.
 
     The paper asks for the peak force of free masses. A Newtonian hit has an infinite force, which no friction holds.
-
-    Returns
-    -------
-    sympy relation or None
     """
     from chaosdrill.systems.drill.friction import STATIC
 
