@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from chaosdrill.analysis.attractors import count_attractors, moments
-from chaosdrill.analysis.cycles import at_points, onward, search
-from chaosdrill.analysis.departures import departures
+from chaosdrill.analysis.cycles import at_points, departures, onward, search
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.regularity import LENGTH, tell

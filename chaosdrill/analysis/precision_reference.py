@@ -1,10 +1,17 @@
 """The truth that methods are measured against: the flow with its events in 60-digit arithmetic.
 
-The arcs come from extrapolation, the event times from Newton's method, and the tangents from differences of the flow
-itself at starts 1e-25 apart: neither a variational equation nor a saltation matrix enters. From a run in double
-precision it only takes which events come one after another, and checks that against the guards and conditions.
+The arcs come from extrapolation of the modified midpoint rule, the event times from Newton's method, and the tangents
+from differences of the flow itself at starts 1e-25 apart: neither a variational equation nor a saltation matrix enters.
+From a run in double precision it only takes which events come one after another, and checks that against the guards and
+conditions.
+
+Gragg's rule has an error expansion in even powers of the step, so that each further column of the extrapolation adds
+two orders (Gragg 1965, doi:10.1137/0702030; Bulirsch and Stoer 1966, doi:10.1007/BF02165234). It needs nothing but the
+right-hand side, and shares no formula with the methods that are measured against it; nor do the special functions of
+the contact laws, which are evaluated by other formulas than the compiled ones.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +19,200 @@ import mpmath
 import numpy as np
 import sympy
 
-from chaosdrill.analysis.precision_extrapolation import Point, along, arc, extrapolated_step
-from chaosdrill.analysis.precision_special import EXACT
 from chaosdrill.model.derive import pinned_states, reset_map
 from chaosdrill.model.places import arguments
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
+
+Point = list[Any]
+Rate = Callable[[Any, Point], Point]
+
+SAFETY = 0.8
+
+
+def extrapolated_step(rate: Rate, t: Any, x: Point, h: Any, columns: int) -> tuple[Point, float]:
+    """One step of length ``h``.
+
+    Parameters
+    ----------
+    rate : callable
+        Time derivative (time, state) -> state; mpmath numbers throughout.
+    t, x : mpf, list of mpf
+        Where the step begins.
+    h : mpf
+        Its length.
+    columns : int
+        Columns of the extrapolation table; the step has the order 2 columns.
+
+    Returns
+    -------
+    state : list of mpf
+    error : float
+        Difference to the table with one column less, relative to max(1, abs(x)).
+    """
+    first = rate(t, x)
+    rows: list[list[Point]] = []
+    for j in range(1, columns + 1):
+        parts = 2 * j
+        s = h / parts
+        before, now = x, [a + s * b for a, b in zip(x, first, strict=True)]
+        for i in range(1, parts):
+            slope = rate(t + i * s, now)
+            before, now = now, [a + 2 * s * b for a, b in zip(before, slope, strict=True)]
+        row = [now]
+        for k in range(1, j):
+            # (n_j / n_(j-k))^2 - 1 for the numbers 2, 4, 6, ... of parts
+            weight = (j * j - (j - k) ** 2, (j - k) ** 2)
+            finer, coarser = row[-1], rows[-1][k - 1]
+            row.append([a + (a - b) * weight[1] / weight[0] for a, b in zip(finer, coarser, strict=True)])
+        rows.append(row)
+    best, other = rows[-1][-1], rows[-1][-2]
+    scale = max(1.0, *(float(abs(a)) for a in best))
+    return best, float(max(abs(a - b) for a, b in zip(best, other, strict=True))) / scale
+
+
+def arc(
+    rate: Rate, t: Any, x: Point, end: Any, columns: int, tolerance: float, first: Any, most: int
+) -> tuple[list[Point], list[Any], Any]:
+    """Integrate to ``end``, choosing the steps.
+
+    Parameters
+    ----------
+    rate, t, x, columns
+        As for `extrapolated_step`.
+    end : mpf
+        Time to reach.
+    tolerance : float
+        Local error of a step.
+    first : mpf
+        Length to try first.
+    most : int
+        Largest number of steps, those included that were too long.
+
+    Returns
+    -------
+    states : list of states
+        At the start and at the end of every step.
+    mesh : list of mpf
+        Lengths of the steps; `along` repeats them.
+    length : mpf
+        The length to try first on the next arc.
+
+    Raises
+    ------
+    ArithmeticError
+        More steps than ``most``, or a state without a value.
+    """
+    states: list[Point] = [x]
+    mesh: list[Any] = []
+    length, tries = first, 0
+    while t < end:
+        tries += 1
+        h = min(length, end - t)
+        # two steps of equal length, not a long one and a sliver
+        if h < end - t < 2 * h:
+            h = (end - t) / 2
+        moved, error = extrapolated_step(rate, t, states[-1], h, columns)
+        if error != error or tries > most:
+            raise ArithmeticError(f"the reference needs more than {most} steps, or has no value")
+        factor = min(4.0, SAFETY * (tolerance / max(error, 1e-300)) ** (1 / (2 * columns - 1)))
+        if error > tolerance:
+            length = h * min(0.5, max(factor, 0.05))
+            continue
+        t += h
+        states.append(moved)
+        mesh.append(h)
+        length = h * max(1.0, factor)
+    return states, mesh, length
+
+
+def along(rate: Rate, t: Any, x: Point, mesh: Sequence[Any], columns: int) -> Point:
+    """Integrate along given steps, so that the result is a smooth function of the start."""
+    for h in mesh:
+        x, _ = extrapolated_step(rate, t, x, h, columns)
+        t += h
+    return x
+
+
+GUARD_DIGITS = 20
+
+
+def _work(v: Any, lam: Any) -> Any:
+    """Digits for a contact of damping lam entered at speed v: the closed forms cancel as lam v goes to zero."""
+    x = abs(lam * v)
+    lost = 0 if x == 0 or x >= 1 else int(-mpmath.log10(x))
+    return mpmath.workdps(2 * mpmath.mp.dps + GUARD_DIGITS + 4 * lost)
+
+
+def _potential(v: Any, lam: Any) -> Any:
+    return v / lam - mpmath.log(1 + lam * v) / lam**2
+
+
+def hunt_crossley_exit(v: Any, lam: Any) -> Any:
+    """Exit speed by the principal branch of Lambert's function."""
+    with _work(v, lam):
+        x = 1 + lam * v
+        speed = v if lam * v == 0 else (1 + mpmath.lambertw(-x * mpmath.exp(-x)).real) / lam
+    return +speed
+
+
+def hunt_crossley_peak(v: Any, lam: Any, n: Any, k: Any) -> Any:
+    """Largest force of the contact, by bisection for the speed at the peak; 20 digits, as only conditions name it."""
+    if v <= 0:
+        return mpmath.mpf(0)
+    with mpmath.workdps(mpmath.mp.dps + GUARD_DIGITS):
+        low, high = mpmath.mpf(0), +v
+        for _ in range(70):
+            middle = (low + high) / 2
+            gained = lam * (n + 1) * (_potential(v, lam) - _potential(middle, lam))
+            low, high = (middle, high) if n * middle < gained else (low, middle)
+        depth = ((n + 1) * (_potential(v, lam) - _potential(low, lam)) / k) ** (1 / (n + 1))
+        return k * depth**n * (1 + lam * low)
+
+
+def hunt_crossley_duration(v: Any, lam: Any, n: Any, k: Any) -> Any:
+    """Duration of the contact, the integral of dx/speed on both branches with x = depth (1 - s^2)."""
+    with mpmath.workdps(mpmath.mp.dps + GUARD_DIGITS):
+        whole = _potential(v, lam)
+        depth = ((n + 1) * whole / k) ** (1 / (n + 1))
+
+        def slowness(s: Any) -> Any:
+            left = whole * (-mpmath.expm1((n + 1) * mpmath.log1p(-s * s)) if s < 1 else 1)
+            return 2 * depth * s * (1 / _speed(left, lam, 1) + 1 / _speed(left, lam, -1))
+
+        return mpmath.quad(slowness, [0, 1])
+
+
+def _speed(left: Any, lam: Any, way: int) -> Any:
+    """Speed on the way in (1) or out (-1) at which G(way speed) = left, by Newton's method."""
+    digits = mpmath.mp.dps
+    speed = mpmath.sqrt(2 * left)
+    if lam * speed < mpmath.mpf(10) ** (-digits // 2):
+        return speed * (1 + way * lam * speed / 3)
+    if way < 0:
+        speed = min(speed, -mpmath.expm1(-1 - lam * lam * left) / lam)
+    with _work(speed, lam):
+        for _ in range(100):
+            change = (_potential(way * speed, lam) - left) * (1 + way * lam * speed) / speed
+            speed -= change
+            if abs(change) <= speed * mpmath.mpf(10) ** -digits:
+                return speed
+    raise ArithmeticError("no speed of the contact found")
+
+
+def positive_power(d: Any, n: Any) -> Any:
+    """max(d, 0)^n."""
+    return d**n if d > 0 else mpmath.mpf(0)
+
+
+EXACT = {
+    function.__name__: function
+    for function in (hunt_crossley_exit, hunt_crossley_peak, hunt_crossley_duration, positive_power)
+}
+"""By name, those that can be evaluated in many digits."""
+
 
 DIGITS = 60
 APART = 25

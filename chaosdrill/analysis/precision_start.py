@@ -7,13 +7,13 @@ import mpmath
 import numpy as np
 
 from chaosdrill.analysis.arguments import Span
-from chaosdrill.analysis.precision_extrapolation import Point
 from chaosdrill.analysis.precision_reference import (
     COLUMNS,
     DIGITS,
     TOLERANCE,
     Exact,
     Itinerary,
+    Point,
     Truth,
     find_truth,
 )

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.seal import is_sealed, try_reading
+from chaosdrill.archive.digest import is_sealed, try_reading
 from chaosdrill.dataset.layout import check_layout
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError

@@ -6,8 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import with_digests
-from chaosdrill.archive.seal import seal
+from chaosdrill.archive.digest import seal, with_digests
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, followed, netcdf_name, replacing, small_netcdf_cache
 from chaosdrill.typed import PATH, expecting

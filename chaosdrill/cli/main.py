@@ -6,18 +6,10 @@ from contextlib import suppress
 
 import click
 
-from chaosdrill.cli.check import check
-from chaosdrill.cli.cite import cite
-from chaosdrill.cli.info import info
+from chaosdrill.cli.commands import check, cite, info, list_names, new, plot, report, verify
 from chaosdrill.cli.interrupts import second_one_ends
-from chaosdrill.cli.list import list_names
-from chaosdrill.cli.new import new
-from chaosdrill.cli.output import emit_error
-from chaosdrill.cli.plot import plot
-from chaosdrill.cli.report import report
 from chaosdrill.cli.run import run
-from chaosdrill.cli.streams import tell, usable_streams
-from chaosdrill.cli.verify import verify
+from chaosdrill.cli.streams import emit_error, tell, usable_streams
 from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError
 from chaosdrill.version import __version__
 

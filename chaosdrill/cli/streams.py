@@ -1,17 +1,23 @@
-"""Standard output and error, which may be closed, full, left by their reader, or know few letters.
+"""What commands share: options, results as JSON, and standard output and error.
 
-What a command has done does not depend on who listens: where nobody reads, nothing is written, and where a letter is
-not known, its code is. Output that a full disk loses is a fault; a message on standard error that is lost is none.
+The streams may be closed, full, left by their reader, or know few letters. What a command has done does not depend on
+who listens: where nobody reads, nothing is written, and where a letter is not known, its code is. Output that a full
+disk loses is a fault; a message on standard error that is lost is none.
 """
 
+import json
+import math
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
 from io import TextIOWrapper
+from typing import Any
 
 import click
+
+from chaosdrill.scene.changes import parse_change
 
 
 @contextmanager
@@ -73,3 +79,63 @@ def _occupy() -> None:
     while (handle := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(handle)
+
+
+def emit(document: Mapping[str, Any]) -> None:
+    """Print a result as JSON, with letters of all alphabets as they are where the output's encoding has them."""
+    plain = strict(document)
+    text = json.dumps(plain, indent=2, allow_nan=False, ensure_ascii=False)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    # names of files need not be text
+    except UnicodeEncodeError:
+        text = json.dumps(plain, indent=2, allow_nan=False)
+    say(text)
+
+
+def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[str, Any]] | None = None) -> None:
+    """Print a fault as JSON, and of a wrong scene all its problems.
+
+    ``kind`` is ``UsageError``, the name of a class of `chaosdrill.errors`, ``OSError``, ``MemoryError`` or
+    ``KeyboardInterrupt``.
+    """
+    document: dict[str, Any] = {"error": {"exit_code": code, "kind": kind, "message": message.strip()}}
+    if problems is not None:
+        document = {"valid": False, **document, "problems": problems}
+    emit(document)
+
+
+def strict(value: Any) -> Any:
+    """Plain values that every reader of JSON knows: NaN becomes null, infinities the texts ``"inf"`` and ``"-inf"``."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): strict(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [strict(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else str(value)
+    return value
+
+
+def given_text(text: str) -> str:
+    """Text of the command line, which is UTF-8 whatever the locale."""
+    try:
+        return text.encode("utf-8", "surrogateescape").decode("utf-8")
+    except UnicodeError:
+        return text
+
+
+def _changes(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, Any]:
+    return dict(parse_change(given_text(text)) for text in given)
+
+
+changes_option = click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="KEY=VALUE",
+    callback=_changes,
+    help="Set a value of the scene, as in system.parameters.eta=0.5; may be repeated.",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document, also for errors.")

@@ -124,7 +124,7 @@ def _defined(tree: "xr.DataTree") -> Markup:
 
 def _with_numbers(groups: "Mapping[str, xr.Dataset]") -> Markup:
     """A system with the numbers of its first analysis, and what others have instead."""
-    from chaosdrill.workflow.rerun import system_of
+    from chaosdrill.workflow.run_scene import system_of
 
     (first, dataset), *others = groups.items()
     system = system_of(dataset)
@@ -169,7 +169,7 @@ def origin_section(tree: "xr.DataTree", path: Path) -> Markup:
 
 def citations_section(tree: "xr.DataTree") -> Markup:
     """What is to be cited for what is in the archive."""
-    from chaosdrill.workflow.cite import references_in
+    from chaosdrill.workflow.describe import references_in
 
     return joined(
         [

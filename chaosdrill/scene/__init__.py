@@ -2,8 +2,7 @@
 
 from chaosdrill.scene.describe import check
 from chaosdrill.scene.load import load_scene, parse_scene
-from chaosdrill.scene.names import list_names
-from chaosdrill.scene.new import new_scene
+from chaosdrill.scene.names import list_names, new_scene
 from chaosdrill.scene.scene import Scene
 from chaosdrill.scene.write import save_scene
 

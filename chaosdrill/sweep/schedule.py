@@ -8,10 +8,9 @@ from typing import Any
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.progress import Progress
-from chaosdrill.sweep.chunks import ChunkSizes, Gaps
 from chaosdrill.sweep.executors import Executor, executor_for
 from chaosdrill.sweep.store import Memory, Store
-from chaosdrill.sweep.task import Arrays, Task
+from chaosdrill.sweep.task import Arrays, ChunkSizes, Gaps, Task
 
 AHEAD = 2
 """Chunks under way for each that can run at once, so that no worker waits for the next one."""

@@ -23,9 +23,8 @@ import numpy as np
 
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.files import open_ordinary, read_json, replacing
-from chaosdrill.sweep.chunks import ChunkSizes, Gaps
 from chaosdrill.sweep.fingerprint import changes, plain
-from chaosdrill.sweep.task import Arrays, Task
+from chaosdrill.sweep.task import Arrays, ChunkSizes, Gaps, Task
 
 MANIFEST = "manifest.json"
 FORMAT = 2

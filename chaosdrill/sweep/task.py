@@ -1,6 +1,6 @@
-"""Interface of a task that can be divided into chunks."""
+"""A task that can be divided into chunks, and the sizes of these, from the cost of recent ones."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from time import perf_counter
 from typing import Any, Protocol
 
@@ -58,3 +58,94 @@ def run_chunk(task: Task, first: int, count: int) -> tuple[Arrays, float]:
     """Run a chunk of a task; return its results and the time in seconds."""
     start = perf_counter()
     return dict(task.run(first, count)), perf_counter() - start
+
+
+AIM_S = 1.0
+"""Seconds that a chunk is to take: long beside what it costs to hand it out and keep it, short enough to lose."""
+
+FINE_S = 0.05
+"""Seconds of the last chunks of a sweep, by which workers may end apart."""
+
+FIRST = 8
+"""Units of the first chunks, where there are many: kernels step so many in the time of one."""
+
+GROWTH = 8
+"""A chunk has at most this many times as many units as the largest one before it."""
+
+MOST_UNITS = 4096
+MOST_BYTES = 2**24
+"""Results of one chunk, of which several are under way at once."""
+
+
+class ChunkSizes:
+    """Sizes of future chunks.
+
+    The first chunks are small, since nobody knows what a unit costs. Then sizes grow until a chunk takes about a
+    second, shrink at once when units become expensive, and shrink towards the end so that all workers end together.
+
+    Parameters
+    ----------
+    unit_bytes : int
+        Size of the results of one unit.
+    """
+
+    def __init__(self, unit_bytes: int) -> None:
+        self.most = max(1, min(MOST_UNITS, MOST_BYTES // max(unit_bytes, 1)))
+        self.cost = 0.0
+        self.largest = 0
+
+    def learn(self, count: int, seconds: float) -> None:
+        """Record the cost of a chunk: a higher cost counts at once, a lower one gradually.
+
+        What the first chunk spends on compiling is forgotten within a few chunks.
+        """
+        cost = seconds / count
+        self.cost = max(cost, (cost + self.cost) / 2)
+        self.largest = max(self.largest, count)
+
+    @property
+    def growing(self) -> bool:
+        """Whether chunks are still much shorter than intended, so that none should be queued."""
+        return self.cost * self.largest < AIM_S / 10
+
+    def next(self, left: int, workers: int) -> int:
+        """Number of units of the next chunk, out of ``left`` that are not assigned yet."""
+        if not self.largest:
+            return min(FIRST, self.most) if left >= FIRST * FIRST * workers else 1
+        cost = max(self.cost, 1e-9)
+        share = left / (2 * workers) if workers > 1 else left
+        size = min(AIM_S / cost, max(share, FINE_S / cost), GROWTH * self.largest, self.most)
+        return max(1, min(int(size), left))
+
+
+class Gaps:
+    """Units still to be computed, handed out in order.
+
+    Parameters
+    ----------
+    units : int
+        Total number of units.
+    finished : iterable of (first, count)
+        Chunks that are already finished, in any order; they may overlap.
+    """
+
+    def __init__(self, units: int, finished: Iterable[tuple[int, int]] = ()) -> None:
+        self.spans: list[tuple[int, int]] = []
+        begin = 0
+        for first, count in sorted(finished):
+            if first > begin:
+                self.spans.append((begin, first))
+            begin = max(begin, first + count)
+        if begin < units:
+            self.spans.append((begin, units))
+        self.spans.reverse()
+        self.left = sum(end - begin for begin, end in self.spans)
+
+    def take(self, count: int) -> tuple[int, int]:
+        """The next chunk: ``count`` units, or fewer at the end of a gap."""
+        begin, end = self.spans.pop()
+        count = min(count, end - begin)
+        if begin + count < end:
+            self.spans.append((begin + count, end))
+        self.left -= count
+        return begin, count

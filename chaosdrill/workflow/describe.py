@@ -1,4 +1,4 @@
-"""What is in an archive and where it came from."""
+"""What is in an archive, where it came from, and what to cite for it."""
 
 import json
 import os
@@ -10,9 +10,10 @@ from chaosdrill.archive.digest import altered
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
+from chaosdrill.dataset.references import Reference, package, references
 from chaosdrill.errors import ArchiveError
 from chaosdrill.typed import PATH, expecting
-from chaosdrill.workflow.rerun import hindrance
+from chaosdrill.workflow.run_scene import hindrance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,3 +125,35 @@ def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
+
+
+@expecting(ArchiveError, path=PATH)
+def cite(path: str | os.PathLike[str]) -> list[Reference]:
+    """The references of what an archive was made with: this package, analyses, methods and systems.
+
+    Parameters
+    ----------
+    path : path-like
+        The archive.
+
+    Returns
+    -------
+    list of Reference
+        Each once, the package first. ``text()`` of one is a line for people, ``bibtex()`` its entry.
+
+    Raises
+    ------
+    ArchiveError
+        If the archive cannot be opened.
+    """
+    return references_in(open_archive(path))
+
+
+def references_in(tree: "xr.DataTree") -> list[Reference]:
+    """The references of an archive that is open."""
+    found = [package()]
+    for node in tree.subtree:
+        group = node.to_dataset(inherit=False)
+        if "kind" in group.attrs:
+            found += references(group.attrs, [str(name) for name in group.variables])
+    return list(dict.fromkeys(found))

@@ -13,8 +13,7 @@ from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.typed import COUNT, FUNCTION, PATH, expecting
 from chaosdrill.workflow.compare import CLOCKED, Check, Difference, examine
 from chaosdrill.workflow.describe import stored_versions
-from chaosdrill.workflow.rerun import hindrance, rerun
-from chaosdrill.workflow.run_scene import compute
+from chaosdrill.workflow.run_scene import compute, hindrance, rerun
 
 if TYPE_CHECKING:
     import xarray as xr

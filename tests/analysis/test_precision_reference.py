@@ -7,8 +7,7 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.analysis.arguments import Span
-from chaosdrill.analysis.precision_reference import DIGITS, Itinerary, NoReferenceError, find_truth
-from chaosdrill.analysis.precision_special import EXACT
+from chaosdrill.analysis.precision_reference import DIGITS, EXACT, Itinerary, NoReferenceError, find_truth
 from chaosdrill.analysis.precision_start import TIGHT, find_place, itinerary, run_map, survey
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model.special import SPECIAL

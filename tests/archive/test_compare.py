@@ -14,8 +14,7 @@ from chaosdrill.dataset import SCHEMA, Outcome
 from chaosdrill.reports import report
 from chaosdrill.scene import parse_scene
 from chaosdrill.workflow import compare, info, run, verify
-from chaosdrill.workflow.agreement import LEADERS
-from chaosdrill.workflow.compare import examine
+from chaosdrill.workflow.compare import LEADERS, examine
 from chaosdrill.workflow.verify import Verification
 
 # The smallest change is found, named and measured; times and history do not count.

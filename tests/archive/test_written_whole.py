@@ -15,7 +15,7 @@ import xarray as xr
 import chaosdrill as cd
 from chaosdrill.archive import check_writable, save
 from chaosdrill.archive import open as open_archive
-from chaosdrill.archive.seal import LENGTH
+from chaosdrill.archive.digest import LENGTH
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, remove_drafts
@@ -267,7 +267,7 @@ def test_of_the_first_format(tree, tmp_path):
 def test_a_file_on_which_the_library_goes_round_for_ever_takes_bounded_processor_time(tmp_path, monkeypatch):
     """Also where nobody is left to end the process in which it is tried."""
     # the package has a function of that name
-    seal = import_module("chaosdrill.archive.seal")
+    seal = import_module("chaosdrill.archive.digest")
     monkeypatch.setattr(seal, "AT_WORK", 1)
     before_it_reads = seal._TRIAL.split("from chaosdrill")[0]
     monkeypatch.setattr(seal, "_TRIAL", before_it_reads + "while True: pass\n")

@@ -232,7 +232,7 @@ def test_groups_are_named_in_their_own_letters(call, tmp_path, motion):
 def test_letters_that_the_output_does_not_have_are_written_as_json_knows_them(monkeypatch):
     import io
 
-    from chaosdrill.cli.output import emit
+    from chaosdrill.cli.streams import emit
 
     stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     monkeypatch.setattr("sys.stdout", stream)
@@ -297,7 +297,7 @@ def test_every_command(tmp_path, locale, name, text):
 
 
 def test_an_archive_without_its_seal_is_tried_under_its_name(tmp_path, motion_of_names):
-    from chaosdrill.archive.seal import LENGTH
+    from chaosdrill.archive.digest import LENGTH
 
     path = cd.save(motion_of_names, tmp_path / f"{NAME}.nc")
     os.truncate(path, path.stat().st_size - LENGTH)

@@ -14,7 +14,7 @@ import xarray as xr
 import chaosdrill as cd
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
-from chaosdrill.cli.output import strict
+from chaosdrill.cli.streams import strict
 from chaosdrill.workflow import Difference, Verification
 
 # With ``--json`` standard output is one JSON document, whatever happens; codes and messages are those without it.

@@ -8,7 +8,7 @@ import pytest
 import sympy
 
 import chaosdrill as cd
-from chaosdrill.analysis.precision_special import EXACT
+from chaosdrill.analysis.precision_reference import EXACT
 from chaosdrill.codegen import kernels_of, series
 from chaosdrill.codegen.rounding import UNIT, rounding_bound
 from chaosdrill.codegen.signatures import LANES

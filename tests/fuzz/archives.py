@@ -21,12 +21,11 @@ from values import HOSTILE, OWNED
 
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
-from chaosdrill.archive.digest import altered
-from chaosdrill.archive.seal import LENGTH, seal
+from chaosdrill.archive.digest import LENGTH, altered, seal
 from chaosdrill.errors import ArchiveError
 from chaosdrill.scene import parse_scene
 from chaosdrill.workflow import run
-from chaosdrill.workflow.rerun import system_of
+from chaosdrill.workflow.run_scene import system_of
 
 # the package has a function of that name
 verifying = import_module("chaosdrill.workflow.verify")

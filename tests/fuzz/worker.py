@@ -151,7 +151,7 @@ def _serve(kind, home, line):
 
 def _is_trial(command):
     """Whether a command is the package's own, which reads an archive without its seal."""
-    from chaosdrill.archive.seal import _TRIAL
+    from chaosdrill.archive.digest import _TRIAL
 
     return command[:4] == [sys.executable, "-I", "-c", _TRIAL]
 

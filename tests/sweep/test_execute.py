@@ -15,7 +15,7 @@ from support.logistic_task import Faulty, Logistic
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.sweep import execute
-from chaosdrill.sweep.chunks import AIM_S, FINE_S, FIRST, ChunkSizes, Gaps
+from chaosdrill.sweep.task import AIM_S, FINE_S, FIRST, ChunkSizes, Gaps
 
 # The same bits whoever runs the units; nothing runs twice; faults and interruptions come through.
 

@@ -132,20 +132,19 @@ def system(chosen: Mapping[str, str] | None = None) -> "HybridSystem":
 
 def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
     from chaosdrill.model import HybridSystem
-    from chaosdrill.systems.drill import compliant, held, hits
-    from chaosdrill.systems.drill.balance import REST, Balance
-    from chaosdrill.systems.drill.phases import stick_slip
+    from chaosdrill.systems.drill import hits
+    from chaosdrill.systems.drill.balance import REST, Balance, stick_slip
 
     option = chosen["contact"]
     balance = Balance(chosen)
     modes = {mode: balance.apart(mode) for mode in balance.modes}
     transitions = stick_slip(balance, balance.spring(REST), "", balance.free, {})
     if contact.jumps(option):
-        modes |= hits.hit_modes(balance) | held.held_modes(balance, option)
-        transitions += hits.hits(balance, option) + held.held(balance)
+        modes |= hits.hit_modes(balance) | hits.held_modes(balance, option)
+        transitions += hits.hits(balance, option) + hits.held(balance)
     elif option != "none":
-        modes |= compliant.contact_modes(balance)
-        transitions += compliant.contacts(balance)
+        modes |= hits.contact_modes(balance)
+        transitions += hits.contacts(balance)
     states = (balance.y, balance.u, *((balance.w,) if balance.moves else ()), *balance.free)
     parameters = effects.parameters(chosen)
     quadratures = {"penetration": balance.w} if balance.moves else {}

@@ -10,9 +10,13 @@ Where bit and rock move together at the stop, y = r, the contact force follows f
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from chaosdrill.systems.drill import contact, drive, friction, rock
+from chaosdrill.systems.drill.friction import STATIC
+
+if TYPE_CHECKING:
+    from chaosdrill.model import Transition
 
 REST = "stick"
 CONTACT = "-contact"
@@ -109,3 +113,51 @@ class Balance:
     def varies(self, expression: Any) -> bool:
         """Whether the expression can cross zero: it names a state or time, not only parameters."""
         return bool(expression.free_symbols & {self.y, self.u, self.w, self.t, self.added})
+
+
+def stick_slip(
+    balance: Balance, demand: Any, suffix: str, always: Mapping[Any, Any], at_rest: Mapping[Any, Any]
+) -> list["Transition"]:
+    """Transitions of the rock between rest and sliding.
+
+    Parameters
+    ----------
+    balance : Balance
+        Symbols of the drill.
+    demand : sympy expression
+        Force on the rock at rest, which friction has to balance.
+    suffix : str
+        What follows the names of the modes: ``""``, ``"-contact"`` or ``"-held"``.
+    always, at_rest : mapping
+        Reset that goes with every transition, and with those that bring the rock to rest.
+
+    Notes
+    -----
+    A rock that stops stays at rest if friction can hold it, else it slides on the other way. Where the demand stands at
+    the threshold itself, its first derivative that does not vanish decides: a guard at zero lies on the side to which
+    it moves.
+    """
+    from chaosdrill.model import Transition
+
+    if not balance.grips:
+        return []
+    rest, slip, back = (mode + suffix for mode in (REST, "slip", "slip-back"))
+    stopped = {**always, **at_rest, balance.w: 0}
+    way: Any = {"guard": balance.w, "direction": -1, "reset": stopped}
+    two_sided = len(balance.slides) == 2
+    found = []
+    if balance.varies(demand):
+        off: Any = {"source": rest, "reset": always, "kind": "slip"}
+        found.append(Transition("release" + suffix, target=slip, guard=demand - STATIC, direction=+1, **off))
+        if two_sided:
+            found.append(Transition("release-back" + suffix, target=back, guard=demand + STATIC, direction=-1, **off))
+    if not two_sided:
+        return [*found, Transition("stick" + suffix, slip, rest, kind="stick", **way)]
+    back_way = {**way, "direction": +1}
+    return [
+        *found,
+        Transition("stick" + suffix, slip, rest, condition=demand >= -STATIC, kind="stick", **way),
+        Transition("turn-back" + suffix, slip, back, kind="turn", **way),
+        Transition("stick-from-back" + suffix, back, rest, condition=demand <= STATIC, kind="stick", **back_way),
+        Transition("turn-forward" + suffix, back, slip, kind="turn", **back_way),
+    ]

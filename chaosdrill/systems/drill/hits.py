@@ -1,14 +1,23 @@
-"""Impacts that change the speeds by a law, instantly or after the duration of the contact.
+"""What happens at the stop: impacts by a law, instant or timed, held contacts, and compliant ones.
 
 While a timed contact lasts a timer runs down and nothing else moves: y stays at the stop, and bit and rock keep the
 speeds at which they met, so that the penetration goes on at the rock's. Then the new speeds hold.
+
+In a held contact bit and rock stay together at the stop until the force between them changes sign. Newtonian rebounds
+that would end within a negligible time end in one. A Hunt-Crossley contact loses ever less of ever weaker hits, so its
+rebounds need not end; but its law is that of free masses, and where the peak force of a hit is no larger than the force
+N that presses the masses together, it is beyond its validity. Such a hit is held.
+
+In a compliant contact a force acts on bit and rock while the bit is beyond the stop. y stays at the stop and a state of
+its own, the depth, goes on from 0; the spring is stretched by their sum. A depth of 1e-7 beside a stretch of 1 would
+lose nine of its digits, and a stiff force would turn the rest into noise: in the force, in the tangents, and at the
+threshold of friction, where the rock would then stick and slip without end.
 """
 
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.systems.drill import contact
-from chaosdrill.systems.drill.balance import CONTACT, REST, Balance
-from chaosdrill.systems.drill.held import hold
+from chaosdrill.systems.drill.balance import CONTACT, REST, Balance, stick_slip
 
 if TYPE_CHECKING:
     from chaosdrill.model import Transition
@@ -86,3 +95,99 @@ def _timed(balance: Balance, option: str, impact: Any, event: Any) -> list["Tran
     if "slip-back" in balance.slides:
         found.append(Transition("rebound-back", "slip" + CONTACT, "slip-back", reset=after, **over))
     return found
+
+
+HELD = "-held"
+
+
+def held_modes(balance: Balance, option: str) -> dict[str, dict[Any, Any]]:
+    """Equations of the modes in which the masses move together, or both rest."""
+    if not contact.jumps(option):
+        return {}
+    return {mode + HELD: balance.together(mode) for mode in balance.modes}
+
+
+def hold(balance: Balance, option: str, mode: str, rebound: str, event: Any) -> list["Transition"]:
+    """The outcome of a hit in ``mode`` after which the masses stay together, in place of the one named ``rebound``."""
+    import sympy
+
+    from chaosdrill.model import Transition
+
+    pressing, speed = balance.pressing(mode), balance.common_speed(mode)
+    tests = [pressing > 0]
+    if mode != REST:
+        # speeds that meet while the rock slides back but go forward together belong to another mode
+        tests += [speed <= 0] if balance.slides[mode] < 0 else []
+    reset = {balance.y: balance.r, balance.u: speed} | ({balance.w: speed} if balance.moves else {})
+    how = {"source": mode, "target": mode + HELD, "reset": {**reset, **balance.free}, "kind": "hold", **event}
+    if option == "newton":
+        return [Transition(f"hold-{mode}", completes=rebound, condition=sympy.And(*tests), **how)]
+    peak = contact.peak(balance.u - balance.speed(mode), free=mode != REST)
+    return [Transition(f"hold-{mode}", condition=sympy.And(*tests, peak <= pressing), **how)]
+
+
+def held(balance: Balance) -> list["Transition"]:
+    """Transitions out of and between the modes of a held contact."""
+    from chaosdrill.model import Transition
+
+    y, u, w, r = balance.y, balance.u, balance.w, balance.r
+    found = [
+        Transition(
+            f"part-{mode}",
+            mode + HELD,
+            mode,
+            guard=balance.pressing(mode),
+            direction=-1,
+            reset={**balance.free, **balance.at_rest(mode)},
+            kind="part",
+        )
+        for mode in balance.modes
+        if balance.varies(balance.pressing(mode))
+    ]
+    if balance.grips and not balance.varies(balance.pressing(REST)):
+        # no guard can watch a force that never changes
+        loose = balance.pressing(REST) <= 0
+        reset = {u: 0, w: 0, **balance.free}
+        found.append(
+            Transition(
+                "part-at-rest", "slip" + HELD, REST, guard=w, direction=-1, reset=reset, condition=loose, kind="part"
+            )
+        )
+    return found + stick_slip(balance, balance.thrust, HELD, {y: r, **balance.free}, {u: 0})
+
+
+def contact_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
+    """Equations of the modes in which the bit is beyond the stop."""
+    modes = {}
+    for mode in balance.modes:
+        field = balance.apart(mode, _push(balance, mode))
+        closing = field.pop(balance.y)
+        modes[mode + CONTACT] = {balance.y: 0, balance.added: closing} | {x: _in(balance, f) for x, f in field.items()}
+    return modes
+
+
+def contacts(balance: Balance) -> list["Transition"]:
+    """Transitions into, within and out of the contact; the force is zero at both ends, so nothing jumps."""
+    from chaosdrill.model import Transition
+
+    y, r, depth = balance.y, balance.r, balance.added
+    found = []
+    for mode in balance.modes:
+        rest = balance.at_rest(mode)
+        on: Any = {"guard": y - r, "direction": +1, "reset": {y: r, depth: y - r, **rest}}
+        off: Any = {"guard": depth, "direction": -1, "reset": {y: r + depth, depth: 0, **rest}}
+        found.append(Transition(f"touch-{mode}", mode, mode + CONTACT, priority=1, kind="impact", **on))
+        found.append(Transition(f"part-{mode}", mode + CONTACT, mode, kind="part", **off))
+    demand = _in(balance, balance.spring(REST) + _push(balance, REST))
+    return found + stick_slip(balance, demand, CONTACT, {y: r}, {})
+
+
+def _push(balance: Balance, mode: str) -> Any:
+    return contact.force(balance.added, balance.u - balance.speed(mode))
+
+
+def _in(balance: Balance, expression: Any) -> Any:
+    """An expression of the stretch, in contact."""
+    import sympy
+
+    return sympy.sympify(expression).subs(balance.y, balance.y + balance.added)

@@ -1,0 +1,286 @@
+"""The commands but for ``run``: each hands its arguments on, and prints what comes back."""
+
+import json
+from dataclasses import asdict
+from itertools import groupby
+from typing import Any
+
+import click
+
+from chaosdrill.cli.streams import changes_option, emit, given_text, json_option, say, tell
+from chaosdrill.progress import Display
+from chaosdrill.scene.names import TOPICS
+from chaosdrill.scene.names import list_names as names_of
+from chaosdrill.systems import REGISTRY
+
+
+@click.command()
+@click.argument("system")
+def new(system: str) -> None:
+    """Print a scene of SYSTEM, a name of `chaosdrill list systems`, with its parameters, initial state and analyses.
+
+    For example: chaosdrill new izhikevich > neuron.toml
+    """
+    from chaosdrill.scene.names import new_scene
+
+    say(new_scene(system).removesuffix("\n"))
+
+
+@click.command()
+@click.argument("scene")
+@changes_option
+@json_option
+def check(scene: str, changes: dict[str, Any], as_json: bool) -> None:
+    """Validate SCENE without running it, and print its states, modes, events and equations.
+
+    SCENE is a TOML file, or - for standard input.
+    """
+    from chaosdrill.scene import check as check_scene
+
+    described = check_scene(scene, changes)
+    if as_json:
+        emit({"valid": True, **described})
+    else:
+        say(check_text(described))
+
+
+def check_text(described: dict[str, Any]) -> str:
+    """The description of a scene for people."""
+    lines = [described["title"], f"system     {described['system']}"]
+    lines += _block("set", ((key, f"= {value}") for key, value in described["changes"].items()))
+    for heading, key in (("simulated", "simulated"), ("left out", "left_out")):
+        lines += _block(heading, described[key].items())
+    lines += _block(
+        "states",
+        ((name, f"= {state['initial']:g} at first   {state['label']}") for name, state in described["states"].items()),
+    )
+    lines += _block(
+        "parameters",
+        (
+            (name, f"= {entry['value']:.12g}{'' if entry['given'] else ' (default)'}   {entry['label']}")
+            for name, entry in described["parameters"].items()
+        ),
+    )
+    for mode, equations in described["modes"].items():
+        first = "   (at first)" if mode == described["initial_mode"] else ""
+        lines += _block(f"mode {mode}{first}", ((left, f"= {right}") for left, right in equations.items()))
+    for name, event in described["events"].items():
+        modes = f"{' or '.join(event['from'])} -> {event['to']}"
+        lines += _block(f"event {name}   ({event['kind']}, {modes})", _event(event))
+    rows = ((name, f"= integral of {_in_modes(rate)}") for name, rate in described["quadratures"].items())
+    lines += _block("quadratures", rows)
+    if described["period"] is not None:
+        lines += _block("forcing", [("period", described["period"])])
+    lines += _block(
+        "SI quantities",
+        (
+            (
+                name,
+                f"= {entry['value']:.12g}{'' if entry['units'] == '1' else ' ' + entry['units']}".ljust(24)
+                + entry["label"],
+            )
+            for name, entry in described["si"].items()
+        ),
+    )
+    lines += _block("SI scales", ((name, f"{value:.12g}") for name, value in described["si_scales"].items()))
+    lines += _block("numerics", ((name, str(v)) for name, v in described["numerics"].items() if v is not None))
+    for name, analysis in described["analyses"].items():
+        lines += _block(
+            f"analysis {name}", ((key, json.dumps(value, ensure_ascii=False)) for key, value in analysis.items())
+        )
+    return "\n".join(lines)
+
+
+def _event(event: dict[str, Any]) -> list[tuple[str, str]]:
+    way = {1: "rises through 0", -1: "falls through 0", 0: "passes 0"}[event["direction"]]
+    rows = [("when", f"{event['guard']} {way}")]
+    if event["condition"] is not None:
+        rows.append(("if", _in_modes(event["condition"])))
+    return rows + [(f"{state} :=", value) for state, value in event["reset"].items()]
+
+
+def _in_modes(told: str | dict[str, str]) -> str:
+    """A text, or those of modes that differ in it."""
+    return told if isinstance(told, str) else "; ".join(f"{text} in {mode}" for mode, text in told.items())
+
+
+def _block(heading: str, rows: Any) -> list[str]:
+    rows = list(rows)
+    width = max((len(name) for name, _ in rows), default=0)
+    return [heading, *(f"  {name:<{width}} {text}".rstrip() for name, text in rows)] if rows else []
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FIG.png",
+    help="Plot to write (png, pdf, svg); if there are several, each name is inserted before the suffix. "
+    "Default: next to the archive.",
+)
+@click.option("--group", metavar="NAME", help="Only this group of the archive.")
+@json_option
+def plot(archive: str, output: str | None, group: str | None, as_json: bool) -> None:
+    """Draw every plot that suits the contents of OUT.nc, and print the files written."""
+    from chaosdrill.plots import plot_archive
+
+    paths = [str(path) for path in plot_archive(archive, output, group=None if group is None else given_text(group))]
+    if as_json:
+        emit({"archive": archive, "pictures": paths})
+    else:
+        say("\n".join(paths))
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@click.option("-o", "--output", metavar="REPORT.html", help="Page to write. Default: next to the archive.")
+@json_option
+def report(archive: str, output: str | None, as_json: bool) -> int:
+    """Write the contents of OUT.nc to one page, and print its name.
+
+    The page is one file that loads nothing: scene and equations, plots, charts in which one selects a parameter
+    and sees its section and exponents, tables, accuracy and cost, and the provenance of the numbers.
+
+    Exit code 1 if a part could not be shown, for example of an altered archive; the page then says which.
+    """
+    from chaosdrill.reports import report as write_report
+
+    made = write_report(archive, output)
+    if as_json:
+        emit({**asdict(made), "path": str(made.path), "archive": str(made.archive)})
+    else:
+        say(str(made.path))
+    for fault in made.faults:
+        tell(f"could not be shown: {fault}")
+    return 1 if made.faults else 0
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Points computed at once.")
+@json_option
+def verify(archive: str, workers: int, as_json: bool) -> int:
+    """Run the scene stored in OUT.nc again and compare every variable.
+
+    An archive saved from Python has no scene: each of its analyses is run again from the stored definition of its
+    system and the arguments.
+
+    With the same versions on the same platform: bit by bit. Otherwise: cycles, multipliers and attractors
+    within the error of the method, averages in chaos within their standard errors; the criterion of each variable is
+    printed. Measured times are compared with their checksums. Exit code 1 and a table if anything differs.
+    """
+    from chaosdrill.workflow import verify as verify_archive
+
+    with Display() as progress:
+        result = verify_archive(archive, workers=workers, report=progress.report)
+    if as_json:
+        differences = [asdict(item) for item in result.differences]
+        shown = {"path": archive, "equal": result.equal, "differences": differences, "notes": list(result.notes)}
+        shown |= {"exact": result.exact, "checks": [asdict(check) for check in result.checks]}
+        emit(shown)
+    elif result.equal:
+        say(f"{archive}: equal, {'bit for bit' if result.exact else 'by the criterion of each variable'}")
+    else:
+        say(f"{archive}: differs from the repeated run")
+        say(result.table())
+    if not as_json:
+        if not result.exact:
+            say(result.how())
+        for note in result.notes:
+            tell(note)
+    return 0 if result.equal else 1
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@json_option
+def info(archive: str, as_json: bool) -> None:
+    """Show the contents and provenance of OUT.nc."""
+    from chaosdrill.workflow import info as describe
+
+    described = describe(archive)
+    if as_json:
+        emit(described)
+    else:
+        say(info_text(described))
+
+
+def info_text(described: dict[str, Any]) -> str:
+    """The description of an archive for people."""
+    lines = [f"{described['path']}  {described['bytes']} bytes"]
+    for name, value in described.items():
+        if name in ("path", "bytes", "altered", "quantities", "groups"):
+            continue
+        if isinstance(value, dict):
+            if not value:
+                continue
+            value = ", ".join(f"{key} {text}" for key, text in value.items())
+        lines.append(f"  {name:<13} {value}")
+    lines += altered_line(described)
+    for name, entry in described["quantities"].items():
+        lines.append(f"  {name:<21} {entry['value']} [{entry['units']}]  {entry['long_name']}")
+    for group, content in described["groups"].items():
+        facts = [f"{name} {content[name]}" for name in ("system", "method", "tolerance") if name in content]
+        lines += ["", f"{group}  {content['kind']}  {', '.join(facts)}"]
+        lines.append("  dimensions    " + ", ".join(f"{name} {size}" for name, size in content["dimensions"].items()))
+        for heading, key in (("outcomes", "outcomes"), ("special", "special_points")):
+            if counts := ", ".join(f"{name} {count}" for name, count in content.get(key, {}).items()):
+                lines.append(f"  {heading:<13} {counts}")
+        lines.append(f"  repeatable    {content['repeatable']}")
+        lines += altered_line(content)
+        for name, variable in content["variables"].items():
+            shape = f"({', '.join(variable['dimensions'])})"
+            lines.append(f"  {name + shape:<44} {variable['dtype']:<8} [{variable['units']}]  {variable['long_name']}")
+    return "\n".join(lines)
+
+
+def altered_line(described: dict[str, Any]) -> list[str]:
+    """What of the archive or of a group was altered, if anything was."""
+    changed = described.get("altered")
+    return [f"  altered       {', '.join(changed)}  (since the archive was written)"] if changed else []
+
+
+@click.command()
+@click.argument("archive", metavar="OUT.nc")
+@click.option("--bibtex", is_flag=True, help="Print BibTeX.")
+@json_option
+def cite(archive: str, bibtex: bool, as_json: bool) -> None:
+    """Print what to cite for OUT.nc: this package, and the references of its analyses, methods and systems."""
+    from chaosdrill.workflow import cite as references
+
+    if bibtex and as_json:
+        raise click.UsageError("--bibtex and --json are different formats; choose one")
+    found = references(archive)
+    if as_json:
+        emit({"path": archive, "references": [asdict(reference) for reference in found]})
+    else:
+        texts = (reference.bibtex() if bibtex else reference.text() for reference in found)
+        say(("\n\n" if bibtex else "\n").join(texts))
+
+
+@click.command("list")
+@click.argument("topic", type=click.Choice(TOPICS))
+@click.argument("name", required=False)
+@json_option
+def list_names(topic: str, name: str | None, as_json: bool) -> None:
+    """List the systems, effects, analyses or methods that a scene can name, or the settings of the analysis NAME."""
+    found = names_of(topic, name)
+    if as_json:
+        emit(found)
+    elif topic == "systems":
+        for group, names in groupby(found, key=lambda system: REGISTRY[system].group):
+            say(f"{group}:")
+            _columns({f"  {system}": found[system] for system in names}, max(map(len, found)) + 2)
+    elif topic == "effects":
+        _columns(
+            {f"{effect} = {option!r}": text for effect, options in found.items() for option, text in options.items()}
+        )
+    else:
+        _columns(found)
+
+
+def _columns(found: dict[str, str], width: int = 0) -> None:
+    width = max(width, *map(len, found))
+    for name, text in found.items():
+        say(f"{name:<{width}}  {text}")
