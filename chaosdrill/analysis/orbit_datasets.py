@@ -1,7 +1,7 @@
 """Datasets of what the search for orbits and the following of branches give."""
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -9,14 +9,12 @@ import xarray as xr
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, rate_names
+from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.multipliers import is_stable
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.results import BranchResult, FoundOrbit
+from chaosdrill.orbits.results import BranchResult, FoundOrbit
 
 
-def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr.Dataset:
+def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dataset:
     """The raw dataset of ``periodic-orbit``, with the dimension ``orbit``.
 
     Parameters
@@ -76,7 +74,7 @@ def orbits_dataset(system: "HybridSystem", orbits: "Sequence[FoundOrbit]") -> xr
 
 
 def orbit_rates(
-    system: "HybridSystem", orbits: "Sequence[FoundOrbit]", numerics: Numerics
+    system: HybridSystem, orbits: Sequence[FoundOrbit], numerics: Numerics
 ) -> dict[str, tuple[str, np.ndarray]]:
     """Means over exactly one period of each orbit, variables of ``periodic-orbit``; NaN where there is none.
 
@@ -101,7 +99,7 @@ def orbit_rates(
     return {name: ("orbit", values) for name, values in zip(names, rates, strict=True)}
 
 
-def _integrals(system: "HybridSystem", orbit: "FoundOrbit", numerics: Numerics) -> np.ndarray:
+def _integrals(system: HybridSystem, orbit: FoundOrbit, numerics: Numerics) -> np.ndarray:
     """Quadratures over one period, NaN if it cannot be followed; shape (q,)."""
     start = dict(zip(system.state_names, orbit.states[0].tolist(), strict=True))
     parts = len(orbit.states) if system.period is not None else 1
@@ -114,7 +112,7 @@ def _integrals(system: "HybridSystem", orbit: "FoundOrbit", numerics: Numerics) 
     return run.integrals()
 
 
-def branches_dataset(system: "HybridSystem", result: "BranchResult") -> xr.Dataset:
+def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
     """The raw dataset of ``continuation``.
 
     Parameters

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,10 +13,8 @@ from chaosdrill.engine.ahead import LANES, ONE_RUN, compile_ahead
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import Structure, examine
+from chaosdrill.model import HybridSystem
 from chaosdrill.sweep.fingerprint import of_system, origin
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
 
 BLOCKS = 32
 """Blocks over which exponents are averaged, for their standard errors."""
@@ -56,7 +54,7 @@ class Plan:
     rows: int = 0  # section points that are kept at every point
 
     @property
-    def system(self) -> "HybridSystem":
+    def system(self) -> HybridSystem:
         """The system at its own parameters."""
         return self.where.system
 
@@ -163,7 +161,7 @@ def block_ends(periods: int, unit: int = 1) -> np.ndarray:
 
 
 def make_plan(
-    system: "HybridSystem", given: Points, numerics: Numerics, *, swept: tuple[str, ...] = (), rows: int = 0
+    system: HybridSystem, given: Points, numerics: Numerics, *, swept: tuple[str, ...] = (), rows: int = 0
 ) -> Plan:
     """What is done at every point of an analysis; ``swept`` are the parameters that differ between the points.
 

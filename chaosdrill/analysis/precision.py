@@ -4,7 +4,7 @@ import gc
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter, thread_time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -28,9 +28,7 @@ from chaosdrill.declared import METHODS
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.engine.structure import examine
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from chaosdrill.model import HybridSystem
 
 COUNTED, TIMED = 16, 64
 """Units over which steps and evaluations are counted, and of a run that is timed."""
@@ -58,7 +56,7 @@ class Cost:
 
 
 def measure_costs(
-    system: "HybridSystem",
+    system: HybridSystem,
     unit: float,
     count: int,
     most: int,
@@ -141,7 +139,7 @@ UNITS = 64
 _LONGEST_HORIZON = 3000
 
 
-def compare(system: "HybridSystem", plan: Span, asked: Any, job: Job) -> xr.Dataset:
+def compare(system: HybridSystem, plan: Span, asked: Any, job: Job) -> xr.Dataset:
     """Errors and times of every method at every tolerance that is asked for; see `work_precision`."""
     plan = plan if plan.periodic else Span(plan.unit, UNITS, plan.transient, False)
     names, values, repeats = asked.methods, asked.tolerances, asked.repeats
@@ -194,7 +192,7 @@ def _reference_errors(yardstick: Yardstick) -> dict[str, float]:
 
 
 def _dataset(
-    system: "HybridSystem",
+    system: HybridSystem,
     plan: Span,
     found: Survey,
     yardstick: Yardstick | None,

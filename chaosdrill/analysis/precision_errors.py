@@ -1,7 +1,7 @@
 """Errors of one method at one tolerance, quantity by quantity."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.errors import SettingsError
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from chaosdrill.model import HybridSystem
 
 QUANTITIES = ("strobe", "event_time", "tangent", "multiplier", "flow_direction", "exponent")
 TARGET = 1e-6
@@ -42,7 +40,7 @@ class Yardstick:
     place: Place  # start and truth
     found: Survey  # for the restarts
     rates: np.ndarray  # (restarts,): growth over the restarts at the tightest tolerance
-    starts: list["HybridSystem"]  # with `paths` those of `true_paths`; without any no horizon is looked for
+    starts: list[HybridSystem]  # with `paths` those of `true_paths`; without any no horizon is looked for
     paths: np.ndarray
 
     def exponent(self) -> tuple[float, float]:
@@ -84,7 +82,7 @@ def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
     return errors
 
 
-def _against_truth(values: dict[str, float], place: Place, system: "HybridSystem", mapped: Mapped) -> None:
+def _against_truth(values: dict[str, float], place: Place, system: HybridSystem, mapped: Mapped) -> None:
     truth = place.truth
     if truth is None:
         return
@@ -122,7 +120,7 @@ def multiplier_error(found: np.ndarray, exact: np.ndarray) -> float:
     return worst / max(1.0, float(np.abs(exact).max()))
 
 
-def flow_direction_error(system: "HybridSystem", unit: float, count: int, numerics: Numerics) -> float:
+def flow_direction_error(system: HybridSystem, unit: float, count: int, numerics: Numerics) -> float:
     """How far the tangent map leads F at the start away from F at the end, relative to F, in the system with time."""
     if system.time is not None:
         if "with time" not in system.shared:
@@ -162,7 +160,7 @@ def _mean_difference(rates: np.ndarray, exact: np.ndarray) -> tuple[float, float
     return float(abs(apart.mean())), spread
 
 
-def true_paths(found: Survey, unit: float, most: int) -> tuple[list["HybridSystem"], np.ndarray]:
+def true_paths(found: Survey, unit: float, most: int) -> tuple[list[HybridSystem], np.ndarray]:
     """Starts and strobe points at the tightest tolerance, shape (starts, units, n); NaN after an early end."""
     chosen = found.restarts()[:: max(1, len(found.restarts()) // _HORIZON_STARTS)][:_HORIZON_STARTS]
     starts = [found.start(i) for i in chosen]
@@ -170,7 +168,7 @@ def true_paths(found: Survey, unit: float, most: int) -> tuple[list["HybridSyste
     return starts, np.array([_path(start, unit, numerics, most) for start in starts])
 
 
-def _path(start: "HybridSystem", unit: float, numerics: Numerics, most: int) -> np.ndarray:
+def _path(start: HybridSystem, unit: float, numerics: Numerics, most: int) -> np.ndarray:
     run = Run(start, unit, numerics)
     path = np.full((most, len(start.states)), np.nan)
     for point in path:
@@ -180,7 +178,7 @@ def _path(start: "HybridSystem", unit: float, numerics: Numerics, most: int) -> 
     return path
 
 
-def trusted_time(starts: list["HybridSystem"], paths: np.ndarray, unit: float, numerics: Numerics) -> float:
+def trusted_time(starts: list[HybridSystem], paths: np.ndarray, unit: float, numerics: Numerics) -> float:
     """Median time up to which a trajectory stays within TARGET of the true one; inf if it does to the end."""
     times = []
     for start, path in zip(starts, paths, strict=True):

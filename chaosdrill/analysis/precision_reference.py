@@ -13,18 +13,16 @@ the contact laws, which are evaluated by other formulas than the compiled ones.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mpmath
 import numpy as np
 import sympy
 
+from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import pinned_states, reset_map
 from chaosdrill.model.places import arguments
 from chaosdrill.model.special import SPECIAL
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
 
 Point = list[Any]
 Rate = Callable[[Any, Point], Point]
@@ -276,7 +274,7 @@ class Exact:
         Time between strobes.
     """
 
-    def __init__(self, system: "HybridSystem", unit: float) -> None:
+    def __init__(self, system: HybridSystem, unit: float) -> None:
         self.system = system = system.placed
         self.unit = mpmath.mpf(unit)
         symbols = arguments(system)
@@ -409,7 +407,7 @@ class Followed:
     legs: list[Leg]
 
 
-def _special_names(system: "HybridSystem") -> set[str]:
+def _special_names(system: HybridSystem) -> set[str]:
     expressions = [rate for field in system.modes.values() for rate in field.values()]
     for transition in system.transitions:
         expressions += [transition.guard, *transition.reset.values()]
@@ -417,7 +415,7 @@ def _special_names(system: "HybridSystem") -> set[str]:
     return {type(f).__name__ for e in expressions for f in e.atoms(sympy.Function)} & SPECIAL.keys()
 
 
-def find_truth(system: "HybridSystem", unit: float, start: Point, itinerary: Itinerary, count: int) -> Truth:
+def find_truth(system: HybridSystem, unit: float, start: Point, itinerary: Itinerary, count: int) -> Truth:
     """State, events and tangent map over ``count`` units from a start, in extended precision.
 
     Raises

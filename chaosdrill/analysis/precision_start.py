@@ -1,7 +1,7 @@
 """Where accuracy is measured: a start on the attractor, the cycle through it if there is one, and stored restarts."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -24,9 +24,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from chaosdrill.model import HybridSystem
 
 TIGHT = 1e-15
 TIGHT_METHODS = ("taylor", "dop853")
@@ -52,7 +50,7 @@ class UnitEvents:
 class Survey:
     """A run along the attractor, unit by unit."""
 
-    system: "HybridSystem"
+    system: HybridSystem
     outcome: Outcome
     states: np.ndarray  # (units, n): at the start of each unit
     modes: list[str]  # at the start of each unit
@@ -74,7 +72,7 @@ class Survey:
         """Numbers of the units that are computed again by every method."""
         return sorted(set(np.linspace(0, len(self.states) - 1, RESTARTS).astype(int).tolist()))
 
-    def start(self, i: int) -> "HybridSystem":
+    def start(self, i: int) -> HybridSystem:
         """The system with the state at the start of a unit as its initial state."""
         return restart(self.system, self.states[i], self.modes[i])
 
@@ -90,7 +88,7 @@ class Survey:
         return sorted(inner, key=lambda i: self.events[i].slowest)[len(inner) // 2]
 
 
-def survey(system: "HybridSystem", plan: Span) -> Survey:
+def survey(system: HybridSystem, plan: Span) -> Survey:
     """Let the transient pass, then keep the state at the start of every unit."""
     for method in TIGHT_METHODS:
         found = _survey(system, plan, Numerics(method, TIGHT))
@@ -99,7 +97,7 @@ def survey(system: "HybridSystem", plan: Span) -> Survey:
     return found
 
 
-def _survey(system: "HybridSystem", plan: Span, numerics: Numerics) -> Survey:
+def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
     n = len(system.states)
     # no direction of a model is likely to be orthogonal to this one
     direction = np.sqrt(np.arange(2.0, n + 2.0))
@@ -130,7 +128,7 @@ def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
     return UnitEvents(transitions, inside, float(np.abs(found.events[:, at.EVENT_SPEED]).min()))
 
 
-def restart(system: "HybridSystem", x: Any, mode: str) -> "HybridSystem":
+def restart(system: HybridSystem, x: Any, mode: str) -> HybridSystem:
     """The system with a state of a run as its initial state."""
     return system.with_initial(mode=mode, **dict(zip(system.state_names, map(float, x), strict=True)))
 
@@ -146,14 +144,14 @@ class Mapped:
     mode: str
 
 
-def run_map(system: "HybridSystem", unit: float, count: int, numerics: Numerics) -> Mapped:
+def run_map(system: HybridSystem, unit: float, count: int, numerics: Numerics) -> Mapped:
     """One run from the initial state over ``count`` units with the whole tangent map."""
     run = Run(system, unit, numerics, tangents=np.eye(len(system.states)), orthonormalise=False)
     found = record(run, count, events=True)
     return Mapped(found.outcome, run.x.copy(), run.vectors.T.copy(), found, run.mode)
 
 
-def newton_step(mapped: Mapped, system: "HybridSystem") -> np.ndarray:
+def newton_step(mapped: Mapped, system: HybridSystem) -> np.ndarray:
     """Correction of the initial state towards the cycle: (I - M) d = map(x) - x."""
     start = np.array([system.initial[name] for name in system.state_names])
     correction: np.ndarray = np.linalg.solve(np.eye(len(start)) - mapped.tangent, mapped.state - start)
@@ -161,8 +159,8 @@ def newton_step(mapped: Mapped, system: "HybridSystem") -> np.ndarray:
 
 
 def find_cycle(
-    system: "HybridSystem", unit: float, period: int, numerics: Numerics, steps: int = _NEWTON
-) -> tuple["HybridSystem", Mapped | None]:
+    system: HybridSystem, unit: float, period: int, numerics: Numerics, steps: int = _NEWTON
+) -> tuple[HybridSystem, Mapped | None]:
     """The cycle of one method near the initial state, by Newton's method; None if it leads nowhere."""
     for _ in range(steps):
         mapped = run_map(system, unit, period, numerics)
@@ -185,7 +183,7 @@ def find_cycle(
 class Place:
     """The stretch on which methods are compared."""
 
-    system: "HybridSystem"  # with the start as its initial state
+    system: HybridSystem  # with the start as its initial state
     unit: float  # length of a unit of time, the forcing period of a forced system
     period: int  # period of the cycle, 0 if there is none
     truth: Truth | None  # in extended precision
@@ -208,7 +206,7 @@ def find_place(found: Survey, plan: Span) -> Place:
     return _true_place(system, plan.unit, 0, run_map(system, plan.unit, 1, found.numerics))
 
 
-def _true_place(system: "HybridSystem", unit: float, period: int, mapped: Mapped) -> Place:
+def _true_place(system: HybridSystem, unit: float, period: int, mapped: Mapped) -> Place:
     start = [mpmath.mpf(system.initial[name]) for name in system.state_names]
     try:
         if period:
@@ -224,7 +222,7 @@ def _true_place(system: "HybridSystem", unit: float, period: int, mapped: Mapped
     return Place(system, unit, period, truth)
 
 
-def _onto_cycle(system: "HybridSystem", unit: float, start: Point, period: int, mapped: Mapped) -> Point:
+def _onto_cycle(system: HybridSystem, unit: float, start: Point, period: int, mapped: Mapped) -> Point:
     """Newton's method for the cycle in extended precision, with the tangent map of doubles; a step or two."""
     inverse = mpmath.matrix(np.linalg.inv(np.eye(len(start)) - mapped.tangent).tolist())
     with mpmath.workdps(DIGITS):

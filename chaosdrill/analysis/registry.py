@@ -34,7 +34,7 @@ def _import_all() -> list[str]:
     return [function(name).analysis.kind for name in FUNCTIONS]
 
 
-def _import_methods() -> "Iterable[str]":
+def _import_methods() -> Iterable[str]:
     from chaosdrill.engine import methods
 
     return methods.NAMES

@@ -8,12 +8,13 @@ where it becomes true. It travels as the text ``at`` through arguments, scenes a
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, settling
+from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.dataset import Outcome
@@ -22,11 +23,8 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
+from chaosdrill.model import HybridSystem
 from chaosdrill.model.surface import surface
-
-if TYPE_CHECKING:
-    from chaosdrill.analysis.base import Job
-    from chaosdrill.model import HybridSystem
 
 RETURN = 1000
 """Longest time between two points of a section, unless another one is given: in forcing periods, else in times in
@@ -51,7 +49,7 @@ LOOKED_AT = 256
 class Section:
     """Where points are taken."""
 
-    system: "HybridSystem"  # the system; where a surface is the section, with a transition in every mode that marks it
+    system: HybridSystem  # the system; where a surface is the section, with a transition in every mode that marks it
     transitions: frozenset[int] | None  # the events before which the points are taken; None for the strobe
     own: int  # transitions that the system has without those
     counts: str  # {"strobe", "section", "time"}: what lengths count: strobes, points of the section, or time
@@ -60,7 +58,7 @@ class Section:
     longest: float  # longest time between two points
 
 
-def find_section(system: "HybridSystem", given: Any, numerics: Numerics, *, timed: bool = False) -> Section:
+def find_section(system: HybridSystem, given: Any, numerics: Numerics, *, timed: bool = False) -> Section:
     """The section that the settings ``at``, ``max_return``, ``periods`` and ``duration`` of an analysis name.
 
     The ``unit`` is 1 where nothing asks for it: no point of a section is waited for, and it is not ``timed``.
@@ -76,7 +74,7 @@ def find_section(system: "HybridSystem", given: Any, numerics: Numerics, *, time
     return Section(marked, chosen, len(system.transitions), counts, unit, given.max_return or RETURN * unit)
 
 
-def _characteristic_time(system: "HybridSystem", numerics: Numerics) -> float:
+def _characteristic_time(system: HybridSystem, numerics: Numerics) -> float:
     from chaosdrill.orbits.guess import Place, characteristic_time
 
     few = min(numerics.max_events or FEW_EVENTS, FEW_EVENTS)
@@ -114,14 +112,14 @@ def settled_at(section: Section, run: Run, points: int) -> Outcome:
 class OrbitStart:
     """From where an orbit is looked for, as `chaosdrill.orbits.find.find_orbit` takes it."""
 
-    system: "HybridSystem"
+    system: HybridSystem
     period: int
     start: str | float
     transient: int
     points: int = 0  # points of a section that a round of the length ``start`` has; 0: none was named
 
 
-def orbit_start(system: "HybridSystem", given: Any, numerics: Numerics) -> OrbitStart:
+def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
     """Where the search for an orbit begins by its settings.
 
     Where a section is named: half a return after a point of it, and the round has the time that the ``period`` returns
@@ -170,7 +168,7 @@ class Path:
     events: Record  # all events but those that only mark a surface that was named for the purpose
 
 
-def traced(where: Section, given: Any, job: "Job") -> Path:
+def traced(where: Section, given: Any, job: Job) -> Path:
     """A motion over its length, with so many samples in every unit of it; see `trajectory`."""
     system, samples = where.system, given.samples
     if where.counts == "section":
@@ -209,7 +207,7 @@ def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
     return np.clip(since, 0.0, plan.length)
 
 
-def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
+def _traced_to_points(where: Section, given: Any, job: Job) -> Path:
     """The same up to the last of so many points of a section: once for its events, and once more for its samples."""
     system, count = where.system, int(given.periods)
     assert where.transitions is not None
@@ -237,7 +235,7 @@ def _present(run: Run) -> np.ndarray:
     return np.concatenate([run.x, np.zeros(len(run.system.quadratures)), [run.standing["mode"]]])
 
 
-def section(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
+def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     """States at every strobe, or before every event of a section; see `poincare_section`."""
     numerics = job.numerics
     where = find_section(system, given, numerics)
@@ -283,7 +281,7 @@ def section(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     return xr.Dataset(variables, coords=coords)
 
 
-def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run, Record]:
+def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, Record]:
     """Strobes before the record, how it went, the run at its end, and the record."""
     if where.counts == "section":
         assert where.transitions is not None

@@ -1,6 +1,6 @@
 """Lyapunov spectra."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,15 +13,13 @@ from chaosdrill.analysis.statistics import SINKS, classify, kaplan_yorke, standa
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
+from chaosdrill.model import HybridSystem
 
 ALL = 32
 """States up to which all exponents are computed, however few are asked for. Beyond, tangents take most of the time."""
 
 
-def spectrum(system: "HybridSystem", plan: Span, exponents: int | None, blocks: int, job: Job) -> xr.Dataset:
+def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: int, job: Job) -> xr.Dataset:
     """Exponents over a span, with a history of so many blocks; see `lyapunov_spectrum`."""
     count = tangent_count(system, exponents)
     structure = examine(system)
@@ -140,7 +138,7 @@ def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.
 
 
 def _averages(
-    system: "HybridSystem", run: Run, plan: Span, ends: np.ndarray, drilled: np.ndarray, complete: bool
+    system: HybridSystem, run: Run, plan: Span, ends: np.ndarray, drilled: np.ndarray, complete: bool
 ) -> dict[str, Any]:
     """What the run counted besides the exponents, without rates if it came to an early end; the closest grazing stays.
 

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,17 +14,15 @@ from chaosdrill.analysis.points import Axis, LineTask, PointTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.engine.period import forcing_periods
+from chaosdrill.model import HybridSystem
 from chaosdrill.progress import Progress
 from chaosdrill.sweep import execute
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
 
 _EXPONENTS = ("lyapunov_exponent", "lyapunov_error")
 
 
 def over_parameters(
-    system: "HybridSystem",
+    system: HybridSystem,
     given: Any,
     job: Job,
     *,
@@ -80,7 +78,7 @@ def over_parameters(
     return xr.Dataset(variables, coords=coords)
 
 
-def over_states(system: "HybridSystem", given: Any, job: Job) -> xr.Dataset:
+def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     """Tell the attractors apart to which the points of a grid of initial states lead; ``given`` has a ``grid``."""
     axes = tuple(Axis(name, values, of_start=True) for name, values in given.grid.items())
     names = tuple(given.grid)
@@ -113,13 +111,13 @@ def over_states(system: "HybridSystem", given: Any, job: Job) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords)
 
 
-def _own(system: "HybridSystem") -> tuple[np.ndarray, int]:
+def _own(system: HybridSystem) -> tuple[np.ndarray, int]:
     """State and mode from which the system itself starts."""
     start = np.array([system.initial[name] for name in system.state_names], dtype=float)
     return start, system.mode_names.index(system.initial["mode"])
 
 
-def _labels(system: "HybridSystem", plan: Plan) -> dict[str, Any]:
+def _labels(system: HybridSystem, plan: Plan) -> dict[str, Any]:
     """Coordinates of states and exponents."""
     labels: dict[str, Any] = {"state": list(system.state_names)}
     if plan.exponents:

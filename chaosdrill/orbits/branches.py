@@ -3,30 +3,24 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.orbits.continuation import Continued, Curve, Point, SpecialCurve, continue_curve
+from chaosdrill.model import HybridSystem
+from chaosdrill.orbits.continuation import Border, Continued, Curve, Point, SpecialCurve, continue_curve
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
-from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.results import BranchResult, Cascade
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import locate, special_points
 from chaosdrill.orbits.switching import curve_behind, doubled
 from chaosdrill.orbits.table import cascade_from, collect, nothing
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.continuation import Border
-    from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.problem import Shot
-
 
 ENDS = {
     Special.GRAZING: BranchEnd.GRAZING,
@@ -46,7 +40,7 @@ class BranchSegment:
     def __len__(self) -> int:
         return len(self.points)
 
-    def orbit(self, k: int) -> "Orbit":
+    def orbit(self, k: int) -> Orbit:
         """One of the orbits."""
         return self.points[k].orbit
 
@@ -120,7 +114,7 @@ class Branch:
         self.end, self.words = end, words or end.advice
         return self
 
-    def orbit(self, mark: Mark) -> "Orbit":
+    def orbit(self, mark: Mark) -> Orbit:
         """The orbit at a mark."""
         return self.segments[mark.segment].orbit(mark.point)
 
@@ -146,7 +140,7 @@ class Branch:
         return Branch(segments, marks, self.end, words)
 
 
-def met(curve: Curve, orbit: "Orbit", known: Sequence[BranchSegment]) -> bool:
+def met(curve: Curve, orbit: Orbit, known: Sequence[BranchSegment]) -> bool:
     """Whether an orbit coincides with an end of a known segment."""
     weights = curve.weights(orbit)
     weights[curve.problem.states] = 0.0
@@ -238,7 +232,7 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
     return curve, replace(first, arclength=length)
 
 
-def _mark(branch: Branch, border: "Border", kind: Special, text: str) -> None:
+def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
     """Mark the last point of a branch as one at a border."""
     segment = branch.segments[-1]
     k = len(segment) - 1
@@ -334,7 +328,7 @@ Progress = Callable[[int, int, None], None]
 
 
 def branches(
-    system: "HybridSystem",
+    system: HybridSystem,
     parameter: str,
     limits: tuple[float, float],
     period: int,
@@ -404,7 +398,7 @@ def branches(
     return collect(problem, (parameter,), found, _longest_cascade(found) if doublings else None)
 
 
-def _beside(curve: Curve, orbit: "Orbit", shot: "Shot", step: float) -> Point:
+def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
     """The first orbit, or one beside it if it is a special point, so that the branch passes through that."""
     problem = curve.problem
     first = curve.first(orbit, shot)
@@ -452,7 +446,7 @@ def _to_follow(branch: Branch, first_only: bool) -> list[Mark]:
     return [m for m in marks if _beside_stable(branch.segments[m.segment], m)] or marks
 
 
-def _beside_stable(segment: "BranchSegment", mark: Mark) -> bool:
+def _beside_stable(segment: BranchSegment, mark: Mark) -> bool:
     beside = [k for k in (mark.point - 1, mark.point + 1) if 0 <= k < len(segment)]
     problem = segment.curve.problem
     values = multipliers(problem, segment.orbit(0), segment.monodromies[beside], segment.rank)

@@ -1,16 +1,19 @@
 """Curves of folds, period doublings and grazing over two parameters."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
-from chaosdrill.orbits.branches import Branch, Mark, trace_branch
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.model import HybridSystem
+from chaosdrill.orbits.branches import Branch, Mark, Progress, trace_branch
 from chaosdrill.orbits.continuation import Curve, Point, SpecialCurve
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
 from chaosdrill.orbits.multipliers import free_multipliers
+from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError, Problem
 from chaosdrill.orbits.results import BranchResult
 from chaosdrill.orbits.settings import SETTINGS
@@ -18,31 +21,22 @@ from chaosdrill.orbits.special import test_function_at
 from chaosdrill.orbits.switching import lifted
 from chaosdrill.orbits.table import collect, nothing
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from chaosdrill.engine.numerics import Numerics
-    from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.branches import Progress
-    from chaosdrill.orbits.orbit import Orbit
-
-
 FOLLOWED = {kind.meaning: kind for kind in (Special.FOLD, Special.PERIOD_DOUBLING, Special.GRAZING)}
 """What can be followed, by name."""
 
 
 def curve(
-    system: "HybridSystem",
+    system: HybridSystem,
     parameters: tuple[str, str],
-    limits: "Sequence[Sequence[float]] | np.ndarray",
+    limits: Sequence[Sequence[float]] | np.ndarray,
     period: int,
     start: str | float,
     transient: int,
     follow: str,
     step: float,
     max_points: int,
-    numerics: "Numerics",
-    progress: "Progress | None",
+    numerics: Numerics,
+    progress: Progress | None,
 ) -> BranchResult:
     """The curve of folds, period doublings or grazing over two parameters through the nearest such point.
 
@@ -106,12 +100,12 @@ def curve(
     return replace(result, stable=_stable(problem, result.multipliers, kind))
 
 
-def _report(progress: "Progress | None", done: int) -> None:
+def _report(progress: Progress | None, done: int) -> None:
     if progress is not None:
         progress(done, 2, None)
 
 
-def _nearest(ways: list[Branch], kind: Special) -> "Orbit | None":
+def _nearest(ways: list[Branch], kind: Special) -> Orbit | None:
     """The first orbit of the kind along either half of a branch, that of the shorter way from its start."""
     places = [
         (abs(way.segments[m.segment].points[m.point].arclength), way.orbit(m))
@@ -130,7 +124,7 @@ def _told(ways: list[Branch]) -> str:
     return f"{there} between {' and '.join(f'{v:.9g}' for v in sorted(ends))}"
 
 
-def _begin(problem: Problem, orbit: "Orbit", kind: Special, ranges: np.ndarray) -> tuple[SpecialCurve, Point]:
+def _begin(problem: Problem, orbit: Orbit, kind: Special, ranges: np.ndarray) -> tuple[SpecialCurve, Point]:
     weights = problem.weights(orbit, np.ptp(ranges, axis=1))
     test, orbit, shot, instant = test_function_at(problem, orbit, problem.shoot(orbit), kind, weights)
     curve = SpecialCurve(problem, ranges, test)

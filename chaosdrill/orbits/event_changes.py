@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,17 +17,13 @@ from chaosdrill.codegen.signatures import event_places
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.orbits.continuation import Border
+from chaosdrill.orbits.continuation import Border, Curve
 from chaosdrill.orbits.find import admissible, at_rest
 from chaosdrill.orbits.guess import eventless, own_path, standpoint
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.problem import CONVERGED, LostError
+from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
 from chaosdrill.orbits.settings import SETTINGS
-
-if TYPE_CHECKING:
-    from chaosdrill.orbits.continuation import Curve
-    from chaosdrill.orbits.problem import Problem, Shot
 
 
 @dataclass(frozen=True)
@@ -39,7 +34,7 @@ class Touch:
     guard: int  # number of the guard in its mode
     side: int  # sign by which the guard's value is multiplied, so that it is negative before the guard is met
 
-    def greatest(self, problem: "Problem", orbit: "Orbit", instant: float) -> tuple[float, float]:
+    def greatest(self, problem: Problem, orbit: Orbit, instant: float) -> tuple[float, float]:
         """Largest value of the guard in the segment near an instant, and its time.
 
         Parameters
@@ -66,7 +61,7 @@ class Touch:
                 return self._look(problem, orbit, now + gap)[0], now + gap
         raise LostError("the guard has no greatest value in the segment any more")
 
-    def _look(self, problem: "Problem", orbit: "Orbit", instant: float) -> tuple[float, float]:
+    def _look(self, problem: Problem, orbit: Orbit, instant: float) -> tuple[float, float]:
         """Value and rate of the guard."""
         begin = float(orbit.durations[: self.segment].sum())
         total = float(orbit.durations.sum())
@@ -77,7 +72,7 @@ class Touch:
         return self.side * float(values[0]), self.side * float(rates[0])
 
 
-def touches(problem: "Problem", orbit: "Orbit") -> "Iterator[tuple[float, Touch, float]]":
+def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, float]]:
     """Greatest values of guards within segments: (value as a part of the guard's variation there, which, when)."""
     transitions = problem.plain.transitions
     begin = 0.0
@@ -103,13 +98,13 @@ def touches(problem: "Problem", orbit: "Orbit") -> "Iterator[tuple[float, Touch,
         begin += float(orbit.durations[i])
 
 
-def nearest_touch(problem: "Problem", orbit: "Orbit") -> tuple[Touch, float] | None:
+def nearest_touch(problem: Problem, orbit: Orbit) -> tuple[Touch, float] | None:
     """The guard that an orbit touches at a border, and the time; None if it touches none."""
     found = min(touches(problem, orbit), key=lambda one: one[0], default=None)
     return found[1:] if found is not None and found[0] <= SETTINGS.touching else None
 
 
-def slowness(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray:
+def slowness(problem: Problem, orbit: Orbit, shot: Shot) -> np.ndarray:
     """Speed at the event that ends each segment, as a part of how fast its guard changes; infinite without one."""
     begin = 0.0
     parts = np.full(len(orbit), np.inf)
@@ -122,14 +117,14 @@ def slowness(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray:
     return parts
 
 
-def slowest_event(problem: "Problem", orbit: "Orbit", shot: "Shot") -> int | None:
+def slowest_event(problem: Problem, orbit: Orbit, shot: Shot) -> int | None:
     """Index of the event with zero normal speed; None if there is none."""
     parts = slowness(problem, orbit, shot)
     slowest = int(parts.argmin())
     return slowest if parts[slowest] <= SETTINGS.touching else None
 
 
-def taken(problem: "Problem", orbit: "Orbit", segment: int, guard: int, after: float) -> int:
+def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float) -> int:
     """Transition that would be taken if a guard were met on a segment, a time after its start; -1 for none."""
     system = problem.system
     n, instant = len(system.states), float(orbit.durations[:segment].sum()) + after
@@ -144,7 +139,7 @@ def taken(problem: "Problem", orbit: "Orbit", segment: int, guard: int, after: f
 
 
 def _guard(
-    problem: "Problem", orbit: "Orbit", segment: int, guard: int, instants: np.ndarray, states: np.ndarray
+    problem: Problem, orbit: Orbit, segment: int, guard: int, instants: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values and rates of a guard in states (K, d) at times since the start of an orbit."""
     system = problem.system
@@ -168,12 +163,12 @@ def _guard(
 class Continuation:
     """An orbit with another sequence of events, behind a border, and which way leads away from it."""
 
-    orbit: "Orbit"
-    shot: "Shot"
+    orbit: Orbit
+    shot: Shot
     ahead: np.ndarray
 
 
-def reason(problem: "Problem", border: Border) -> tuple[Special, str]:
+def reason(problem: Problem, border: Border) -> tuple[Special, str]:
     """What happens at a border behind which nothing goes on, from its last orbit and the first one beyond."""
     system = problem.plain
     orbit, shot = (border.good, border.shot) if border.bad is None else (border.bad, border.bad_shot)
@@ -207,7 +202,7 @@ def reason(problem: "Problem", border: Border) -> tuple[Special, str]:
     return Special.REGULAR, ""
 
 
-def branch_behind(curve: "Curve", border: Border) -> Continuation | None:
+def branch_behind(curve: Curve, border: Border) -> Continuation | None:
     """An orbit behind a border with another sequence of events, if there is one that begins there."""
     tried = [border.good]
     further: list[Orbit] = []
@@ -223,12 +218,12 @@ def branch_behind(curve: "Curve", border: Border) -> Continuation | None:
     return None
 
 
-def _emptied(queue: "list[Orbit]") -> "Iterator[Orbit]":
+def _emptied(queue: list[Orbit]) -> Iterator[Orbit]:
     while queue:
         yield queue.pop(0)
 
 
-def recounted(problem: "Problem", before: "Orbit", after: "Orbit") -> bool:
+def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
     """Whether all that changes is after how many rebounds the rest of them is taken as one, which means nothing."""
     transitions = {t.name: t for t in problem.plain.transitions}
     old, new = (Counter(o.events(problem.plain).split()) for o in (before, after))
@@ -236,7 +231,7 @@ def recounted(problem: "Problem", before: "Orbit", after: "Orbit") -> bool:
     return old != new and all(name in replaced for name in (old - new) + (new - old))
 
 
-def what_changed(problem: "Problem", border: Border, after: "Orbit") -> tuple[Special, str]:
+def what_changed(problem: Problem, border: Border, after: Orbit) -> tuple[Special, str]:
     """What happens at a border, from the sequences of events on its two sides, and the speeds at the border itself."""
     system, before = problem.plain, border.good
     old, new = (Counter(o.events(system).split()) for o in (before, after))
@@ -259,7 +254,7 @@ def what_changed(problem: "Problem", border: Border, after: "Orbit") -> tuple[Sp
     return Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts)
 
 
-def _guesses(problem: "Problem", border: Border) -> "Iterator[Orbit]":
+def _guesses(problem: Problem, border: Border) -> Iterator[Orbit]:
     """Paths with other events: those of the system itself near the border, then those with events left out."""
     d = problem.states
     last = border.bad if border.bad is not None else border.good
@@ -272,7 +267,7 @@ def _guesses(problem: "Problem", border: Border) -> "Iterator[Orbit]":
     yield from without_events(problem, border.good)
 
 
-def without_events(problem: "Problem", orbit: "Orbit") -> "Iterator[Orbit]":
+def without_events(problem: Problem, orbit: Orbit) -> Iterator[Orbit]:
     """The path without its events, if it stays in one mode."""
     if orbit.eventless or len(set(orbit.segments[:, at.SEGMENT_MODE].tolist())) > 1:
         return
@@ -289,7 +284,7 @@ def without_events(problem: "Problem", orbit: "Orbit") -> "Iterator[Orbit]":
         yield Orbit(segments, orbit.periods, np.concatenate([state, values])[np.newaxis], 0.0, np.array([total]))
 
 
-def _own_path(problem: "Problem", orbit: "Orbit", values: np.ndarray) -> "Orbit | None":
+def _own_path(problem: Problem, orbit: Orbit, values: np.ndarray) -> Orbit | None:
     """What the system does from the middle of the longest segment on, in the time that the orbit takes."""
     outcome, guess = own_path(problem, orbit, values, float(orbit.durations.sum()))
     if outcome != Outcome.OK or guess is None:
@@ -297,7 +292,7 @@ def _own_path(problem: "Problem", orbit: "Orbit", values: np.ndarray) -> "Orbit 
     return based(problem, replace(guess, periods=orbit.periods))
 
 
-def left_out(border: Border) -> "Iterator[Orbit]":
+def left_out(border: Border) -> Iterator[Orbit]:
     """The orbit without one event that leads back into its mode, or without two or three that do so together."""
     orbit = border.good
     count = len(orbit)
@@ -320,12 +315,12 @@ def left_out(border: Border) -> "Iterator[Orbit]":
                     yield replace(turned, segments=segments, durations=durations, starts=starts)
 
 
-def _turned(orbit: "Orbit", first: int) -> "Orbit":
+def _turned(orbit: Orbit, first: int) -> Orbit:
     """The same path from another segment on, with its phase not reduced to one period."""
     return orbit.rotated(first, None)
 
 
-def _same_cycle(one: "Orbit", other: "Orbit") -> bool:
+def _same_cycle(one: Orbit, other: Orbit) -> bool:
     """Whether two orbits have the same events, which take about as long: two that trade places leave a cycle of two."""
     total = float(other.durations.sum())
     return len(one) == len(other) and any(
@@ -335,7 +330,7 @@ def _same_cycle(one: "Orbit", other: "Orbit") -> bool:
     )
 
 
-def _branch_from(curve: "Curve", guess: "Orbit", border: Border, further: "list[Orbit]") -> Continuation | None:
+def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit]) -> Continuation | None:
     """The branch of orbits with the events of a guess that begins at a border, some way along it.
 
     Where its orbits cross yet another guard, as two do at once on a symmetric orbit, the system's own path from there
@@ -367,7 +362,7 @@ def _branch_from(curve: "Curve", guess: "Orbit", border: Border, further: "list[
     return None
 
 
-def distance(problem: "Problem", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -> float:
     """Distance between two orbits at the strobes and in the parameter, in the weighted norm.
 
     Without strobes: the largest distance at which one passes a place of the other, and how much longer one takes.
@@ -385,7 +380,7 @@ def distance(problem: "Problem", orbit: "Orbit", other: "Orbit", weights: np.nda
     return apart + min(float((np.abs(np.roll(here, k, axis=0) - there) * weights[:d]).max()) for k in range(len(here)))
 
 
-def passing(problem: "Problem", orbit: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
+def passing(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -> float:
     """Distance at which an orbit passes the middle of the longest segment of another one."""
     state = standpoint(problem, other)[2]
     total = float(orbit.durations.sum())
@@ -399,7 +394,7 @@ def passing(problem: "Problem", orbit: "Orbit", other: "Orbit", weights: np.ndar
     return closest
 
 
-def _away(problem: "Problem", orbit: "Orbit", shot: "Shot", border: Border, weights: np.ndarray) -> np.ndarray | None:
+def _away(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weights: np.ndarray) -> np.ndarray | None:
     """The direction that leads away from a border, along orbits that the system follows."""
     direction = problem.direction(orbit, shot, weights)
     farthest, away = 0.0, None

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +10,8 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.guess import (
     InitialGuess,
     Place,
@@ -29,10 +30,6 @@ from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.verification import describe, no_orbit
 
-if TYPE_CHECKING:
-    from chaosdrill.engine.run import Run
-    from chaosdrill.model import HybridSystem
-
 
 class NoOrbitError(Exception):
     """Raised if no orbit was found, with the reason.
@@ -49,7 +46,7 @@ class NoOrbitError(Exception):
         self.residuals = np.zeros(0) if residuals is None else residuals
 
 
-def admissible(orbit: "Orbit", shot: "Shot") -> bool:
+def admissible(orbit: Orbit, shot: Shot) -> bool:
     """Whether the system follows the orbit as it is written down: its guards, their order, their outcomes."""
     events = orbit.segments[:, at.SEGMENT_END] >= 0
     return bool(
@@ -60,7 +57,7 @@ def admissible(orbit: "Orbit", shot: "Shot") -> bool:
     )
 
 
-def inadmissible_words(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
+def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
     """Why the system does not follow an orbit whose equations hold: the first reason."""
     system = problem.plain
     for i, (mode, end, outcome) in enumerate(orbit.segments.tolist()):
@@ -77,7 +74,7 @@ def inadmissible_words(problem: "Problem", orbit: "Orbit", shot: "Shot") -> str:
     return ""
 
 
-def at_rest(problem: "Problem", orbit: "Orbit") -> bool:
+def at_rest(problem: Problem, orbit: Orbit) -> bool:
     """Whether the orbit is at rest: no event occurs, except for slips of zero length."""
     if not orbit.eventless and orbit.durations.min() > SETTINGS.slip_at_rest * orbit.durations.sum():
         return False
@@ -86,7 +83,7 @@ def at_rest(problem: "Problem", orbit: "Orbit") -> bool:
     return bool(np.ptp(path, axis=0).max() <= SETTINGS.at_rest * max(1.0, np.abs(path).max()))
 
 
-def understood(problem: "Problem", place: "Place", failure: NoOrbitError) -> NoOrbitError:
+def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbitError:
     """Why there is no orbit, from what the motion does later on: end, or rest, or let a state only grow."""
     system = place.system
     unit = unit_of(problem, place)
@@ -116,7 +113,7 @@ def understood(problem: "Problem", place: "Place", failure: NoOrbitError) -> NoO
     )
 
 
-def _rests(run: "Run") -> bool:
+def _rests(run: Run) -> bool:
     """Whether nothing moves any more."""
     system = run.system
     rates = np.zeros(len(run.x) + len(system.quadratures))
@@ -146,7 +143,7 @@ def why_not(code: int, residuals: np.ndarray) -> str:
 
 
 def find_orbit(
-    system: "HybridSystem", period: int, start: str | float, transient: float, numerics: Numerics
+    system: HybridSystem, period: int, start: str | float, transient: float, numerics: Numerics
 ) -> FoundOrbit:
     """Find and verify one orbit, or say why there is none.
 
@@ -168,7 +165,7 @@ def find_orbit(
 
 
 def starting_orbit(
-    system: "HybridSystem", free: tuple[str, ...], period: int, start: str | float, transient: float, numerics: Numerics
+    system: HybridSystem, free: tuple[str, ...], period: int, start: str | float, transient: float, numerics: Numerics
 ) -> tuple[Problem, Orbit, Shot, np.ndarray, str]:
     """The orbit near the initial state, or near the attractor that it leads to.
 

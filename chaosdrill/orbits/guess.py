@@ -32,7 +32,7 @@ class Place:
     came: Run | None = None
     """A run that has come there, from which the standing of the guards is taken over. Without one the motion begins."""
 
-    def run(self, period: float, numerics: "Numerics", **options: object) -> Run:
+    def run(self, period: float, numerics: Numerics, **options: object) -> Run:
         """A run that continues from there; arguments as for `Run`."""
         run = Run(self.system, period, numerics, **options)  # type: ignore[arg-type]
         if self.came is not None:
@@ -49,7 +49,7 @@ def started(system: "HybridSystem", state: np.ndarray, mode: str) -> "HybridSyst
     return system.with_initial(**dict(zip(system.state_names, state.tolist(), strict=True)), mode=mode)
 
 
-def reached(run: Run, numerics: "Numerics") -> Place:
+def reached(run: Run, numerics: Numerics) -> Place:
     """Where a run has come to, at a strobe; the run may go on."""
     system = started(run.system, run.x, run.mode)
     here = Run(system, run.period, numerics)
@@ -57,7 +57,7 @@ def reached(run: Run, numerics: "Numerics") -> Place:
     return Place(system, 0.0, here)
 
 
-def standpoint(problem: "Problem", orbit: "Orbit") -> tuple[int, float, np.ndarray]:
+def standpoint(problem: "Problem", orbit: Orbit) -> tuple[int, float, np.ndarray]:
     """Middle of the longest segment: its number, the time since the start of the orbit, the state.
 
     There no event is near, so that a run that begins there meets all of them.
@@ -73,7 +73,7 @@ def standpoint(problem: "Problem", orbit: "Orbit") -> tuple[int, float, np.ndarr
     return longest, middle, problem.at([orbit], np.array([[middle]]))[0][0, 0]
 
 
-def place_on(problem: "Problem", orbit: "Orbit", segment: int, time: float, state: np.ndarray) -> Place:
+def place_on(problem: "Problem", orbit: Orbit, segment: int, time: float, state: np.ndarray) -> Place:
     """A place within a segment of an orbit.
 
     How the guards stand there is seen by a run from the event at which the segment began. States that the mode leaves
@@ -121,7 +121,7 @@ def step_of(problem: "Problem", forcing: float | None) -> float:
 
 def run_from(
     problem: "Problem",
-    orbit: "Orbit",
+    orbit: Orbit,
     segment: int,
     time: float,
     state: np.ndarray,
@@ -148,7 +148,7 @@ def run_from(
     return run
 
 
-def unit_of(problem: "Problem", place: "Place") -> float:
+def unit_of(problem: "Problem", place: Place) -> float:
     """Forcing period, or the characteristic time of the first motion that was followed."""
     if problem.unit is None:
         problem.set_unit(characteristic_time(place, problem.numerics))
@@ -156,7 +156,7 @@ def unit_of(problem: "Problem", place: "Place") -> float:
     return problem.unit
 
 
-def characteristic_time(place: "Place", numerics: Numerics) -> float:
+def characteristic_time(place: Place, numerics: Numerics) -> float:
     """Time in which the motion from a place crosses its own extent, 1 if it does not move.
 
     A sinusoidal motion takes about nine of these units for a turn.
@@ -173,7 +173,7 @@ def characteristic_time(place: "Place", numerics: Numerics) -> float:
     return unit
 
 
-def _crossing(place: "Place", numerics: Numerics, unit: float) -> tuple[float, int]:
+def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int]:
     """Extent over mean rate of the state for which that is longest, as samples at this distance show it, and the steps.
 
     States that only go one way tell nothing, as long as there are others.

@@ -101,7 +101,7 @@ class Orbit:
         )
 
 
-def segment_by_segment(problem: "Problem", orbit: "Orbit") -> Iterator[tuple["Orbit", np.ndarray]]:
+def segment_by_segment(problem: "Problem", orbit: Orbit) -> Iterator[tuple[Orbit, np.ndarray]]:
     """Every segment as a path of its own, and the state before the event at its end, shape (d,)."""
     period = problem.period_at(orbit)
     clock = orbit.phase

@@ -1,7 +1,8 @@
 """Orbits of one system, with the parameters that are left free: the compiled shooting problem behind plain calls."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy
@@ -23,10 +24,6 @@ from chaosdrill.model.places import parameter
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.settings import SETTINGS
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 CLOCK = "forcing period"
 """A mode that no transition enters; its rates are the period and its derivatives by the free parameters."""
@@ -78,7 +75,7 @@ class Problem:
         Method and tolerance.
     """
 
-    def __init__(self, system: HybridSystem, free: "Sequence[str]" = (), numerics: Numerics | None = None) -> None:
+    def __init__(self, system: HybridSystem, free: Sequence[str] = (), numerics: Numerics | None = None) -> None:
         self.plain, self.free = system, tuple(free)
         self.numerics = numerics or Numerics()
         self.states = len(system.states)
@@ -299,7 +296,7 @@ class Problem:
             durations=orbit.durations + change[d + 1 : d + 1 + len(orbit)],
         )
 
-    def at(self, orbits: "Sequence[Orbit]", instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, orbits: Sequence[Orbit], instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States and modes of orbits of the same segments at times since their starts.
 
         Parameters
@@ -322,7 +319,7 @@ class Problem:
         )  # fmt: skip
         return states[:, :, : self.states], modes
 
-    def strobes(self, orbits: "Sequence[Orbit]") -> tuple[np.ndarray, np.ndarray]:
+    def strobes(self, orbits: Sequence[Orbit]) -> tuple[np.ndarray, np.ndarray]:
         """States (P, k, d) at phase 0 of every forcing period, in the order in which they come, and modes (P, k).
 
         Of systems without a period: the states at the starts of the first segments.

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, zip_longest
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,20 +12,16 @@ from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.setup import bounds_of, pins
+from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
 from chaosdrill.orbits.guess import Place, Strobed, orbit_of_events, started, strobed, unit_of
 from chaosdrill.orbits.orbit import Orbit
-from chaosdrill.orbits.problem import Problem
+from chaosdrill.orbits.problem import Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.verification import describe
 
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
-    from chaosdrill.orbits.problem import Shot
-
-
-Solution = tuple[Orbit, "Shot", np.ndarray]
+Solution = tuple[Orbit, Shot, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,7 @@ class CloseReturns:
         Given states, at phase 0.
     """
 
-    def __init__(self, problem: "Problem", longest: int, starts: np.ndarray, modes: np.ndarray) -> None:
+    def __init__(self, problem: Problem, longest: int, starts: np.ndarray, modes: np.ndarray) -> None:
         self.problem, self.longest = problem, longest
         names = problem.plain.mode_names
         self.turning = -1
@@ -121,7 +116,7 @@ class CloseReturns:
             guess = Orbit(segments, 1, record.states[j : j + 1], 0.0, durations.sum(keepdims=True))
         return solved(problem, guess)
 
-    def _scattered(self, known: np.ndarray) -> "Iterator[HybridSystem]":
+    def _scattered(self, known: np.ndarray) -> Iterator[HybridSystem]:
         """Systems that start at random in the enlarged box of the known states, where their mode leaves freedom."""
         table = pins(self.problem.plain)
         rng = np.random.default_rng(20260106)
@@ -140,7 +135,7 @@ class CloseReturns:
         targets = [self.problem.plain.mode_names.index(t.target) for t in self.problem.plain.transitions]
         return np.array(targets, dtype=np.int64)[record.kinds]
 
-    def _record(self, system: "HybridSystem", length: int) -> Record:
+    def _record(self, system: HybridSystem, length: int) -> Record:
         if self.problem.forced:
             return _strobes(self.problem, system, length)
         if self.eventful:
@@ -159,14 +154,14 @@ def _least_turn(sequence: list[int]) -> tuple[int, ...]:
     return min(tuple(sequence[i:] + sequence[:i]) for i in range(len(sequence)))
 
 
-def _strobes(problem: "Problem", system: "HybridSystem", length: int) -> Record:
+def _strobes(problem: Problem, system: HybridSystem, length: int) -> Record:
     """States at phase 0."""
     assert problem.period is not None
     seen = strobed(Place(system).run(problem.period, problem.numerics), length)
     return Record(seen.states, seen.modes, seen.sequences, np.arange(len(seen.states)) * problem.period, seen.rows)
 
 
-def _events(problem: "Problem", system: "HybridSystem", length: int, unit: float) -> Record:
+def _events(problem: Problem, system: HybridSystem, length: int, unit: float) -> Record:
     """States after events."""
     d = problem.states
     run = Place(system).run(unit, problem.numerics)
@@ -184,7 +179,7 @@ def _events(problem: "Problem", system: "HybridSystem", length: int, unit: float
     return Record(rows[:, layout.EVENT_COLUMNS + d :], kinds, kinds, times, rows)
 
 
-def _path(problem: "Problem", system: "HybridSystem", unit: float, units: int) -> np.ndarray:
+def _path(problem: Problem, system: HybridSystem, unit: float, units: int) -> np.ndarray:
     """Samples of a smooth motion."""
     run = Place(system).run(unit, problem.numerics, samples=SETTINGS.turn_samples)
     samples = np.zeros(((units + 2) * SETTINGS.turn_samples, problem.states + len(system.quadratures) + 1))
@@ -197,7 +192,7 @@ def _peaks(values: np.ndarray) -> np.ndarray:
     return np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
 
 
-def _turn(problem: "Problem", systems: "list[HybridSystem]", unit: float) -> tuple[float, int]:
+def _turn(problem: Problem, systems: list[HybridSystem], unit: float) -> tuple[float, int]:
     """Time of a turn of a smooth motion, and the state whose maxima come most regularly."""
     state = 0
     for _ in range(8):
@@ -215,7 +210,7 @@ def _turn(problem: "Problem", systems: "list[HybridSystem]", unit: float) -> tup
     return unit, state
 
 
-def _maxima(problem: "Problem", system: "HybridSystem", length: int, unit: float, state: int) -> Record:
+def _maxima(problem: Problem, system: HybridSystem, length: int, unit: float, state: int) -> Record:
     """States where one of them is largest, by the parabola through three samples."""
     path = _path(problem, system, unit, length)
     mode = system.mode_names.index(system.initial["mode"])
@@ -230,7 +225,7 @@ def _maxima(problem: "Problem", system: "HybridSystem", length: int, unit: float
 
 
 def search(
-    system: "HybridSystem",
+    system: HybridSystem,
     max_period: int,
     starts: np.ndarray,
     modes: np.ndarray,

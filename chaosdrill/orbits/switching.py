@@ -1,24 +1,19 @@
 """Branch switching: onto doubled orbits, and onto the curve behind a change of the event sequence."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.orbits.continuation import Border, Curve, Point, SpecialCurve
 from chaosdrill.orbits.event_changes import branch_behind, distance, slowest_event, touches, what_changed
 from chaosdrill.orbits.find import admissible
-from chaosdrill.orbits.problem import CONVERGED, LostError, Problem
+from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.problem import CONVERGED, LostError, Problem, Shot
 from chaosdrill.orbits.settings import SETTINGS
-from chaosdrill.orbits.special import Touching, Vanishing
-
-if TYPE_CHECKING:
-    from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.problem import Shot
-    from chaosdrill.orbits.special import TestFunction
+from chaosdrill.orbits.special import TestFunction, Touching, Vanishing
 
 
-def doubled(curve: "Curve", orbit: "Orbit", scale: float, most: float) -> tuple["Orbit", "Shot", np.ndarray] | None:
+def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> tuple[Orbit, Shot, np.ndarray] | None:
     """An orbit of twice the period near a period doubling, its shot, and the direction away from the doubling.
 
     Of the two null vectors of the equations of the orbit gone through twice one is the direction of the old branch; the
@@ -98,7 +93,7 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
     return None
 
 
-def _beside(curve: SpecialCurve, orbit: "Orbit", second: float) -> tuple[SpecialCurve, Point]:
+def _beside(curve: SpecialCurve, orbit: Orbit, second: float) -> tuple[SpecialCurve, Point]:
     """The point of the same kind at a value of the second parameter, next to an orbit with other events."""
     values = curve.values(orbit).copy()
     values[1] = second
@@ -110,17 +105,17 @@ def _beside(curve: SpecialCurve, orbit: "Orbit", second: float) -> tuple[Special
     return behind, behind.begin(orbit, shot, instant)
 
 
-def lifted(orbit: "Orbit", value: float) -> "Orbit":
+def lifted(orbit: Orbit, value: float) -> Orbit:
     """The orbit with one more free parameter."""
     return replace(orbit, starts=np.column_stack([orbit.starts, np.full(len(orbit), value)]))
 
 
-def _flat(orbit: "Orbit") -> "Orbit":
+def _flat(orbit: Orbit) -> Orbit:
     """The same orbit without the last free parameter."""
     return replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :-1]))
 
 
-def _same_test(problem: Problem, orbit: "Orbit", test: "TestFunction") -> tuple["TestFunction", float]:
+def _same_test(problem: Problem, orbit: Orbit, test: TestFunction) -> tuple[TestFunction, float]:
     """The test of the same kind on an orbit next to a border, and its instant."""
     if not isinstance(test, Touching):
         return test, 0.0

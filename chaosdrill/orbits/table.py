@@ -120,7 +120,7 @@ def _table(segment: "BranchSegment", number: int, sequence: int) -> dict[str, np
     }
 
 
-def _misses(segment: "BranchSegment") -> "Iterator[str]":
+def _misses(segment: "BranchSegment") -> Iterator[str]:
     """What runs of the ordinary engine say against some of the points."""
     if not len(segment):
         return
@@ -142,7 +142,7 @@ def _misses(segment: "BranchSegment") -> "Iterator[str]":
             yield words
 
 
-def miss(problem: "Problem", orbit: "Orbit") -> str:
+def miss(problem: Problem, orbit: "Orbit") -> str:
     """How an ordinary simulation contradicts an orbit; empty if it does not."""
     d = problem.states
     system = with_values(problem, orbit.starts[0, d:])

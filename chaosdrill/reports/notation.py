@@ -1,15 +1,13 @@
 """A system as its equations: in HTML for notebooks, and in LaTeX. Names are text, whatever they hold."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
+from chaosdrill.model import HybridSystem
 from chaosdrill.model.grammar import PLAIN_NAME
 from chaosdrill.reports.html import shown
 from chaosdrill.reports.origin import system_part
-
-if TYPE_CHECKING:
-    from chaosdrill.model import HybridSystem
 
 MOST_EQUATIONS = 200
 """Equations above which a system is not written out: a notebook would hold them for every cell that ends in it."""
@@ -37,14 +35,14 @@ _IN_MATHEMATICS = str.maketrans(
 _CROSSES = {1: r"\nearrow 0", -1: r"\searrow 0", 0: r"= 0"}
 
 
-def system_html(system: "HybridSystem") -> str | None:
+def system_html(system: HybridSystem) -> str | None:
     """The system as HTML with its equations in MathML, which loads nothing; None if it is too large."""
     if _equations(system) > MOST_EQUATIONS:
         return None
     return str(Markup('<div class="chaosdrill-system">{}{}</div>').format(_STYLE, system_part(system)))
 
 
-def system_latex(system: "HybridSystem") -> str | None:
+def system_latex(system: HybridSystem) -> str | None:
     """The equations of the modes and the events in LaTeX, one display; None if it is too large.
 
     An event is its guard, with an arrow for the direction in which it passes zero, the condition of its outcome, and
@@ -72,7 +70,7 @@ def system_latex(system: "HybridSystem") -> str | None:
     return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
 
 
-def _equations(system: "HybridSystem") -> int:
+def _equations(system: HybridSystem) -> int:
     fields = len(system.modes) * len(system.states)
     return fields + sum(1 + len(event.reset) for event in system.transitions) + len(system.quadratures)
 

@@ -185,7 +185,7 @@ def altered_parts(tree: "xr.DataTree") -> list[str]:
     return [f"{group} {name}".strip() for group, names in _altered(tree).items() for name in names or ()]
 
 
-def _altered(tree: "xr.DataTree") -> "dict[str, list[str] | None]":
+def _altered(tree: "xr.DataTree") -> dict[str, list[str] | None]:
     from chaosdrill.archive.digest import altered
 
     return {node.path.strip("/"): altered(node.to_dataset(inherit=False)) for node in tree.subtree}

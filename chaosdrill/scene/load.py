@@ -11,9 +11,8 @@ from typing import Any
 from chaosdrill.errors import SceneError
 from chaosdrill.files import name_text
 from chaosdrill.scene.changes import change, toml_value
+from chaosdrill.scene.lines import NO_LINE, InvalidSceneError, key_lines
 from chaosdrill.scene.lines import Path as KeyPath
-from chaosdrill.scene.lines import key_lines
-from chaosdrill.scene.problems import NO_LINE, InvalidSceneError
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
 from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 
@@ -107,8 +106,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         As `load_scene`.
     """
     # what checks it is worth its import only once there is a scene
-    from chaosdrill.scene.check_analyses import check_analyses, check_numerics
-    from chaosdrill.scene.check_system import check_document, check_system, table_in
+    from chaosdrill.scene.checks import check_analyses, check_document, check_numerics, check_system, table_in
 
     name = name_text(name)
     raw = _parse_toml(text, name)

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
-from chaosdrill.scene.lines import Path
-from chaosdrill.scene.problems import InvalidSceneError, Problem
+from chaosdrill.scene.lines import InvalidSceneError, Path, Problem
 from chaosdrill.systems.drill.si import ReadSI
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
-    from chaosdrill.scene.check_analyses import Asked
+    from chaosdrill.scene.checks import Asked
 
 STDIN, PIPED = "-", "stdin"
 """What the command line calls standard input, and what messages call a scene that came from there."""

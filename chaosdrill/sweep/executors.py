@@ -36,7 +36,7 @@ _unpacking = Lock()
 class Executor:
     """Workers of one task."""
 
-    submit: Callable[[int, int], "Future[tuple[Arrays, float]]"]
+    submit: Callable[[int, int], Future[tuple[Arrays, float]]]
     """Given the first unit and the number of units of a chunk, has it run some time."""
     size: Callable[[], int]  # number of chunks that can run at once
     parallel: bool = True  # whether ``submit`` returns before the chunk has run
@@ -53,7 +53,7 @@ def executor_for(task: Task, workers: int, scheduler: str | None) -> AbstractCon
 def alone(task: Task) -> Iterator[Executor]:
     """The calling thread, so that an interruption is heard between two kernels."""
 
-    def submit(first: int, count: int) -> "Future[Any]":
+    def submit(first: int, count: int) -> Future[Any]:
         future: Future[Any] = Future()
         future.set_result(run_chunk(task, first, count))
         return future

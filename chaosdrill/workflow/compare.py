@@ -350,7 +350,7 @@ def _spread(name: str, first: "xr.Dataset", second: "xr.Dataset", variable: "xr.
     return np.asarray(wide.values * np.sqrt(count / np.arange(1, count + 1)).reshape(shape))
 
 
-def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) -> "tuple[Any, Any]":
+def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) -> tuple[Any, Any]:
     """From which row of a record on two runs have parted, and where they do so with a jump, which no divergence is."""
     import numpy as np
 

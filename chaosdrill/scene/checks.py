@@ -1,18 +1,25 @@
-"""Whether the names and numbers of the table ``system`` exist and can be."""
+"""What a scene says is checked: whether the names and numbers of its system exist and can be, and its analyses fit."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf
+from pathlib import Path as File
 from sys import float_info
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import Start
+from chaosdrill.analysis.base import Analysis, NumericsSettings
+from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.errors import ModelError
 from chaosdrill.names import remedy
-from chaosdrill.scene.problems import Problem, problems_of
+from chaosdrill.scene.lines import Path, Problem, problems_of
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
 from chaosdrill.systems.drill.si import ReadSI, read_si
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -266,3 +273,81 @@ def table_in(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """A table of the file, or nothing where there is none or something else."""
     found = raw.get(name)
     return found if isinstance(found, Mapping) else {}
+
+
+_GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An analysis that a scene asks for, with the table that says so.
+
+    A setting that the scene leaves out is not passed on, so that its default stands in one place.
+    """
+
+    entry: Analysis
+    table: Mapping[str, Any]
+
+    @property
+    def kind(self) -> str:
+        """Kind of the analysis."""
+        return self.entry.kind
+
+    @property
+    def parallel(self) -> bool:
+        """Whether it has many points, which several workers can share."""
+        return self.entry.settings.parallel
+
+    def keywords(self) -> dict[str, Any]:
+        """Arguments of the analysis function that the scene gives."""
+        return self.entry.settings.arguments(self.table)
+
+    def get(self, name: str) -> Any:
+        """A setting as the scene gives it, or its default; None where the analysis has no such setting."""
+        return self.table.get(name, self.entry.settings.default(name))
+
+    def run(
+        self,
+        system: Any,
+        numerics: Mapping[str, Any],
+        *,
+        workers: int = 1,
+        scheduler: str | None = None,
+        store: File | None = None,
+        progress: Callable[..., None] | None = None,
+    ) -> "xr.Dataset":
+        """Run the analysis, by as many workers at a time as it has points for; ``store`` keeps finished chunks."""
+        keywords = self.keywords()
+        if self.parallel:
+            keywords |= {"workers": workers, "scheduler": scheduler, "store": store}
+        if not self.entry.settings.own_numerics:
+            keywords |= numerics
+        result: xr.Dataset = function(self.entry.function)(system, **keywords, progress=progress)
+        return result
+
+
+def check_numerics(raw: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """The arguments that the table ``numerics`` gives, unless it has faults."""
+    problems = problems_of(NumericsSettings.faults(raw, also=()), ("numerics",))
+    return {} if problems else NumericsSettings.arguments(raw), problems
+
+
+def check_analyses(raw: Mapping[str, Any], system: CheckedSystem) -> tuple[dict[str, Asked], list[Problem]]:
+    """Check every table ``analysis.NAME``."""
+    found: dict[str, Asked] = {}
+    problems: list[Problem] = []
+    known = analyses()
+    for name, table in raw.items():
+        at: Path = ("analysis", name)
+        if not _GROUP.fullmatch(name):
+            problems.append(Problem(at, "the name must consist of at most 64 letters, digits, '_', '.' and '-'"))
+        if not isinstance(table, Mapping):
+            continue
+        kind = table.get("kind")
+        if not isinstance(kind, str) or kind not in known:
+            fault = "missing" if kind is None else f"unknown kind {kind!r:.60}"
+            problems.append(Problem((*at, "kind"), f"{fault}; {remedy(str(kind), known)}"))
+            continue
+        problems += problems_of(known[kind].settings.faults(table, system, also=("kind",)), at)
+        found[name] = Asked(known[kind], {key: value for key, value in table.items() if key != "kind"})
+    return found, problems
