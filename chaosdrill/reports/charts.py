@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from chaosdrill.reports.html import NOTHING, count, part, render
+from chaosdrill.reports.tables import unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -100,6 +101,9 @@ def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, 
     """
     import numpy as np
 
+    from chaosdrill.plots.looks import LONGER_COLOUR, PERIOD_COLOURS
+    from chaosdrill.plots.style import axis_label, seed_names, state_label
+
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
     dataset = dataset.sortby(axes).transpose(*axes, "seed", ...)
     if not all(np.isfinite(dataset[name].values).all() for name in axes):
@@ -116,11 +120,16 @@ def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, 
         left_out.append(f"Of {whole} points this chart holds {held}, one in {stride} each way; the archive has all.")
     data: dict[str, Any] = {
         "kind": str(dataset.attrs["kind"]),
-        "axes": [_axis(dataset, name) for name in axes],
-        "seeds": _seeds(dataset),
-        "states": _states(dataset),
+        "axes": [
+            {"name": name, "label": axis_label(dataset, name), "values": _base64(dataset[name].values, "<f8")}
+            for name in axes
+        ],
+        "seeds": seed_names(dataset),
+        "states": [
+            {"name": str(name), "label": state_label(dataset, i)} for i, name in enumerate(dataset["state"].values)
+        ],
         "outcomes": _outcomes(dataset),
-        "periods": _period_colours(),
+        "periods": [*PERIOD_COLOURS, LONGER_COLOUR],
         "outcome": _base64(dataset["outcome"].values, "i1"),
         "period": _base64(dataset["period"].values, "<i2"),
         "quantities": [_quantity(dataset, name) for name in quantities],
@@ -153,34 +162,13 @@ def _quantity(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
     values = variable.values
     if "seed" not in variable.dims:
         values = np.repeat(values[..., None], dataset.sizes["seed"], axis=-1)
-    count_ = variable.sizes.get("exponent", 1)
-    unit = str(variable.attrs.get("units", ""))
     return {
         "name": name,
         "label": str(variable.attrs.get("long_name", name)),
-        "unit": "" if unit == "1" else unit,
-        "count": count_,
+        "unit": unit(variable.attrs),
+        "count": variable.sizes.get("exponent", 1),
         "values": _base64(values, "<f4"),
     }
-
-
-def _axis(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
-    from chaosdrill.plots.style import axis_label
-
-    return {"name": name, "label": axis_label(dataset, name), "values": _base64(dataset[name].values, "<f8")}
-
-
-def _seeds(dataset: "xr.Dataset") -> list[str]:
-    from chaosdrill.plots.style import seed_names
-
-    return seed_names(dataset)
-
-
-def _states(dataset: "xr.Dataset") -> list[dict[str, str]]:
-    from chaosdrill.plots.style import state_label
-
-    names = [str(name) for name in dataset["state"].values]
-    return [{"name": name, "label": state_label(dataset, i)} for i, name in enumerate(names)]
 
 
 def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
@@ -192,12 +180,6 @@ def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
         {"code": code, "words": readable(name), "advice": advice.get(name, ""), "colour": outcome_colour(name)}
         for code, name in flag_names(dataset["outcome"]).items()
     ]
-
-
-def _period_colours() -> list[str]:
-    from chaosdrill.plots.looks import LONGER_COLOUR, PERIOD_COLOURS
-
-    return [*PERIOD_COLOURS, LONGER_COLOUR]
 
 
 def _scales() -> dict[str, list[str]]:
