@@ -14,7 +14,7 @@ from chaosdrill.declared import METHODS
 from chaosdrill.plots import PICTURES
 from chaosdrill.scene.in_si import UNITS
 from chaosdrill.systems import EFFECTS, REGISTRY
-from chaosdrill.systems.drill.si import FORMULAS, QUANTITIES
+from chaosdrill.systems.drill.si import MADE, QUANTITIES
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 # commands on these pages are those of the environment that builds them
@@ -101,7 +101,7 @@ def write_tables() -> None:
     variables.append("## Root group of a scene in SI units\n\nScalars as given, and as simulated.\n")
     rows = [[f"`si_{name}`", entry.units, entry.label] for name, entry in QUANTITIES.items()]
     rows += [[f"`si_unit_of_{what}`", units, f"one dimensionless unit: {text}"] for units, what, text in UNITS.values()]
-    rows += [[f"`dimensionless_{name}`", "1", formula] for name, formula in FORMULAS.items()]
+    rows += [[f"`dimensionless_{name}`", "1", made.formula] for name, made in MADE.items()]
     variables.append(_table(["variable", "units", "description"], rows))
     variables.append("## Outcomes\n\nA run that ends early has an outcome; it is not an error.\n")
     variables.append(_table(["code", "outcome", "advice"], [[str(int(o)), o.meaning, o.advice] for o in Outcome]))

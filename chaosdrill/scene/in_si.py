@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset import SCHEMA, describe
-from chaosdrill.systems.drill.si import FORMULAS, QUANTITIES, ReadSI, metres_per_hour
+from chaosdrill.systems.drill.si import MADE, QUANTITIES, ReadSI, metres_per_hour
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,7 +101,7 @@ def si_table(si: ReadSI, system: "HybridSystem") -> dict[str, Any]:
         table[f"si_unit_of_{what}"] = _scalar(value, f"one dimensionless unit of {what}", units, f"Is {formula}.")
     for name, value in si.parameters.items():
         label = str(system.labels.get(name, name))
-        table[f"dimensionless_{name}"] = _scalar(value, label, "1", f"Is {FORMULAS[name]}.")
+        table[f"dimensionless_{name}"] = _scalar(value, label, "1", f"Is {MADE[name].formula}.")
     return table
 
 

@@ -5,7 +5,7 @@ static friction force ``mu_e F_N``. Source: equations (6), (8) and (10) of the p
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,40 +63,45 @@ QUANTITIES: dict[str, Entry] = {
 }
 SCALES = ("m1", "K", "F_N", "mu_e")
 
-# What a parameter that the scene simulates takes, besides the scales; eta takes the one or the other.
-SOURCES: dict[str, tuple[str, ...]] = {
-    "eps": ("m2",),
-    "xi": ("C",),
-    "a": ("A",),
-    "b": ("B",),
-    "r": ("R",),
-    "eta": ("omega",),
-    "spin": ("rpm",),
-    "lobes": ("lobes",),
-    "mu": ("mu_d",),
-    "g": ("gamma",),
-    "k": ("k_c", "n"),
-    "lam": ("lambda",),
-    "n": ("n",),
+
+@dataclass(frozen=True)
+class Made:
+    """A dimensionless parameter that follows from quantities."""
+
+    takes: tuple[str, ...]  # what it needs besides the scales; eta takes omega, or what makes the lobes' frequency
+    formula: str  # in words of the quantities
+    value: Callable[[Mapping[str, float], float, float], float]
+    """Of the quantities in kg, m, s, N, rad; sqrt(K/m1); and the unit of length."""
+
+
+MADE: dict[str, Made] = {
+    "eps": Made(("m2",), "m1/m2", lambda si, w, x: si["m1"] / si["m2"]),
+    "xi": Made(("C",), "C/(2 sqrt(K m1))", lambda si, w, x: si["C"] / (2 * si["m1"] * w)),
+    "a": Made(("A",), "A/(mu_e F_N)", lambda si, w, x: si["A"] / _friction(si)),
+    "b": Made(("B",), "B/(mu_e F_N)", lambda si, w, x: si["B"] / _friction(si)),
+    "r": Made(("R",), "K R/(mu_e F_N)", lambda si, w, x: si["R"] / x),
+    "eta": Made(
+        ("omega",),
+        "omega sqrt(m1/K), omega = lobes rpm of a load that the lobes make",
+        lambda si, w, x: (si["omega"] if "omega" in si else si["lobes"] * si["rpm"]) / w,
+    ),
+    "spin": Made(("rpm",), "rpm sqrt(m1/K)", lambda si, w, x: si["rpm"] / w),
+    "lobes": Made(("lobes",), "lobes", lambda si, w, x: si["lobes"]),
+    "mu": Made(("mu_d",), "mu_d/mu_e", lambda si, w, x: si["mu_d"] / si["mu_e"]),
+    "g": Made(("gamma",), "gamma mu_e F_N/sqrt(K m1)", lambda si, w, x: si["gamma"] * (x * w)),
+    "k": Made(
+        ("k_c", "n"),
+        "k_c (mu_e F_N/K)^n/(mu_e F_N)",
+        lambda si, w, x: si["k_c"] * x ** si["n"] / _friction(si),
+    ),
+    "lam": Made(("lambda",), "lambda mu_e F_N/sqrt(K m1)", lambda si, w, x: si["lambda"] * (x * w)),
+    "n": Made(("n",), "n", lambda si, w, x: si["n"]),
+    "phi": Made((), "phi", lambda si, w, x: si["phi"]),
 }
 
-FORMULAS: dict[str, str] = {
-    "eps": "m1/m2",
-    "xi": "C/(2 sqrt(K m1))",
-    "a": "A/(mu_e F_N)",
-    "b": "B/(mu_e F_N)",
-    "r": "K R/(mu_e F_N)",
-    "eta": "omega sqrt(m1/K), omega = lobes rpm of a load that the lobes make",
-    "spin": "rpm sqrt(m1/K)",
-    "lobes": "lobes",
-    "mu": "mu_d/mu_e",
-    "g": "gamma mu_e F_N/sqrt(K m1)",
-    "k": "k_c (mu_e F_N/K)^n/(mu_e F_N)",
-    "lam": "lambda mu_e F_N/sqrt(K m1)",
-    "n": "n",
-    "phi": "phi",
-}
-"""How the dimensionless parameters follow, in words of the SI quantities."""
+
+def _friction(si: Mapping[str, float]) -> float:
+    return si["mu_e"] * si["F_N"]
 
 
 def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
@@ -121,32 +126,14 @@ def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict
     n = 1 that is ``k_c / K``.
     """
     frequency = math.sqrt(si["K"] / si["m1"])
-    friction = si["mu_e"] * si["F_N"]
-    length = friction / si["K"]
-    speed = length * frequency
-    made = {
-        "eps": lambda: si["m1"] / si["m2"],
-        "xi": lambda: si["C"] / (2 * si["m1"] * frequency),
-        "a": lambda: si["A"] / friction,
-        "b": lambda: si["B"] / friction,
-        "r": lambda: si["R"] / length,
-        "eta": lambda: (si["omega"] if "omega" in si else si["lobes"] * si["rpm"]) / frequency,
-        "spin": lambda: si["rpm"] / frequency,
-        "lobes": lambda: si["lobes"],
-        "mu": lambda: si["mu_d"] / si["mu_e"],
-        "g": lambda: si["gamma"] * speed,
-        "k": lambda: si["k_c"] * length ** si["n"] / friction,
-        "lam": lambda: si["lambda"] * speed,
-        "n": lambda: si["n"],
-        "phi": lambda: si["phi"],
-    }
+    length = _friction(si) / si["K"]
     parameters = {}
-    for name, value in made.items():
+    for name, made in MADE.items():
         try:
-            parameters[name] = value()
+            parameters[name] = made.value(si, frequency, length)
         except KeyError:
             continue
-    return parameters, {"time_s": 1 / frequency, "length_m": length, "force_N": friction}
+    return parameters, {"time_s": 1 / frequency, "length_m": length, "force_N": _friction(si)}
 
 
 def metres_per_hour(scales: Mapping[str, float]) -> float:
@@ -253,12 +240,12 @@ def _surplus(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mappi
 def _missing(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Fault]:
     needed = dict.fromkeys(SCALES)
     for parameter in known:
-        if parameter in parameters or parameter not in SOURCES:
+        if parameter in parameters or parameter not in MADE:
             continue
         if parameter == "eta" and ("rpm" in raw or "lobes" in raw):
             needed |= dict.fromkeys(("rpm", "lobes"))
         else:
-            needed |= dict.fromkeys(SOURCES[parameter])
+            needed |= dict.fromkeys(MADE[parameter].takes)
     return [
         (("system", "si", name), f"missing; a scene in SI units needs it, as in {QUANTITIES[name].example!r}")
         for name in needed
