@@ -56,7 +56,8 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
             xr.open_datatree(known, engine="netcdf4", **_AS_STORED) as lazy,
         ):
             # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
-            tree = xr.DataTree.from_dict({node.path: node.to_dataset(inherit=False).load() for node in lazy.subtree})
+            groups = {node.path: _lists(node.to_dataset(inherit=False).load()) for node in lazy.subtree}
+            tree = xr.DataTree.from_dict(groups)
     except ArchiveError:
         raise
     except MemoryError as fault:
@@ -85,6 +86,16 @@ def format_of(attributes: Mapping[Any, Any]) -> int:
         return int(attributes.get("format_version", 1))
     except (TypeError, ValueError, OverflowError):
         return 1
+
+
+def _lists(ds: "xr.Dataset") -> "xr.Dataset":
+    """The same with codes in a list, of which NetCDF gives back a single one as a number."""
+    import numpy as np
+
+    for variable in ds.variables.values():
+        if "flag_values" in variable.attrs:
+            variable.attrs["flag_values"] = np.atleast_1d(variable.attrs["flag_values"])
+    return ds
 
 
 def _check_signature(file: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.digest import seal, with_digests
+from chaosdrill.dataset.label import without_lost_codes
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, followed, netcdf_name, replacing, small_netcdf_cache
 from chaosdrill.typed import PATH, expecting
@@ -60,7 +61,8 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
         )
     target = Path(path)
     check_writable(target)
-    tree = xr.DataTree.from_dict({node.path: with_digests(node.to_dataset(inherit=False)) for node in tree.subtree})
+    groups = {node.path: without_lost_codes(node.to_dataset(inherit=False)) for node in tree.subtree}
+    tree = xr.DataTree.from_dict({path: with_digests(group) for path, group in groups.items()})
     with writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:
         try:
             tree.to_netcdf(known, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))

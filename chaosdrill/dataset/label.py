@@ -9,7 +9,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.branches import BranchEnd, Special
-from chaosdrill.dataset.outcomes import Outcome
+from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import ORBIT, QUADRATURE, SCHEMA, SWEEP, Variable
 from chaosdrill.errors import ChaosdrillError
@@ -83,7 +83,8 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
         if raw.dims != variable.dims:
             raise ChaosdrillError(f"{kind}: {name} has dimensions {raw.dims}; expected {variable.dims}")
         values = _cast(raw.values, variable, kind)
-        encoding = {"_FillValue": None} if variable.coordinate else {}
+        encoding: dict[str, Any] = {"_FillValue": None} if variable.coordinate else {}
+        encoding |= {"dtype": values.dtype} if variable.flags else {}
         attributes = _attributes(variable, system)
         columns[name] = (variable.dims, values, attributes, encoding)
     return ds.assign(columns)
@@ -108,6 +109,19 @@ def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset 
         return describe(ds, kind, system=system, sweep=settings.get("sweep") or settings.get("grid") or ())
     except (ChaosdrillError, AttributeError, KeyError, TypeError, ValueError, RecursionError):
         return None
+
+
+def without_lost_codes(ds: "xr.Dataset") -> "xr.Dataset":
+    """The same, where what was computed from codes says no more that it holds codes."""
+    declared = SCHEMA.get(str(ds.attrs.get("kind")), {})
+    lost = [
+        name for name, variable in ds.variables.items() if name in declared and declared[str(name)].flags
+        and not holds_codes(variable)
+    ]
+    for name in lost:
+        kept = {key: value for key, value in ds[name].attrs.items() if not key.startswith("flag_")}
+        ds = ds.assign({name: (ds[name].dims, ds[name].values, kept)})
+    return ds
 
 
 def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = (), many: bool = False) -> dict[str, Variable]:

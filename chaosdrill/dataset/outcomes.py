@@ -67,6 +67,15 @@ def count_outcomes(codes: Any) -> dict[str, int]:
     return {meanings.get(code, f"code {code}"): counts[code] for code in sorted(counts)}
 
 
+def holds_codes(variable: "xr.DataArray | xr.Variable") -> bool:
+    """Whether the values are still the codes that an analysis or a file gave: selected or joined, not computed with.
+
+    Arithmetic keeps the attributes of a variable, and a difference of codes may well be a code; but xarray drops the
+    encoding then, in which codes have the type that they are stored in.
+    """
+    return "flag_values" in variable.attrs and getattr(variable.encoding.get("dtype"), "kind", "") in set("iu")
+
+
 def flag_names(variable: "xr.DataArray | xr.Variable") -> dict[int, str]:
     """Names of the values of a code variable, from its CF attributes ``flag_values`` and ``flag_meanings``."""
     import numpy as np

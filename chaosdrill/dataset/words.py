@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.dataset.outcomes import flag_names, holds_codes
 from chaosdrill.errors import ChaosdrillError
 
 _MODES = ("mode_before", "mode_after")
@@ -32,7 +32,7 @@ class Words:
         Raises
         ------
         ChaosdrillError
-            If the dataset has no outcome.
+            If the dataset has no outcome, or one that arithmetic has made another number of, as in ``ds - ds``.
         """
         words = self.words("outcome")
         return words if words.ndim else str(words.values)
@@ -48,22 +48,30 @@ class Words:
         Returns
         -------
         xarray.DataArray
-            Texts with the dimensions and coordinates of the variable; ``"none"`` for -1, ``"code N"`` for a code
-            without a meaning.
+            Texts with the dimensions and coordinates of the variable; ``"none"`` for -1 and where nothing is,
+            ``"code N"`` for a code without a meaning.
 
         Raises
         ------
         ChaosdrillError
-            If the dataset has no such variable, or if it is not one of codes.
+            If the dataset has no such variable, if it is not one of codes, or if it was computed from codes: selected,
+            sorted and joined they are codes still; a difference, a mean or a largest one is a number.
         """
         if name not in self._ds.variables:
             raise ChaosdrillError(f"{self._what()} has no variable {name!r}; it has {', '.join(map(str, self._ds))}")
         codes = self._ds[name]
-        if "flag_values" not in codes.attrs and codes.size:
-            known = [str(key) for key, variable in self._ds.variables.items() if "flag_values" in variable.attrs]
+        if codes.size and not holds_codes(codes):
+            if "flag_values" in codes.attrs:
+                raise ChaosdrillError(
+                    f"{name} was computed from codes and holds numbers, no codes; take the words before, as in "
+                    f"ds.cd.words({name!r})"
+                )
+            known = [str(key) for key, variable in self._ds.variables.items() if holds_codes(variable)]
             raise ChaosdrillError(f"{name} holds numbers, no codes; variables of codes are {', '.join(known)}")
         names = {-1: "none"} | flag_names(codes)
-        texts = [names.get(code, f"code {code}") for code in codes.values.ravel().tolist()]
+        # where sets of runs do not overlap xarray fills them up with NaN
+        values = np.nan_to_num(codes.values, nan=-1).ravel().astype(int).tolist()
+        texts = [names.get(code, f"code {code}") for code in values]
         kept = {key: value for key, value in codes.attrs.items() if key == "long_name"}
         return xr.DataArray(np.array(texts, dtype=str).reshape(codes.shape), codes.coords, codes.dims, name, kept)
 

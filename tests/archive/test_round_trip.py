@@ -242,3 +242,13 @@ def test_plain_xarray_parts_and_merges(every_group, tmp_path):
     opened = open_archive(cd.save(tree, tmp_path / "together.nc"))
     assert compare(opened, tree) == []
     assert all("altered" not in group for group in info(tmp_path / "together.nc")["groups"].values())
+
+
+def test_attributes_come_back_as_they_were(tmp_path):
+    run = cd.trajectory(cd.build("impact-oscillator"), periods=3, samples=2)
+    again = cd.open(cd.save(run, tmp_path / "run.nc")).to_dataset()
+    for name, variable in run.variables.items():
+        assert again[name].attrs.keys() == variable.attrs.keys()
+        for key, value in variable.attrs.items():
+            assert np.shape(again[name].attrs[key]) == np.shape(value), (name, key)
+            np.testing.assert_array_equal(again[name].attrs[key], value)

@@ -124,3 +124,52 @@ def test_what_netcdf_cannot_hold_is_told(run, add, tmp_path):
     with pytest.raises(ArchiveError, match=r"cannot hold|cannot name"):
         cd.save(add(run), tmp_path / "run.nc")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def many(system):
+    return cd.bifurcation_diagram(system, {"omega": [2.4, 2.5, 2.6]}, transient=20, periods=20, exponents=0)
+
+
+KEPT = {
+    "isel": lambda ds: ds.isel(omega=[2, 0]),
+    "sel": lambda ds: ds.sel(omega=2.45, method="nearest"),
+    "sorted": lambda ds: ds.sortby("omega", ascending=False),
+    "stacked": lambda ds: ds.stack(point=("omega", "seed")),
+    "joined": lambda ds: xr.concat([ds, ds], xr.IndexVariable("run", ["one", "two"])),
+    "merged": lambda ds: xr.merge([ds[["outcome"]], ds[["period"]]]),
+    "renamed": lambda ds: ds.rename(omega="w").transpose(),
+    "copied": lambda ds: ds.copy(deep=True),
+}
+COMPUTED = {
+    "difference": lambda ds: ds - ds,
+    "sum": lambda ds: ds + 0,
+    "mean": lambda ds: ds.mean(),
+    "largest": lambda ds: ds.max("omega"),
+    "step": lambda ds: ds.diff("omega"),
+    "comparison": lambda ds: ds == ds,
+    "masked": lambda ds: ds.where(ds["omega"] > 0),
+}
+
+
+@pytest.mark.parametrize("act", KEPT.values(), ids=KEPT)
+def test_what_was_selected_or_joined_is_still_an_outcome(many, act):
+    part = act(many)
+    words = np.array([cd.Outcome(code).meaning for code in part["outcome"].values.ravel()], dtype=str)
+    np.testing.assert_array_equal(part.cd.words("outcome").values.ravel(), words)
+
+
+@pytest.mark.parametrize("act", COMPUTED.values(), ids=COMPUTED)
+def test_what_was_computed_from_outcomes_is_none(many, act, tmp_path):
+    computed = act(many)
+    with pytest.raises(ChaosdrillError, match="computed from codes"):
+        _ = computed.cd.outcome
+    if computed["outcome"].dtype != bool:
+        with pytest.raises(ChaosdrillError, match="holds numbers"):
+            _ = cd.open(cd.save(computed, tmp_path / "computed.nc")).to_dataset().cd.outcome
+
+
+def test_places_without_a_run_have_no_outcome(many):
+    words = many.reindex(omega=[2.4, 9.0]).cd.outcome
+    assert words.sel(omega=9.0).values.tolist() == ["none"]
+    assert words.sel(omega=2.4).identical(many.cd.outcome.sel(omega=2.4))
