@@ -115,8 +115,9 @@ def without_lost_codes(ds: "xr.Dataset") -> "xr.Dataset":
     """The same, where what was computed from codes says no more that it holds codes."""
     declared = SCHEMA.get(str(ds.attrs.get("kind")), {})
     lost = [
-        name for name, variable in ds.variables.items() if name in declared and declared[str(name)].flags
-        and not holds_codes(variable)
+        name
+        for name, variable in ds.variables.items()
+        if name in declared and declared[str(name)].flags and not holds_codes(variable)
     ]
     for name in lost:
         kept = {key: value for key, value in ds[name].attrs.items() if not key.startswith("flag_")}

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset import SCHEMA, describe
-from chaosdrill.systems.drill.si import MADE, QUANTITIES, ReadSI, metres_per_hour
+from chaosdrill.systems.drill.si import MADE, QUANTITIES, UNITS, ReadSI, metres_per_hour
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,12 +13,6 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 SUFFIX = "_si"
-
-UNITS = {
-    "time_s": ("s", "time", "sqrt(m1/K)"),
-    "length_m": ("m", "length", "mu_e F_N/K"),
-    "force_N": ("N", "force", "mu_e F_N, the static friction"),
-}
 
 
 def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mapping[str, float]) -> "xr.Dataset":

@@ -14,6 +14,7 @@ CASES = [
     ('m1 = "250 kg"', "m1 = 250", "5: system.si.m1: needs a unit, as in '250 kg'; received 250"),
     ('m1 = "250 kg"', "m1 = true", "5: system.si.m1: expected a quantity such as '250 kg', received True"),
     ('m1 = "250 kg"', 'M1 = "250 kg"', "5: system.si.M1: unknown quantity; did you mean 'm1'?"),
+    ('m1 = "250 kg"', 'm1 = "1e300 kg"', "5: system.si.m1: received '1e300 kg', which makes m1/m2"),
     ('K = "4 MN/m"', 'K = "0 N/m"', "7: system.si.K: must be greater than 0"),
     ('C = "3.8 kN*s/m"', 'C = "-3.8 kN*s/m"', "8: system.si.C: must not be negative"),
     ('omega = "100 rad/s"', 'omega = "100 1/s"', "12: system.si.omega: has the wrong dimension"),

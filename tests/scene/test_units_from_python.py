@@ -38,6 +38,15 @@ def test_what_has_no_quantity_is_given_as_a_number(quantities):
         ({"eta": 0.8}, ModelError, "omega: eta is given too"),
         ({"mass": "250 kg"}, ModelError, "unknown parameter 'mass'"),
         ({"eta": "0.8"}, ChaosdrillError, "eta"),
+        ({"m1": "1e300 kg"}, ModelError, "m1: received '1e300 kg', which makes m1/m2 .8e\\+297. too large"),
+        (
+            {"m1": "1e-300 kg"},
+            ModelError,
+            "m1: received '1e-300 kg', which makes m1/m2 .8e-303. too large or",
+        ),
+        ({"C": "1e-200 N*s/m"}, ModelError, "C: received '1e-200 N.s/m', which makes C/"),
+        ({"K": "1e308 N/m", "m1": "1e-308 kg"}, ModelError, "K: received|m1: received"),
+        ({"lambda": "1e200 s/m"}, ModelError, "lambda: received '1e200 s/m'"),
     ],
 )
 def test_what_is_wrong_is_told_alone(quantities, change, error, told):
@@ -45,6 +54,12 @@ def test_what_is_wrong_is_told_alone(quantities, change, error, told):
     with pytest.raises(error, match=told) as caught:
         cd.drill(**given)
     assert len(str(caught.value)) < 200
+
+
+def test_what_is_given_as_zero_is_zero(quantities):
+    quantities |= {"C": "0 N*s/m", "A": "0 N", "R": "0 m", "lambda": "0 s/m"}
+    drill = cd.drill(**quantities)
+    assert [drill.parameters[name] for name in ("xi", "a", "r", "lam")] == [0.0] * 4
 
 
 def test_a_number_without_a_unit_is_as_before():

@@ -5,6 +5,8 @@ static friction force ``mu_e F_N``. Source: equations (6), (8) and (10) of the p
 """
 
 import math
+import re
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +17,9 @@ from chaosdrill.units import ANGLE, ANGULAR_SPEED, FORCE, LENGTH, MASS, NONE, TI
 Fault = tuple[tuple[int | str, ...], str]
 
 SECONDS_PER_HOUR = 3600.0
+
+SMALLEST = sys.float_info.min
+"""Below it a number has fewer digits."""
 
 
 def _over(first: Dimension, second: Dimension, power: float = 1.0) -> Dimension:
@@ -104,6 +109,14 @@ def _friction(si: Mapping[str, float]) -> float:
     return si["mu_e"] * si["F_N"]
 
 
+UNITS = {
+    "time_s": ("s", "time", "sqrt(m1/K)"),
+    "length_m": ("m", "length", "mu_e F_N/K"),
+    "force_N": ("N", "force", "mu_e F_N, the static friction"),
+}
+"""What one dimensionless unit is, by the scales of a scene: its unit, what it measures, and how it follows."""
+
+
 def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Dimensionless parameters and scales of a drill given in SI units.
 
@@ -180,8 +193,8 @@ def read_si(
         made, scales = si_to_dimensionless(values)
     except (ZeroDivisionError, OverflowError):
         made, scales = {}, {"time_s": math.nan}
-    if not all(math.isfinite(value) for value in (*made.values(), *scales.values())):
-        return ReadSI(), [(("system", "si"), "these magnitudes are too far apart to be made dimensionless")]
+    if faults := _extreme(values, raw, made | scales):
+        return ReadSI(), faults
     ordered = {name: values[name] for name in raw}
     return ReadSI(ordered, {name: value for name, value in made.items() if name in known}, scales), []
 
@@ -215,6 +228,26 @@ def _value(name: str, given: Any, exponent: float) -> float:
     if not entry.signed and quantity.value < 0:
         raise ValueError(f"must not be negative, received {given!r}")
     return quantity.value
+
+
+def _extreme(values: Mapping[str, float], raw: Mapping[str, Any], made: Mapping[str, float]) -> list[Fault]:
+    """The quantity to blame for the first number that is made of them and has no square, as a double, to compute with.
+
+    What is given as zero is zero.
+    """
+    formulas = {name: one.formula for name, one in MADE.items()} | {
+        name: formula for name, (_, _, formula) in UNITS.items()
+    }
+    for name, value in made.items():
+        used = [word for word in re.findall(r"\w+", formulas[name]) if word in values]
+        square = value * value
+        if math.isfinite(square) and (square >= SMALLEST or not all(values[word] for word in used)):
+            continue
+        blamed = max((word for word in used if values[word]), key=lambda word: abs(math.log10(abs(values[word]))))
+        told = f" ({value:.3g})" if math.isfinite(value) else ""
+        text = f"received {raw[blamed]!r}, which makes {formulas[name]}{told} too large or too small to compute with"
+        return [(("system", "si", blamed), f"{text}; look for a slip in its unit")]
+    return []
 
 
 def _surplus(raw: Mapping[str, Any], parameters: Mapping[str, Any], known: Mapping[str, float]) -> list[Fault]:
