@@ -56,6 +56,8 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
         "event_speed": (over("event"), _filled([orbit.event_speeds for orbit in orbits], (0,))),
         "event_state_before": (over("event", "state"), _filled([o.event_states_before for o in orbits], (0, n))),
         "event_state_after": (over("event", "state"), _filled([o.event_states_after for o in orbits], (0, n))),
+        "path_time": (over("path"), _filled([orbit.path_times for orbit in orbits], (0,))),
+        "path_state": (over("path", "state"), _filled([orbit.path_states for orbit in orbits], (0, n))),
         "smallest_speed": each(speeds, np.nan),
         "lyapunov_exponent": (over("multiplier"), _filled([orbit.checks.exponents for orbit in orbits], (n,))),
         "exponent_difference": each((orbit.checks.exponent_difference for orbit in orbits), np.nan),

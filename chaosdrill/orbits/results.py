@@ -50,12 +50,15 @@ class FoundOrbit:
     """Largest difference after one period in a run of the engine, relative to max(1, |x|); where small deviations grow
     very much over it, after parts of it, from each of which the run begins anew on the orbit."""
     newton: np.ndarray  # (iterations,): residual after each step of Newton's method, the start's first
-    event_times: np.ndarray  # (E,): times since phase 0
+    event_times: np.ndarray  # (E,): times since the first of the strobes
     event_speeds: np.ndarray  # (E,): rates of the guards as they are met
     event_transitions: np.ndarray  # int (E,): index of the transition taken
     event_states_before: np.ndarray  # (E, n)
     event_states_after: np.ndarray  # (E, n)
     checks: Checks  # what the numbers say of each other
+    path_times: np.ndarray
+    """(m,): times since the first of the strobes over one period, both ends included; an event has two."""
+    path_states: np.ndarray  # (m, n)
     neutral: int = 0  # how many multipliers are 1 by the structure of the system, that of the flow direction among them
 
 

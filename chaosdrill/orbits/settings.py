@@ -74,6 +74,14 @@ class Settings:
     """Part of its size by which a state moves at least along an orbit that is none of a point at rest."""
     watched_units: int = 64
     """Periods, or characteristic times, over which a state that only grows is told from one that comes back."""
+    path_parts: int = 8
+    """Parts of a segment with which its path begins."""
+    path_halvings: int = 16
+    """Times that a part is halved at most: a spike is seen that takes a millionth of its segment."""
+    chord: float = 5e-4
+    """Distance of a path from straight lines between its points, in parts of its extent, that is not seen."""
+    same_instant: float = 1e-12
+    """Part of the duration by which two instants differ that are one."""
     evenly: float = 0.4
     """Part of its whole way, to and fro, by which such a state goes on in either half of that."""
 

@@ -19,6 +19,7 @@ from chaosdrill.model.places import arguments
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
 from chaosdrill.orbits.orbit import segment_by_segment
+from chaosdrill.orbits.path import first_strobe, path
 from chaosdrill.orbits.results import Checks, FoundOrbit
 from chaosdrill.orbits.settings import SETTINGS
 
@@ -318,6 +319,7 @@ def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.nda
         residual=lapped.residual,
         newton=residuals,
         **_events(problem, orbit),
+        **dict(zip(("path_times", "path_states"), path(problem, orbit), strict=True)),
         checks=_nothing_to_check(problem.states),
         neutral=problem.neutral.count,
     )
@@ -347,6 +349,8 @@ def no_orbit(
         event_states_before=np.zeros((0, d)),
         event_states_after=np.zeros((0, d)),
         checks=_nothing_to_check(d),
+        path_times=np.zeros(0),
+        path_states=np.zeros((0, d)),
     )
 
 
@@ -356,7 +360,7 @@ def _nothing_to_check(d: int) -> Checks:
 
 
 def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
-    """Events in the order in which they come from phase 0 on, as fields of a `FoundOrbit`."""
+    """Events in the order in which they come from the first strobe on, as fields of a `FoundOrbit`."""
     d, count = problem.states, len(orbit)
     before, speeds = np.zeros((count, d)), np.full(count, np.inf)
     kernels = kernels_of(problem.plain)
@@ -371,8 +375,7 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
             kernels.functions[5](mode, end, time, constants, state, gradient)
             speeds[i] = gradient[:d] @ rates[:d] + gradient[d]
     ends = np.cumsum(orbit.durations)
-    period = problem.period
-    times = (ends + orbit.phase) % (orbit.periods * period) if period else ends
+    times = (ends - first_strobe(problem, orbit)) % ends[-1] if problem.forced else ends
     kinds = np.flatnonzero(orbit.segments[:, at.SEGMENT_END] >= 0)
     order = kinds[np.argsort(times[kinds], kind="stable")]
     return {

@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots.curve import pieces
 from chaosdrill.plots.marks import WARNING, caveat, unit_circle, warn
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
+    DOTS,
     EVENT_MARKERS,
     PALETTE,
     legend_outside,
@@ -58,8 +60,9 @@ def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequ
     Returns
     -------
     matplotlib.figure.Figure
-        On the left the points on the section, in their order, and the states before (open) and after (filled) each
-        event, joined by a dotted line; in the plane of the first two states, or over time for a system with one state.
+        On the left the path, the points on the section in their order, and the states before (open) and after (filled)
+        each event, joined by a dotted line; in the plane of the first two states, or over time for a system with one
+        state.
         On the right the multipliers in the unit circle, and the residual after each step of Newton's method. What
         keeps the orbit from being one stands above; where there is none at all, the residuals are left.
     """
@@ -116,13 +119,14 @@ def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...]) -> Non
         strobes = np.arange(len(section)) / max(len(section), 1) * float(period)
         places = [np.column_stack([t, v[:, 0]]) for t, v in ((strobes, section), (time, before), (time, after))]
     section, before, after = places
+    _path(axes, dataset, states, color="0.35", linewidth=1.0, zorder=1, label="path")
     names = flag_names(dataset["event_kind"]) if kinds.size else {}
     for number, code in enumerate(np.unique(kinds)):
         here = kinds == code
         colour, marker = _EVENT_COLOURS[number % len(_EVENT_COLOURS)], EVENT_MARKERS[number % len(EVENT_MARKERS)]
         gap = np.full((int(here.sum()), 1, 2), np.nan)
         jumps = np.concatenate([before[here][:, None], after[here][:, None], gap], axis=1).reshape(-1, 2)
-        axes.plot(*jumps.T, color=colour, linewidth=0.9, linestyle=(0, (1, 2)), zorder=2)
+        axes.plot(*jumps.T, color=colour, linewidth=0.9, linestyle=DOTS, zorder=2)
         options: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 6, "color": colour}
         axes.plot(*before[here].T, markerfacecolor="white", zorder=3, **options)
         axes.plot(*after[here].T, zorder=3, label=readable(names[int(code)]), **options)
@@ -134,6 +138,18 @@ def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...]) -> Non
     axes.set_ylabel(state_label(dataset, states[-1]))
     axes.margins(0.12)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2, handlelength=1.2)
+
+
+def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: bool = False, **look: Any) -> None:
+    """Draw the path of one orbit with a gap, or dots, at every jump, as far as the archive holds it."""
+    if "path_time" in orbit.variables:
+        own = np.isfinite(orbit["path_time"].values)
+        time, path = orbit["path_time"].values[own], orbit["path_state"].values[own][:, states]
+        across = path[:, 0] if len(states) > 1 else time
+        flow, jumps = pieces(time, across, path[:, -1])
+        axes.plot(*flow.T, **look)
+        if jumping:
+            axes.plot(*jumps.T, linestyle=DOTS, **look)
 
 
 def _where(dataset: "xr.Dataset") -> str:
@@ -206,9 +222,9 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     Returns
     -------
     matplotlib.figure.Figure
-        On the left all points on the section, a shape and colour a period, filled where the orbit is stable; in the
-        plane of the first two states, or against the number of the orbit for a system with one state. On the right the
-        multipliers in the unit circle.
+        On the left all paths and points on the section, a shape and colour a period, filled where the orbit is stable;
+        in the plane of the first two states, or points against the number of the orbit for a system with one state. On
+        the right the multipliers in the unit circle.
     """
     section, period = dataset["section"].values, dataset["period"].values.astype(np.int64)
     stable = dataset["stable"].values != 0
@@ -232,6 +248,8 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
             look: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 5, "color": colour}
             look |= {} if attracts else {"markerfacecolor": "white"}
             count = f"{here.size} {'stable' if attracts else 'unstable'}"
+            for number in here if plane else ():
+                _path(left, dataset.isel(orbit=number), (first, *second), True, color=colour, linewidth=0.6, zorder=2)
             left.plot(x.ravel(), y.ravel(), zorder=3, label=f"period {length}: {count}", **look)
             for right in others:
                 right.plot(values[here].real.ravel(), values[here].imag.ravel(), zorder=3, **look)

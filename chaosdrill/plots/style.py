@@ -31,6 +31,8 @@ OUTCOME_COLOURS = {
 }
 OTHER_OUTCOME = "#CC79A7"
 MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
+DOTS = (0, (1, 2))
+"""Dashes of jumps."""
 EVENT_MARKERS = ("v", "o", "s", "D", "^", "P", "X")
 WIDTH = 7.2
 _DENSEST = 300.0

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.curve import Curve, join, last_parts, stops, strobe
+from chaosdrill.plots.curve import Curve, join, last_parts, pieces, stops, strobe
 from chaosdrill.plots.joined import is_joined, runs_left_out, runs_of
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
+    DOTS,
     EVENT_MARKERS,
     MODE_SHADES,
     MOST_PANELS,
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DOTS = (0, (1, 2))
 # more events than this on one page cannot be told apart; of several runs each has its part, but not less than these
 _EVENTS, _LEAST_EVENTS = 40, 8
 _GREY = "0.4"
@@ -84,7 +84,9 @@ def time_history(
         for panel, quadrature in zip(panels, quadratures, strict=False):
             panel.plot(run["time"], run[quadrature], color=colour)
         for i, panel in zip(states, panels[len(quadratures) :], strict=True):
-            panel.plot(curve.time, curve.state[:, i], color=colour, label=name if joined else None)
+            flow, jumps = pieces(curve.time, curve.time, curve.state[:, i])
+            panel.plot(*flow.T, color=colour, label=name if joined else None)
+            panel.plot(*jumps.T, color=colour, linewidth=0.7, linestyle=DOTS)
             _mark_events(panel, run, i, colour if joined else None)
     panels[-1].set_xlabel(label(first["time"]))
     if ax is None:
@@ -240,16 +242,11 @@ def _draw(
     """Draw a run: flow, jumps and points once a forcing period, with a label each; tell whether there are jumps."""
     curve = join(run)
     x, y = (curve.state[:, place] for place in plane)
-    # both sides of an event share their time: the piece between them is the jump, everything else is flow
-    jump = (np.diff(curve.time) == 0) & (np.hypot(np.diff(x), np.diff(y)) > 0)
-    breaks = np.flatnonzero(jump) + 1
-    weight = 1.1 if breaks.size < 60 else 0.5
-    axes.plot(*_split(x, y, breaks), color=colours[0], linewidth=weight, label=labels[0])
-    if breaks.size:
-        pairs = np.column_stack([breaks - 1, breaks])
-        gap = np.full((breaks.size, 1), np.nan)
-        jumps = [np.hstack([values[pairs], gap]).ravel() for values in (x, y)]
-        axes.plot(*jumps, color=colours[0], linewidth=0.6 * weight, linestyle=_DOTS, alpha=0.7, label=labels[1])
+    flow, jumps = pieces(curve.time, x, y)
+    weight = 1.1 if len(jumps) < 180 else 0.5
+    axes.plot(*flow.T, color=colours[0], linewidth=weight, label=labels[0])
+    if jumps.size:
+        axes.plot(*jumps.T, color=colours[0], linewidth=0.6 * weight, linestyle=DOTS, alpha=0.7, label=labels[1])
     points = strobe(run)
     if points.size:
         points = points[:, plane]
@@ -264,13 +261,13 @@ def _draw(
             zorder=3,
             label=labels[2],
         )
-    return bool(breaks.size)
+    return bool(jumps.size)
 
 
 def _explain(axes: "Axes", jumps: bool) -> None:
     """Name in the legend, in grey, what is drawn in the colours of several runs."""
     if jumps:
-        axes.plot([], [], color="0.4", linewidth=0.8, linestyle=_DOTS, label="jump")
+        axes.plot([], [], color="0.4", linewidth=0.8, linestyle=DOTS, label="jump")
     if axes.collections:
         axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label="once a forcing period")
 
@@ -289,8 +286,3 @@ def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]", plane: tuple[int, int]) -
                 zorder=1,
                 label=f"{kinds} at {symbol} = {shorten(level)}",
             )
-
-
-def _split(x: np.ndarray, y: np.ndarray, breaks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return both coordinates with a gap at each break."""
-    return np.insert(x, breaks, np.nan), np.insert(y, breaks, np.nan)

@@ -50,11 +50,13 @@ VARIABLES = table(
     need("residual", ORBIT, "f8", "residual", "Largest difference after one period, relative to max(1, |x|)."),
     need("newton_residual", f"{ORBIT} iteration", "f8", "residual of Newton's method", "NaN after the last step."),
     need("event_count", ORBIT, "i4", "events in one period", "The entries of event beyond it are empty."),
-    need("event_time", f"{ORBIT} event", "f8", "time of the event", "Since phase 0, within one period."),
+    need("event_time", f"{ORBIT} event", "f8", "time of the event", "Since the orbit's state, within one period."),
     need("event_kind", f"{ORBIT} event", "i1", "transition taken", "Which one; -1: no event.", flags="transition"),
     need("event_speed", f"{ORBIT} event", "f8", "normal speed", "Rate of the guard at the event; small: grazing."),
     need("event_state_before", f"{ORBIT} event state", "f8", "state before the event", "Projected onto the guard."),
     need("event_state_after", f"{ORBIT} event state", "f8", "state after the event", "After the reset."),
+    may("path_time", f"{ORBIT} path", "f8", "time along the path", "Both sides of an event have one; NaN at the end."),
+    may("path_state", f"{ORBIT} path state", "f8", "state on the path", "Straight lines between neighbours show it."),
     grazing(ORBIT, "smallest_speed", required=True),
     *rates(ORBIT),
     need("lyapunov_exponent", f"{ORBIT} multiplier", "f8", "Lyapunov exponent", "By QR over the orbit, descending."),
@@ -157,8 +159,10 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         ``orbit_state`` (state) and ``mode`` at phase 0, ``section`` (iterate, state), ``period`` (0: there is none) and
         ``period_time``; ``multiplier_real`` and ``multiplier_imag`` (multiplier), those of lost rank exactly 0,
         ``rank``, ``stable``; ``event_time``, ``event_kind``, ``event_speed`` (event), ``event_state_before`` and
-        ``event_state_after`` (event, state), ``smallest_speed``; mean rates over the period, such as
-        ``progression_rate`` and ``impacts_per_period``; ``residual``, and ``newton_residual`` (iteration);
+        ``event_state_after`` (event, state), ``smallest_speed``; the whole path as points that straight lines may join,
+        ``path_time`` (path) and ``path_state`` (path, state), with both sides of an event at one time; mean rates over
+        the period, such as ``progression_rate`` and ``impacts_per_period``; ``residual``, and ``newton_residual``
+        (iteration);
         ``lyapunov_exponent`` (multiplier) and what the checks differ by: ``exponent_difference``,
         ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
         by the structure of the system, in words in the attribute ``structure``; ``outcome``, in words in the attributes

@@ -157,6 +157,10 @@ def found():
         event_states_before=before,
         event_states_after=after,
         checks=Checks(np.array([-0.1776, -0.1776]), 1e-12, 1e-14, 1e-13, True),
+        path_times=np.array([0.0, 0.25, 0.25, 0.5, 1.0, 1.5, 1.5, 2.0]),
+        path_states=np.array(
+            [[0.4, 0.3], [1.0, 0.5], [1.0, -0.5], [0.2, 0.1], [0.6, -0.1], [1.0, 0.25], [1.0, -0.25], [0.4, 0.3]]
+        ),
     )
 
 

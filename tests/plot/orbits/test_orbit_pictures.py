@@ -27,13 +27,21 @@ def test_events_are_told_in_their_order(as_orbit, found):
 def test_jumps_join_both_sides_of_an_event(as_orbit, found):
     axes = orbit(as_orbit(found)).axes[0]
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "path",
         "hit",
         "slip forward",
         "once a forcing period",
     ]
-    jumps = axes.get_lines()[0].get_xydata()
+    jumps = axes.get_lines()[1].get_xydata()
     np.testing.assert_array_equal(jumps[:3], [[1.0, 0.5], [1.0, -0.5], [np.nan, np.nan]])
     np.testing.assert_array_equal(axes.get_lines()[-1].get_xydata(), [[0.4, 0.3], [0.6, -0.1]])
+
+
+def test_the_path_has_a_gap_at_each_jump(as_orbit, found):
+    path = orbit(as_orbit(found)).axes[0].get_lines()[0].get_xydata()
+    gap = [np.nan, np.nan]
+    states = found.path_states.tolist()
+    np.testing.assert_array_equal(path, [*states[:2], gap, *states[2:6], gap, *states[6:]])
 
 
 def test_multipliers_are_told_in_numbers(as_orbit, found):
@@ -77,7 +85,7 @@ def test_what_there_is_to_say_of_an_orbit_is_said(as_orbit, found):
 def test_events_are_told_apart_from_the_section(as_orbit, found):
     lines = orbit(as_orbit(found)).axes[0].get_lines()
     colours = {line.get_label(): line.get_color() for line in lines if not line.get_label().startswith("_")}
-    assert len(set(colours.values())) == len(colours) == 3
+    assert len(set(colours.values())) == len(colours) == 4
 
 
 def test_one_state_is_drawn_over_time(as_orbit, found):
@@ -92,6 +100,13 @@ def test_a_search_shows_all_orbits_by_period_and_stability(as_orbit, found):
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["period 1: 1 unstable", "period 2: 2 stable"]
     assert figure.axes[1].get_title() == "1 of 6 multipliers\nlie outside of the picture"
+
+
+def test_paths_of_a_search_have_their_gaps_however_much_fills_them_up(as_orbit, found):
+    longer = replace(found, path_times=np.append(found.path_times, 3.0), path_states=np.ones((9, 2)))
+    lines = [line.get_xydata() for line in orbit(as_orbit(found, longer, search=True)).axes[0].get_lines()]
+    alone = orbit(as_orbit(found)).axes[0].get_lines()[0].get_xydata()
+    assert any(np.array_equal(line, alone, equal_nan=True) for line in lines)
 
 
 def test_one_orbit_of_a_search_is_drawn_without_what_fills_it_up(as_orbit, found):
