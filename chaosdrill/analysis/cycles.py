@@ -76,24 +76,15 @@ def search(plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str,
     """
     if not len(which) or not plan.maps:
         return []
-    here = at_points(parameters, which)
-    states, modes, trail, standing = trail_of(plan, batch, which, here)
-    near = recurrence(trail, plan.max_period, 2 * plan.max_period).near
+    begun, trail = trail_of(plan, batch, which, parameters)
     open_ = np.ones(len(which), dtype=bool)
     results = []
-    for points, periods in attempts(near):
-        tried = open_[points] & trend(trail, points, periods)[0]
-        points, periods = points[tried], periods[tried]
-        stand = None if standing is None else standing.at(points)
-        found, converged, turning = extrapolate(
-            plan, at_points(here, points), states[points], modes[points], periods, stand
-        )
+    for points, periods, found, converged, turning in _tried(plan, begun, trail, open_, shrinking=True):
         for period in np.unique(periods[converged]).tolist():
             chosen = converged & (periods == period)
             group = points[chosen]
-            begun = Begun(at_points(here, group), found[chosen], modes[group], None)
-            begun = begun if standing is None else replace(begun, standing=standing.at(group))
-            good, measured, verdict = _measure(plan, begun, trail[group], period, turning[chosen])
+            on_cycle = begun.at(group, found[chosen])
+            good, measured, verdict = _measure(plan, on_cycle, trail[group], period, turning[chosen])
             good &= open_[group]
             open_[group[good]] = False
             results.append(Cycles(measured, verdict, which[group[good]], np.flatnonzero(good)))
@@ -108,6 +99,11 @@ class Begun:
     states: np.ndarray
     modes: np.ndarray
     standing: Standing | None
+
+    def at(self, which: np.ndarray, states: np.ndarray) -> "Begun":
+        """Runs of some of the points, from other states."""
+        standing = None if self.standing is None else self.standing.at(which)
+        return Begun(at_points(self.parameters, which), states, self.modes[which], standing)
 
     def let(self, runs: Batch) -> Batch:
         """Let runs from these states begin so."""
@@ -129,17 +125,27 @@ def onward(plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.nd
 
 
 def trail_of(
-    plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, Standing | None]:
-    """Where some points of a batch stand, or soon after, the points of the map beside that, and how guards stand."""
-    begun = onward(plan, batch, which, here)
+    plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str, np.ndarray]
+) -> tuple[Begun, np.ndarray]:
+    """Where some points of a batch stand, or soon after, and the points of the map beside that."""
+    begun = onward(plan, batch, which, at_points(parameters, which))
     if plan.section is None:
-        return begun.states, begun.modes, batch.window[which], None
+        return begun, batch.window[which]
     mapped = begun.mapped(plan, 2 * plan.max_period)
     mapped.run(0, np.array([0, 2 * plan.max_period]))
     if not plan.at_events:
-        return begun.states, begun.modes, mapped.window, None
-    return mapped.x, mapped.mode, mapped.window, mapped.standing(np.arange(len(which)))
+        return begun, mapped.window
+    return Begun(begun.parameters, mapped.x, mapped.mode, mapped.standing(np.arange(len(which)))), mapped.window
+
+
+def _tried(
+    plan: Plan, begun: Begun, trail: np.ndarray, wanted: np.ndarray, *, shrinking: bool
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    """Points still wanted whose trail shrinks, or grows, with the periods tried, and what `extrapolate` found."""
+    for points, periods in attempts(recurrence(trail, plan.max_period, 2 * plan.max_period).near):
+        tried = wanted[points] & trend(trail, points, periods)[0 if shrinking else 1]
+        points, periods = points[tried], periods[tried]
+        yield points, periods, *extrapolate(plan, begun.at(points, begun.states[points]), periods)
 
 
 def attempts(near: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -198,14 +204,7 @@ def _measure(
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
 
 
-def extrapolate(
-    plan: Plan,
-    parameters: Mapping[str, np.ndarray],
-    states: np.ndarray,
-    modes: np.ndarray,
-    periods: np.ndarray,
-    standing: Standing | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """States that come back after a period each, looked for from the given ones.
 
     Returns
@@ -215,7 +214,7 @@ def extrapolate(
     turning : ndarray of bool, shape (P,)
         Whether neighbours turn about them: the leading multipliers are a complex pair.
     """
-    x, n = states.copy(), states.shape[1]
+    x, n = begun.states.copy(), begun.states.shape[1]
     tolerance = max(ROUND_OFF, 10 * plan.numerics.tolerance)
     active, converged = np.arange(len(x)), np.zeros(len(x), dtype=bool)
     before, turning = np.full(len(x), np.inf), np.zeros(len(x), dtype=bool)
@@ -223,12 +222,11 @@ def extrapolate(
         if not len(active):
             break
         length = 4 * int(periods[active].max())
-        stand = None if standing is None else standing.at(active)
-        runs = Begun(at_points(parameters, active), x[active], modes[active], stand).mapped(plan, length)
+        runs = begun.at(active, x[active]).mapped(plan, length)
         runs.run(0, np.array([0, length]))
         places = np.arange(1, 5) * periods[active, np.newaxis] - 1
         passed = np.take_along_axis(runs.window, places[:, :, np.newaxis], axis=1)
-        sound = (runs.outcome == Outcome.OK) & (passed[:, :, n] == modes[active, np.newaxis]).all(axis=1)
+        sound = (runs.outcome == Outcome.OK) & (passed[:, :, n] == begun.modes[active, np.newaxis]).all(axis=1)
         active, points = active[sound], passed[sound, :, :n]
         scale = sizes(points)
         residual = (np.abs(points[:, 0] - x[active]) / scale).max(axis=1)
@@ -333,20 +331,14 @@ def departures(
     runs : Batch
         A run for each of these, which has not begun.
     """
-    here = at_points(parameters, which)
-    states, modes, trail, standing = trail_of(plan, batch, which, here)
-    near = recurrence(trail, plan.max_period, 2 * plan.max_period).near
-    displaced = np.full(states.shape, np.nan)
-    for points, periods in attempts(near):
-        tried = np.isnan(displaced[points, 0]) & trend(trail, points, periods)[1]
-        points, periods = points[tried], periods[tried]
-        stand = None if standing is None else standing.at(points)
-        found, converged, _ = extrapolate(plan, at_points(here, points), states[points], modes[points], periods, stand)
-        off = states[points] - found
+    begun, trail = trail_of(plan, batch, which, parameters)
+    displaced, waiting = np.full(begun.states.shape, np.nan), np.ones(len(which), dtype=bool)
+    for points, _, found, converged, _ in _tried(plan, begun, trail, waiting, shrinking=False):
+        off = begun.states[points] - found
         distance = (np.abs(off) / sizes(found[:, np.newaxis])).max(axis=1)
         slow = converged & (distance > 10 * ROUND_OFF) & (distance < DISPLACED)
         displaced[points[slow]] = found[slow] + off[slow] * (DISPLACED / distance[slow])[:, np.newaxis]
+        waiting[points[slow]] = False
     chosen = np.flatnonzero(np.isfinite(displaced[:, 0]))
-    stand = None if standing is None else standing.at(chosen)
-    begun = Begun(at_points(here, chosen), displaced[chosen], modes[chosen], stand)
+    begun = begun.at(chosen, displaced[chosen])
     return which[chosen], begun.let(plan.batch(begun.parameters, begun.states, begun.modes))
