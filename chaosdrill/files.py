@@ -153,7 +153,7 @@ def _opened(path: Path, flags: int) -> int:
 
 
 def flush(path: Path) -> None:
-    """Have the file system write a file or folder to the disk."""
+    """Flush a file or folder to the disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -22,7 +22,7 @@ _cubes = float64[:, :, ::1]
 SAME_CYCLE = 2e-5
 """Relative difference of moments below which two cycles are one."""
 
-SAME_CLOUD = 0.2
+SAME_CHAOTIC = 0.2
 """Difference of the means of two attractors that are no cycles, in parts of their extent, below which they are one."""
 
 SAME_EXPONENT = 8.0
@@ -107,14 +107,14 @@ def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray
     size = sizes(one)[:, np.newaxis]
     close = (np.abs(many - one) <= SAME_CYCLE * size).all(axis=(1, 2))
     spread = np.maximum(one[:, 1], many[:, 1]) + SAME_CYCLE * size[:, 0]
-    cloud = (np.abs(many[:, :2] - one[:, :2]) <= SAME_CLOUD * spread[:, np.newaxis]).all(axis=(1, 2))
+    chaotic = (np.abs(many[:, :2] - one[:, :2]) <= SAME_CHAOTIC * spread[:, np.newaxis]).all(axis=(1, 2))
     if others["lyapunov_exponent"].shape[-1]:
         with np.errstate(invalid="ignore"):
             apart = np.abs(others["lyapunov_exponent"][:, 0] - first["lyapunov_exponent"][:, 0])
             error = np.hypot(others["lyapunov_error"][:, 0], first["lyapunov_error"][:, 0])
-            cloud &= ~(apart > SAME_EXPONENT * error)
+            chaotic &= ~(apart > SAME_EXPONENT * error)
     is_one = (first["period"] > 0) | (first["outcome"] == Outcome.EQUILIBRIUM)
-    return kind & np.where(is_one, close, cloud)
+    return kind & np.where(is_one, close, chaotic)
 
 
 def number_attractors(found: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -14,10 +14,10 @@ from itertools import groupby
 
 import numpy as np
 
+from chaosdrill.analysis.classification import HYPERBOLIC, Verdict, judge
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
 from chaosdrill.analysis.statistics import free_exponents, margin
-from chaosdrill.analysis.verdicts import HYPERBOLIC, Verdict, judge
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing
@@ -116,7 +116,7 @@ class Begun:
         return self.let(plan.mapped(self.parameters, self.states, self.modes, window))
 
 
-def onward(plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]) -> Begun:
+def continued(plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]) -> Begun:
     """Where the map goes on from some points of a batch: where they stand, but at a strobe of a forcing."""
     if plan.system.period is not None and batch.counts_returns:
         batch.to_strobe(which)
@@ -128,7 +128,7 @@ def trail_of(
     plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str, np.ndarray]
 ) -> tuple[Begun, np.ndarray]:
     """Where some points of a batch stand, or soon after, and the points of the map beside that."""
-    begun = onward(plan, batch, which, at_points(parameters, which))
+    begun = continued(plan, batch, which, at_points(parameters, which))
     if plan.section is None:
         return begun, batch.window[which]
     mapped = begun.mapped(plan, 2 * plan.max_period)
@@ -310,7 +310,7 @@ DISPLACED = 0.02
 """Distance from the unstable cycle to which a run is displaced, relative to the size of the states."""
 
 
-def departures(
+def escapes(
     plan: Plan, batch: Batch, which: np.ndarray, parameters: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, Batch]:
     """Runs that begin further away from the cycles that some points of a batch are leaving.

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from chaosdrill.analysis.attractors import count_attractors, moments
-from chaosdrill.analysis.cycles import at_points, departures, onward, search
+from chaosdrill.analysis.classification import Verdict, judge
+from chaosdrill.analysis.cycles import at_points, continued, escapes, search
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.regularity import LENGTH, tell
-from chaosdrill.analysis.verdicts import Verdict, judge
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, alike
@@ -319,8 +319,8 @@ def _displace(
     arrays: Arrays,
     places: np.ndarray,
 ) -> np.ndarray:
-    """Run the points that leave an unstable cycle from further away of it; returns those that stay undecided."""
-    leaving, runs = departures(plan, batch, which, parameters)
+    """Run the points that leave an unstable cycle from further away; return those that stay undecided."""
+    leaving, runs = escapes(plan, batch, which, parameters)
     if not len(leaving):
         return which
     here = at_points(parameters, leaving)
@@ -343,10 +343,10 @@ def _tell(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached.
 
-    An uneven cloud of points is weak chaos if the exponent is ``positive``, though within its error.
+    An irregular set of points is weak chaos if the exponent is ``positive``, though within its error.
     """
     here = at_points(parameters, which)
-    runs = onward(plan, batch, which, here).mapped(plan, LENGTH)
+    runs = continued(plan, batch, which, here).mapped(plan, LENGTH)
     runs.run(0, np.array([0, LENGTH]))
     shifts = plan.structure.frame[: plan.structure.shifts]
     if plan.maps:

@@ -71,7 +71,7 @@ def extrapolated_step(rate: Rate, t: Any, x: Point, h: Any, columns: int) -> tup
     return best, float(max(abs(a - b) for a, b in zip(best, other, strict=True))) / scale
 
 
-def arc(
+def integrate(
     rate: Rate, t: Any, x: Point, end: Any, columns: int, tolerance: float, first: Any, most: int
 ) -> tuple[list[Point], list[Any], Any]:
     """Integrate to ``end``, choosing the steps.
@@ -94,7 +94,7 @@ def arc(
     states : list of states
         At the start and at the end of every step.
     mesh : list of mpf
-        Lengths of the steps; `along` repeats them.
+        Lengths of the steps; `integrate_along` repeats them.
     length : mpf
         The length to try first on the next arc.
 
@@ -126,7 +126,7 @@ def arc(
     return states, mesh, length
 
 
-def along(rate: Rate, t: Any, x: Point, mesh: Sequence[Any], columns: int) -> Point:
+def integrate_along(rate: Rate, t: Any, x: Point, mesh: Sequence[Any], columns: int) -> Point:
     """Integrate along given steps, so that the result is a smooth function of the start."""
     for h in mesh:
         x, _ = extrapolated_step(rate, t, x, h, columns)
@@ -313,7 +313,9 @@ class Exact:
             base, t = k * self.unit, mpmath.mpf(0)
             for end, transition in [*((e, j) for s, e, j in rows if s == k), (self.unit, None)]:
                 at, stop = self._clock(base, t), max(end - t, mpmath.mpf(0))
-                states, mesh, length = arc(self.rate(mode), at, x, at + stop, columns, tolerance, length, MOST_STEPS)
+                states, mesh, length = integrate(
+                    self.rate(mode), at, x, at + stop, columns, tolerance, length, MOST_STEPS
+                )
                 self._watch(mode, at, states, mesh, transition)
                 legs.append(Leg(mode, mesh, transition))
                 x, t = states[-1], t + stop
@@ -324,7 +326,7 @@ class Exact:
                     x, mode = self._take(mode, transition, self._clock(base, t), x)
         return Followed(x, times, legs)
 
-    def again(self, x: Point, legs: list[Leg], columns: int) -> Point:
+    def repeat(self, x: Point, legs: list[Leg], columns: int) -> Point:
         """Integrate along the steps that `follow` chose, from another start close by: a smooth function of it."""
         base = t = mpmath.mpf(0)
         for leg in legs:
@@ -332,7 +334,7 @@ class Exact:
             if leg.transition is None:
                 # the events before have moved with the start, the strobe has not
                 mesh[-1] = self.unit - t - mpmath.fsum(mesh[:-1])
-            x = along(self.rate(leg.mode), self._clock(base, t), x, mesh, columns)
+            x = integrate_along(self.rate(leg.mode), self._clock(base, t), x, mesh, columns)
             t += mpmath.fsum(mesh)
             if leg.transition is None:
                 base, t = base + self.unit, mpmath.mpf(0)
@@ -456,7 +458,7 @@ def find_truth(system: HybridSystem, unit: float, start: Point, itinerary: Itine
 def _difference(exact: Exact, start: Point, base: Followed, direction: Point, columns: int, apart: int) -> Point:
     """Derivative of the end along a direction of the start."""
     tiny = mpmath.mpf(10) ** -apart
-    moved = exact.again([a + tiny * b for a, b in zip(start, direction, strict=True)], base.legs, columns)
+    moved = exact.repeat([a + tiny * b for a, b in zip(start, direction, strict=True)], base.legs, columns)
     return [(a - b) / tiny for a, b in zip(moved, base.state, strict=True)]
 
 

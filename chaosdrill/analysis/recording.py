@@ -1,4 +1,4 @@
-"""A stretch of a run is recorded: its samples and its events, whatever their number."""
+"""Record part of a run: its samples and its events, whatever their number."""
 
 import math
 from collections.abc import Callable, Collection
@@ -20,7 +20,7 @@ _SLICES = 64
 
 @dataclass(frozen=True)
 class Record:
-    """What a stretch of a run left behind."""
+    """The recorded part of a run."""
 
     outcome: Outcome  # ``Outcome.OK``, or what ended the run before its time
     samples: np.ndarray  # (samples, n + q + 1): states, quadratures and mode

@@ -1,4 +1,4 @@
-"""What a motion is whose largest exponent is not told from zero: a torus, a cloud, a cycle, or a run to infinity.
+"""Classify motions whose largest exponent is not told from zero: quasiperiodic, chaotic, periodic, or unbounded.
 
 On a torus averages that fade in and out smoothly converge faster than any power of their length, in chaos like one over
 its root: the averages over two halves of a record agree to many digits or to hardly any (Das, Saiki, Sander and Yorke

@@ -147,14 +147,14 @@ AT_WORK = 20
 _BYTES = 2**20
 
 
-def seal(file: Path) -> None:
+def append_checksum(file: Path) -> None:
     """Append the line to a file."""
     digest = _digest(file, file.stat().st_size)
     with file.open("ab") as stream:
         stream.write(_MARK + digest.encode() + b"\n")
 
 
-def is_sealed(file: Path) -> bool:
+def has_checksum(file: Path) -> bool:
     """Whether a file ends with the right line."""
     size = file.stat().st_size - LENGTH
     if size <= 0:

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import is_sealed, try_reading
+from chaosdrill.archive.digest import has_checksum, try_reading
 from chaosdrill.dataset.layout import check_layout
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
@@ -44,7 +44,7 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
     import xarray as xr
 
     import_module("chaosdrill.dataset.words")
-    if not is_sealed(file):
+    if not has_checksum(file):
         try_reading(file)
     try:
         check_layout(file)

@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import seal, with_digests
+from chaosdrill.archive.digest import append_checksum, with_digests
 from chaosdrill.dataset.label import without_lost_codes
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, followed, netcdf_name, replacing, small_netcdf_cache
@@ -72,7 +72,7 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
         except (AttributeError, TypeError, ValueError) as fault:
             # the libraries below name what NetCDF has no type or name for: None, complex numbers, objects, a "/"
             raise ArchiveError(f"{target}: NetCDF cannot hold what was added: {fault}") from fault
-        seal(draft)
+        append_checksum(draft)
     return target
 
 

@@ -1,4 +1,4 @@
-"""The commands but for ``run``: each hands its arguments on, and prints what comes back."""
+"""All commands except ``run``: each passes its arguments on and prints the result."""
 
 import json
 from dataclasses import asdict

@@ -16,7 +16,7 @@ from typing import Any
 PATIENCE_S = 2.0
 """Seconds after which one is told of the second Ctrl-C."""
 
-AGAIN_S = 0.05
+RETRY_S = 0.05
 COMPILER = "llvmlite"
 """The compiler calls back into it; an exception that comes out of there is lost, or the process ends by a fault."""
 
@@ -80,14 +80,14 @@ class _Interrupts:
         self.raised = False
 
     def handle(self, number: int, frame: FrameType | None) -> None:
-        """Raise KeyboardInterrupt once, or come again a little later if this is within the compiler."""
+        """Raise KeyboardInterrupt once; within the compiler, retry a little later."""
         if self.raised:
             if number == signal.SIGINT:
                 self.end()
             return
         while frame is not None:
             if str(frame.f_globals.get("__name__", "")).partition(".")[0] == COMPILER:
-                signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+                signal.setitimer(signal.ITIMER_REAL, RETRY_S)
                 return
             frame = frame.f_back
         self.raised = True

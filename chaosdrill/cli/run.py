@@ -121,7 +121,7 @@ def summary(dataset: "xr.Dataset") -> list[str]:
 
 
 def advice(dataset: "xr.Dataset") -> list[str]:
-    """What to say of points that have no result, and of results that need a word."""
+    """Advice on points without a result, and on results that need a remark."""
     lines = dataset.attrs.get("message", "").splitlines()
     lines += [f"consistency check failed: {line}" for line in dataset.attrs.get("disagreement", "").splitlines()]
     for name, count in count_outcomes(dataset["outcome"].values).items() if "outcome" in dataset else ():

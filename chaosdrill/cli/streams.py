@@ -62,7 +62,7 @@ def tell(text: str) -> None:
 
 
 def _settle() -> None:
-    """Have what could not be written not be tried once more at the end of the process."""
+    """Discard unwritten output, so that it is not retried when the process exits."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -75,7 +75,7 @@ def _nowhere() -> TextIOWrapper:
 
 
 def _occupy() -> None:
-    """Have no file that is opened later take the number of a standard stream that is closed."""
+    """Occupy the numbers of closed standard streams, so that no file opened later takes them."""
     while (handle := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(handle)

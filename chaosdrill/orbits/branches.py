@@ -20,7 +20,7 @@ from chaosdrill.orbits.results import BranchResult, Cascade
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import locate, special_points
 from chaosdrill.orbits.switching import curve_behind, doubled
-from chaosdrill.orbits.table import cascade_from, collect, nothing
+from chaosdrill.orbits.table import branch_table, cascade_from, nothing
 
 ENDS = {
     Special.GRAZING: BranchEnd.GRAZING,
@@ -198,7 +198,7 @@ def trace_branch(
 
 
 def _append(branch: Branch, curve: Curve, part: Continued) -> None:
-    """Add what was continued to a branch, with the special points in it."""
+    """Append a continued segment to a branch, and mark the special points on it."""
     followed, _ = curve.followed(part.points[len(part.points) // 2]) or (part.points[0].orbit, None)
     segment = BranchSegment(curve, part.points, structural_rank(curve.problem, followed))
     if not isinstance(curve, SpecialCurve):
@@ -208,7 +208,7 @@ def _append(branch: Branch, curve: Curve, part: Continued) -> None:
 
 
 def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) -> tuple[Curve, Point] | None:
-    """The curve that goes on behind a border, and its first point; the border is marked."""
+    """The curve that continues beyond a border, and its first point; mark the border."""
     assert part.border is not None
     length, at_border = last.points[-1].arclength, last.points[-1].orbit
     if isinstance(curve, SpecialCurve):
@@ -233,7 +233,7 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
 
 
 def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
-    """Mark the last point of a branch as one at a border."""
+    """Mark the last point of a branch as a border."""
     segment = branch.segments[-1]
     k = len(segment) - 1
     if not isinstance(segment.curve, SpecialCurve):
@@ -244,7 +244,7 @@ def _mark(branch: Branch, border: Border, kind: Special, text: str) -> None:
 
 
 def _ended_at(branch: Branch, curve: Curve, part: Continued, last: BranchSegment, step: float) -> Branch:
-    """End a branch at a border behind which nothing was found."""
+    """End a branch at a border beyond which no orbit was found."""
     assert part.border is not None
     if part.lost and _escapes(last, step):
         return branch.ended(BranchEnd.ESCAPED)
@@ -270,7 +270,7 @@ def _halves_met(segment: BranchSegment, kind: Special) -> bool:
 
 
 def _lost(segment: BranchSegment) -> str:
-    """Words for a branch that Newton's method could not follow, where its durations show why."""
+    """Why Newton's method could not follow a branch, if its durations show it."""
     durations = segment.durations.sum(axis=1)
     if durations[-1] > SETTINGS.longer * durations[0]:
         return f"the duration grows without bound, to {durations[-1]:.3g}: the orbit comes to connect a point at rest"
@@ -285,7 +285,7 @@ def _escapes(segment: BranchSegment, step: float) -> bool:
 
 
 def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mark]]:
-    """The segment with the special points between its first ones among its points, and their marks."""
+    """The segment with the special points among its first ``count`` points inserted, and their marks."""
     points, marks = list(segment.points), []
     for k in sorted({k for k, _ in special_points(segment.with_points(points[:count]))}, reverse=True):
         for point, error in reversed(_between(segment, k, SETTINGS.finer)):
@@ -395,11 +395,11 @@ def branches(
                     following.append(len(found) - 1)
         generation = following
         _report(progress, found, doublings)
-    return collect(problem, (parameter,), found, _longest_cascade(found) if doublings else None)
+    return branch_table(problem, (parameter,), found, _longest_cascade(found) if doublings else None)
 
 
 def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
-    """The first orbit, or one beside it if it is a special point, so that the branch passes through that."""
+    """The first orbit, or a neighbour if it is a special point, so that the branch passes through that point."""
     problem = curve.problem
     first = curve.first(orbit, shot)
     values = free_multipliers(np.linalg.eigvals(shot.monodromy), problem.neutral.count)
@@ -413,7 +413,7 @@ def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
 
 
 def _unmoved(branch: Branch) -> bool:
-    """Whether nothing of an orbit changes along a branch but the parameter."""
+    """Whether nothing but the parameter changes along a branch."""
     tangents = [s.tangents for s in branch.segments if len(s)]
     return all((np.abs(t[:, :-1]) <= SETTINGS.no_effect * np.abs(t[:, -1:])).all() for t in tangents)
 
@@ -424,7 +424,7 @@ def _report(progress: Progress | None, found: list[Branch], doublings: int) -> N
 
 
 def _longest_cascade(found: list[Branch]) -> Cascade | None:
-    """The longest chain of branches, each from the doubling of the one before, with the doubling that ends it."""
+    """The longest chain of branches, each born at a doubling of the one before, with the doubling that ends it."""
     best: list[tuple[float, int]] = []
     for number, branch in enumerate(found):
         first = _to_follow(branch, True) if number else []
@@ -438,7 +438,7 @@ def _longest_cascade(found: list[Branch]) -> Cascade | None:
 
 
 def _to_follow(branch: Branch, first_only: bool) -> list[Mark]:
-    """Period doublings from which doubled branches are followed: those where stability is lost, or the first one."""
+    """Period doublings at which to switch branches: those where stability is lost, else the first one."""
     marks = [m for m in branch.marks if m.kind == Special.PERIOD_DOUBLING]
     marks.sort(key=lambda m: (m.segment, m.point))
     if first_only:
@@ -454,7 +454,7 @@ def _beside_stable(segment: BranchSegment, mark: Mark) -> bool:
 
 
 def _reached(found: list[Branch], parent: int, mark: Mark, step: float) -> bool:
-    """Whether a doubled branch that was followed from elsewhere has come to this doubling."""
+    """Whether a doubled branch followed from elsewhere has arrived at this doubling."""
     here = found[parent].value(mark)
     doubled = (b for b in found if b.parent == parent and b.end == BranchEnd.DOUBLING)
     return any(abs(float(b.segments[-1].values[-1, 0]) - here) < step for b in doubled)

@@ -107,7 +107,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Border:
-    """Where the events change: the last orbit before, what was seen there, and the first orbit beyond.
+    """Where the sequence of events changes: the last orbit before, its shot, and the first orbit beyond.
 
     ``bad`` is None where there is no orbit beyond; ``error`` is the distance between the two in the first parameter.
     """
@@ -199,11 +199,11 @@ class Curve:
         return orbit, shot
 
     def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:
-        """An orbit at a point that the system follows, or next to it where it does so only up to the curve."""
+        """An admissible orbit at a point, or next to it where orbits are admissible only up to the curve."""
         return point.orbit, point.shot
 
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
-        """The orbit at or beside a point that the system does not follow as it is written down; None if it does."""
+        """The orbit at or beside a point if it is not admissible; None if it is."""
         found = self.followed(point)
         if found is not None and admissible(*found):
             return None
@@ -224,7 +224,7 @@ class Curve:
         return replace(last.orbit, starts=starts, phase=phase, durations=durations)
 
     def after(self, points: list[Point], h: float) -> tuple[Point, float]:
-        """The point a step behind the last one, and how far from it it was predicted.
+        """The next point, one step along the curve, and the error of its prediction.
 
         ``points`` are those through which the predictor goes.
 
@@ -246,7 +246,7 @@ class Curve:
         return point, error
 
     def aligned(self, point: Point, points: list[Point]) -> Point:
-        """A point with the tangent that it has behind others."""
+        """A point with its tangent aligned to those of earlier points."""
         return point
 
     def cosine(self, one: Point, other: Point) -> float:
@@ -255,7 +255,7 @@ class Curve:
         return float((one.weights * one.tangent) @ there / np.linalg.norm(there))
 
     def between(self, one: Point, other: Point, part: float, row: np.ndarray | None = None) -> Point:
-        """The point of the curve beside a point of the line between two, at a right angle to ``row`` or to that line.
+        """The point of the curve next to the line between two points, orthogonal to ``row`` or to that line.
 
         Raises
         ------
@@ -293,7 +293,7 @@ class Curve:
         return replace(point, arclength=last.arclength + self.gap(last.orbit, point.orbit, last.weights))
 
     def bisect(self, last: Point, beyond: Point) -> tuple[Point, Border]:
-        """The last point before a border, and the border: between one that the system follows and one that it does not.
+        """Bisect between an admissible point and one that is not: the last point before the border, and the border.
 
         The former is ``last`` itself if nothing lies between.
         """
@@ -364,7 +364,7 @@ class SpecialCurve(Curve):
         )
 
     def _turned_with(self, point: Point, near: Point) -> Point:
-        """The point with its direction across at a right angle to its tangent, on the side of that of another one."""
+        """The point with its transverse direction orthogonal to its tangent, on the same side as a neighbour's."""
         assert point.root is not None
         assert near.root is not None
         plane = point.root.plane
@@ -553,7 +553,7 @@ def _closed(curve: Curve, points: list[Point], home: Point, h: float) -> bool:
 
 
 def _through_rest(curve: Curve, points: list[Point]) -> bool:
-    """Whether the last point is behind one at which the orbits have shrunk onto a point at rest.
+    """Whether the orbits have shrunk onto an equilibrium just before the last point.
 
     Beyond, the same orbits come again, half a turn later: the curve seems to turn back.
     """
@@ -570,14 +570,14 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
 
 
 def traded_places(gaps: np.ndarray) -> int | None:
-    """Number of the first of some orbits behind one at which their halves, so far apart, have come together."""
+    """Index of the first orbit beyond one whose halves, apart by ``gaps``, coincide; None if there is none."""
     flips = np.flatnonzero((gaps[1:] * gaps[:-1]).sum(axis=1) < 0) + 1
     small = [k for k in flips.tolist() if np.abs(gaps[k - 1 : k + 1]).max() < 0.5 * np.abs(gaps).max()]
     return int(small[0]) if small else None
 
 
 def _to_half(curve: Curve, points: list[Point], beyond: Point) -> list[Point]:
-    """The last point before the halves of doubled orbits come together; beyond, the same orbits come once more."""
+    """The last point before the halves of doubled orbits coincide; beyond it the same orbits repeat."""
     last, good = points[-1], None
     start = curve.problem.halves_apart(last.orbit, last.weights)
     low, high = 0.0, 1.0
@@ -602,7 +602,7 @@ def _lost(curve: Curve, points: list[Point], step: float) -> Border:
 
 
 def _left(points: list[Point], step: float) -> float:
-    """How far beyond the last point an event would have no speed; at least the smallest step."""
+    """How far beyond the last point the slowest event would lose its speed; at least the smallest step."""
     left = SETTINGS.shortest_step * step
     if len(points) > 1:
         before, last = points[-2:]
@@ -614,7 +614,7 @@ def _left(points: list[Point], step: float) -> float:
 
 
 def _shares(nodes: np.ndarray, place: float, derivative: int) -> np.ndarray:
-    """What the values at the nodes count in their polynomial at a place, or in its derivative there."""
+    """Weights of nodal values in their interpolating polynomial at a place, or in one of its derivatives there."""
     scale = float(np.ptp(nodes))
     powers = np.vander((nodes - place) / scale, increasing=True).T
     return np.linalg.solve(powers, np.eye(len(nodes))[derivative]) / scale**derivative

@@ -19,7 +19,7 @@ from chaosdrill.orbits.results import BranchResult
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import test_function_at
 from chaosdrill.orbits.switching import lifted
-from chaosdrill.orbits.table import collect, nothing
+from chaosdrill.orbits.table import branch_table, nothing
 
 FOLLOWED = {kind.meaning: kind for kind in (Special.FOLD, Special.PERIOD_DOUBLING, Special.GRAZING)}
 """What can be followed, by name."""
@@ -61,7 +61,7 @@ def curve(
     -------
     BranchResult
         One branch, all points of which are of the kind that is followed. ``stable`` says whether all multipliers
-        but the one that is +1 or -1 are inside of the unit circle. At grazing the orbit is the one without the event
+        but the one that is +1 or -1 are inside the unit circle. At grazing the orbit is the one without the event
         that appears. Without points, and with the reason in its message, if there is no orbit or no such point.
     """
     ranges = np.array(limits, dtype=float)
@@ -96,7 +96,7 @@ def curve(
     error = first.root.error * float(curve.spans[0]) + SETTINGS.tangent_error * abs(value)
     branch.marks.append(Mark(*place, kind, error, "the curve was followed from here"))
     branch.start = f"the {called} at {name} = {value:.12g}"
-    result = collect(problem, parameters, [branch], None)
+    result = branch_table(problem, parameters, [branch], None)
     return replace(result, stable=_stable(problem, result.multipliers, kind))
 
 
@@ -106,7 +106,7 @@ def _report(progress: Progress | None, done: int) -> None:
 
 
 def _nearest(ways: list[Branch], kind: Special) -> Orbit | None:
-    """The first orbit of the kind along either half of a branch, that of the shorter way from its start."""
+    """The special orbit of a kind that is nearest to the start of a branch, along either half of it."""
     places = [
         (abs(way.segments[m.segment].points[m.point].arclength), way.orbit(m))
         for way in ways
@@ -117,7 +117,7 @@ def _nearest(ways: list[Branch], kind: Special) -> Orbit | None:
 
 
 def _told(ways: list[Branch]) -> str:
-    """What there is on a branch instead."""
+    """The special points that a branch has instead, in words."""
     marks = sorted((way.value(m), m.kind.meaning.replace("_", " ")) for way in ways for m in way.marks)
     there = ", ".join(f"{name} at {value:.9g}" for value, name in marks) or "nothing special"
     ends = [float(way.segments[-1].values[-1, 0]) if way.segments else float("nan") for way in ways]
@@ -132,7 +132,7 @@ def _begin(problem: Problem, orbit: Orbit, kind: Special, ranges: np.ndarray) ->
 
 
 def _stable(problem: Problem, values: np.ndarray, kind: Special) -> np.ndarray:
-    """Whether all multipliers but the critical one are inside of the unit circle; False where one is NaN."""
+    """Whether all multipliers but the critical one are inside the unit circle; False where one is NaN."""
     free = free_multipliers(values, problem.neutral.count)
     moduli = np.abs(free)
     if kind != Special.GRAZING:

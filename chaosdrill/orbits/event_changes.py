@@ -1,4 +1,4 @@
-"""Changes of an orbit's events: one appears or vanishes, two trade places, or one has another outcome.
+"""Changes of the event sequence: an event appears or vanishes, two trade places, or one has another outcome.
 
 A branch of orbits with a given sequence of events goes on smoothly beyond the last one that the system follows. The
 border is found by bisection on whether it does. From there the orbits with other sequences are looked for that go
@@ -161,7 +161,7 @@ def _guard(
 
 @dataclass(frozen=True)
 class Continuation:
-    """An orbit with another sequence of events, behind a border, and which way leads away from it."""
+    """An orbit with another sequence of events beyond a border, and the direction that leads away from it."""
 
     orbit: Orbit
     shot: Shot
@@ -169,7 +169,7 @@ class Continuation:
 
 
 def reason(problem: Problem, border: Border) -> tuple[Special, str]:
-    """What happens at a border behind which nothing goes on, from its last orbit and the first one beyond."""
+    """What happens at a border beyond which no branch continues, from its last orbit and the first one beyond."""
     system = problem.plain
     orbit, shot = (border.good, border.shot) if border.bad is None else (border.bad, border.bad_shot)
     assert shot is not None
@@ -203,7 +203,7 @@ def reason(problem: Problem, border: Border) -> tuple[Special, str]:
 
 
 def branch_behind(curve: Curve, border: Border) -> Continuation | None:
-    """An orbit behind a border with another sequence of events, if there is one that begins there."""
+    """An orbit beyond a border with another sequence of events, if a branch begins there."""
     tried = [border.good]
     further: list[Orbit] = []
     for guess in chain(_guesses(curve.problem, border), _emptied(further)):
@@ -224,7 +224,7 @@ def _emptied(queue: list[Orbit]) -> Iterator[Orbit]:
 
 
 def recounted(problem: Problem, before: Orbit, after: Orbit) -> bool:
-    """Whether all that changes is after how many rebounds the rest of them is taken as one, which means nothing."""
+    """Whether only the number of rebounds before chatter is completed changes, which means nothing."""
     transitions = {t.name: t for t in problem.plain.transitions}
     old, new = (Counter(o.events(problem.plain).split()) for o in (before, after))
     replaced = {transitions[name].completes for name in old} - {None}
@@ -363,7 +363,7 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
 
 
 def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -> float:
-    """Distance between two orbits at the strobes and in the parameter, in the weighted norm.
+    """Distance between two orbits at their strobes and in the parameter, in the weighted norm.
 
     Without strobes: the largest distance at which one passes a place of the other, and how much longer one takes.
     """

@@ -1,4 +1,4 @@
-"""One orbit, from a guess to a verified result or to the reason why there is none."""
+"""One orbit, from a guess to a verified result or the reason why none was found."""
 
 from dataclasses import replace
 from functools import partial
@@ -84,7 +84,7 @@ def at_rest(problem: Problem, orbit: Orbit) -> bool:
 
 
 def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbitError:
-    """Why there is no orbit, from what the motion does later on: end, or rest, or let a state only grow."""
+    """Why there is no orbit: the motion ends, comes to rest, or a state grows without bound."""
     system = place.system
     unit = unit_of(problem, place)
     run = place.run(unit, problem.numerics)
@@ -114,7 +114,7 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
 
 
 def _rests(run: Run) -> bool:
-    """Whether nothing moves any more."""
+    """Whether the run has come to rest."""
     system = run.system
     rates = np.zeros(len(run.x) + len(system.quadratures))
     mode = system.mode_names.index(run.mode)
@@ -123,7 +123,7 @@ def _rests(run: Run) -> bool:
 
 
 def _growing(points: np.ndarray) -> np.ndarray:
-    """Which states only grow or only fall, evenly, shape (n,)."""
+    """Which states grow or fall monotonically and evenly, shape (n,)."""
     steps = np.diff(points, axis=0)
     way = np.abs(steps).sum(axis=0)
     halves = np.abs(steps.reshape(2, -1, points.shape[1]).sum(axis=1))
@@ -167,7 +167,7 @@ def find_orbit(
 def starting_orbit(
     system: HybridSystem, free: tuple[str, ...], period: int, start: str | float, transient: float, numerics: Numerics
 ) -> tuple[Problem, Orbit, Shot, np.ndarray, str]:
-    """The orbit near the initial state, or near the attractor that it leads to.
+    """The orbit near the initial state, or near the attractor that it is drawn to.
 
     On an attractor Newton's method starts where the motion comes back most nearly after the period, and there from
     several such places. An orbit of a shorter period is given only if none of the period asked for was found.
@@ -217,7 +217,7 @@ def starting_orbit(
 def orbit_read(
     problem: Problem, initial: InitialGuess, period: int, reach: float = SETTINGS.reaches[0]
 ) -> tuple[Orbit, Shot, np.ndarray]:
-    """The orbit near a path that is read, its segments told from where least freedom is left.
+    """The orbit near a simulated path, written from the segment with the fewest degrees of freedom.
 
     Where the system does not follow what Newton's method makes of it, its own path from there is read.
 
@@ -250,7 +250,7 @@ def orbit_read(
 
 
 def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -> tuple[Orbit, Shot, np.ndarray]:
-    """What Newton's method makes of a guess; the system need not follow it.
+    """The orbit to which Newton's method takes a guess; it need not be admissible.
 
     Raises
     ------
@@ -268,7 +268,7 @@ def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -
 
 
 def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
-    """The same orbit gone through once, and a remark if it was asked for with a multiple of its period."""
+    """The orbit traversed once, and a remark if a multiple of its period was asked for."""
     count, periods = len(orbit), orbit.periods
     if not problem.forced and orbit.eventless:
         return _one_turn(problem, orbit), ""
@@ -290,7 +290,7 @@ def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
 
 
 def _one_turn(problem: Problem, orbit: Orbit) -> Orbit:
-    """An orbit that is one segment of a smooth flow, gone through once."""
+    """An orbit of a smooth flow, a single segment, traversed once."""
     d = problem.states
     turns = np.arange(SETTINGS.most_turns, 1, -1)
     ends = float(orbit.durations[0]) / turns

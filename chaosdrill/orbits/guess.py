@@ -50,7 +50,7 @@ def started(system: "HybridSystem", state: np.ndarray, mode: str) -> "HybridSyst
 
 
 def reached(run: Run, numerics: Numerics) -> Place:
-    """Where a run has come to, at a strobe; the run may go on."""
+    """The place that a run has reached, at a strobe; the run may continue."""
     system = started(run.system, run.x, run.mode)
     here = Run(system, run.period, numerics)
     here.continue_from(run)
@@ -107,7 +107,7 @@ def place_on(problem: "Problem", orbit: Orbit, segment: int, time: float, state:
 
 
 def _pinned(system: "HybridSystem", mode: int, state: np.ndarray, time: float) -> np.ndarray:
-    """A state with what a mode pins put where the mode holds it."""
+    """A state with the constrained components of a mode at their values."""
     held = state.copy()
     for i, value in values_of_pins(system, {}, mode, time).items():
         held[i] = value
@@ -215,7 +215,7 @@ InitialGuess = Callable[[], tuple[Outcome, Orbit | None]]
 
 
 def initial_guess(problem: "Problem", place: Place, periods: int) -> InitialGuess:
-    """What reads the path from a place over so many forcing periods; without forcing, until it is back."""
+    """A function that simulates the path from a place over so many periods; without forcing, until it returns."""
     values = np.array([problem.plain.parameters[name] for name in problem.free])
     if problem.forced:
         return partial(guess_of_forced, problem, place, periods, values)
@@ -223,7 +223,7 @@ def initial_guess(problem: "Problem", place: Place, periods: int) -> InitialGues
 
 
 def guess_of_forced(problem: "Problem", place: Place, periods: int, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
-    """The path from a place over so many forcing periods, as a guess of an orbit.
+    """The path from a place over ``periods`` forcing periods, as a guess for an orbit.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ def _round(
     values: np.ndarray,
     period: float,
 ) -> Orbit | None:
-    """The path from a state at a phase on, over so many periods, with the events in them."""
+    """The path from a state and phase over ``periods`` periods, with its events."""
     if not len(events):
         if phase > 0:
             rest = np.array([period - phase])
@@ -271,7 +271,7 @@ def _round(
 
 
 def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
-    """What reads the motion of a run where it comes back most nearly after so many periods, the nearest first.
+    """Functions that simulate the closest returns of a run after ``periods`` periods, the closest first.
 
     Of systems without a period: at some distances along it.
     """
@@ -321,7 +321,7 @@ class Strobed:
 
 
 def strobed(run: Run, length: int) -> Strobed:
-    """What the strobes of a run show, at most so many beside its start."""
+    """The strobes of a run, at most ``length`` beyond its start."""
     d = len(run.x)
     samples = np.zeros((length + 3, d + len(run.system.quadratures) + 1))
     buffer = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
@@ -350,7 +350,7 @@ def strobed(run: Run, length: int) -> Strobed:
 
 
 def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tuple[Outcome, Orbit | None]:
-    """The path from a place until it is back, as a guess of an orbit of a system without a period."""
+    """The path from a place until it returns, as a guess for an orbit of an autonomous system."""
     unit, outcome, guess = unit_of(problem, place), Outcome.OK, None
     units = SETTINGS.return_units[0]
     while guess is None and outcome == Outcome.OK and units <= SETTINGS.return_units[1]:
@@ -362,7 +362,7 @@ def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tup
 def guess_of_autonomous(
     problem: "Problem", place: Place, duration: float, values: np.ndarray, expected: float | None = None
 ) -> tuple[Outcome, Orbit | None]:
-    """The path from a place until it is back, within a duration, as a guess of an orbit.
+    """The path from a place until it returns within a duration, as a guess for an orbit.
 
     It is taken to be back after the time that is expected, or else at the first return that is as near as any.
     """
@@ -409,7 +409,7 @@ def guess_of_autonomous(
 def own_path(
     problem: "Problem", orbit: Orbit, values: np.ndarray | None = None, expected: float | None = None
 ) -> tuple[Outcome, Orbit | None]:
-    """What the system itself does from the middle of an orbit's longest segment on, as a guess of an orbit.
+    """The motion of the system from the middle of an orbit's longest segment, as a guess for an orbit.
 
     ``values`` are the free parameters, if not those of the orbit; ``expected`` is as for `guess_of_autonomous`.
     """
@@ -431,7 +431,7 @@ def _first_dip(away: np.ndarray) -> int:
 
 
 def _shortest_return(states: np.ndarray, kinds: np.ndarray) -> int | None:
-    """Number of events after which the first one comes again, as nearly as it does; None if its kind never does."""
+    """Number of events after which the first one recurs most closely; None if its kind never recurs."""
     same = np.flatnonzero(kinds[1:] == kinds[0]) + 1
     if not len(same):
         return None
@@ -442,7 +442,7 @@ def _shortest_return(states: np.ndarray, kinds: np.ndarray) -> int | None:
 
 
 def _events(run: Run, periods: int, samples: np.ndarray | None = None) -> tuple[Outcome, np.ndarray]:
-    """Events that change something, over so many periods."""
+    """Events with an effect, over ``periods`` periods."""
     d = len(run.x)
     buffer = np.zeros((SETTINGS.most_events, layout.EVENT_COLUMNS + 2 * d))
     outcome, full = run.advance(periods, samples, buffer)

@@ -1,4 +1,4 @@
-"""Multipliers of orbits: those that are 1 or 0 by structure, and what the others say of stability."""
+"""Floquet multipliers: those that are 1 or 0 by structure, and the stability that the others decide."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Neutral:
-    """What nothing ever changes."""
+    """Symmetry directions and conserved combinations of a system."""
 
     flow: bool  # whether nothing depends on time, so that an orbit shifted in time is an orbit
     shifts: np.ndarray
@@ -46,7 +46,7 @@ class Neutral:
         return self.conserved if self.paired == len(self.shifts) else self.shifts
 
     def words(self, system: "HybridSystem") -> str:
-        """What there is beside the direction of the flow; empty if there is nothing."""
+        """The neutral directions besides that of the flow, in words; empty if there are none."""
         parts = [f"it can be shifted along {_combination(v, system)}" for v in self.shifts]
         if not len(self.shifts):
             parts = [f"deviations of {_combination(v, system)} are kept" for v in self.conserved]
@@ -69,7 +69,7 @@ def neutral_of(system: "HybridSystem") -> Neutral:
 
 
 def _explicit(system: "HybridSystem") -> bool:
-    """Whether time stands in any expression that a motion follows."""
+    """Whether any expression of the motion depends on time."""
     expressions = [rate for field in system.modes.values() for rate in field.values()]
     for transition in system.transitions:
         expressions += [transition.guard, *transition.reset.values()]
@@ -107,12 +107,12 @@ def free_multipliers(values: np.ndarray, neutral: int) -> np.ndarray:
 
 
 def is_stable(values: np.ndarray, neutral: int) -> np.ndarray:
-    """Whether all free multipliers lie inside of the unit circle, shape (...); parameters as for `free_multipliers`."""
+    """Whether all free multipliers lie inside the unit circle, shape (...); parameters as for `free_multipliers`."""
     return (np.abs(free_multipliers(values, neutral)) < 1).all(axis=-1)
 
 
 def based(problem: "Problem", orbit: "Orbit") -> "Orbit":
-    """The orbit told from the segment whose mode leaves least freedom: what is lost there is zero in every entry."""
+    """The orbit written from the segment with the fewest degrees of freedom, where lost directions are exactly zero."""
     table = pins(problem.plain)
     first = int(np.argmax([table[mode].sum() for mode in orbit.segments[:, at.SEGMENT_MODE]]))
     return orbit.rotated(first, problem.period_at(orbit)) if first else orbit
@@ -172,7 +172,7 @@ def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank:
 
 
 def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
-    """The same of one orbit, every one to its own relative precision, however far apart they are.
+    """The multipliers of one orbit, each to its own relative precision, however far apart they are.
 
     Eigenvalues of a product that was multiplied out know the smaller ones only to the round-off of the largest. Here
     the factors stay apart: simultaneous iteration around the orbit makes all of them triangular (periodic QR;
@@ -186,14 +186,14 @@ def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int)
     before = np.linalg.qr(np.random.default_rng(20260105).normal(size=(d, d)))[0]
     logs, apart = np.zeros(rank), np.zeros(rank - 1, dtype=bool)
     triangles: list[np.ndarray] = []
-    for laps in range(1, SETTINGS.graded_rounds + 1):
+    for rounds in range(1, SETTINGS.graded_rounds + 1):
         turned = apart.all()
         basis, triangles = before, []
         for factor in factors:
             after, triangle = np.linalg.qr(factor @ basis)
             triangles.append(triangle)
             basis = after
-        if turned or laps == SETTINGS.graded_rounds:
+        if turned or rounds == SETTINGS.graded_rounds:
             break
         with np.errstate(divide="ignore", invalid="ignore"):
             logs += sum(np.log(np.abs(np.diagonal(t)[:rank])) for t in triangles)

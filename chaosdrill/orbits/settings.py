@@ -117,7 +117,7 @@ class Settings:
     graded: float = 1e-3
     """Part of the norm of the tangent map below which a multiplier is not read off the map as a whole."""
     graded_rounds: int = 64
-    """Laps of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
+    """Rounds of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
     graded_turned: float = 1e-14
     """What is left of a wrong direction when two multipliers count as told apart."""
     piece_condition: float = 1e4
@@ -125,9 +125,9 @@ class Settings:
     piece_halvings: int = 10
     """Times that a segment is halved, at most."""
     exponent_rounds: int = 200
-    """Laps that tangents are given to turn into their directions."""
+    """Rounds that tangents are given to turn into their directions."""
     exponent_turned: float = 1e-12
-    """What is left of a wrong direction after the laps between multipliers that are told apart."""
+    """What is left of a wrong direction after the rounds between multipliers that are told apart."""
     smallest_logarithm: float = -700.0
     """Logarithm of a multiplier that is near the smallest double."""
     same_logarithm: float = 1e-9

@@ -57,7 +57,7 @@ def _limit(a: float, b: float, c: float) -> float:
     return c - (c - b) ** 2 / bend if bend != 0 else np.nan
 
 
-def collect(
+def branch_table(
     problem: Problem, parameters: tuple[str, ...], branches: "Sequence[Branch]", cascade: Cascade | None
 ) -> BranchResult:
     """One table of the points of all branches."""
@@ -147,12 +147,12 @@ def miss(problem: Problem, orbit: "Orbit") -> str:
     d = problem.states
     system = with_values(problem, orbit.starts[0, d:])
     plain = Problem(system, (), problem.numerics)
-    lapped = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
+    repeated = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
     values = ", ".join(f"{name} = {v:.9g}" for name, v in zip(problem.free, orbit.starts[0, d:], strict=True))
-    if lapped.differs:
-        return f"at {values} a run of the system goes otherwise: {lapped.differs}"
-    if not lapped.residual <= lapped.explained(problem.numerics.tolerance):
-        return f"at {values} a run of the system misses its start by {lapped.residual:.1e}"
+    if repeated.differs:
+        return f"at {values} a run of the system goes otherwise: {repeated.differs}"
+    if not repeated.residual <= repeated.explained(problem.numerics.tolerance):
+        return f"at {values} a run of the system misses its start by {repeated.residual:.1e}"
     return ""
 
 

@@ -95,7 +95,7 @@ def _saltation(system: "HybridSystem", transition: int, mode: int) -> Any:
 
 
 @dataclass(frozen=True)
-class Lapped:
+class Repeated:
     """Results of runs around an orbit."""
 
     outcome: Outcome  # ``Outcome.OK``, or what ended the run
@@ -104,27 +104,29 @@ class Lapped:
     growth: float  # largest factor by which a small deviation grows over a period
     differs: str  # how the events differ from those of the orbit, in words; empty if they do not
 
-    def explained(self, tolerance: float, laps: int = 1) -> float:
-        """Difference that round-off and the tolerance explain after this many laps."""
-        return min(SETTINGS.slack * (SETTINGS.step_error + tolerance) * max(1.0, self.growth) ** laps, SETTINGS.closed)
+    def explained(self, tolerance: float, rounds: int = 1) -> float:
+        """Difference that round-off and the tolerance explain after this many rounds."""
+        return min(
+            SETTINGS.slack * (SETTINGS.step_error + tolerance) * max(1.0, self.growth) ** rounds, SETTINGS.closed
+        )
 
 
-def verify(problem: "Problem", orbit: "Orbit") -> Lapped:
+def verify(problem: "Problem", orbit: "Orbit") -> Repeated:
     """Go around an orbit twice with the ordinary engine, which searches for events and knows nothing of segments.
 
     Where small deviations grow too much over a period for that to say anything, the state is put back onto the orbit
     after parts of it, and the differences are those of the parts.
     """
-    lapped = _lapped(problem, orbit, 1)
+    repeated = _repeated(problem, orbit, 1)
     parts = 2
-    while lapped.outcome == Outcome.OK and lapped.growth > SETTINGS.fast_growth and parts <= SETTINGS.most_parts:
-        lapped = _lapped(problem, orbit, parts)
+    while repeated.outcome == Outcome.OK and repeated.growth > SETTINGS.fast_growth and parts <= SETTINGS.most_parts:
+        repeated = _repeated(problem, orbit, parts)
         parts *= 2
-    return lapped
+    return repeated
 
 
-def _lapped(problem: "Problem", orbit: "Orbit", parts: int) -> Lapped:
-    """What two laps in so many parts each show."""
+def _repeated(problem: "Problem", orbit: "Orbit", parts: int) -> Repeated:
+    """What two rounds in so many parts each show."""
     segment, time, state = standpoint(problem, orbit)
     d, total = problem.states, float(orbit.durations.sum())
     run = run_from(problem, orbit, segment, time, state, parts, tangents=np.eye(d), orthonormalise=False)
@@ -139,24 +141,24 @@ def _lapped(problem: "Problem", orbit: "Orbit", parts: int) -> Lapped:
     buffer = np.zeros((8 * len(orbit) + 64, layout.EVENT_COLUMNS + 2 * d))
     differences, rows = np.zeros((2, parts)), []
     growth, differs = 0.0, ""
-    for lap in range(2):
+    for turn in range(2):
         for part in range(parts):
             outcome, full = run.advance(units, events=buffer)
             if outcome != Outcome.OK:
-                return Lapped(outcome, np.inf, np.inf, np.inf, f"the run ends: {outcome.advice}")
+                return Repeated(outcome, np.inf, np.inf, np.inf, f"the run ends: {outcome.advice}")
             if full:
-                return Lapped(outcome, np.inf, np.inf, np.inf, "many more events than the orbit has")
+                return Repeated(outcome, np.inf, np.inf, np.inf, "many more events than the orbit has")
             rows.append(buffer[: run.filled()[1]].copy())
-            differences[lap, part] = np.abs(run.x - ends[part]).max() / size[part]
-            if lap == 0:
+            differences[turn, part] = np.abs(run.x - ends[part]).max() / size[part]
+            if turn == 0:
                 growth = max(growth, float(np.linalg.norm(run.vectors, 2)))
             if parts > 1:
                 run.put(ends[part], np.eye(d))
                 if forcing:
                     run.begin_at(origin=(orbit.phase + time + (part + 1) / parts * total) % forcing)
-        if lap == 0:
+        if turn == 0:
             differs = _compare(problem, orbit, segment, np.concatenate(rows))
-    return Lapped(Outcome.OK, float(differences[0].max()), float(differences[1].max()), growth, differs)
+    return Repeated(Outcome.OK, float(differences[0].max()), float(differences[1].max()), growth, differs)
 
 
 def _compare(problem: "Problem", orbit: "Orbit", segment: int, rows: np.ndarray) -> str:
@@ -177,7 +179,7 @@ def _compare(problem: "Problem", orbit: "Orbit", segment: int, rows: np.ndarray)
     return f"event {first + 1} of {len(expected)} is {went} instead of {said}"
 
 
-def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, lapped: Lapped) -> Checks:
+def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repeated) -> Checks:
     """Compare multipliers with exponents and contraction, and the start with the state two periods later.
 
     Parameters
@@ -186,16 +188,18 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, lapped: Lapped)
     orbit : Orbit
     found : FoundOrbit
         What is said of it.
-    lapped : Lapped
+    repeated : Repeated
         Runs around it.
     """
     moduli = np.abs(found.multipliers)
     tolerance = problem.numerics.tolerance
     # the speed at a guard is the less certain the smaller it is, and with it the saltation
     slowest = float(np.abs(found.event_speeds).min(initial=1.0))
-    limit = SETTINGS.same_logarithm + lapped.explained(tolerance) + 10 * (SETTINGS.step_error + tolerance) / slowest**2
+    limit = (
+        SETTINGS.same_logarithm + repeated.explained(tolerance) + 10 * (SETTINGS.step_error + tolerance) / slowest**2
+    )
     if problem.numerics.method == "rk4":
-        limit += (2 * np.pi / (problem.numerics.steps or 200)) ** 4 * max(1.0, lapped.growth)
+        limit += (2 * np.pi / (problem.numerics.steps or 200)) ** 4 * max(1.0, repeated.growth)
     disagreements = []
     exponents, ends = exponents_of(problem, orbit, moduli, found.rank)
     with np.errstate(divide="ignore"):
@@ -221,13 +225,13 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, lapped: Lapped)
             disagreements.append(
                 f"product of the multipliers and product of all contractions differ by {determinant:.1e} of the larger"
             )
-    if not lapped.recurrence <= lapped.explained(tolerance, 2):
-        disagreements.append(f"after a second period the state is off by {lapped.recurrence:.1e}")
+    if not repeated.recurrence <= repeated.explained(tolerance, 2):
+        disagreements.append(f"after a second period the state is off by {repeated.recurrence:.1e}")
     return Checks(
         exponents=exponents,
         exponent_difference=difference,
         determinant_difference=determinant,
-        recurrence_difference=lapped.recurrence,
+        recurrence_difference=repeated.recurrence,
         consistent=not disagreements,
         disagreements="; ".join(disagreements),
     )
@@ -251,7 +255,7 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
         falls = np.maximum(-np.diff(np.log(moduli[:rank])), 1e-300)
         needed = -np.log(SETTINGS.exponent_turned) / falls
     apart = needed <= SETTINGS.exponent_rounds
-    laps = int(np.ceil(max(needed[apart], default=1.0))) + d
+    rounds = int(np.ceil(max(needed[apart], default=1.0))) + d
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
     segment, time, state = standpoint(problem, orbit)
     structure = structure_of(problem.plain)
@@ -259,7 +263,7 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     run = run_from(problem, orbit, segment, time, state, tangents=frame, shifts=shifts, deficient=structure.deficient)
     outcome = Outcome.OK
     before = np.zeros(d)
-    for _ in range(laps + 1):
+    for _ in range(rounds + 1):
         before = run.logs.copy()
         outcome = run.advance(orbit.periods)[0] if outcome == Outcome.OK else outcome
         run.x[:] = state
@@ -295,12 +299,12 @@ def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.nda
     message : str
         What there is to say of it.
     """
-    lapped = verify(problem, orbit)
-    if lapped.differs:
-        text = f"the equations close, but a run of the system from there goes otherwise: {lapped.differs}"
+    repeated = verify(problem, orbit)
+    if repeated.differs:
+        text = f"the equations close, but a run of the system from there goes otherwise: {repeated.differs}"
         return no_orbit(problem.plain, Outcome.INADMISSIBLE, text, orbit.periods, residuals)
-    if not lapped.residual <= lapped.explained(problem.numerics.tolerance):
-        text = f"the equations close, but a run of the system from there misses its start by {lapped.residual:.1e}"
+    if not repeated.residual <= repeated.explained(problem.numerics.tolerance):
+        text = f"the equations close, but a run of the system from there misses its start by {repeated.residual:.1e}"
         return no_orbit(problem.plain, Outcome.INADMISSIBLE, text, orbit.periods, residuals)
     if not np.isfinite(shot.monodromy).all():
         text = "the orbit meets a guard at no speed, where small deviations grow without bound: it has no multipliers"
@@ -316,14 +320,14 @@ def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.nda
         mode=int(modes[0, 0]),
         multipliers=graded(problem, orbit, shot.monodromy, rank),
         rank=rank,
-        residual=lapped.residual,
+        residual=repeated.residual,
         newton=residuals,
         **_events(problem, orbit),
         **dict(zip(("path_times", "path_states"), path(problem, orbit), strict=True)),
         checks=_nothing_to_check(problem.states),
         neutral=problem.neutral.count,
     )
-    return replace(found, checks=check(problem, orbit, found, lapped))
+    return replace(found, checks=check(problem, orbit, found, repeated))
 
 
 def no_orbit(

@@ -42,7 +42,7 @@ _TABLES: tuple[Callable[["xr.Dataset"], Markup], ...] = (
     tables.event_counts,
     tables.motions,
     tables.without_results,
-    tables.stretches,
+    tables.intervals,
     tables.attractors,
     tables.orbits,
     tables.branches,
@@ -217,7 +217,7 @@ class _Writer:
         return made
 
     def _try(self, what: str, make: Callable[..., Any], *arguments: Any) -> Any:
-        """What ``make`` gives, or that it could not: what is wrong in one place hides nothing else."""
+        """The part that ``make`` returns, or a note that it failed, so that one fault hides nothing else."""
         try:
             return make(*arguments)
         except MemoryError:

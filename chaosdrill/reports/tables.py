@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-MOST_STRETCHES = 60
+MOST_INTERVALS = 60
 _PERIODIC = ("ok", "periodic")
 _DIGITS = 12
 
@@ -175,7 +175,7 @@ def without_results(dataset: "xr.Dataset") -> Markup:
     return part("paragraph", f"{missing} of {count(largest.size, 'point')} have no exponent.", "note")
 
 
-def stretches(dataset: "xr.Dataset") -> Markup:
+def intervals(dataset: "xr.Dataset") -> Markup:
     """Intervals of one parameter in which the first seed has the same kind of motion."""
     import numpy as np
 
@@ -199,7 +199,7 @@ def stretches(dataset: "xr.Dataset") -> Markup:
         rows.append(row)
     head = [f"from {parameter}", "to", "motion", "points", *(["greatest exponent"] if largest is not None else [])]
     of = " of the first seed" if dataset.sizes["seed"] > 1 else ""
-    return table(f"Motions along {long_name(dataset, parameter)} {parameter}{of}", head, rows, MOST_STRETCHES)
+    return table(f"Motions along {long_name(dataset, parameter)} {parameter}{of}", head, rows, MOST_INTERVALS)
 
 
 def attractors(dataset: "xr.Dataset") -> Markup:

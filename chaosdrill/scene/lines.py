@@ -175,7 +175,7 @@ class Problem:
 
 
 def problems_of(faults: Iterable[tuple[Path, str]], at: Path) -> list[Problem]:
-    """Faults of what stands at a place."""
+    """Problems of the faults below a path."""
     return [Problem((*at, *path), message) for path, message in faults]
 
 

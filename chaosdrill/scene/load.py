@@ -1,4 +1,4 @@
-"""From a file to a scene, or to all that is wrong with it."""
+"""Read a scene from a file, or report everything that is wrong with it."""
 
 import os
 import re
@@ -142,7 +142,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
 
 
 def _place_change(lines: dict[KeyPath, int], path: KeyPath) -> None:
-    """Have a key stand on no line of the file, and with it the tables that it brings."""
+    """Place a key, and the tables that it creates, on no line of the file."""
     for inner in [place for place in lines if place[: len(path)] == path]:
         del lines[inner]
     for depth in range(1, len(path)):

@@ -1,4 +1,4 @@
-"""A scene that has been read and found sound."""
+"""A scene that has been read and validated."""
 
 import shlex
 from collections.abc import Mapping
@@ -157,7 +157,7 @@ class Scene:
         ]
 
     def _check_reached(self, system: "HybridSystem") -> list[Problem]:
-        """A mode of one's own that nothing leads to is likely the target of a transition that names another one."""
+        """Check that every mode is reached; one that is not is likely the target of a misspelt transition."""
         if self.definition is None:
             return []
         starts = [self.initial.get("mode"), system.mode_names[0]]
@@ -178,7 +178,7 @@ class Scene:
         ]
 
     def _check_events(self, system: "HybridSystem") -> list[Problem]:
-        """Sections are to be ones that the system has, and lengths are to be counted by them."""
+        """Check that sections exist in the system and that lengths are counted by them."""
         from chaosdrill.analysis.arguments import example_of_section, section_fault
 
         faults: dict[Path, str] = {}

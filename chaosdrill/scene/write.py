@@ -1,4 +1,4 @@
-"""A system of Python becomes a scene, for the command line."""
+"""Write a system defined in Python as a scene for the command line."""
 
 import os
 from collections.abc import Iterator, Mapping

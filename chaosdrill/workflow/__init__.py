@@ -1,4 +1,4 @@
-"""What is done with scenes and archives: run, verified, run again, compared, described, cited."""
+"""Operations on scenes and archives: run, verify, compare, describe, cite."""
 
 from chaosdrill.workflow.compare import Check, Difference, compare
 from chaosdrill.workflow.describe import cite, info

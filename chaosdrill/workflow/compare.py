@@ -1,4 +1,4 @@
-"""Two archives, variable by variable: bit by bit, or by what can be compared.
+"""Compare two archives variable by variable: bit by bit, or within the errors of each variable.
 
 Round-off differs between processors and libraries. Cycles, multipliers and everything else that attracts agree within
 the error of the method all the same; in chaos two runs part, and only averages agree, within their standard errors.
@@ -158,7 +158,7 @@ def _group(
 
 
 def _shared_events(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
-    """Both up to the shorter of two lists of events: of runs that have parted one may have some more."""
+    """Both datasets cut to the shorter list of events, since runs that have diverged may differ in number."""
     if second.attrs.get("kind") != "trajectory":
         return first, second
     count = min(first.sizes.get("event", 0), second.sizes.get("event", 0))
@@ -312,7 +312,7 @@ def _stated(ds: "xr.Dataset") -> float:
 
 
 def _in_both(name: str, first: "xr.Dataset", second: "xr.Dataset") -> bool:
-    """Whether both have numbers of that name and of one shape, as an altered archive may not."""
+    """Whether both have numbers of that name and the same shape, which an altered archive may lack."""
     if name not in first or name not in second:
         return False
     one, other = first[name].variable, second[name].variable
@@ -351,7 +351,7 @@ def _spread(name: str, first: "xr.Dataset", second: "xr.Dataset", variable: "xr.
 
 
 def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) -> tuple[Any, Any]:
-    """From which row of a record on two runs have parted, and where they do so with a jump, which no divergence is."""
+    """From which row on two recorded runs have diverged, and where they did so by a jump instead of gradually."""
     import numpy as np
 
     name = LEADERS[dim]
@@ -376,7 +376,7 @@ def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) 
 def _recorded(
     name: str, first: "xr.Dataset", second: "xr.Dataset", wrong: "np.ndarray", loose: "np.ndarray", bound: float
 ) -> tuple[str, "np.ndarray"]:
-    """Records of runs that may be chaotic: they agree until they part gradually, and then in range."""
+    """Records of runs that may be chaotic agree until they diverge gradually, and in their range thereafter."""
     import numpy as np
 
     variable = second[name].variable

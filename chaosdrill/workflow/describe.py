@@ -89,7 +89,7 @@ def stored_versions(attributes: Mapping[Any, Any]) -> dict[str, str]:
 
 
 def _versions_of_groups(tree: "xr.DataTree") -> dict[str, str]:
-    """Versions that the groups name; several of one library, where they are of several origins."""
+    """Versions named by the groups; several of one library if their origins differ."""
     found: dict[str, list[str]] = {}
     for node in tree.subtree:
         for name, version in stored_versions(node.attrs).items():

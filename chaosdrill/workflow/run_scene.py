@@ -207,7 +207,7 @@ _NEEDED = ("definition", "parameters", "initial", "settings")
 
 
 def hindrance(ds: "xr.Dataset") -> str | None:
-    """Why a dataset cannot be computed again from what it holds; None if nothing speaks against it."""
+    """Why a dataset cannot be recomputed from its own contents; None if it can."""
     kind = ds.attrs.get("kind")
     if not isinstance(kind, str) or kind not in analyses():
         return "it is not the result of an analysis"
@@ -238,7 +238,7 @@ def system_of(ds: "xr.Dataset") -> "HybridSystem":
 
 
 def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] | None = None) -> "xr.Dataset":
-    """What the analysis of a dataset gives now.
+    """Repeat the analysis of a dataset.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Whether an archive is what its own scene gives, or what the definitions in it give."""
+"""Whether an archive is reproduced by its own scene, or by the definitions in it."""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -63,7 +63,7 @@ class Verification:
         return _columns(rows)
 
     def how(self) -> str:
-        """What was compared how, as a table.
+        """How each variable was compared, as a table.
 
         Returns
         -------
@@ -176,7 +176,7 @@ def _from_definitions(
 def _computed(
     path: str | os.PathLike[str], ds: "xr.Dataset", workers: int, progress: Callable[..., None] | None
 ) -> "xr.Dataset | str":
-    """What a group is now, or why it cannot be computed again."""
+    """The recomputed group, or why it cannot be recomputed."""
     if (reason := hindrance(ds)) is not None:
         return reason
     try:
@@ -187,7 +187,7 @@ def _computed(
 
 
 def _only_known_attributes(ds: "xr.Dataset", again: "xr.Dataset") -> "xr.Dataset":
-    """The dataset without the attributes that somebody added, which no analysis gives."""
+    """The dataset without attributes that were added to the result of its analysis."""
     ds = ds.copy()
     ds.attrs = {name: value for name, value in ds.attrs.items() if name in again.attrs}
     for name in ds.variables:
@@ -208,7 +208,7 @@ def _is_older(attributes: Mapping[Any, Any]) -> bool:
 def _with_digests(
     tree: "xr.DataTree", differences: list[Difference], checks: list[Check]
 ) -> tuple[list[Difference], list[Check]]:
-    """The differences and checks with what the archive's own digests tell of variables not found different yet."""
+    """Differences and checks, completed by variables that only the archive's digests show to be altered."""
     named = {(item.group, item.variable.split(":")[0]) for item in differences}
     found = list(differences)
     clocked = set()

@@ -6,9 +6,9 @@ import sympy
 
 import chaosdrill as cd
 from chaosdrill.analysis.base import Points
+from chaosdrill.analysis.classification import judge
 from chaosdrill.analysis.plan import make_plan
 from chaosdrill.analysis.regularity import only_grows, tell
-from chaosdrill.analysis.verdicts import judge
 from chaosdrill.engine.numerics import Numerics
 
 A, B, C, D, R, TH, PH, W = sympy.symbols("a b c d r th ph w", real=True)

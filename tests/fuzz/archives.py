@@ -21,7 +21,7 @@ from values import HOSTILE, OWNED
 
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive import save
-from chaosdrill.archive.digest import LENGTH, altered, seal
+from chaosdrill.archive.digest import LENGTH, altered, append_checksum
 from chaosdrill.errors import ArchiveError
 from chaosdrill.scene import parse_scene
 from chaosdrill.workflow import run
@@ -172,7 +172,7 @@ def edit(path, edits, sealed):
             BY_NAME[entry["way"]](content, entry)
     path.write_bytes(content)
     if sealed:
-        seal(path)
+        append_checksum(path)
 
 
 def mutate(data, chance, other):

@@ -1,4 +1,4 @@
-"""What a point is on, by its exponents and its recurrence together.
+"""Classification of points by their exponents and recurrence together.
 
 Neither decides alone. Before a period doubling a slow transient alternates about the cycle, so that its points come
 back after two periods to any tolerance that is wider than its slow decay; near any bifurcation the exponent of a short
