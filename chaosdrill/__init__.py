@@ -57,7 +57,7 @@ if "xarray" in sys.modules:
 
 
 def _display(function: str) -> Callable[[Any], str | None]:
-    return lambda system: getattr(import_module("chaosdrill.reports.notation"), function)(system)
+    return lambda system: getattr(import_module("chaosdrill.reports.origin"), function)(system)
 
 
 DISPLAYS |= {"html": _display("system_html"), "latex": _display("system_latex")}

@@ -173,7 +173,7 @@ def compute(
     system = scene.system
     if scheduler is not None:
         # an address that does not answer is told before hours of other analyses
-        from chaosdrill.sweep.executors import connect
+        from chaosdrill.sweep.schedule import connect
 
         connect(scheduler).close()
     start = perf_counter()

@@ -278,7 +278,7 @@ def test_workers_and_scheduler_exclude_each_other(call, scene, tmp_path):
 
 def test_a_scheduler_that_does_not_answer_is_told_before_the_run(call, scene, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("chaosdrill.sweep.executors.ANSWER_S", 0.3)
+    monkeypatch.setattr("chaosdrill.sweep.schedule.ANSWER_S", 0.3)
     monkeypatch.setattr("chaosdrill.scene.checks.Asked.run", lambda *_, **__: pytest.fail("it ran"))
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--scheduler", "tcp://127.0.0.1:9")
     assert answer.code == 2
