@@ -5,7 +5,7 @@ import json
 import os
 import stat
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
 from hashlib import sha256
@@ -86,14 +86,7 @@ def open_own(path: Path, flags: int) -> int:
     OSError
         Also if it is a link, or no ordinary file: what is written into it would change another file.
     """
-    # the opening of a pipe may wait for its other end
-    handle = _opened(path, flags | os.O_CREAT | getattr(os, "O_NONBLOCK", 0))
-    found = os.fstat(handle)
-    if stat.S_ISREG(found.st_mode) and found.st_nlink <= 1:
-        return handle
-    os.close(handle)
-    what = "a link to another file" if stat.S_ISREG(found.st_mode) else "no ordinary file"
-    raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))
+    return _checked(path, flags | os.O_CREAT, lambda found: "a link to another file" if found.st_nlink > 1 else "")
 
 
 def read_json(path: Path) -> Any:
@@ -132,24 +125,25 @@ def open_ordinary(path: Path, most: int) -> BufferedReader:
     OSError
         Also if it is larger, or a link, a pipe or a device, which may give bytes without an end, or none for ever.
     """
-    # the opening of a pipe into which nobody writes does not return
-    handle = _opened(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    found = os.fstat(handle)
-    if stat.S_ISREG(found.st_mode) and found.st_size <= most:
-        return open(handle, "rb")
-    os.close(handle)
-    what = f"larger than {most} bytes" if stat.S_ISREG(found.st_mode) else "no ordinary file"
-    raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))
+    refused = f"larger than {most} bytes"
+    return open(_checked(path, os.O_RDONLY, lambda found: refused if found.st_size > most else ""), "rb")
 
 
-def _opened(path: Path, flags: int) -> int:
-    """A handle of a file, but not of one that a link leads to."""
+def _checked(path: Path, flags: int, refuse: Callable[[os.stat_result], str]) -> int:
+    """A handle of an ordinary file that no link leads to, unless it is refused."""
     try:
-        return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+        # the opening of a pipe may wait for its other end, or for ever
+        handle = os.open(path, flags | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0), 0o666)
     except OSError as fault:
         if fault.errno != errno.ELOOP:
             raise
         raise OSError(errno.ELOOP, f"{path.name} is a link to another file", str(path)) from None
+    found = os.fstat(handle)
+    what = refuse(found) if stat.S_ISREG(found.st_mode) else "no ordinary file"
+    if what:
+        os.close(handle)
+        raise OSError(errno.EINVAL, f"{path.name} is {what}", str(path))
+    return handle
 
 
 def flush(path: Path) -> None:

@@ -30,15 +30,11 @@ def analyses() -> "Mapping[str, Analysis]":
     return ANALYSES
 
 
-def _import_all() -> list[str]:
-    return [function(name).analysis.kind for name in FUNCTIONS]
-
-
 def _import_methods() -> Iterable[str]:
     from chaosdrill.engine import methods
 
     return methods.NAMES
 
 
-ANALYSES.completed_by(_import_all)
+ANALYSES.completed_by(lambda: [function(name).analysis.kind for name in FUNCTIONS])
 METHODS.completed_by(_import_methods)

@@ -50,7 +50,10 @@ def altered(ds: "xr.Dataset") -> list[str] | None:
     list of str or None
         None if the dataset holds no digests, as archives of format 1 and those that other programs wrote.
     """
-    scene = [":scene"] if _other_scene(ds.attrs) else []
+    text, known = ds.attrs.get("scene"), ds.attrs.get("scene_sha256")
+    other = isinstance(text, str) and known is not None and sha256(text.encode(errors="replace")).hexdigest() != known
+    # archives of format 1 have that digest too
+    scene = [":scene"] if other else []
     try:
         stored = json.loads(ds.attrs[DIGESTS])
     except (KeyError, TypeError, ValueError, RecursionError):
@@ -92,12 +95,6 @@ def error_context(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]"
         names = ", ".join(name for found in changed for name in found or ())
         told = f"altered after it was written: {names}" if names else "not written by this version of chaosdrill"
         raise ArchiveError(f"{path}: cannot be {what} ({fault}); it is {told}") from fault
-
-
-def _other_scene(attributes: dict[Any, Any]) -> bool:
-    """Whether there is a scene that has another SHA-256 than the one beside it, which archives of format 1 have too."""
-    text, stored = attributes.get("scene"), attributes.get("scene_sha256")
-    return isinstance(text, str) and stored is not None and sha256(text.encode(errors="replace")).hexdigest() != stored
 
 
 def _of_variable(variable: "xr.Variable") -> str:

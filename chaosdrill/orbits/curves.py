@@ -85,12 +85,13 @@ def curve(
         text = f"the {called} at {name} = {found.starts[0, -1]:.12g} cannot be followed: {lost}"
         return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
     branch, place = trace_branch(curve, first, part, max_points), (0, 0)
-    _report(progress, 1)
+    report = progress or (lambda done, total, outcomes: None)
+    report(1, 2, None)
     if branch.end != BranchEnd.CLOSED:
         backward = trace_branch(curve, first.turned(), part, max_points)
         place = len(backward.segments) - 1, len(backward.segments[0]) - 1
         branch = branch.joined(backward)
-        _report(progress, 2)
+        report(2, 2, None)
     assert first.root is not None
     value = float(curve.values(first.orbit)[0])
     error = first.root.error * float(curve.spans[0]) + SETTINGS.tangent_error * abs(value)
@@ -98,11 +99,6 @@ def curve(
     branch.start = f"the {called} at {name} = {value:.12g}"
     result = branch_table(problem, parameters, [branch], None)
     return replace(result, stable=_stable(problem, result.multipliers, kind))
-
-
-def _report(progress: Progress | None, done: int) -> None:
-    if progress is not None:
-        progress(done, 2, None)
 
 
 def _nearest(ways: list[Branch], kind: Special) -> Orbit | None:

@@ -157,7 +157,9 @@ def _known(tree: "xr.DataTree") -> Markup:
 
 def origin_section(tree: "xr.DataTree", path: Path) -> Markup:
     """The file, the versions, and the attributes of the root and of every group."""
-    file = [("name", name_text(path.name)), ("size in bytes", str(path.stat().st_size)), ("SHA-256", _sha256(path))]
+    with path.open("rb") as stream:
+        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    file = [("name", name_text(path.name)), ("size in bytes", str(path.stat().st_size)), ("SHA-256", digest)]
     file.append(("values", _integrity(tree)))
     versions = [(str(name), str(version)) for name, version in mapping(tree.attrs.get("versions")).items()]
     parts = [
@@ -204,11 +206,6 @@ def _integrity(tree: "xr.DataTree") -> str:
     if unknown:
         return f"without digests, so that nobody can tell whether they were altered: {', '.join(unknown)}"
     return "as they were written, by the digests of all variables"
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _words(value: Any) -> str:

@@ -360,7 +360,8 @@ def accuracy_section(groups: "Mapping[str, xr.Dataset]") -> Markup:
     rows = []
     for name, dataset in groups.items():
         wall, runs = dataset.attrs.get("wall_time_s"), dataset["outcome"].size if "outcome" in dataset else 1
-        row: list[Any] = [name, str(dataset.attrs.get("method", MISSING)), Quantity(_attribute(dataset, "tolerance"))]
+        tolerance = number(dataset.attrs["tolerance"], 3) if "tolerance" in dataset.attrs else MISSING
+        row: list[Any] = [name, str(dataset.attrs.get("method", MISSING)), Quantity(tolerance)]
         row += [runs, Quantity(MISSING if wall is None else seconds(wall))]
         row.append(Quantity(MISSING if wall is None else seconds(float(wall) / max(runs, 1))))
         rows.append([*row, _largest_error(dataset), _grazing(dataset), Quantity(_horizon(dataset))])
@@ -402,10 +403,6 @@ def work_precision(dataset: "xr.Dataset") -> Markup:
     )
     advice = [line for line in str(dataset.attrs.get("recommendation", "")).splitlines() if line.strip()]
     return part("bullets", advice) + shown if advice else shown
-
-
-def _attribute(dataset: "xr.Dataset", name: str) -> str:
-    return number(dataset.attrs[name], 3) if name in dataset.attrs else MISSING
 
 
 def _largest_error(dataset: "xr.Dataset") -> Quantity:

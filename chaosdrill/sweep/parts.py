@@ -4,20 +4,19 @@ A sweep keeps its finished chunks in a folder of its own there (`store`), any ot
 ``_scene.json`` says what the parts are results of, so that a changed scene is not gone on with.
 """
 
-import errno
 import fcntl
 import json
 import os
 import shutil
 import warnings
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset.layout import check_layout
-from chaosdrill.errors import ArchiveError, ChaosdrillError, SceneError, SettingsError
+from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.files import (
     netcdf,
     netcdf_name,
@@ -29,7 +28,7 @@ from chaosdrill.files import (
     small_netcdf_cache,
 )
 from chaosdrill.sweep.fingerprint import changes, plain
-from chaosdrill.sweep.store import MOST_BYTES, kept_points
+from chaosdrill.sweep.store import MOST_BYTES, kept_points, told
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +69,7 @@ class Parts:
 
     def __enter__(self) -> "Parts":
         self._refuse_link(self.folder)
-        with self._told("cannot be used for finished parts"):
+        with told(self.folder, "cannot be used for finished parts"):
             self.folder.mkdir(exist_ok=True)
             self._lock = open_own(self.folder / _LOCK, os.O_RDWR)
         try:
@@ -131,7 +130,7 @@ class Parts:
     def keep(self, group: str, dataset: "xr.Dataset") -> None:
         """Store the dataset of a finished analysis."""
         folder = self.store(group)
-        with self._told(f"cannot keep the result of {group}"):
+        with told(self.folder, f"cannot keep the result of {group}"):
             # a folder that was removed during the work is not made again: it would hold a part of the parts
             os.stat(self.folder / _LOCK)
             folder.mkdir(exist_ok=True)
@@ -157,7 +156,7 @@ class Parts:
         except OSError:
             # some network file systems know no locks
             pass
-        with self._told("cannot be used for finished parts"):
+        with told(self.folder, "cannot be used for finished parts"):
             before = self._read()
             kept = self.kept()
             if before is None or before.get("finished") or not kept:
@@ -228,19 +227,6 @@ class Parts:
         if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
-
-    @contextmanager
-    def _told(self, what: str) -> Iterator[None]:
-        try:
-            yield
-        except ChaosdrillError:
-            raise
-        except (OSError, RuntimeError) as fault:
-            if isinstance(fault, OSError) and fault.errno == errno.ENOENT:
-                reason = "the folder was removed or renamed during the work"
-            else:
-                reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
-            raise ArchiveError(f"{self.folder}: {what}: {reason}") from fault
 
 
 def _checksum(path: Path) -> str:

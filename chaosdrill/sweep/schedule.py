@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from math import inf
 from threading import Lock
@@ -228,22 +228,14 @@ def execute(
     return kept.arrays()
 
 
+@dataclass
 class Tally:
-    """Count of finished points, by outcome.
+    """Count of the finished points of a task by outcome, for whoever listens."""
 
-    Parameters
-    ----------
-    task : Task
-        What is counted.
-    progress : callable, optional
-        Who is told.
-    """
-
-    def __init__(self, task: Task, progress: Progress | None) -> None:
-        self.task = task
-        self.progress = progress
-        self.done = 0
-        self.outcomes: Counter[str] = Counter()
+    task: Task
+    progress: Progress | None
+    done: int = 0
+    outcomes: Counter[str] = field(default_factory=Counter)
 
     def add(self, units: int, arrays: Mapping[str, Any]) -> None:
         """Count a chunk."""

@@ -219,7 +219,9 @@ def hindrance(ds: "xr.Dataset") -> str | None:
         return f"its system cannot be written as text: {ds.attrs['definition_missing']!s:.500}"
     missing = [name for name in _NEEDED if name not in ds.attrs]
     if missing:
-        return f"it has no attribute {missing[0]!r}, as in archives written by {_who(ds)}"
+        number = ds.attrs.get("format_version", 1)
+        who = f"versions of format {number!s:.20}" if number in (1, 2) else "other programs"
+        return f"it has no attribute {missing[0]!r}, as in archives written by {who}"
     return None
 
 
@@ -262,11 +264,6 @@ def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] |
         keywords["workers"] = workers
     result: xr.Dataset = function(entry.function)(system_of(ds), **keywords, progress=progress)
     return result
-
-
-def _who(ds: "xr.Dataset") -> str:
-    number = ds.attrs.get("format_version", 1)
-    return f"versions of format {number!s:.20}" if number in (1, 2) else "other programs"
 
 
 def _table(ds: "xr.Dataset", name: str) -> dict[str, Any]:
