@@ -20,7 +20,7 @@ from chaosdrill.analysis.arguments import (
 )
 from chaosdrill.analysis.registry import function
 from chaosdrill.dataset.references import SPECTRA
-from chaosdrill.dataset.schema import Table
+from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.progress import Progress, teller, watched
@@ -276,6 +276,10 @@ class Analysis:
             if reason := unfit(name):
                 told = f"has a name that {reason}; rename it, as in 'the_integral'"
                 raise ModelError(f"{system.name}: quadrature {name!r:.60} {told}")
+        axes = (given.get(name) for name in ("sweep", "grid"))
+        taken = {str(name) for one in (system.quadratures, *axes) if isinstance(one, Mapping) for name in one}
+        if clash := rate_clash(system.quadratures, taken):
+            raise ModelError(f"{system.name}: {clash}")
         for name, kind in (("progress", LISTENER), ("store", PATH)):
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)

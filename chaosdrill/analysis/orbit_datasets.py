@@ -95,9 +95,8 @@ def orbit_rates(
         rates[: len(counts), column] = np.array(counts) / (
             orbit.period if system.period is not None else orbit.duration
         )
-        if "penetration" in system.quadratures:
-            index = list(system.quadratures).index("penetration")
-            rates[len(counts), column] = _integrals(system, orbit, numerics)[index] / orbit.duration
+        if system.quadratures:
+            rates[len(counts) :, column] = _integrals(system, orbit, numerics) / orbit.duration
     return {name: ("orbit", values) for name, values in zip(names, rates, strict=True)}
 
 

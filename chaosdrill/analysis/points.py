@@ -19,8 +19,14 @@ from chaosdrill.analysis.cycles import at_points, continued, escapes, search
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.regularity import LENGTH, tell
+<<<<<<< HEAD
+=======
+from chaosdrill.analysis.statistics import error_of_mean_rate, whole_cycles
+from chaosdrill.analysis.verdicts import Verdict, judge
+>>>>>>> 7016419 (analysis: every quadrature has its mean rate, with an error)
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
+from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.batch import Batch, alike
 from chaosdrill.engine.run import rate_names
 
@@ -377,7 +383,8 @@ def _write(
     arrays["outcome"][places] = verdict.outcome[rows]
     arrays["lyapunov_exponent"][places] = verdict.exponents[rows][:, : plan.exponents]
     arrays["lyapunov_error"][places] = verdict.errors[rows][:, : plan.exponents]
-    for name, values in event_rates(plan, batch, which).items():
+    means = event_rates(plan, batch, which) | rate_errors(plan, batch, which, verdict.cycle[rows])
+    for name, values in means.items():
         arrays[name][places] = np.where(ended, np.nan, values)
     arrays["moments"][places], arrays["state"][places] = moments(window, period)
     for row in np.flatnonzero(verdict.outcome[rows] == Outcome.EQUILIBRIUM):
@@ -403,8 +410,7 @@ def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:
     unit = batch.period[which] if plan.system.period is not None else 1.0
     chosen = (changing, *([i for i in changing if transitions[i].kind == kind] for kind in ("impact", "slip")))
     values = [counts[:, kinds].sum(axis=1) / (length / unit) for kinds in chosen]
-    if "penetration" in plan.system.quadratures:
-        values.append(batch.drilled[which, list(plan.system.quadratures).index("penetration")] / length)
+    values += list(batch.integrals[which, -1].T / length)
     values.append(batch.grazing[which][:, changing].min(axis=1, initial=np.inf))
     found = dict(zip(rate_names(plan.system), values, strict=True))
     if plan.section is not None:
@@ -413,6 +419,23 @@ def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:
     return found
 
 
+def rate_errors(plan: Plan, batch: Batch, which: np.ndarray, cycle: np.ndarray) -> Arrays:
+    """Standard errors of the mean rates of quadratures of some points of a batch.
+
+    On a cycle of so many units of lengths, 0: of none, they are those over blocks that are whole cycles, if there are.
+    """
+    found = np.full((len(which), len(plan.system.quadratures)), np.nan)
+    for length in np.unique(cycle).tolist():
+        here = np.flatnonzero(cycle == length)
+        blocks = whole_cycles(batch.ends, length)
+        totals, times = (values[which[here]][:, blocks].swapaxes(0, 1) for values in (batch.integrals, batch.times))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found[here] = error_of_mean_rate(totals, times[..., np.newaxis])
+    names = (names_of_rate(str(name))[1] for name in plan.system.quadratures)
+    return dict(zip(names, found.T, strict=True))
+
+
 def mean_names(plan: Plan) -> tuple[str, ...]:
-    """Names of the means that are known of every point."""
-    return (*rate_names(plan.system), *(("return_time",) if plan.section is not None else ()))
+    """Names of the means that are known of every point, and of their errors."""
+    errors = (names_of_rate(str(name))[1] for name in plan.system.quadratures)
+    return (*rate_names(plan.system), *errors, *(("return_time",) if plan.section is not None else ()))

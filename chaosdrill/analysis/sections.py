@@ -17,7 +17,9 @@ from chaosdrill.analysis.arguments import Span, settling
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
+from chaosdrill.analysis.statistics import error_of_mean_rate, whole_cycles
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
@@ -40,6 +42,9 @@ FEW_EVENTS = 1000
 
 SOONER = 3.0
 """Times the distance after a period within which a state is back after a part of it that counts."""
+
+BLOCKS = 256
+"""Parts of a record at most, from which the errors of its mean rates are taken."""
 
 LOOKED_AT = 256
 """Points of a section among which the nearest return is looked for."""
@@ -240,7 +245,7 @@ def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     numerics = job.numerics
     where = find_section(system, given, numerics)
     max_period = given.max_period
-    first, outcome, run, found = _recorded(where, given, job)
+    first, outcome, run, found, blocks = _recorded(where, given, job)
     if where.transitions is None:
         points, modes = found.samples[:, :-1], found.samples[:, -1]
         times = (first + 1 + np.arange(len(points))) * run.period
@@ -258,6 +263,11 @@ def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     if period and outcome == Outcome.OK:
         length = period * run.period if where.transitions is None else float(times[-1] - times[-1 - period])
         rates |= cycle_rates(where, run, period, length, numerics, sizes(points[np.newaxis, -period:, :n])[0])
+    errors = np.full(len(system.quadratures), np.nan)
+    if outcome == Outcome.OK:
+        chosen = whole_cycles(blocks.points, period)
+        errors = error_of_mean_rate(blocks.totals[chosen], blocks.times[chosen, np.newaxis])
+    rates |= {names_of_rate(str(name))[1]: error for name, error in zip(system.quadratures, errors, strict=True)}
     variables = {
         "section": (("iterate", "state"), points[:, :n]),
         "mode": ("iterate", modes.astype(np.int8)),
@@ -281,21 +291,60 @@ def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords)
 
 
+<<<<<<< HEAD
 def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, Record]:
     """Strobes before the record, how it went, the run at its end, and the record."""
+=======
+@dataclass(frozen=True)
+class _Blocks:
+    """Quadratures, shape (B + 1, q), and times since a record began, when it had so many points of the section."""
+
+    points: np.ndarray
+    times: np.ndarray
+    totals: np.ndarray
+
+
+def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run, Record, _Blocks]:
+    """Strobes before the record, how it went, the run at its end, the record, and blocks of it."""
+    n, q = len(where.system.states), len(where.system.quadratures)
+>>>>>>> 7016419 (analysis: every quadrature has its mean rate, with an error)
     if where.counts == "section":
-        assert where.transitions is not None
         run = Run(where.system, where.unit, job.numerics)
-        outcome, total = settled_at(where, run, int(given.transient)), int(given.periods)
-        first, count = run.strobes, total if outcome == Outcome.OK else 0
-        found = record_returns(run, where.transitions, count, where.longest, report=job.report(total))
+        outcome = settled_at(where, run, int(given.transient))
+        first = run.strobes
+        found, blocks = _recorded_returns(where, run, int(given.periods) if outcome == Outcome.OK else 0, job)
     else:
         plan = given.span(where.system, job.numerics)
         run = Run(where.system, plan.unit, job.numerics)
         outcome = plan.settle(run)
         first, count = run.strobes, plan.count if outcome == Outcome.OK else 0
         found = record(run, count, events=where.transitions is not None, report=job.report(plan.count))
-    return first, found.outcome if outcome == Outcome.OK else outcome, run, found
+        ends = _block_ends(len(found.samples))
+        totals = np.vstack([np.zeros((1, q)), found.samples[:, n : n + q]])[ends]
+        blocks = _Blocks(ends, ends * plan.unit, totals)
+    return first, found.outcome if outcome == Outcome.OK else outcome, run, found, blocks
+
+
+def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple[Record, _Blocks]:
+    """Run on over so many points of a section, block by block."""
+    assert where.transitions is not None
+    ends, report = _block_ends(count), job.report(int(count))
+    start, times, totals, parts = run.elapsed, [0.0], [run.integrals()], []
+    for done, ahead in zip(ends.tolist(), [*np.diff(ends).tolist(), 0], strict=True):
+        onward = None if report is None else lambda points, before=done: report(before + points)
+        parts.append(record_returns(run, where.transitions, ahead, where.longest, report=onward))
+        times.append(run.elapsed - start)
+        totals.append(run.integrals())
+        if parts[-1].outcome != Outcome.OK:
+            break
+    events, at_times = (np.concatenate(rows) for rows in ([one.events for one in parts], [one.times for one in parts]))
+    found = Record(parts[-1].outcome, parts[-1].samples, events, at_times)
+    return found, _Blocks(ends, np.array(times)[: len(ends)], np.array(totals)[: len(ends)])
+
+
+def _block_ends(points: int) -> np.ndarray:
+    """Ends of the blocks of a record of so many points."""
+    return np.unique(np.linspace(0, points, min(BLOCKS, points) + 1).astype(int))
 
 
 def cycle_rates(

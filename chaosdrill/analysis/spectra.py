@@ -9,8 +9,9 @@ from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import flow_of
 from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
-from chaosdrill.analysis.statistics import SINKS, classify, kaplan_yorke, standard_error
+from chaosdrill.analysis.statistics import SINKS, classify, error_of_mean_rate, kaplan_yorke, standard_error
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
@@ -153,10 +154,10 @@ def _averages(
         "tie_count": ((), np.int64(run.ties)),
         **{name: ((), value) for name, value in rates.items()},
     }
-    if "progression_rate" in variables:
-        index = list(system.quadratures).index("penetration")
-        of_blocks = np.diff(drilled[:, index]) / (np.diff(ends) * plan.unit)
-        variables["progression_error"] = ((), float(standard_error(of_blocks)))
+    errors = error_of_mean_rate(drilled, (ends * plan.unit)[:, np.newaxis])
+    variables |= {
+        names_of_rate(str(name))[1]: ((), error) for name, error in zip(system.quadratures, errors, strict=True)
+    }
     if len(run.vectors):
         all_of_them = len(run.vectors) == len(system.states)
         variables["rank"] = ((), np.int32(run.live if all_of_them else len(system.states)))

@@ -66,6 +66,40 @@ def standard_error(rates: np.ndarray) -> np.ndarray:
     return np.asarray(student * np.sqrt(power / _least_fall(apart, orders.reshape(column)) / n))
 
 
+def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:
+    """Which ends of blocks are whole cycles before the last one; all where that leaves fewer than two blocks.
+
+    ``ends`` and the length of a ``cycle`` are in the same units; 0: there is none.
+    """
+    whole = np.flatnonzero((ends[-1] - ends) % max(cycle, 1) == 0)
+    return whole if len(whole) > 2 else np.arange(len(ends))
+
+
+def error_of_mean_rate(totals: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Standard error of the mean rate of what has come to some totals by the ends of blocks.
+
+    Blocks that last longer count more: what a block has beyond its time's share of the whole is an error of the mean.
+
+    Parameters
+    ----------
+    totals : ndarray, shape (blocks + 1, ...)
+        Totals at the beginning of the first block and at the end of each.
+    times : ndarray, shape (blocks + 1, ...)
+        Times there, of a shape that goes with that of the totals.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        As `standard_error`; NaN with fewer than two blocks.
+    """
+    spans = np.diff(times, axis=0)
+    if len(spans) < 2:
+        return np.full(totals.shape[1:], np.nan)
+    length = times[-1] - times[0]
+    mean = (totals[-1] - totals[0]) / length
+    return standard_error((np.diff(totals, axis=0) - mean * spans) / (length / len(spans)))
+
+
 def _least_fall(apart: np.ndarray, orders: np.ndarray) -> np.ndarray:
     """Mean of the spectral density over some frequencies, in parts of that at zero, by first-order autoregressions.
 

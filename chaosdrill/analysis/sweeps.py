@@ -13,6 +13,7 @@ from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.dataset import count_outcomes
+from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.model import HybridSystem
 from chaosdrill.progress import Progress
@@ -83,7 +84,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     axes = tuple(Axis(name, values, of_start=True) for name, values in given.grid.items())
     names = tuple(given.grid)
     plan = make_plan(system, given, job.numerics)
-    rates = ("progression_rate",) if "penetration" in system.quadratures else ()
+    rates = dict(zip(_rates(system), _rates(system, "attractor"), strict=True))
     start, mode = _own(system)
     keeps = ("period", "outcome", *_EXPONENTS, "moments", "state", *rates)
     task = PointTask(plan, axes, start[np.newaxis], np.array([mode]), keeps)
@@ -105,13 +106,21 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     if plan.exponents:
         variables["attractor_exponent"] = ((number, "exponent"), cells["lyapunov_exponent"][leaders])
         variables["attractor_error"] = ((number, "exponent"), cells["lyapunov_error"][leaders])
-    if rates:
-        variables["attractor_rate"] = (number, cells["progression_rate"][leaders])
+    variables |= {name: (number, cells[of_cells][leaders]) for of_cells, name in rates.items()}
     coords = {**given.grid, number: np.arange(1, len(leaders) + 1, dtype=np.int32), **_labels(system, plan)}
     return xr.Dataset(variables, coords=coords)
 
 
+<<<<<<< HEAD
 def _own(system: HybridSystem) -> tuple[np.ndarray, int]:
+=======
+def _rates(system: "HybridSystem", of: str = "") -> list[str]:
+    """Names of the mean rates of quadratures and of their errors."""
+    return [name for quadrature in system.quadratures for name in names_of_rate(str(quadrature), of)]
+
+
+def _own(system: "HybridSystem") -> tuple[np.ndarray, int]:
+>>>>>>> 7016419 (analysis: every quadrature has its mean rate, with an error)
     """State and mode from which the system itself starts."""
     start = np.array([system.initial[name] for name in system.state_names], dtype=float)
     return start, system.mode_names.index(system.initial["mode"])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
-from chaosdrill.dataset.schema import ORBIT, QUADRATURE, SCHEMA, SWEEP, Variable
+from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, SCHEMA, SWEEP, Variable
 from chaosdrill.errors import ChaosdrillError
 
 if TYPE_CHECKING:
@@ -129,16 +129,19 @@ def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = (), many: b
     """The table of one kind with its placeholders filled in for a system, its swept parameters, one orbit or many."""
     if kind not in SCHEMA:
         raise ChaosdrillError(f"no table of variables for kind {kind!r}; there is one for {', '.join(SCHEMA)}")
-    names = {SWEEP: sweep, QUADRATURE: tuple(str(name) for name in system.quadratures)}
+    quadratures = tuple(str(name) for name in system.quadratures)
+    names = {SWEEP: sweep, QUADRATURE: quadratures}
+    others = tuple(name for name in quadratures if name != PENETRATION)
     several: dict[str, tuple[str, ...]] = {SWEEP: sweep, ORBIT: ("orbit",) if many else ()}
     declared: dict[str, Variable] = {}
     for variable in SCHEMA[kind].values():
-        for name in names.get(variable.name, (variable.name,)):
+        within = others if QUADRATURE in variable.name else (variable.name,)
+        for one in names.get(variable.name, within):
+            name = one if variable.name in names else variable.name.replace(QUADRATURE, one)
             own = (name,) if variable.name == SWEEP and variable.coordinate else variable.dims
             dims = tuple(part for dim in own for part in several.get(dim, (dim,)))
-            long_name = variable.long_name
-            if variable.name in names:
-                long_name = str(system.labels.get(name, name))
+            named = str(system.labels.get(one, one))
+            long_name = named if variable.name in names else variable.long_name.replace(QUADRATURE, named)
             declared[name] = replace(variable, name=name, dims=dims, long_name=long_name)
     return declared
 

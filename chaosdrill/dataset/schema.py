@@ -14,11 +14,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from chaosdrill.declared import ANALYSES
+from chaosdrill.declared import ANALYSES, reserved
 
 SWEEP = "{sweep}"
 QUADRATURE = "{quadrature}"
 ORBIT = "{orbit}"
+
+PENETRATION = "penetration"
+"""Quadrature whose mean rate is the progression rate."""
 
 _QUALITY = re.compile(r"(^|_)(error|residual|difference)(_|$)")
 
@@ -30,7 +33,8 @@ class Variable:
     Parameters
     ----------
     name : str
-        Name in the dataset, or ``SWEEP`` / ``QUADRATURE`` for one that the system or the sweep names.
+        Name in the dataset, or ``SWEEP`` / ``QUADRATURE`` for one that the system or the sweep names. ``QUADRATURE``
+        within a name stands for each quadrature but ``PENETRATION``.
     dims : tuple of str
         Dimensions in order; ``SWEEP`` stands for all swept parameters, or states of a grid, in order, and ``ORBIT`` for
         the dimension ``orbit`` where there may be many.
@@ -137,9 +141,7 @@ SI = "For scenes given in SI units."
 RANK_LOSS = "Per unit of model time; -inf is rank loss."
 COVERS = "Twice it covers the truth in 95 %."
 
-_RATES = (
-    ("progression_rate", "mean progression rate", "Penetration per unit of model time; of a cycle over whole ones."),
-    ("progression_error", "standard error of the progression rate", COVERS),
+_COUNTS = (
     ("events_per_period", "events per forcing period", "All state-changing events; of a cycle over whole ones."),
     ("impacts_per_period", "impacts per forcing period", "Events of the class impact; of a cycle over whole ones."),
     ("slips_per_period", "slip onsets per forcing period", "Events of the class slip; of a cycle over whole ones."),
@@ -168,13 +170,42 @@ def grazing(dims: str, name: str = "closest_grazing", *, required: bool = False)
     return may(name, dims, "f8", "smallest normal speed", _GRAZING, required=required, rule="sampled")
 
 
+def names_of_rate(quadrature: str, of: str = "") -> tuple[str, str]:
+    """Names of the mean rate of a quadrature and of its standard error; ``of`` is "attractor" where it is one's."""
+    if quadrature == PENETRATION:
+        return (f"{of}_rate", f"{of}_rate_error") if of else ("progression_rate", "progression_error")
+    whose = f"{of}_{quadrature}" if of else quadrature
+    return f"{whose}_rate", f"{whose}_rate_error"
+
+
+def rate_clash(quadratures: Iterable[Any], taken: Iterable[str]) -> str | None:
+    """Why the mean rates of quadratures cannot be named beside what is called ``taken``; None if they can."""
+    others = {*taken, *reserved()}
+    for quadrature in map(str, quadratures):
+        for name in (*names_of_rate(quadrature), *names_of_rate(quadrature, "attractor")):
+            if name in others and quadrature != PENETRATION:
+                return f"quadrature {quadrature!r} has the mean rate {name!r}, a name that is taken; rename one of them"
+    return None
+
+
+def mean_rate(quadrature: str, dims: str, of: str = "") -> Table:
+    """The mean rate of a quadrature, or of each but the penetration, and its standard error, as `names_of_rate`."""
+    rate, error = names_of_rate(quadrature, of)
+    named, integral = f"mean rate of {quadrature}", "Quadrature"
+    if quadrature == PENETRATION:
+        named, integral = "mean progression rate", "Penetration"
+    return (
+        may(rate, dims, "f8", named, f"{integral} per unit of model time; of a cycle over whole ones.", bar=error),
+        may(error, dims, "f8", f"standard error of the {named}", COVERS),
+    )
+
+
 def rates(dims: str) -> Table:
     """The mean rates, one number a run, and the progression rate in SI units for scenes given in SI."""
-    (rate, *of_rate), (error, *of_error), *averages = _RATES
     return (
-        may(rate, dims, "f8", *of_rate, bar=error),
-        may(error, dims, "f8", *of_error),
-        *(may(name, dims, "f8", *texts, rule="average") for name, *texts in averages),
+        *mean_rate(PENETRATION, dims),
+        *mean_rate(QUADRATURE, dims),
+        *(may(name, dims, "f8", *texts, rule="average") for name, *texts in _COUNTS),
         may("progression_rate_si", dims, "f8", "mean progression rate", SI, "m h-1", rule="average"),
         may("progression_error_si", dims, "f8", "standard error of the progression rate", SI, "m h-1"),
     )
@@ -199,6 +230,18 @@ def swept(forcing_doc: str) -> Table:
         may("initial_state", "seed state", "f8", "initial state", "State from which each seed starts."),
         *forcing(SWEEP, forcing_doc),
     )
+
+
+def table_of(kind: str, names: Iterable[str]) -> dict[str, Variable]:
+    """What is declared of one kind, with the variables of that many quadratures as some of these names tell of."""
+    table = dict(SCHEMA.get(kind, {}))
+    for template in [one for name, one in table.items() if QUADRATURE in name and name != QUADRATURE]:
+        before, behind = template.name.split(QUADRATURE)
+        for name in names:
+            if name not in table and name.startswith(before) and name.endswith(behind):
+                quadrature = name.removeprefix(before).removesuffix(behind)
+                table[name] = replace(template, name=name, bar=template.bar.replace(QUADRATURE, quadrature))
+    return table
 
 
 class _Schema(Mapping[str, dict[str, Variable]]):

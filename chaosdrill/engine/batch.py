@@ -115,6 +115,10 @@ class Batch:
         Ends of the blocks.
     sums : ndarray, shape (P, B + 1, m)
         Sums of the tangents' logarithms at the ends of the blocks, -inf where rank was lost.
+    integrals : ndarray, shape (P, B + 1, q)
+        Quadratures at the ends of the blocks.
+    ends : ndarray of int, shape (B + 1,)
+        Ends of the blocks in strobes, or points of the section, of the runs that went on last.
     counts, grazing : ndarray, shape (P, transitions)
         How often each transition was taken, and the smallest normal speed at it.
     drilled : ndarray, shape (P, q)
@@ -162,6 +166,8 @@ class Batch:
         self._states = states_of(system, c, starts, modes, self.period, frame, numerics)
         self._frame = frame
         self.sums = np.zeros((points, 1, m))
+        self.integrals = np.zeros((points, 1, q))
+        self.ends = np.zeros(1, dtype=np.int64)
         self.window = np.full((points, window, n + 1), np.nan)
         self.length = np.zeros(points)
         self.times = np.zeros((points, 1))
@@ -203,12 +209,6 @@ class Batch:
         """Smallest normal speed at each transition since the averages began, shape (P, transitions)."""
         speeds: np.ndarray = self._states.grazing
         return speeds
-
-    @property
-    def drilled(self) -> np.ndarray:
-        """Quadratures since the averages began, shape (P, q)."""
-        total: np.ndarray = self._states.sums.sum(axis=1)
-        return total
 
     def flow(self, which: np.ndarray) -> np.ndarray:
         """Rates of the states of some runs where they stand, shape (len(which), n); of systems free of time."""
@@ -255,8 +255,10 @@ class Batch:
         points, m = len(self.x), len(self._frame)
         if self.sums.shape[1] != len(ends):
             self.sums = np.zeros((points, len(ends), m))
+            self.integrals = np.zeros((points, len(ends), self._quadratures))
             self.times = np.zeros((points, len(ends)))
         stretches = np.array([transient, *np.diff(ends)], dtype=np.int64)
+        self.ends = np.asarray(ends)
         if self.counts_returns:
             self._step_to_the_section(which, stretches)
         else:
@@ -267,7 +269,7 @@ class Batch:
             self.times[which] = ends * self.period[which, np.newaxis]
         self.length[which] = self.times[which, -1]
         ended = which[self.outcome[which] != Outcome.OK]
-        for values in (self.sums, self.window, self.times, self.length):
+        for values in (self.sums, self.integrals, self.window, self.times, self.length):
             values[ended] = np.nan
 
     def _step_in_lanes(self, which: np.ndarray, stretches: np.ndarray) -> None:
@@ -311,7 +313,7 @@ class Batch:
 
         run, window, n = self._states.run[p], self.window[p], self.x.shape[1]
         size, total = len(window), int(stretches[1:].sum())
-        self.sums[p, 0] = 0.0
+        self.sums[p, 0] = self.integrals[p, 0] = 0.0
         window[:] = np.nan
         self._scratch.workspace[:] = 0.0
         self._scratch.stages[:] = 0.0
@@ -340,6 +342,7 @@ class Batch:
             self.outcome[p] = code
             if s:
                 self.sums[p, s] = np.where(self._states.dead[p] == 1, -np.inf, self._states.logs[p])[: len(self._frame)]
+                self.integrals[p, s] = self._states.sums[p].sum(axis=0)
             else:
                 forget_run(self._states, p, self._frame, self._tables.pins)
         bring_in_order.py_func(window, taken, self._spare)
@@ -357,7 +360,7 @@ class Batch:
         self._settings["recording"] = 0
         for p in which.tolist():
             run, taken = self._states.run[p], 0
-            self.sums[p, 0] = 0.0
+            self.sums[p, 0] = self.integrals[p, 0] = 0.0
             self.window[p] = np.nan
             begin = 0.0
             for s, stretch in enumerate(stretches.tolist()):
@@ -366,6 +369,7 @@ class Batch:
                 if s:
                     lost = self._states.dead[p] == 1
                     self.sums[p, s] = np.where(lost, -np.inf, self._states.logs[p])[: len(self._frame)]
+                    self.integrals[p, s] = self._states.sums[p].sum(axis=0)
                     self.times[p, s] = run["strobes"] * run["period"] + run["time"] - begin
                 else:
                     forget_run(self._states, p, self._frame, self._tables.pins)
@@ -438,7 +442,7 @@ class Batch:
         return machine(functions, self.method, self._settings, self._tables, self._states, self._scratch, **search)
 
     def _results(self) -> at.Results:
-        return at.Results(self._progress, self.sums, self.window, self.outcome)
+        return at.Results(self._progress, self.sums, self.integrals, self.window, self.outcome)
 
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.

@@ -19,6 +19,7 @@ def begin(p, states, results, stretches):
     progress[LAST] = strobes + stretches.sum()
     progress[TAKEN] = 0
     results.growth[p, 0, :] = 0.0
+    results.integrals[p, 0, :] = 0.0
     results.window[p, :, :] = math.nan
 
 
@@ -37,6 +38,8 @@ def is_over(p, tables, states, results, frame, stretches, image, spare):
         else:
             for i in range(m):
                 results.growth[p, stage, i] = -math.inf if state.dead[i] == 1 else state.logs[i]
+            for i in range(state.sums.shape[1]):
+                results.integrals[p, stage, i] = state.sums[0, i] + state.sums[1, i]
         if stage == stretches.size - 1:
             bring_in_order(results.window[p], progress[TAKEN], spare)
             return True

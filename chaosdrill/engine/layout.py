@@ -286,6 +286,8 @@ class Results(NamedTuple):
     """(P, 4): STAGE, GOAL, LAST, TAKEN"""
     growth: Any
     """(P, stretches, m): sums of logarithms at the ends of the stretches"""
+    integrals: Any
+    """(P, stretches, q): quadratures there"""
     window: Any
     """(P, size, n + 1): the last section points and their modes, a ring"""
     outcome: Any

@@ -7,6 +7,7 @@ import numpy as np
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.ahead import ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
@@ -299,15 +300,15 @@ class Run:
 def rate_names(system: "HybridSystem") -> tuple[str, ...]:
     """Names of the means that ``event_rates`` returns for a system."""
     suffix = "period" if system.period is not None else "time"
-    drilled = ("progression_rate",) if "penetration" in system.quadratures else ()
-    return (*(f"{name}_per_{suffix}" for name in ("events", "impacts", "slips")), *drilled, "closest_grazing")
+    of_quadratures = (names_of_rate(str(name))[0] for name in system.quadratures)
+    return (*(f"{name}_per_{suffix}" for name in ("events", "impacts", "slips")), *of_quadratures, "closest_grazing")
 
 
 def event_rates(run: Run) -> dict[str, float]:
     """Mean rates since the last ``forget``, NaN for a run of no length.
 
-    Events, impacts and slips per forcing period (or per unit of time), the progression rate of systems that have a
-    quadrature of the name ``penetration``, and the smallest normal speed met.
+    Events, impacts and slips per forcing period (or per unit of time), the mean rate of every quadrature, and the
+    smallest normal speed met.
     """
     system = run.system
     changing = [i for i, t in enumerate(system.transitions) if not t.marks_only()]
@@ -319,8 +320,6 @@ def event_rates(run: Run) -> dict[str, float]:
         sum(run.counts[i] for i in changing if system.transitions[i].kind == "slip"),
     )
     values = [float(n) / units if units > 0 else float("nan") for n in counted]
-    if "penetration" in system.quadratures:
-        total = run.integrals()[list(system.quadratures).index("penetration")]
-        values.append(float(total) / length if length > 0 else float("nan"))
+    values += [float(total) / length if length > 0 else float("nan") for total in run.integrals()]
     values.append(float(min((run.grazing[i] for i in changing), default=float("inf"))))
     return dict(zip(rate_names(system), values, strict=True))

@@ -5,7 +5,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from chaosdrill.dataset.schema import SCHEMA
+from chaosdrill.dataset.schema import table_of
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.companions import fits, limits, swept
 from chaosdrill.plots.picture import PICTURES, Picture
@@ -86,7 +86,7 @@ def plot(
 
 def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
     """The dataset with the dimension of which one seed or one state has been selected."""
-    declared = SCHEMA.get(str(ds.attrs["kind"]), {})
+    declared = table_of(str(ds.attrs["kind"]), map(str, ds.variables))
     for dim in ("seed", "state"):
         if dim in ds.coords and dim not in ds.dims:
             names = [n for n in ds.variables if n in declared and dim in declared[str(n)].dims and n != dim]

@@ -61,7 +61,7 @@ def test_points_are_runs_of_their_own(drill, method):
         if outcome != Outcome.OK:
             continue
         np.testing.assert_allclose(together.x[p], run.x, rtol=0, atol=1e-8)
-        np.testing.assert_allclose(together.drilled[p], run.integrals(), rtol=1e-8)
+        np.testing.assert_allclose(together.integrals[p, -1], run.integrals(), rtol=1e-8)
         np.testing.assert_array_equal(together.counts[p], run.counts)
         expected = np.where(run.dead[:2] == 1, -np.inf, run.logs[:2])
         np.testing.assert_allclose(together.sums[p, -1], expected, rtol=1e-6, atol=1e-6)
@@ -69,7 +69,7 @@ def test_points_are_runs_of_their_own(drill, method):
 
 
 def results(b, p):
-    return [a[p].tobytes() for a in (b.x, b.sums, b.window, b.counts, b.grazing, b.drilled, b.length, b.outcome)]
+    return [a[p].tobytes() for a in (b.x, b.sums, b.window, b.counts, b.grazing, b.integrals, b.length, b.outcome)]
 
 
 def test_neighbours_change_no_bit(drill):
@@ -207,5 +207,5 @@ def test_a_gap_in_the_series_shortens_no_step_of_an_integral(drill):
     thread.start()
     thread.join(60)
     assert not thread.is_alive()
-    assert together.drilled[0, 0] == pytest.approx(run.integrals()[0], rel=1e-11)
+    assert together.integrals[0, -1, 0] == pytest.approx(run.integrals()[0], rel=1e-11)
     np.testing.assert_allclose(together.x[0], run.x, rtol=0, atol=1e-11)

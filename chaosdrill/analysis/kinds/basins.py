@@ -5,7 +5,21 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, Points, analysis
-from chaosdrill.dataset.schema import EXPONENT, SI, STATES, SWEEP, axis, forcing, may, need, outcome, table
+from chaosdrill.dataset.schema import (
+    EXPONENT,
+    PENETRATION,
+    QUADRATURE,
+    SI,
+    STATES,
+    SWEEP,
+    axis,
+    forcing,
+    may,
+    mean_rate,
+    need,
+    outcome,
+    table,
+)
 from chaosdrill.errors import SettingsError
 from chaosdrill.settings import setting
 
@@ -28,14 +42,15 @@ VARIABLES = table(
     outcome(_TABLED, "attractor_outcome", "kind of the attractor"),
     may("attractor_exponent", f"{_TABLED} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
     may("attractor_error", f"{_TABLED} exponent", "f8", "standard error of the exponent", "From blocks."),
-    may("attractor_rate", _TABLED, "f8", "mean progression rate", "Penetration per unit of model time."),
+    *mean_rate(PENETRATION, _TABLED, "attractor"),
+    *mean_rate(QUADRATURE, _TABLED, "attractor"),
     may("attractor_rate_si", _TABLED, "f8", "mean progression rate", SI, "m h-1"),
     need("attractor_state", f"{_TABLED} state", "f8", "state on the attractor", "A point of it on the section."),
     need("fraction", _TABLED, "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
     need("fraction_error", _TABLED, "f8", "standard error of the fraction", "sqrt(p(1 - p)/N) for N starts."),
     *forcing(),
     bars={"attractor_exponent": "attractor_error", "fraction": "fraction_error"},
-    average=("attractor_rate",),
+    average=("attractor_rate_si",),
     sampled=("attractor_state",),
 )
 
@@ -96,7 +111,8 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
     xarray.Dataset
         Over both states ``attractor`` (its number, 0 for none) and ``outcome``; over ``attractor_number``:
         ``attractor_period``, ``attractor_outcome``, ``attractor_exponent`` and ``attractor_error`` (exponent),
-        ``attractor_rate``, ``attractor_state`` (state), ``fraction`` and ``fraction_error``.
+        ``attractor_rate`` of the penetration, ``attractor_work_rate`` of a quadrature ``work``, and their errors;
+        ``attractor_state`` (state), ``fraction`` and ``fraction_error``.
 
     Raises
     ------
