@@ -19,11 +19,7 @@ from chaosdrill.analysis.cycles import at_points, continued, escapes, search
 from chaosdrill.analysis.plan import Plan, block_ends
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.regularity import LENGTH, tell
-<<<<<<< HEAD
-=======
 from chaosdrill.analysis.statistics import error_of_mean_rate, whole_cycles
-from chaosdrill.analysis.verdicts import Verdict, judge
->>>>>>> 7016419 (analysis: every quadrature has its mean rate, with an error)
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.dataset.schema import names_of_rate

@@ -46,6 +46,9 @@ SOONER = 3.0
 BLOCKS = 256
 """Parts of a record at most, from which the errors of its mean rates are taken."""
 
+SAMPLES = 200
+"""Samples of a trajectory, unless told otherwise: in a period or return, or in all of a duration."""
+
 LOOKED_AT = 256
 """Points of a section among which the nearest return is looked for."""
 
@@ -175,7 +178,7 @@ class Path:
 
 def traced(where: Section, given: Any, job: Job) -> Path:
     """A motion over its length, with so many samples in every unit of it; see `trajectory`."""
-    system, samples = where.system, given.samples
+    system, samples = where.system, given.samples or SAMPLES
     if where.counts == "section":
         return _traced_to_points(where, given, job)
     plan = given.span(system, job.numerics)
@@ -226,7 +229,7 @@ def _traced_to_points(where: Section, given: Any, job: Job) -> Path:
     left = count if outcome == Outcome.OK else 0
     found = record_returns(run, where.transitions, left, where.longest, every=True, report=job.report(count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
-    parts, length = count * given.samples, run.elapsed - start
+    parts, length = count * (given.samples or SAMPLES), run.elapsed - start
     if length > 0:
         again.change_period(length)
         again.settings["samples"] = parts
@@ -291,10 +294,6 @@ def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords)
 
 
-<<<<<<< HEAD
-def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, Record]:
-    """Strobes before the record, how it went, the run at its end, and the record."""
-=======
 @dataclass(frozen=True)
 class _Blocks:
     """Quadratures, shape (B + 1, q), and times since a record began, when it had so many points of the section."""
@@ -304,10 +303,9 @@ class _Blocks:
     totals: np.ndarray
 
 
-def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run, Record, _Blocks]:
+def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, Record, _Blocks]:
     """Strobes before the record, how it went, the run at its end, the record, and blocks of it."""
     n, q = len(where.system.states), len(where.system.quadratures)
->>>>>>> 7016419 (analysis: every quadrature has its mean rate, with an error)
     if where.counts == "section":
         run = Run(where.system, where.unit, job.numerics)
         outcome = settled_at(where, run, int(given.transient))

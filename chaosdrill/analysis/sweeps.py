@@ -111,16 +111,12 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     return xr.Dataset(variables, coords=coords)
 
 
-<<<<<<< HEAD
-def _own(system: HybridSystem) -> tuple[np.ndarray, int]:
-=======
-def _rates(system: "HybridSystem", of: str = "") -> list[str]:
+def _rates(system: HybridSystem, of: str = "") -> list[str]:
     """Names of the mean rates of quadratures and of their errors."""
     return [name for quadrature in system.quadratures for name in names_of_rate(str(quadrature), of)]
 
 
-def _own(system: "HybridSystem") -> tuple[np.ndarray, int]:
->>>>>>> 7016419 (analysis: every quadrature has its mean rate, with an error)
+def _own(system: HybridSystem) -> tuple[np.ndarray, int]:
     """State and mode from which the system itself starts."""
     start = np.array([system.initial[name] for name in system.state_names], dtype=float)
     return start, system.mode_names.index(system.initial["mode"])

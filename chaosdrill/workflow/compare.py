@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.archive.digest import DIGESTS
 from chaosdrill.dataset.outcomes import Outcome
 from chaosdrill.dataset.references import mapping
-from chaosdrill.dataset.schema import SCHEMA
+from chaosdrill.dataset.schema import SCHEMA, table_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -266,7 +266,7 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     """
     import numpy as np
 
-    table = SCHEMA.get(str(second.attrs.get("kind")), {})
+    table = table_of(str(second.attrs.get("kind")), map(str, second.variables))
     declared = table.get(name)
     rule, bar = ("", "") if declared is None else (declared.rule, declared.bar)
     one, other = first[name].variable, second[name].variable

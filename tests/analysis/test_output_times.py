@@ -122,6 +122,14 @@ def test_times_that_cannot_be(oscillator, times, told):
         cd.trajectory(oscillator, periods=2, times=times)
 
 
+def test_samples_beside_times_are_refused(oscillator):
+    with pytest.raises(SettingsError, match="samples is 7, but times are given"):
+        cd.trajectory(oscillator, times=[0.0, 1.0], samples=7)
+    with pytest.raises(SceneError, match="samples: times are given"):
+        cd.parse_scene(SCENE.format(times="[0, 1]") + "samples = 7\n")
+    assert cd.trajectory(oscillator, periods=2).sizes["time"] == 401
+
+
 def test_a_run_that_ends_early_keeps_what_it_has():
     x = sympy.Symbol("x", real=True)
     grows = cd.HybridSystem(

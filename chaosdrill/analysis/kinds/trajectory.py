@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
+_EITHER = "times are given, at which states are put out in place of samples"
+
 _SHORTEST = 1e-12
 """Duration of a run whose only time of output is its start."""
 
@@ -47,18 +49,22 @@ VARIABLES = table(
 class Trajectory(Record):
     """Settings of `trajectory`."""
 
-    samples: int = setting(Whole(1), 200)
+    samples: int | None = setting(Whole(1), None)
     times: Any = setting(Times(), None)
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """A length, which the last of given times is too."""
+        """A length, which the last of given times is too, and samples or times."""
+        if "times" in table and "samples" in table:
+            yield ("samples",), f"{_EITHER}; leave one of them out"
         if "times" not in table or {"periods", "duration"} & table.keys():
             yield from super().beside(table)
 
     def agree(self, system: "HybridSystem") -> None:
-        """As for every run; and refuse times in a run that is counted in something else."""
+        """As for every run; and refuse times in a run that is counted in something else, or has samples."""
         super().agree(system)
+        if self.times is not None and self.samples is not None:
+            raise SettingsError(f"samples is {self.samples!r}, but {_EITHER}; leave one of them out")
         if self.times is not None and self.counts(system) == "section":
             raise SettingsError(f"times and at={self.at!r} exclude each other; leave one of them out")
 
@@ -98,10 +104,10 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         Points of the section, or time, to run before the record starts.
     at, max_return : optional
         The section, as in `poincare_section`.
-    samples : int, default 200
-        Samples a period or return on the average (or in all of ``duration``).
+    samples : int, optional
+        Samples a period or return on the average (or in all of ``duration``); default 200.
     times : list of float, optional
-        Model times at which states are given in place of samples, in ascending order, from the end of the transient on;
+        Model times at which states are given in place of ``samples``, in ascending order, from the end of the transient on;
         where no length is given the run ends with the last of them. They change neither steps nor events: a time is
         met by the interpolation of the method. One that coincides with an event shows the state before it. Not with
         a section by events or a surface.
