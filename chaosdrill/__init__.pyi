@@ -40,7 +40,7 @@ __version__: str
 
 def basins(
     system: HybridSystem,
-    grid: dict[str, Any],
+    grid: dict[str, Any] | None = None,
     *,
     periods: int | None = None,
     duration: float | None = None,
@@ -50,6 +50,7 @@ def basins(
     exponents: int | None = None,
     max_period: int = 64,
     patience: int = 8,
+    initial: Any = None,
     workers: int = 1,
     scheduler: str | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -190,7 +191,7 @@ def trajectory(
     transient: float = 0,
     at: str | None = None,
     max_return: float | None = None,
-    samples: int = 200,
+    samples: int | None = None,
     times: Any = None,
     method: str = "taylor",
     tolerance: float = 1e-12,

@@ -96,14 +96,14 @@ class PointTask(_Task):
     def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
         """Dtype and shape of one unit of each array."""
         declared = point_columns(self.plan)
-        kept = {name: (dtype, (len(self.starts), *shape)) for name, (dtype, shape) in declared.items()}
+        kept = {name: (dtype, (self.points_per_unit, *shape)) for name, (dtype, shape) in declared.items()}
         columns = {name: kept[name] for name in self.keeps}
         return columns | ({"attractor_count": ("i2", ())} if self.counts_attractors else {})
 
     def run(self, first: int, count: int) -> Arrays:
         """Results of some points of the grid with all their seeds."""
         held = 8 * self.plan.window * (len(self.plan.system.states) + 1)
-        step = max(1, min(AT_ONCE, MOST_HELD // held) // len(self.starts))
+        step = max(1, min(AT_ONCE, MOST_HELD // held) // self.points_per_unit)
         parts = [self._run(begin, min(step, first + count - begin)) for begin in range(first, first + count, step)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
@@ -132,6 +132,26 @@ class PointTask(_Task):
             "modes": self.modes.tolist(),
             "keeps": list(self.keeps),
         }
+
+
+@dataclass(frozen=True)
+class StartTask(PointTask):
+    """Runs from many initial states, without a grid; a unit is one of them."""
+
+    @property
+    def units(self) -> int:
+        """Initial states."""
+        return len(self.starts)
+
+    @property
+    def points_per_unit(self) -> int:
+        """One."""
+        return 1
+
+    def _run(self, first: int, count: int) -> Arrays:
+        here = slice(first, first + count)
+        found, _ = measure(self.plan, {}, self.starts[here], self.modes[here])
+        return {name: found[name][:, np.newaxis] for name in self.keeps}
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ import xarray as xr
 from chaosdrill.analysis.attractors import number_attractors
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.plan import Plan, make_plan
-from chaosdrill.analysis.points import Axis, LineTask, PointTask, mean_names
+from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds
+from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
@@ -80,21 +81,35 @@ def over_parameters(
 
 
 def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
-    """Tell the attractors apart to which the points of a grid of initial states lead; ``given`` has a ``grid``."""
-    axes = tuple(Axis(name, values, of_start=True) for name, values in given.grid.items())
-    names = tuple(given.grid)
+    """Tell the attractors apart to which initial states lead: those of a ``grid``, in a list ``initial``, or both."""
+    grid = given.grid or {}
+    axes = tuple(Axis(name, values, of_start=True) for name, values in grid.items())
     plan = make_plan(system, given, job.numerics)
     rates = dict(zip(_rates(system), _rates(system, "attractor"), strict=True))
     start, mode = _own(system)
     keeps = ("period", "outcome", *_EXPONENTS, "moments", "state", *rates)
-    task = PointTask(plan, axes, start[np.newaxis], np.array([mode]), keeps)
+    variables: dict[str, Any] = {}
+    if given.initial is None:
+        dims, coords = tuple(grid), dict(grid)
+        task = PointTask(plan, axes, start[np.newaxis], np.array([mode]), keeps)
+        shape = task.shape
+    else:
+        starts, modes = states_and_modes(system, given.initial)
+        if grid:
+            plane = np.tile(start, (int(np.prod([len(axis.values) for axis in axes])), 1))
+            for axis, values in zip(axes, np.meshgrid(*grid.values(), indexing="ij"), strict=True):
+                plane[:, system.state_names.index(axis.name)] = values.ravel()
+            starts, modes = np.concatenate([plane, starts]), np.concatenate([np.full(len(plane), mode), modes])
+        task = StartTask(plan, (), starts, modes, keeps)
+        dims, shape, coords = ("run",), (task.units,), {"run": np.arange(1, task.units + 1, dtype=np.int32)}
+        variables = {"initial_state": (("run", "state"), starts), "initial_mode": ("run", modes.astype(np.int8))}
     cells = {name: values[:, 0] for name, values in _execute({"points": task}, job).items()}
     numbers, leaders = number_attractors(cells)
     fraction = np.bincount(numbers, minlength=len(leaders) + 1)[1:] / task.units
     number = "attractor_number"
-    variables: dict[str, Any] = {
-        "attractor": (names, numbers.reshape(task.shape).astype(np.int16)),
-        "outcome": (names, cells["outcome"].reshape(task.shape)),
+    variables |= {
+        "attractor": (dims, numbers.reshape(shape).astype(np.int16)),
+        "outcome": (dims, cells["outcome"].reshape(shape)),
         "attractor_period": (number, cells["period"][leaders]),
         "attractor_outcome": (number, cells["outcome"][leaders]),
         "attractor_state": ((number, "state"), cells["state"][leaders]),
@@ -107,7 +122,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         variables["attractor_exponent"] = ((number, "exponent"), cells["lyapunov_exponent"][leaders])
         variables["attractor_error"] = ((number, "exponent"), cells["lyapunov_error"][leaders])
     variables |= {name: (number, cells[of_cells][leaders]) for of_cells, name in rates.items()}
-    coords = {**given.grid, number: np.arange(1, len(leaders) + 1, dtype=np.int32), **_labels(system, plan)}
+    coords |= {number: np.arange(1, len(leaders) + 1, dtype=np.int32), **_labels(system, plan)}
     return xr.Dataset(variables, coords=coords)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
-from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, SCHEMA, SWEEP, Variable
+from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, RUN, SCHEMA, STARTS_OF_RUNS, SWEEP, Variable
 from chaosdrill.errors import ChaosdrillError
 
 if TYPE_CHECKING:
@@ -47,8 +47,7 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
         A variable that the table does not know, one that is missing, other dimensions, or values that do not fit.
     """
     import_module("chaosdrill.dataset.words")
-    axes = settings.get("sweep") or settings.get("grid") or ()
-    ds = describe(ds, kind, system=system, sweep=tuple(str(name) for name in axes))
+    ds = describe(ds, kind, system=system, sweep=axes_of(settings))
     ds.attrs = provenance(
         f"{kind} of {system.name}",
         action=kind,
@@ -60,6 +59,15 @@ def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, An
     return ds
 
 
+def axes_of(settings: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the swept parameters, or of the states of a grid, by the settings of an analysis; none by default.
+
+    Where initial states are listed a grid is a part of the list.
+    """
+    grid = settings.get("grid") if settings.get("initial") is None else None
+    return tuple(str(name) for name in settings.get("sweep") or grid or ())
+
+
 def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] = ()) -> "xr.Dataset":
     """Check the variables of ``ds`` and give each its dtype, attributes and encoding; ``ds.attrs`` stay as they are.
 
@@ -68,7 +76,7 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
     if "state" in ds.coords:
         names = [str(name) for name in ds["state"].values]
         ds = ds.assign_coords(state_long_name=("state", [str(system.labels.get(name, name)) for name in names]))
-    declared = declarations(kind, system=system, sweep=tuple(sweep), many="orbit" in ds.dims)
+    declared = declarations(kind, system=system, sweep=tuple(sweep), leading=tuple(str(dim) for dim in ds.dims))
     present = {str(name) for name in ds.variables}
     if unknown := sorted(present - declared.keys()):
         raise ChaosdrillError(f"{kind}: the table of variables does not declare {', '.join(unknown)}")
@@ -106,7 +114,7 @@ def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset 
         return None
     try:
         settings = json.loads(texts["settings"])
-        return describe(ds, kind, system=system, sweep=settings.get("sweep") or settings.get("grid") or ())
+        return describe(ds, kind, system=system, sweep=axes_of(settings))
     except (ChaosdrillError, AttributeError, KeyError, TypeError, ValueError, RecursionError):
         return None
 
@@ -125,14 +133,20 @@ def without_lost_codes(ds: "xr.Dataset") -> "xr.Dataset":
     return ds
 
 
-def declarations(kind: str, *, system: Any, sweep: tuple[str, ...] = (), many: bool = False) -> dict[str, Variable]:
-    """The table of one kind with its placeholders filled in for a system, its swept parameters, one orbit or many."""
+def declarations(
+    kind: str, *, system: Any, sweep: tuple[str, ...] = (), leading: tuple[str, ...] = ()
+) -> dict[str, Variable]:
+    """The table of one kind with its placeholders filled in for a system and its swept parameters.
+
+    Of the dimensions that a dataset has ``leading`` holds those at least of which there may be none.
+    """
     if kind not in SCHEMA:
         raise ChaosdrillError(f"no table of variables for kind {kind!r}; there is one for {', '.join(SCHEMA)}")
     quadratures = tuple(str(name) for name in system.quadratures)
     names = {SWEEP: sweep, QUADRATURE: quadratures}
     others = tuple(name for name in quadratures if name != PENETRATION)
-    several: dict[str, tuple[str, ...]] = {SWEEP: sweep, ORBIT: ("orbit",) if many else ()}
+    orbit, run = (tuple(dim for dim in leading if dim == name) for name in ("orbit", "run"))
+    several = {SWEEP: sweep, ORBIT: orbit, RUN: run, STARTS_OF_RUNS: run or sweep}
     declared: dict[str, Variable] = {}
     for variable in SCHEMA[kind].values():
         within = others if QUADRATURE in variable.name else (variable.name,)

@@ -4,8 +4,10 @@ The tables stand with the analyses (``VARIABLES`` in each file of ``analysis/kin
 
 Some things depend on the system and the request at hand and stand in a table as placeholders: ``SWEEP`` (each swept
 parameter, or each state that spans a grid of initial states, as a dimension and as its coordinate), ``QUADRATURE``
-(each integral that the system carries along), and ``ORBIT`` (the leading dimension ``orbit`` of a search, and nothing
-where one orbit was asked for). States, seeds and transitions are dimensions with their names as the index.
+(each integral that the system carries along), ``ORBIT`` and ``RUN`` (the leading dimension ``orbit`` of a search, or
+``run`` of several initial states, and nothing where one orbit or one run was asked for), and ``STARTS_OF_RUNS``
+(``run``, or else what ``SWEEP`` stands for). States, seeds and transitions are dimensions with their names as the
+index.
 """
 
 import re
@@ -19,6 +21,8 @@ from chaosdrill.declared import ANALYSES, reserved
 SWEEP = "{sweep}"
 QUADRATURE = "{quadrature}"
 ORBIT = "{orbit}"
+RUN = "{run}"
+STARTS_OF_RUNS = "{start}"
 
 PENETRATION = "penetration"
 """Quadrature whose mean rate is the progression rate."""
@@ -127,6 +131,8 @@ STATES: Table = (
     axis("state", "state", "str", "name of the state", "Order of the states, as in the system.", True),
     axis("state_long_name", "state", "str", "long name of the state", "What each state is, for people."),
 )
+RUN_NUMBER = axis("run", "run", "i4", "number of the run", "One for each initial state, in their order, from 1.")
+INITIAL_STATE = may("initial_state", "run state", "f8", "initial state", "State from which each run starts.")
 EXPONENT = axis("exponent", "exponent", "i4", "index of the exponent", "Exponents are in descending order, from 1.")
 ITERATE = axis("iterate", "iterate", "i4", "index of the iterate", "Number of the crossing of the section, from 0.")
 MULTIPLIER = axis(

@@ -12,13 +12,21 @@ from chaosdrill.plots.charts import kind_panels
 from chaosdrill.plots.looks import ATTRACTED, FURTHER, UNRECOGNISED, attractor_look, outcomes, sort_out
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
+    EVENT_MARKERS,
+    label,
+    legend_outside,
+    one_panel,
+    places_of,
     readable,
     shorten,
+    state_label,
     subscript,
     uncertain,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -37,7 +45,7 @@ _IN_PLANE = 1e-6
 """Distance from the plane of the grid, relative to the state, at which a point still lies in it."""
 
 
-@picture("basins", "basins", "the attractor that each initial state leads to")
+@picture("basins", "basins", "the attractor that each initial state leads to", listed=False)
 def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the basins over a grid of initial states.
 
@@ -69,6 +77,43 @@ def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     figure.legend(
         handles=handles, loc="outside upper left", ncols=columns, handlelength=1.6, handleheight=1.1, borderpad=0
     )
+    return figure
+
+
+@picture("basins", "starts", "initial states by the attractor that each leads to", listed=True)
+def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
+    """Draw a list of initial states, each in the colour of the attractor to which it leads.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``basins``, from initial states in a list.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+    state : str or pair of str, optional
+        States of the plane, the one across first; default: the first two. One alone is drawn against the number of the
+        attractor.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A marker for each start; the legend says what each attractor is, as in `basins`.
+    """
+    kinds, looks = _kinds(dataset)
+    count = 1 if isinstance(state, str) or dataset.sizes["state"] == 1 else 2
+    places = places_of(dataset, state, count)
+    figure, axes = one_panel(ax, _HEIGHT)
+    states = dataset["initial_state"].transpose("run", "state").values
+    x, y = states[:, places[0]], states[:, places[1]] if count == 2 else dataset["attractor"].values
+    for index, look in enumerate(looks):
+        here = kinds == index
+        marker = EVENT_MARKERS[index % len(EVENT_MARKERS)]
+        axes.scatter(
+            x[here], y[here], s=18, color=look.colour, marker=marker, edgecolor="0.3", linewidth=0.3, label=look.name
+        )
+    axes.set_xlabel(state_label(dataset, places[0]))
+    axes.set_ylabel(state_label(dataset, places[1]) if count == 2 else label(dataset["attractor"]))
+    legend_outside(figure, axes.get_legend_handles_labels()[0], ax=ax)
     return figure
 
 

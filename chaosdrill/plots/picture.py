@@ -39,6 +39,8 @@ class Picture:
         Variable of which it must hold a finite value.
     parameters : int, default 0
         How many parameters the analysis ran through; 0 if that does not matter.
+    listed : bool, optional
+        Whether it is of runs in a list, with the dimension ``run``, or of others; default: of either.
     over : str, default ""
         Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
         All groups over these, and over the same range of a single one, go into one picture.
@@ -52,6 +54,7 @@ class Picture:
     seeds: int = 1
     needs: str = ""
     parameters: int = 0
+    listed: bool | None = None
     over: str = ""
 
     def draw(
@@ -94,6 +97,7 @@ class Picture:
             dataset.attrs.get("kind") == self.kind
             and dataset.sizes.get("state", self.states) >= self.states
             and dataset.sizes.get("seed", 1) >= self.seeds
+            and self.listed in (None, "run" in dataset.dims)
             and self.parameters in (0, len(swept(dataset)))
             and (
                 not self.needs

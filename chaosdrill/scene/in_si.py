@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset import SCHEMA, describe
+from chaosdrill.dataset.label import axes_of
 from chaosdrill.systems.drill.si import MADE, QUANTITIES, UNITS, ReadSI, metres_per_hour
 
 if TYPE_CHECKING:
@@ -54,8 +55,7 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
     if not added:
         return result
     settings = json.loads(result.attrs["settings"])
-    axes = settings.get("sweep") or settings.get("grid") or ()
-    return describe(result.assign(added), kind, system=system, sweep=axes)
+    return describe(result.assign(added), kind, system=system, sweep=axes_of(settings))
 
 
 def _force(result: "xr.Dataset", system: "HybridSystem") -> "xr.Variable":

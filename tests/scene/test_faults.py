@@ -554,5 +554,5 @@ def test_methods_with_a_fixed_step_exist():
 def test_an_argument_that_there_is_not_is_refused_as_python_does():
     with pytest.raises(TypeError, match=r"trajectory\(\) got an unexpected keyword argument 'period'"):
         cd.trajectory(cd.build("lorenz"), period=3)
-    with pytest.raises(TypeError, match=r"basins\(\) missing a required argument: 'grid'"):
-        cd.basins(cd.build("lorenz"))
+    with pytest.raises(TypeError, match=r"parameter_chart\(\) missing a required argument: 'sweep'"):
+        cd.parameter_chart(cd.build("lorenz"))

@@ -1,15 +1,21 @@
 """Basins of attraction: which attractor each initial state of a grid leads to."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import Axes
 from chaosdrill.analysis.base import POINTS, Points, analysis
+from chaosdrill.analysis.starts import STARTS
 from chaosdrill.dataset.schema import (
     EXPONENT,
+    INITIAL_STATE,
     PENETRATION,
     QUADRATURE,
+    RUN,
+    RUN_NUMBER,
     SI,
+    STARTS_OF_RUNS,
     STATES,
     SWEEP,
     axis,
@@ -21,7 +27,7 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.errors import SettingsError
-from chaosdrill.settings import setting
+from chaosdrill.settings import Faults, setting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,11 +39,14 @@ _TABLED = "attractor_number"
 
 VARIABLES = table(
     axis(SWEEP, SWEEP, "f8", "initial state", "Values of the state from which the runs start.", True),
+    RUN_NUMBER,
     *STATES,
+    INITIAL_STATE,
+    may("initial_mode", RUN, "i1", "initial mode", "Mode in which a run starts.", flags="mode"),
     EXPONENT,
     axis("attractor_number", _TABLED, "i4", "number of the attractor", "Place in the table, from 1.", True),
-    need("attractor", SWEEP, "i2", "attractor", "Number of the attractor that a start leads to; 0: none."),
-    outcome(SWEEP),
+    need("attractor", STARTS_OF_RUNS, "i2", "attractor", "Number of the attractor that a start leads to; 0: none."),
+    outcome(STARTS_OF_RUNS),
     need("attractor_period", _TABLED, "i2", "period of the attractor", "In iterates of the section, or 0."),
     outcome(_TABLED, "attractor_outcome", "kind of the attractor"),
     may("attractor_exponent", f"{_TABLED} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
@@ -59,7 +68,17 @@ VARIABLES = table(
 class Basins(Points):
     """Settings of `basins`."""
 
-    grid: dict[str, Any] = setting(Axes("state", 2, 2, "basins are drawn over two states"), positional=True)
+    grid: dict[str, Any] | None = setting(
+        Axes("state", 2, 2, "basins are drawn over two states"), None, positional=True
+    )
+    initial: Any = setting(STARTS, None)
+
+    @classmethod
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
+        """A length, and initial states in one way at least."""
+        if not {"grid", "initial"} & table.keys():
+            yield ("grid",), "missing; or give a list of initial states (initial)"
+        yield from super().beside(table)
 
     def agree(self, system: "HybridSystem") -> None:
         """Refuse a state that the initial mode holds at one value."""
@@ -68,7 +87,13 @@ class Basins(Points):
 
         mode = str(system.initial["mode"])
         held = [system.state_names[i] for i in pinned_states(system, mode)]
-        for name in self.grid:
+        if self.grid is None and self.initial is None:
+            example = {name: [-1.0, 0.0, 1.0] for name in system.state_names[:2]}
+            raise SettingsError(
+                f"grid is {self.grid!r}; it must be two states with their values, as in {example}, or give a list of "
+                "initial states (initial)"
+            )
+        for name in self.grid or {}:
             if name in held:
                 raise SettingsError(
                     f"grid names {name!r}, which mode {mode!r}, the initial one, leaves no freedom; give another "
@@ -79,26 +104,31 @@ class Basins(Points):
 @analysis(
     "basins",
     Basins,
-    "which attractor each initial state of a grid leads to, and the part that does",
+    "which attractor each initial state of a grid or a list leads to, and the part that does",
     VARIABLES,
     cites=POINTS,
 )
 def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
-    """Attractors reached from a grid of initial states, and the part of the grid that leads to each.
+    """Attractors reached from a grid or a list of initial states, and the part of these that leads to each.
 
     Two runs are on one attractor if their kind and period are the same and their section points have the same moments:
     cycles within 2e-5 of their size, whatever the phase at which they are found; attractors that are no cycles within a
     fifth of their extent, with leading exponents that agree within eight standard errors; points at rest as cycles,
     since Newton's method gives them to the last digit. Attractors are numbered by the size of their basins. The
-    fractions are those of the cells: their standard error sqrt(p (1 - p) / N) is that of N states drawn at random from
-    the box.
+    fractions are those of the starts: their standard error sqrt(p (1 - p) / N) is that of N states drawn at random,
+    from the box of a grid.
 
     Parameters
     ----------
     system : HybridSystem
         System with its parameters; its initial state gives the mode, and the states that the grid does not span.
-    grid : mapping of two states to values
+    grid : mapping of two states to values, optional
         ``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.
+    initial : array, list, mapping, DataFrame or Dataset, optional
+        Initial states in any number of dimensions: an array (run, state) or a list of rows, in the order of the states;
+        a list of mappings; columns by name, in a mapping, a `pandas.DataFrame` or an `xarray.Dataset`; or an
+        `xarray.DataArray` with a dimension ``state``. By name ``mode`` can be given, too, and what is left out is the
+        system's own. Beside a grid they follow its cells, whose last state varies fastest.
     periods, duration, transient : int or float
         As in `parameter_chart`; no section is kept.
     at, max_return, exponents, max_period, patience, workers, scheduler, store : optional
@@ -109,10 +139,11 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        Over both states ``attractor`` (its number, 0 for none) and ``outcome``; over ``attractor_number``:
-        ``attractor_period``, ``attractor_outcome``, ``attractor_exponent`` and ``attractor_error`` (exponent),
-        ``attractor_rate`` of the penetration, ``attractor_work_rate`` of a quadrature ``work``, and their errors;
-        ``attractor_state`` (state), ``fraction`` and ``fraction_error``.
+        Over both states of the grid, or over ``run`` with ``initial``, ``attractor`` (its number, 0 for none) and
+        ``outcome``, in the latter case with ``initial_state`` (run, state) and ``initial_mode``; over
+        ``attractor_number``: ``attractor_period``, ``attractor_outcome``, ``attractor_exponent`` and
+        ``attractor_error`` (exponent), ``attractor_rate`` of the penetration, ``attractor_work_rate`` of a quadrature
+        ``work``, with their errors, ``attractor_state`` (state), ``fraction`` and ``fraction_error``.
 
     Raises
     ------

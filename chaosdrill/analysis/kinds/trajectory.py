@@ -107,9 +107,9 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     samples : int, optional
         Samples a period or return on the average (or in all of ``duration``); default 200.
     times : list of float, optional
-        Model times at which states are given in place of ``samples``, in ascending order, from the end of the transient on;
-        where no length is given the run ends with the last of them. They change neither steps nor events: a time is
-        met by the interpolation of the method. One that coincides with an event shows the state before it. Not with
+        Model times at which states are given in place of ``samples``, in ascending order, from the end of the transient
+        on; where no length is given the run ends with the last of them. They change neither steps nor events: a time
+        is met by the interpolation of the method. One that coincides with an event shows the state before it. Not with
         a section by events or a surface.
     method : {"taylor", "dop853", "radau", "rk4"}
         Numerical method.

@@ -1,0 +1,113 @@
+"""Lists of initial states, in whatever form they come: rows of numbers, tables, data frames, datasets."""
+
+from collections.abc import Mapping
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.analysis.arguments import Start
+from chaosdrill.errors import SettingsError
+from chaosdrill.names import remedy
+from chaosdrill.settings import Faults, Known, Value, entries, long, real, told, within
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
+
+MOST = 1_000_000
+"""Starts in a list."""
+
+_FORMS = "a row of numbers each, in the order of the states, or values by name, such as [{'x': 0.1}, {'x': 0.2}]"
+
+
+class Starts(Value):
+    """Initial states of many runs; what they do not name is the system's own.
+
+    They are kept as columns by name: numbers of a state, or names of modes.
+    """
+
+    def read(self, name: str, value: Any, system: "HybridSystem") -> dict[str, list[Any]]:
+        columns = _columns(value, system)
+        if columns is None:
+            received = f"{type(value).__name__} of shape {np.shape(value)}" if hasattr(value, "shape") else repr(value)
+            raise SettingsError(f"{name} is {received:.60}; it must be a list of initial states, {_FORMS}")
+        lengths = {len(column) for column in columns.values()}
+        if len(lengths) != 1 or not 1 <= max(lengths) <= MOST:
+            told_lengths = {key: len(column) for key, column in columns.items()}
+            raise SettingsError(f"{name} has columns of lengths {told_lengths}; they must be alike, from 1 to {MOST}")
+        known, found = ("mode", *system.state_names), {}
+        for key, column in columns.items():
+            if key not in known:
+                raise SettingsError(f"{name} names {key!r:.60}, which is no state; {remedy(key, known)}")
+            found[key] = [_entry(f"{name} of run {k}", key, one, system) for k, one in enumerate(column, 1)]
+        return found
+
+    def faults(self, value: Any) -> Faults:
+        if isinstance(value, Mapping):
+            yield (), f"expected a list of initial states, {_FORMS}"
+        elif not isinstance(value, list):
+            yield (), told("expected a list", value)
+        else:
+            yield from long(value, 1, MOST)
+            for index, one in enumerate(value):
+                if isinstance(one, Mapping):
+                    yield from within((index,), Start().faults(one))
+                elif not isinstance(one, list) or any(isinstance(x, bool) or not isfinite(real(x)) for x in one):
+                    yield (index,), told("expected a table of initial values, or a list of finite numbers", one)
+            if len({isinstance(one, Mapping) for one in value}) > 1:
+                yield (), "give all as tables, or all as lists of numbers"
+
+    def misfits(self, value: Any, known: Known) -> Faults:
+        for index, one in enumerate(value if isinstance(value, list) and known.states is not None else ()):
+            if isinstance(one, Mapping):
+                yield from within((index,), Start().misfits(one, known))
+            elif isinstance(one, list) and known.states is not None and len(one) != len(known.states):
+                yield (index,), f"has {len(one)} numbers; the system has the states {', '.join(known.states)}"
+
+
+STARTS = Starts()
+
+
+def states_and_modes(system: "HybridSystem", columns: Mapping[str, list[Any]]) -> tuple[np.ndarray, np.ndarray]:
+    """States (N, n) and modes (N,) of starts as `Starts` has read them."""
+    count = len(next(iter(columns.values())))
+    own = [[system.initial[name]] * count for name in system.state_names]
+    states = [columns.get(name, default) for name, default in zip(system.state_names, own, strict=True)]
+    modes = columns.get("mode", [system.initial["mode"]] * count)
+    return np.array(states, dtype=float).T.copy(), np.array([system.mode_names.index(m) for m in modes], dtype=np.int64)
+
+
+def _entry(place: str, key: str, value: Any, system: "HybridSystem") -> Any:
+    if key == "mode":
+        if not isinstance(value, str) or value not in system.mode_names:
+            raise SettingsError(f"{place} has the mode {value!r}; {remedy(str(value), system.mode_names)}")
+        return str(value)
+    number = real(value)
+    if not isfinite(number):
+        raise SettingsError(f"{place} has {key} = {value!r}; it must be a finite number")
+    return number
+
+
+def _columns(value: Any, system: "HybridSystem") -> dict[str, list[Any]] | None:
+    """The columns of a list of starts; None for what is none."""
+    names: Any = system.state_names
+    if "state" in getattr(value, "dims", ()) and not isinstance(value, Mapping):
+        # an array of xarray says itself which state is which
+        names = value["state"].values.tolist() if "state" in value.coords else names
+        value = value.transpose(..., "state").values.reshape(-1, value.sizes["state"])
+    elif hasattr(value, "columns") or isinstance(value, Mapping):
+        given = value.columns if hasattr(value, "columns") else value
+        return {str(name): np.ravel(value[name]).tolist() for name in given} or None
+    listed = entries(value)
+    if listed and all(isinstance(one, Mapping) for one in listed):
+        rows = [{str(name): one for name, one in row.items()} for row in listed]
+        # a row that leaves a state out has the system's own value
+        used = dict.fromkeys(name for row in rows for name in row)
+        return {name: [row.get(name, system.initial.get(name)) for row in rows] for name in used} or None
+    try:
+        numbers = np.array([[real(x) for x in entries(one)] if np.ndim(one) else [real(one)] for one in listed])
+    except (TypeError, ValueError):
+        return None
+    if numbers.ndim != 2 or numbers.shape[1] != len(names):
+        return None
+    return {str(name): numbers[:, k].tolist() for k, name in enumerate(names)}

@@ -1,0 +1,148 @@
+"""Basins from a list of initial states, in any form and of any dimension."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import chaosdrill as cd
+from chaosdrill.errors import SceneError, SettingsError
+
+LENGTHS = {"periods": 20, "transient": 60, "max_period": 2, "exponents": 0}
+
+
+@pytest.fixture(scope="module")
+def wells():
+    """x' = x - x**3: to the sign of x; y and z decay."""
+    return cd.HybridSystem(
+        name="wells",
+        states="x y z",
+        parameters={},
+        modes={"on": {"x": "x - x**3", "y": "-y", "z": "-2*z"}, "off": {"x": "-x", "y": "-y", "z": "-z"}},
+        transitions=[cd.Transition("never", "on", "off", guard="x - 50", direction=+1)],
+        period="1",
+        initial={"x": 1.0, "y": 0.1, "z": 0.2, "mode": "on"},
+        bounds={"x": (-100, 100)},
+    )
+
+
+@pytest.fixture(scope="module")
+def cloud():
+    return np.random.default_rng(5).uniform(-3, 3, (40, 3))
+
+
+def sides(ds):
+    """The first state of the attractor to which each start leads."""
+    return ds["attractor_state"].sel(state="x").values[ds["attractor"].values - 1]
+
+
+def test_starts_in_three_dimensions_go_to_their_side(wells, cloud):
+    ds = cd.basins(wells, initial=cloud, **LENGTHS)
+    np.testing.assert_allclose(sides(ds), np.sign(cloud[:, 0]), rtol=1e-9)
+    np.testing.assert_array_equal(ds["initial_state"].values, cloud)
+    assert ds["attractor"].dims == ds["outcome"].dims == ("run",)
+    share = np.mean(cloud[:, 0] > 0)
+    assert ds["fraction"].values.tolist() == pytest.approx(sorted((share, 1 - share), reverse=True))
+
+
+FORMS = {
+    "lists": lambda rows: rows.tolist(),
+    "mappings": lambda rows: [dict(zip("zxy", row[[2, 0, 1]], strict=True)) for row in rows],
+    "columns": lambda rows: {name: rows[:, k] for k, name in enumerate("xyz")},
+    "frame": lambda rows: pd.DataFrame(rows, columns=list("xyz"))[["y", "z", "x"]].assign(mode="on"),
+    "dataset": lambda rows: xr.Dataset({name: ("k", rows[:, k]) for k, name in enumerate("xyz")}),
+    "array": lambda rows: xr.DataArray(rows[:, ::-1], dims=("k", "state"), coords={"state": list("zyx")}).T,
+}
+
+
+@pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
+def test_the_form_of_a_list_does_not_matter(wells, cloud, form):
+    ds, plain = (cd.basins(wells, initial=one, **LENGTHS) for one in (form(cloud[:7]), cloud[:7]))
+    xr.testing.assert_equal(ds, plain)
+
+
+def test_order_and_company_do_not_matter(wells, cloud):
+    ds, some = (cd.basins(wells, initial=rows, **LENGTHS) for rows in (cloud, cloud[30::-4]))
+    np.testing.assert_allclose(sides(some), sides(ds)[30::-4], rtol=1e-12)
+
+
+def test_modes_and_states_that_are_left_out(wells):
+    ds = cd.basins(wells, initial=[{"mode": "off"}, {"x": -2.0}, {"y": 5.0}], **LENGTHS)
+    np.testing.assert_allclose(sides(ds), [0.0, -1.0, 1.0], atol=1e-9)
+    assert ds.cd.words("initial_mode").values.tolist() == ["off", "on", "on"]
+    assert ds["initial_state"].values.tolist() == [[1.0, 0.1, 0.2], [-2.0, 0.1, 0.2], [1.0, 5.0, 0.2]]
+
+
+def test_a_system_of_one_state():
+    well = cd.HybridSystem(
+        name="well", states="x", parameters={}, modes={"on": {"x": "x - x**3"}}, period="1", initial={"x": 0.5}
+    )
+    ds = cd.basins(well, initial=[-0.3, 2.0, 0.1], **LENGTHS)
+    np.testing.assert_allclose(sides(ds), [-1.0, 1.0, 1.0], rtol=1e-9)
+    assert cd.plot(ds).has_data()
+
+
+def test_a_list_beside_a_grid_follows_its_cells(wells, tmp_path):
+    grid = {"x": [-1.0, 0.5], "y": [0.0, 1.0, 2.0]}
+    both, cells = cd.basins(wells, grid, initial=[{"z": 9.0}], **LENGTHS), cd.basins(wells, grid, **LENGTHS)
+    np.testing.assert_array_equal(sides(both)[:6], sides(cells).ravel())
+    assert both["initial_state"].values[[4, 6]].tolist() == [[0.5, 1.0, 0.2], [1.0, 0.1, 9.0]]
+    assert cd.verify(cd.save(both, tmp_path / "both.nc")).equal
+
+
+SCENE = """
+[system]
+model = "impact-oscillator"
+[analysis.basins]
+kind = "basins"
+initial = {initial}
+transient = 20
+periods = 8
+"""
+
+
+@pytest.mark.parametrize("initial", ["[[0.0, 0.1], [0.2, 0.0]]", "[{ v = 0.1 }, { x = 0.2 }]"])
+def test_a_scene_has_them(initial):
+    found = cd.run(cd.parse_scene(SCENE.format(initial=initial)))["basins"]
+    assert found["attractor"].dims == ("run",)
+    assert found["initial_state"].values[1, 0] == 0.2
+
+
+@pytest.mark.parametrize(
+    ("initial", "told"),
+    [
+        ("[]", "initial: must not be empty"),
+        ("[[0.0]]", "has 1 numbers; the system has the states x, v"),
+        ("[[0.0, true]]", "a list of finite numbers"),
+        ("[{ w = 1 }]", "unknown state"),
+        ("[[0.0, 0.1], { x = 1.0 }]", "all as tables, or all as lists"),
+        ("{ x = 1.0 }", "expected a list of initial states"),
+    ],
+)
+def test_lists_of_a_scene_that_cannot_be(initial, told):
+    with pytest.raises(SceneError, match=told):
+        cd.parse_scene(SCENE.format(initial=initial))
+
+
+@pytest.mark.parametrize(
+    ("initial", "told"),
+    [
+        ([], r"initial is \[\]; it must be a list"),
+        (3.0, "initial is 3.0"),
+        (np.zeros((4, 2)), r"ndarray of shape \(4, 2\)"),
+        ([[0.0, np.nan, 1.0]], "initial of run 1 has y = nan"),
+        ([{"w": 1.0}], "names 'w', which is no state"),
+        ([{"mode": "onn"}], "run 1 has the mode 'onn'; did you mean 'on'"),
+        ({"x": [1.0, 2.0], "y": [0.0]}, "columns of lengths"),
+        (None, "grid is None; it must be two states .* or give a list"),
+    ],
+)
+def test_lists_that_cannot_be(wells, initial, told):
+    with pytest.raises(SettingsError, match=told):
+        cd.basins(wells, initial=initial, **LENGTHS)
+
+
+def test_its_picture_tells_the_attractors_apart(wells, cloud):
+    axes = cd.plot(cd.basins(wells, initial=cloud, **LENGTHS), state=("x", "z"))
+    points = {tuple(one.get_facecolor()[0]): one.get_offsets() for one in axes.collections if len(one.get_offsets())}
+    assert sorted(np.unique(np.sign(xy[:, 0])).tolist() for xy in points.values()) == [[-1.0], [1.0]]
