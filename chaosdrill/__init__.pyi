@@ -193,6 +193,8 @@ def trajectory(
     max_return: float | None = None,
     samples: int | None = None,
     times: Any = None,
+    initial: Any = None,
+    tangents: Any = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,

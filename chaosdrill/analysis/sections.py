@@ -174,6 +174,7 @@ class Path:
     times: np.ndarray  # (T,): at equal intervals, from the start of the record
     rows: np.ndarray  # (T, n + q + 1): states, quadratures and mode there
     events: Record  # all events but those that only mark a surface that was named for the purpose
+    tangents: np.ndarray  # (m, n): those that were followed over the record, at its end
 
 
 def traced(where: Section, given: Any, job: Job) -> Path:
@@ -184,7 +185,7 @@ def traced(where: Section, given: Any, job: Job) -> Path:
     plan = given.span(system, job.numerics)
     run = Run(system, plan.unit, job.numerics, samples=samples if given.times is None else 1)
     outcome = plan.settle(run)
-    start, here = run.elapsed, _present(run)
+    start, here, beside = run.elapsed, _present(run), _beside(run, given.tangents, job.numerics)
     wanted = None if given.times is None else given.times if outcome == Outcome.OK else []
     since = None if wanted is None else _since(start, plan, wanted)
     count = plan.count if outcome == Outcome.OK else 0
@@ -192,7 +193,34 @@ def traced(where: Section, given: Any, job: Job) -> Path:
     rows = np.vstack([here, found.samples]) if wanted is None else found.samples
     even = start + np.arange(len(rows)) * (plan.unit / samples)
     times = even if wanted is None else np.array(wanted[: len(rows)], dtype=float)
-    return Path(found.outcome if outcome == Outcome.OK else outcome, times, rows, found.of(set(range(where.own))))
+    outcome = found.outcome if outcome == Outcome.OK else outcome
+    tangents = _followed(beside, plan.length if since is None else float(since[-1]), outcome)
+    return Path(outcome, times, rows, found.of(set(range(where.own))), tangents)
+
+
+def _beside(run: Run, tangents: np.ndarray | None, numerics: Numerics) -> Run:
+    """A run that goes on from where another one stands, with tangents, whose steps thus are not cut."""
+    n = len(run.system.states)
+    frame = np.zeros((0, n)) if tangents is None else tangents
+    beside = Run(run.system, run.period, numerics, tangents=frame, orthonormalise=False)
+    beside.continue_from(run)
+    # of a forced system the clock begins anew at every strobe
+    beside.begin_at(origin=run.elapsed if run.system.period is None else float(run.standing["time"]))
+    return beside
+
+
+def _followed(beside: Run, length: float, outcome: Outcome) -> np.ndarray:
+    """The tangents of a run a time later, NaN where it or the record ended early."""
+    if outcome == Outcome.OK and len(beside.vectors):
+        whole, rest = divmod(Fraction(length), Fraction(beside.period))
+        if abs(rest - Fraction(beside.period)) <= _ROUNDING * length:
+            whole, rest = whole + 1, Fraction(0)
+        if whole:
+            outcome, _ = beside.advance(int(whole))
+        if rest > _ROUNDING * length and outcome == Outcome.OK:
+            beside.change_period(float(rest))
+            outcome, _ = beside.advance(1)
+    return beside.vectors.copy() if outcome == Outcome.OK else np.full(beside.vectors.shape, np.nan)
 
 
 def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
@@ -226,6 +254,7 @@ def _traced_to_points(where: Section, given: Any, job: Job) -> Path:
     again.continue_from(run)
     if system.period is not None:
         again.begin_at(origin=float(run.standing["time"]))
+    beside = _beside(run, given.tangents, job.numerics)
     left = count if outcome == Outcome.OK else 0
     found = record_returns(run, where.transitions, left, where.longest, every=True, report=job.report(count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
@@ -235,7 +264,9 @@ def _traced_to_points(where: Section, given: Any, job: Job) -> Path:
         again.settings["samples"] = parts
         rows.append(record(again, 1, events=False, slices=1).samples)
     table = np.vstack(rows)
-    return Path(outcome, start + np.arange(len(table)) * (length / parts), table, found.of(set(range(where.own))))
+    tangents = _followed(beside, length, outcome)
+    times = start + np.arange(len(table)) * (length / parts)
+    return Path(outcome, times, table, found.of(set(range(where.own))), tangents)
 
 
 def _present(run: Run) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Lists of initial states, in whatever form they come: rows of numbers, tables, data frames, datasets."""
+"""Where many runs start, in whatever form it is given: rows of numbers, tables, data frames, datasets; and tangents."""
 
 from collections.abc import Mapping
 from math import isfinite
@@ -66,6 +66,42 @@ class Starts(Value):
 
 
 STARTS = Starts()
+
+
+class Tangents(Value):
+    """Initial tangents, one a row; True stands for the unit vectors, False for none."""
+
+    def read(self, name: str, value: Any, system: "HybridSystem") -> np.ndarray | None:
+        n = len(system.states)
+        if isinstance(value, bool | np.bool_):
+            return np.eye(n) if value else None
+        try:
+            rows = np.array([[real(x) for x in entries(one)] for one in entries(value)])
+        except ValueError:
+            rows = np.zeros(0)
+        if rows.ndim != 2 or not 1 <= len(rows) <= n or rows.shape[1] != n or not np.isfinite(rows).all():
+            raise SettingsError(
+                f"{name} is {value!r:.60}; it must be True, or rows of {n} finite numbers, one for each state of "
+                f"{', '.join(system.state_names)}, and no more than {n} of them"
+            )
+        lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+        rank = int(np.linalg.matrix_rank(rows / np.where(lengths > 0, lengths, 1.0)))
+        if rank < len(rows):
+            raise SettingsError(
+                f"{name} has {len(rows)} rows of rank {rank}; they must be linearly independent, as those of the unit "
+                "matrix (True) are"
+            )
+        return rows
+
+    def faults(self, value: Any) -> Faults:
+        if isinstance(value, bool):
+            return
+        if not isinstance(value, list):
+            yield (), told("expected true, or a list of rows of numbers", value)
+            return
+        for index, row in enumerate(value):
+            if not isinstance(row, list) or any(isinstance(x, bool) or not isfinite(real(x)) for x in row):
+                yield (index,), told("expected a list of finite numbers", row)
 
 
 def states_and_modes(system: "HybridSystem", columns: Mapping[str, list[Any]]) -> tuple[np.ndarray, np.ndarray]:

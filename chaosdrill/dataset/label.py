@@ -189,6 +189,8 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
         "comment": variable.doc,
         "coverage_content_type": variable.content,
     }
+    if variable.sample:
+        attributes["sample_dimension"] = variable.sample
     if variable.flags:
         meanings = {
             "outcome": [outcome.meaning for outcome in Outcome],

@@ -61,6 +61,8 @@ class Variable:
         stretch of the attractor that was seen; an error, of which the order of magnitude means something.
     bar : str
         Variable that is the standard error of this one.
+    sample : str
+        Dimension along which so many entries belong to each (the attribute ``sample_dimension`` of CF).
     """
 
     name: str
@@ -75,6 +77,7 @@ class Variable:
     clocked: bool = False
     rule: str = ""
     bar: str = ""
+    sample: str = ""
 
     @property
     def content(self) -> str:

@@ -161,8 +161,29 @@ def _shared_events(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Datas
     """Both datasets cut to the shorter list of events, since runs that have diverged may differ in number."""
     if second.attrs.get("kind") != "trajectory":
         return first, second
+    if "run" in second.dims:
+        return _shared_events_of_runs(first, second)
     count = min(first.sizes.get("event", 0), second.sizes.get("event", 0))
     return tuple(ds.isel(event=slice(count), missing_dims="ignore") for ds in (first, second))  # type: ignore[return-value]
+
+
+def _shared_events_of_runs(first: "xr.Dataset", second: "xr.Dataset") -> "tuple[xr.Dataset, xr.Dataset]":
+    """The same run by run, where the events of all stand one after the other."""
+    import numpy as np
+
+    counts = [ds.get("event_count", ds["outcome"]).values for ds in (first, second)]
+    fitting = counts[0].shape == counts[1].shape and all(
+        (own >= 0).all() and own.sum() == ds.sizes.get("event", 0)
+        for ds, own in zip((first, second), counts, strict=True)
+    )
+    if not fitting:
+        return first, second
+    shared = np.minimum(*counts)
+    kept = [
+        np.concatenate([np.arange(common) + begin for common, begin in zip(shared, np.cumsum(own) - own, strict=True)])
+        for own in counts
+    ]
+    return first.isel(event=kept[0]), second.isel(event=kept[1])
 
 
 def _attributes(

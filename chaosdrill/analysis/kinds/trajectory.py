@@ -8,7 +8,21 @@ from typing import TYPE_CHECKING, Any, Self
 
 from chaosdrill.analysis.arguments import Span, Times, counted
 from chaosdrill.analysis.base import Record, analysis
-from chaosdrill.dataset.schema import QUADRATURE, SI, STATES, axis, forcing, may, need, outcome, table
+from chaosdrill.analysis.starts import STARTS, Tangents
+from chaosdrill.dataset.schema import (
+    INITIAL_STATE,
+    QUADRATURE,
+    RUN,
+    RUN_NUMBER,
+    SI,
+    STATES,
+    axis,
+    forcing,
+    may,
+    need,
+    outcome,
+    table,
+)
 from chaosdrill.errors import SettingsError
 from chaosdrill.settings import Faults, Whole, setting
 
@@ -26,9 +40,9 @@ _SHORTEST = 1e-12
 VARIABLES = table(
     axis("time", "time", "f8", "model time", "Dimensionless time of each sample.", True),
     *STATES,
-    need("states", "time state", "f8", "state", "States of the hybrid system at the sample times."),
-    need("mode", "time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
-    may(QUADRATURE, "time", "f8", "quadrature", "Integral along the flow from the start of the record."),
+    need("states", f"{RUN} time state", "f8", "state", "States of the hybrid system at the sample times."),
+    need("mode", f"{RUN} time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
+    may(QUADRATURE, f"{RUN} time", "f8", "quadrature", "Integral along the flow from the start of the record."),
     need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
     need("event_kind", "event", "i1", "transition taken", "Which transition it was.", flags="transition"),
     need("event_speed", "event", "f8", "normal speed", "Rate of the guard at the crossing; small means grazing."),
@@ -36,12 +50,26 @@ VARIABLES = table(
     may("event_mode_after", "event", "i1", "mode after the event", "Mode entered.", flags="mode"),
     need("event_state_before", "event state", "f8", "state before the event", "Projected onto the guard."),
     need("event_state_after", "event state", "f8", "state after the event", "After the reset."),
-    outcome(""),
+    outcome(RUN),
+    RUN_NUMBER,
+    INITIAL_STATE,
+    may("initial_mode", RUN, "i1", "initial mode", "Mode in which a run starts.", flags="mode"),
+    may("event_count", RUN, "i4", "events of the run", "Events stand run by run.", sample="event", rule="sampled"),
+    axis("tangent", "tangent", "i4", "number of the tangent", "From 1."),
+    may("initial_tangent", "tangent state", "f8", "initial tangent", "Small difference of two states at the start."),
+    may("final_tangent", f"{RUN} tangent state", "f8", "final tangent", "What it has become at the end of the record."),
     *forcing(),
     may("time_si", "time", "f8", "time", SI, "s"),
     may("event_time_si", "event", "f8", "time of the event", SI, "s"),
-    may("penetration_si", "time", "f8", "penetration", SI, "m"),
-    may("force_si", "time", "f8", "force of spring and damper on the rock", "Without the force of a contact.", "N"),
+    may("penetration_si", f"{RUN} time", "f8", "penetration", SI, "m"),
+    may(
+        "force_si",
+        f"{RUN} time",
+        "f8",
+        "force of spring and damper on the rock",
+        "Without the force of a contact.",
+        "N",
+    ),
 )
 
 
@@ -51,6 +79,8 @@ class Trajectory(Record):
 
     samples: int | None = setting(Whole(1), None)
     times: Any = setting(Times(), None)
+    initial: Any = setting(STARTS, None)
+    tangents: Any = setting(Tangents(), None)
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
@@ -67,6 +97,10 @@ class Trajectory(Record):
             raise SettingsError(f"samples is {self.samples!r}, but {_EITHER}; leave one of them out")
         if self.times is not None and self.counts(system) == "section":
             raise SettingsError(f"times and at={self.at!r} exclude each other; leave one of them out")
+        if self.initial is not None and self.counts(system) == "section":
+            raise SettingsError(
+                f"initial and at={self.at!r} exclude each other: the runs would have no times in common; leave one out"
+            )
 
     def counts(self, system: "HybridSystem") -> str:
         """What lengths count, of which the last of given times is one."""
@@ -111,6 +145,14 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         on; where no length is given the run ends with the last of them. They change neither steps nor events: a time
         is met by the interpolation of the method. One that coincides with an event shows the state before it. Not with
         a section by events or a surface.
+    initial : array, list, mapping, DataFrame or Dataset, optional
+        Initial states of many runs on the same times, as in `basins`. A run that ends early has its outcome, and NaN
+        from there on. Not with a section by events or a surface.
+    tangents : bool or array of shape (tangent, state), optional
+        Initial tangents, one a row, no more than states and linearly independent, that are followed over the record,
+        with saltation at every event; True: the unit vectors, of which the j-th becomes the j-th column of the
+        state-transition matrix, the derivatives of the state at the end (the last of ``times``) by the state at the
+        start of the record.
     method : {"taylor", "dop853", "radau", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
@@ -134,37 +176,15 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         ``states`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
         ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_mode_after``, ``event_state_before``,
         ``event_state_after``; ``outcome``. A run that ends early keeps what it has.
+        With ``initial`` all but events have the leading dimension ``run``; events stand run by run, ``event_count``
+        (run) of each, as after `join`, and there are ``initial_state`` (run, state) and ``initial_mode`` (run). With
+        ``tangents`` there are ``initial_tangent`` and ``final_tangent`` (tangent, state), NaN where a run ended early.
 
     Raises
     ------
     SettingsError
         An argument that cannot be used.
     """
-    import numpy as np
-    import xarray as xr
+    from chaosdrill.analysis.ensembles import ensemble, one_run
 
-    from chaosdrill.analysis.sections import find_section, traced
-    from chaosdrill.engine import layout as at
-
-    path = traced(find_section(system, given, job.numerics), given, job)
-    n, rows, found = len(system.states), path.rows, path.events
-    targets = np.array([system.mode_names.index(t.target) for t in system.transitions], dtype=np.int8)
-    ds = xr.Dataset(
-        {
-            "states": (("time", "state"), rows[:, :n]),
-            "mode": ("time", rows[:, -1].astype(np.int8)),
-            **{name: ("time", rows[:, n + i]) for i, name in enumerate(system.quadratures)},
-            "event_time": ("event", found.times),
-            "event_kind": ("event", found.events[:, at.EVENT_KIND].astype(np.int8)),
-            "event_speed": ("event", found.events[:, at.EVENT_SPEED]),
-            "event_mode_before": ("event", found.events[:, at.EVENT_MODE].astype(np.int8)),
-            "event_mode_after": ("event", targets[found.events[:, at.EVENT_KIND].astype(int)]),
-            "event_state_before": (("event", "state"), found.states_before()),
-            "event_state_after": (("event", "state"), found.states_after()),
-            "outcome": ((), np.int8(path.outcome)),
-        },
-        coords={"time": path.times, "state": list(system.state_names)},
-    )
-    if system.period is not None:
-        ds["forcing_period"] = ((), system.forcing_period())
-    return ds
+    return one_run(system, given, job) if given.initial is None else ensemble(system, given, job)
