@@ -141,7 +141,7 @@ def _section(
     _shade(panel, edges, np.isnan(section).all(axis=(1, 2)) & ~lost, _NOT_REACHED)
     # a cloud has many small points, a cycle few that stand out
     cloud = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.35, 2.0)))
-    for seed, (colour, name, step) in enumerate(_seeds(dataset)):
+    for seed, (colour, name, step) in enumerate(seed_looks(dataset)):
         cycle = period[:, seed] > 0
         # of a cycle one turn is enough; it is the last one of the points that there are
         known = np.isfinite(section[:, seed])
@@ -189,7 +189,7 @@ def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
         if known.any() and lost[known].all():
             panel.plot([], [], linestyle="none", label=f"{name} = −∞")
             continue
-        for seed, (_, _, step) in enumerate(_seeds(dataset)):
+        for seed, (_, _, step) in enumerate(seed_looks(dataset)):
             _draw(panel, dataset, seed, np.where(lost[:, seed], np.nan, values[:, seed]), colour, step)
         panel.plot([], [], color=colour, label=name)
         if lost.any():
@@ -205,7 +205,7 @@ def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
 def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     rate = progression(dataset)
     values = rate.transpose(sweep, "seed").values
-    for seed, (colour, _, step) in enumerate(_seeds(dataset)):
+    for seed, (colour, _, step) in enumerate(seed_looks(dataset)):
         _draw(panel, dataset, seed, values[:, seed], colour, step)
     panel.set_ylabel(wrapped(label(rate), 12))
 
@@ -224,8 +224,8 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
     legend_above(panel, columns=5, handles=[legend_entry(look) for look in looks])
 
 
-def _seeds(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
-    """Colour and name of each seed, and by how much wider than the last one it is drawn, from 0 to 2.
+def seed_looks(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
+    """Return colour and name of each seed, and by how much wider than the last one it is drawn, from 0 to 2.
 
     Of more seeds than can be told apart only the sweeps up and down have colours; the others are grey and have no name:
     the rows at the foot tell them apart.

@@ -41,6 +41,8 @@ class Picture:
         How many parameters the analysis ran through; 0 if that does not matter.
     listed : bool, optional
         Whether it is of runs in a list, with the dimension ``run``, or of others; default: of either.
+    values : int, default 0
+        How many values of them there must be; 0 if that does not matter.
     over : str, default ""
         Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
         All groups over these, and over the same range of a single one, go into one picture.
@@ -49,12 +51,13 @@ class Picture:
     kind: str
     name: str
     summary: str
-    function: "Callable[..., Figure]"
+    function: "Callable[..., Any]"
     states: int = 1
     seeds: int = 1
     needs: str = ""
     parameters: int = 0
     listed: bool | None = None
+    values: int = 0
     over: str = ""
 
     def draw(
@@ -99,6 +102,7 @@ class Picture:
             and dataset.sizes.get("seed", 1) >= self.seeds
             and self.listed in (None, "run" in dataset.dims)
             and self.parameters in (0, len(swept(dataset)))
+            and self.values in (0, *(dataset.sizes.get(name, 1) for name in swept(dataset)))
             and (
                 not self.needs
                 or (self.needs in dataset.variables and bool(np.isfinite(dataset[self.needs].values).any()))

@@ -1,12 +1,21 @@
-"""Poincare section: the states of all iterates in the plane of the first two."""
+"""Poincare section: the states of all iterates in the plane of the first two, and each against the one before."""
 
-import json
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.plots.bifurcation import first_that_varies, seed_looks
+from chaosdrill.plots.companions import settings, swept
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import PALETTE, one_panel, places_of, shorten, state_label
+from chaosdrill.plots.style import (
+    PALETTE,
+    axis_label,
+    legend_outside,
+    one_panel,
+    places_of,
+    shorten,
+    state_label,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,6 +23,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_STEPS = 40
+"""Returns that a cobweb shows from the first point on: more fill the picture."""
 
 
 @picture("poincare-section", "poincare-section", "the section in the plane of the first two states")
@@ -63,9 +75,68 @@ def _plane(section: np.ndarray) -> tuple[int, int]:
     return first, second
 
 
+@picture("poincare-section", "return-map", "each point of the section against the one before it, with its cobweb")
+@picture(
+    "bifurcation-diagram",
+    "return-map",
+    "each point of the section against the one before it, at one value of the parameter",
+    values=1,
+)
+def return_map(
+    dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None
+) -> "Figure":
+    """Draw one state of each point of a section against that of the point before.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``poincare-section``, or ``bifurcation-diagram`` with one value of the parameter.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+    state : str, optional
+        State that is drawn; default: the first that varies.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The points with the diagonal, and the cobweb of the first 40 returns as a thin line: a transient, if the record
+        begins with one. That of a cycle that was found is a thick line. A colour a seed.
+    """
+    varied = swept(dataset)
+    ordered = dataset.transpose(*varied, "seed", "iterate", "state", ..., missing_dims="ignore")
+    states = ordered["section"].values.reshape(-1, dataset.sizes["iterate"], dataset.sizes["state"])
+    index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
+    periods = np.ravel(ordered["period"].values) if "period" in dataset.variables else np.zeros(1)
+    figure, axes = one_panel(ax, 5.4)
+    looks = seed_looks(dataset) if varied else [(PALETTE[0], "", 0.0)]
+    for values, period, (colour, name, _) in zip(states[..., index], periods.astype(int), looks, strict=True):
+        last = int(np.flatnonzero(np.isfinite(values))[-1]) if np.isfinite(values).any() else 0
+        axes.plot(*cobweb(values[: _STEPS + 1]), color=colour, linewidth=0.5, alpha=0.6)
+        if 0 < period <= last:
+            axes.plot(*cobweb(values[last - period : last + 1]), color=colour, linewidth=1.5)
+        size = float(np.clip(np.sqrt(6e3 / max(last, 1)), 1.0, 4.0))
+        axes.plot(values[:-1], values[1:], "o", color=colour, markersize=size, markeredgewidth=0, label=name or "point")
+    inside = states[..., index][np.isfinite(states[..., index])]
+    if inside.size:
+        edge = 0.05 * float(np.ptp(inside)) or 0.05 * abs(float(inside[0])) or 1.0
+        ends = (float(inside.min()) - edge, float(inside.max()) + edge)
+        axes.plot(ends, ends, color="0.5", linewidth=0.8, zorder=1, label="diagonal")
+        axes.set(xlim=ends, ylim=ends)
+    text = state_label(dataset, index)
+    axes.set(aspect="equal", xlabel=f"{text}, at one point", ylabel=f"{text}, at the next")
+    legend_outside(figure, axes.get_legend_handles_labels()[0], ax=ax)
+    at = [f"{axis_label(dataset, name)} = {shorten(float(dataset[name].values[0]))}" for name in varied]
+    axes.set_title(", ".join([*at, _place(dataset)]))
+    return figure
+
+
+def cobweb(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the line from the diagonal up or down to the next value, across to the diagonal, and so on."""
+    return np.repeat(values, 2)[:-1], np.repeat(values, 2)[1:]
+
+
 def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
-    place = json.loads(dataset.attrs.get("settings", "{}")).get("at") or "strobe"
-    where = "once a forcing period" if place == "strobe" else f"at {place}"
+    where = _place(dataset)
     if not period:
         return f"{iterates} points {where}"
     multipliers = (
@@ -82,6 +153,11 @@ def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
         else []
     )
     return f"period {period}, {where}" + (f"; multipliers {', '.join(multipliers)}" if multipliers else "")
+
+
+def _place(dataset: "xr.Dataset") -> str:
+    place = settings(dataset).get("at") or "strobe"
+    return "once a forcing period" if place == "strobe" else f"at {place}"
 
 
 def _complex(real: float, imaginary: float) -> str:
