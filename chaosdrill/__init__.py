@@ -37,6 +37,7 @@ _HOME = {
     "join": "chaosdrill.archive",
     "plot": "chaosdrill.plots",
     "plot_archive": "chaosdrill.plots",
+    "animate": "chaosdrill.plots",
     "report": "chaosdrill.reports",
     "Outcome": "chaosdrill.dataset",
     "ChaosdrillError": "chaosdrill.errors",

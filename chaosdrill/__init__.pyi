@@ -19,6 +19,7 @@ from chaosdrill.model.drives import driven as driven
 from chaosdrill.model.filippov import equivalent_control as equivalent_control
 from chaosdrill.model.filippov import filippov as filippov
 from chaosdrill.model.kinks import in_modes as in_modes
+from chaosdrill.plots import animate as animate
 from chaosdrill.plots import plot as plot
 from chaosdrill.plots import plot_archive as plot_archive
 from chaosdrill.progress import Progress

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from inspect import signature
-from numbers import Integral
+from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 from chaosdrill.errors import ChaosdrillError
@@ -47,6 +47,7 @@ NAMED = Kind(
 AXES = Kind("axes of matplotlib, as matplotlib.pyplot.gca() returns", lambda value: hasattr(value, "get_figure"))
 FUNCTION = Kind("a function", callable)
 COUNT = Kind("a whole number from 1 on", lambda value: isinstance(value, Integral) and int(value) >= 1)
+NUMBER = Kind("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool))
 LISTENER = Kind("True, False or a function", lambda value: isinstance(value, bool) or callable(value))
 SWITCH = Kind("True or False", lambda value: isinstance(value, bool))
 

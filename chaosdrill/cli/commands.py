@@ -120,12 +120,14 @@ def _block(heading: str, rows: Any) -> list[str]:
     "Default: next to the archive.",
 )
 @click.option("--group", metavar="NAME", help="Only this group of the archive.")
+@click.option("--animate", is_flag=True, help="An animation (gif, or mp4 by ffmpeg) of each trajectory instead.")
 @json_option
-def plot(archive: str, output: str | None, group: str | None, as_json: bool) -> None:
+def plot(archive: str, output: str | None, group: str | None, animate: bool, as_json: bool) -> None:
     """Draw every plot that suits the contents of OUT.nc, and print the files written."""
     from chaosdrill.plots import plot_archive
 
-    paths = [str(path) for path in plot_archive(archive, output, group=None if group is None else given_text(group))]
+    named = None if group is None else given_text(group)
+    paths = [str(path) for path in plot_archive(archive, output, group=named, animated=animate)]
     if as_json:
         emit({"archive": archive, "pictures": paths})
     else:

@@ -68,6 +68,13 @@ def join(dataset: "xr.Dataset") -> Curve:
     return Curve(times[index], np.concatenate(states)[index], np.concatenate([mode, before, after])[index])
 
 
+def breaks(time: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "NDArray[np.int64]":
+    """Return the places of the points of a curve, shape (m, k), that a jump leads to from the one before."""
+    extent = np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny) if len(points) else np.ones(points.shape[1])
+    apart = (np.abs(np.diff(points, axis=0)) > _VISIBLE * extent).any(axis=1)
+    return np.flatnonzero((np.diff(time) == 0) & apart) + 1
+
+
 def pieces(
     time: "NDArray[np.float64]", x: "NDArray[np.float64]", y: "NDArray[np.float64]"
 ) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
@@ -76,9 +83,7 @@ def pieces(
     The two sides of an event have one time: what lies between them is a jump if it can be seen, everything else flow.
     """
     points = np.column_stack([x, y])
-    extent = np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny) if len(points) else np.ones(2)
-    apart = (np.abs(np.diff(points, axis=0)) > _VISIBLE * extent).any(axis=1)
-    after = np.flatnonzero((np.diff(time) == 0) & apart) + 1
+    after = breaks(time, points)
     gap = np.full((len(after), 2), np.nan)
     jumps = np.stack([points[after - 1], points[after], gap], axis=1).reshape(-1, 2)
     return np.insert(points, after, np.nan, axis=0), jumps

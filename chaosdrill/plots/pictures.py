@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from chaosdrill.dataset.schema import table_of
 from chaosdrill.errors import ArchiveError, SettingsError
+from chaosdrill.plots.animation import MOVING, animate
 from chaosdrill.plots.companions import fits, limits, swept
 from chaosdrill.plots.picture import PICTURES, Picture
-from chaosdrill.typed import AXES, NAMED, PATH, TEXT, expecting
+from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 FORMATS = ("png", "pdf", "svg")
+MOTION = Picture("trajectory", "animation", "the run as a moving picture", animate)
 
 
 @expecting(SettingsError, kind=TEXT, ax=AXES, state=NAMED)
@@ -95,9 +97,12 @@ def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
     return ds
 
 
-@expecting(SettingsError, path=PATH, output=PATH, group=TEXT)
+@expecting(SettingsError, path=PATH, output=PATH, group=TEXT, animated=SWITCH)
 def plot_archive(
-    path: str | PathLike[str], output: str | PathLike[str] | None = None, group: str | None = None
+    path: str | PathLike[str],
+    output: str | PathLike[str] | None = None,
+    group: str | None = None,
+    animated: bool = False,
 ) -> list[Path]:
     """Draw every picture that suits the contents of an archive.
 
@@ -110,6 +115,8 @@ def plot_archive(
         and the picture's names are put in front of the suffix. Default: beside the archive, under its name, as png.
     group : str, optional
         Only this group of the archive.
+    animated : bool, default False
+        An animation of each run instead, as by `animate`: gif, the default, or mp4.
 
     Returns
     -------
@@ -131,27 +138,32 @@ def plot_archive(
 
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")
-    if output is not None and Path(output).suffix.lstrip(".").lower() not in FORMATS:
+    formats, what = (MOVING, "animation") if animated else (FORMATS, "picture")
+    if output is not None and Path(output).suffix.lstrip(".").lower() not in formats:
         raise SettingsError(
-            f"output: {fspath(output)!r} has no picture format as its ending; use one of {', '.join(FORMATS)}"
+            f"output: {fspath(output)!r} has no {what} format as its ending; use one of {', '.join(formats)}"
         )
     groups = {node.path.strip("/"): node.to_dataset() for node in open_archive(path).subtree if "kind" in node.attrs}
     # what can be opened has a name, from which that of a picture is made
-    target = Path(output) if output is not None else Path(path).with_suffix(".png")
+    target = Path(output) if output is not None else Path(path).with_suffix(f".{formats[0]}")
     if group is not None and group.strip("/") not in groups:
         raise ArchiveError(f"{path}: no group {group!r}; groups are {', '.join(groups) or 'none'}")
     wanted = groups if group is None else {group.strip("/"): groups[group.strip("/")]}
     with error_context(path, groups.values(), "drawn"):
-        planned = plan(wanted)
+        planned = [([name], MOTION) for name, ds in wanted.items() if MOTION.suits(ds)] if animated else plan(wanted)
     if not planned:
         kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
-        raise ArchiveError(f"{path}: there is no picture for {kinds or 'an archive without analyses'}")
+        raise ArchiveError(f"{path}: there is no {what} for {kinds or 'an archive without analyses'}")
 
     stems = stems_of(target.stem, planned) if output is None or len(planned) > 1 else [target.stem]
     files = [target.with_name(stem + target.suffix) for stem in stems]
     for file in files:
         check_writable(file, target.suffix)
     for (names, picture), file in zip(planned, files, strict=True):
+        if animated:
+            with error_context(path, groups.values(), "drawn"):
+                animate(wanted[names[0]], file)
+            continue
         with error_context(path, groups.values(), "drawn"), style():
             figure = picture.draw(*(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups))
             with writing(file, "picture") as draft:

@@ -3,10 +3,12 @@
 A module of the library offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if results cite anything), ``STATES`` (name:
 label), ``PARAMETERS`` (name: default and label) and ``equations()``: the other arguments of `HybridSystem`, or of
 `filippov` if there is a surface among them. One that is assembled from effects offers ``states(effects)``,
-``parameters(effects)`` and ``system(effects)`` instead of the last three. None imports sympy before a system is built.
+``parameters(effects)`` and ``system(effects)`` instead of the last three. One whose bodies move along a line
+offers ``BODIES`` for animations, the height of each as text, or ``bodies(known)`` if they depend on effects. None
+imports sympy before a system is built.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
@@ -89,6 +91,30 @@ def states(name: str, effects: Mapping[str, str] | None = None) -> tuple[str, ..
     """Names of the states that a system has with these effects; arguments and errors as for `parameters`."""
     entry, module = _module(name, effects)
     return module.states(effects) if entry.effects else tuple(module.STATES)
+
+
+def bodies_of(name: str, known: Collection[str]) -> dict[str, str]:
+    """The height of each body of a system, as expressions in its states, quadratures, parameters and ``t``.
+
+    Parameters
+    ----------
+    name : str
+        Name of a system.
+    known : collection of str
+        Names of its states, quadratures and parameters.
+
+    Returns
+    -------
+    dict
+        Empty for a system without bodies on a line, and for one that only has the name of one in the library.
+    """
+    if name not in REGISTRY:
+        return {}
+    module = import_module(REGISTRY[name].module)
+    if hasattr(module, "bodies"):
+        return dict(module.bodies(known))
+    own = {*module.STATES, *module.PARAMETERS} if hasattr(module, "BODIES") else {""}
+    return dict(module.BODIES) if own <= set(known) else {}
 
 
 @expecting(ModelError, name=TEXT, parameters=TABLE, effects=TABLE, initial=TABLE)

@@ -23,6 +23,7 @@ PARAMETERS = {
     "omega": (1.0, "frequency of the floor's motion"),
     "e": (0.8, "coefficient of restitution"),
 }
+BODIES = {"ball": "x", "floor": "amplitude*sin(omega*t)"}
 
 
 def equations() -> dict[str, Any]:

@@ -20,6 +20,7 @@ PARAMETERS = {
     "omega": (1.0, "frequency of its unevenness"),
     "e": (0.9, "coefficient of restitution"),
 }
+BODIES = {"idler gear": "s", "driving flank": "0", "coast flank": "backlash"}
 
 
 def equations() -> dict[str, Any]:

@@ -20,6 +20,7 @@ PARAMETERS = {
     "omega": (2.5, "forcing frequency over natural frequency"),
     "e": (0.8, "coefficient of restitution"),
 }
+BODIES = {"mass": "x", "wall": "wall"}
 
 
 def equations() -> dict[str, Any]:

@@ -18,6 +18,7 @@ PARAMETERS = {
     "omega": (1.0, "frequency of the box"),
     "e": (0.6, "coefficient of restitution"),
 }
+BODIES = {"ball": "x", "right wall": "gap/2", "left wall": "-gap/2"}
 
 
 def equations() -> dict[str, Any]:

@@ -28,6 +28,7 @@ PARAMETERS = {
     "damping": (2.0, "damping of the paper over the mass"),
     "e": (0.5, "coefficient of restitution at the backstop"),
 }
+BODIES = {"hammer": "x", "paper": "gap", "backstop": "0"}
 
 
 def equations() -> dict[str, Any]:

@@ -56,6 +56,7 @@ RIGHT = {
     "join": {"runs": None},
     "plot": {"ds": None},
     "plot_archive": {"path": "own.nc"},
+    "animate": {"ds": None, "path": "run.gif"},
     "report": {"path": "own.nc"},
 }
 FUNCTIONS = [

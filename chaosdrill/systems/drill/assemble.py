@@ -10,7 +10,7 @@ and is a quadrature. Displacements are in units of mu_e F_N / K, time in units o
 (11) of the paper "System for percussive drilling with rock model", with its misprints corrected as on the theory page.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
@@ -123,6 +123,14 @@ def _without_units(parameters: Mapping[str, Any], used: Mapping[str, float]) -> 
             f"{missing[0]}={QUANTITIES[missing[0]].example!r}; or give dimensionless parameters only"
         )
     return numbers | si.parameters
+
+
+def bodies(known: Collection[str]) -> dict[str, str]:
+    """Heights of bit, stop and rock, for animations: the stop stands on the rock-side mass, at y = r from the bit."""
+    if not {"y", "r"} <= set(known):
+        return {}
+    sunk = "-penetration" if "penetration" in known else "0"
+    return {"bit": f"{sunk} - y", "stop": f"{sunk} - r", "rock at the start": "-r"}
 
 
 def system(chosen: Mapping[str, str] | None = None) -> "HybridSystem":

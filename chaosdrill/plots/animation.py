@@ -1,0 +1,303 @@
+"""A run as a moving picture: the point on its path, its events as they happen, and the bodies of its system."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Mapping
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.errors import ArchiveError, SettingsError
+from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.plots.curve import Curve, breaks, join, pieces
+from chaosdrill.plots.joined import is_joined
+from chaosdrill.plots.style import (
+    DOTS,
+    EVENT_MARKERS,
+    PALETTE,
+    label,
+    legend_outside,
+    new_figure,
+    places_of,
+    readable,
+    shorten,
+    state_label,
+    style,
+    wrapped,
+)
+from chaosdrill.typed import NAMED, NUMBER, PATH, TABLE, expecting
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from numpy.typing import NDArray
+
+MOVING = ("gif", "mp4")
+LONGEST = 60.0
+"""Seconds of the longest animation: with `_RATE` frames a second and `_DOTS_AN_INCH` they bound memory and file."""
+_RATE = 20
+_DOTS_AN_INCH = 100
+_TRAIL, _FLASH = 1.5, 0.3
+"""Seconds for which the way behind the point, and an event, are seen."""
+_LEVELS = 6
+"""Of each colour of a GIF between it and white, for the edges of lines; all frames have the same, and none flickers."""
+_GREY = "0.8"
+
+
+@expecting(SettingsError, path=PATH, state=NAMED, bodies=TABLE, seconds=NUMBER)
+def animate(
+    ds: "xr.Dataset",
+    path: str | PathLike[str],
+    state: "str | Sequence[str] | None" = None,
+    bodies: Mapping[str, str | float] | None = None,
+    seconds: float = 10.0,
+) -> Path:
+    """Write an animation of a run.
+
+    It shows the point on its path in the plane of two states, with its events as they happen, one state over time, and
+    the bodies of the system where it has some: those of the library's mechanical systems, such as the bit, the stop and
+    the rock of the drill, or those that are given.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of kind ``trajectory``.
+    path : path
+        The file; its suffix is the format, gif or mp4. The latter needs the program ffmpeg. It is written whole or not
+        at all.
+    state : pair of str, optional
+        States of the plane, the first of which is drawn over time; default: the first two.
+    bodies : mapping of str to str or float, optional
+        Height of each body, as an expression in states, quadratures, parameters and ``t``, such as
+        ``{"ball": "x", "floor": "amplitude*sin(omega*t)"}``. Default: those of the system; none: ``{}``.
+    seconds : float, default 10
+        Length of the animation, at most 60; it has 20 frames a second, or one a sample if these are fewer.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    SettingsError
+        Another kind of dataset, a suffix that is no format, a state or a name that is not there, a length that is out
+        of range, or ffmpeg is missing.
+    ArchiveError
+        The file cannot be written.
+    """
+    import xarray as xr
+
+    from chaosdrill.archive import check_writable, writing
+
+    target = Path(path)
+    ending = target.suffix.lstrip(".").lower()
+    if ending not in MOVING:
+        raise SettingsError(f"path: {fspath(path)!r} has no format as its ending; use one of {', '.join(MOVING)}")
+    if not isinstance(ds, xr.Dataset) or ds.attrs.get("kind") != "trajectory" or is_joined(ds):
+        raise SettingsError("ds is no single run; give what cd.trajectory has returned, or one group of an archive")
+    if ds.sizes["time"] < 2:
+        raise SettingsError(f"ds has {ds.sizes['time']} samples; an animation needs two or more")
+    if not 0 < seconds <= LONGEST:
+        raise SettingsError(f"seconds is {seconds}, but must be above 0 and at most {LONGEST:g}")
+    program = shutil.which("ffmpeg") if ending == "mp4" else ""
+    if program is None:
+        raise SettingsError(f"path: {fspath(path)!r} needs ffmpeg, which is not found; install it, or name a .gif")
+    check_writable(target, target.suffix)
+    with style():
+        scene = _Scene(ds, places_of(ds, state, 2), bodies, seconds)
+        with writing(target, "animation") as draft:
+            _write_gif(scene, draft) if ending == "gif" else _write_mp4(scene, draft, str(program))
+            scene.figure.clear()
+    return target
+
+
+class _Scene:
+    """The figure of an animation: what stays, drawn once, and what moves, drawn over it again for every frame."""
+
+    def __init__(
+        self,
+        run: "xr.Dataset",
+        plane: tuple[int, ...],
+        bodies: Mapping[str, str | float] | None,
+        seconds: float,
+    ) -> None:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        self.run, self.curve = run, join(run)
+        time = run["time"].values
+        self.times = np.linspace(time[0], time[-1], int(np.clip(round(_RATE * seconds), 2, len(time))))
+        self.second = (time[-1] - time[0]) / seconds
+        self.rate = len(self.times) / seconds
+        self.figure = new_figure(4.8)
+        self.figure.set_dpi(_DOTS_AN_INCH)
+        self.figure.set_size_inches(7.2, 4.8)
+        heights = _heights(run, self.curve, self.times, bodies)
+        panels = bool(heights) + (len(plane) > 1)
+        rows = self.figure.add_gridspec(1 + bool(panels), 1, height_ratios=[2.4, 1.0][-1 - bool(panels) :])
+        above = rows[0].subgridspec(1, max(panels, 1), width_ratios=[0.45, 1.0][-max(panels, 1) :])
+        self.moving: list[Line2D] = []
+        self.bodies = self._bodies(self.figure.add_subplot(above[0, 0]), heights) if heights else []
+        over_time, across = self.curve.time, self.curve.state[:, plane]
+        below = self.figure.add_subplot(rows[-1])
+        self.graphs = [_Graph(self, below, over_time, across[:, 0])]
+        below.set(xlabel=label(run["time"]), ylabel=wrapped(state_label(run, plane[0])))
+        below.margins(x=0)
+        if len(plane) > 1:
+            axes = self.figure.add_subplot(above[0, -1])
+            self.graphs.append(_Graph(self, axes, across[:, 0], across[:, 1]))
+            axes.set(xlabel=state_label(run, plane[0]), ylabel=state_label(run, plane[1]))
+        self.main = self.graphs[-1].axes
+        self.said = self.main.text(1, 1, "", transform=self.main.transAxes, ha="right", va="bottom", animated=True)
+        named = [axes.get_legend_handles_labels()[0] for axes in self.figure.axes]
+        shown = {handle.get_label(): handle for handles in named for handle in handles}
+        legend_outside(self.figure, list(shown.values()), handlelength=1.4)
+        self.canvas = FigureCanvasAgg(self.figure)
+
+    def _bodies(self, axes: "Axes", heights: "dict[str, NDArray[np.float64]]") -> "list[tuple[Line2D, Any]]":
+        colours = ("#000000", PALETTE[0], "0.6")
+        found = []
+        for (name, height), colour in zip(heights.items(), colours * len(heights), strict=False):
+            look: dict[str, Any] = {"color": colour, "linewidth": 4, "solid_capstyle": "butt", "label": name}
+            (line,) = axes.plot([0.1, 0.9], height[[0, 0]], **look)
+            if np.ptp(height):
+                found.append((line, height))
+                self.moves(line)
+        every = np.concatenate(list(heights.values()))
+        edge = 0.08 * float(np.ptp(every)) or 1.0
+        axes.set(xlim=(0, 1), ylim=(every.min() - edge, every.max() + edge), xticks=[], ylabel="height")
+        return found
+
+    def moves(self, line: "Line2D") -> None:
+        """Leave a line out of what stays."""
+        line.set_animated(True)
+        self.moving.append(line)
+
+    def frames(self) -> "Iterator[NDArray[np.uint8]]":
+        """Every frame, shape (height, width, 4)."""
+        self.canvas.draw()
+        self.figure.set_layout_engine("none")
+        still = self.canvas.copy_from_bbox(self.figure.bbox)
+        names = flag_names(self.run["event_kind"]) if self.run.sizes["event"] else {}
+        events, kinds = self.run["event_time"].values, self.run["event_kind"].values
+        for number, now in enumerate(self.times):
+            for line, height in self.bodies:
+                line.set_ydata(height[[number, number]])
+            flashing = (events <= now) & (events > now - _FLASH * self.second)
+            for graph in self.graphs:
+                graph.show(now, flashing)
+            told = [readable(names[int(kind)]) for kind in kinds[flashing][-1:]]
+            self.said.set_text(", ".join([*told, f"time {shorten(now)}"]))
+            self.canvas.restore_region(still)
+            for artist in (*self.moving, self.said):
+                self.figure.draw_artist(artist)
+            yield np.array(self.canvas.buffer_rgba())
+
+
+class _Graph:
+    """One curve of a scene: all of it in grey, its last part, the point, and marks that flash at events."""
+
+    def __init__(self, scene: _Scene, axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]") -> None:
+        self.axes, self.curve, self.points = axes, scene.curve, np.column_stack([x, y])
+        self.trail, self.breaks = _TRAIL * scene.second, breaks(scene.curve.time, self.points)
+        flow, jumps = pieces(scene.curve.time, x, y)
+        axes.plot(*flow.T, color=_GREY, linewidth=0.8)
+        axes.plot(*jumps.T, color=_GREY, linewidth=0.6, linestyle=DOTS)
+        (self.way,) = axes.plot([], [], color=PALETTE[0], linewidth=1.6)
+        self.marks = []
+        kinds = scene.run["event_kind"].values
+        sides = np.searchsorted(scene.curve.time, scene.run["event_time"].values, "right") - 1
+        for number, (code, name) in enumerate(flag_names(scene.run["event_kind"]).items() if kinds.size else ()):
+            if (kinds == code).any():
+                marker, colour = EVENT_MARKERS[number % len(EVENT_MARKERS)], PALETTE[1 + number % (len(PALETTE) - 1)]
+                look: dict[str, Any] = {"linestyle": "none", "marker": marker, "color": colour, "label": readable(name)}
+                self.marks.append((*axes.plot([], [], markersize=9, **look), kinds == code))
+        self.sides = self.points[sides]
+        (self.point,) = axes.plot([], [], "o", color="black", markersize=6)
+        for line in (self.way, *(line for line, _ in self.marks), self.point):
+            scene.moves(line)
+
+    def show(self, now: float, flashing: "NDArray[np.bool_]") -> None:
+        """Put what moves where it is at a time."""
+        time = self.curve.time
+        first, last = np.searchsorted(time, [now - self.trail, now])
+        here = at(time, self.points, now)
+        within = self.breaks[(self.breaks > first) & (self.breaks < last)] - first
+        way = np.insert(np.vstack([self.points[first:last], here]), within, np.nan, axis=0)
+        self.way.set_data(*way.T)
+        self.point.set_data(*here.reshape(2, 1))
+        for line, of_kind in self.marks:
+            line.set_data(*self.sides[flashing & of_kind].T)
+
+
+def at(time: "NDArray[np.float64]", values: "NDArray[np.float64]", now: Any) -> "NDArray[np.float64]":
+    """Values, shape (m, n), at one time or several between those of a curve; at an event those after it."""
+    after = np.clip(np.searchsorted(time, now, "right"), 1, len(time) - 1)
+    step = time[after] - time[after - 1]
+    part = np.where(step > 0, (now - time[after - 1]) / np.where(step > 0, step, 1.0), 1.0)
+    between: NDArray[np.float64] = values[after - 1] + np.expand_dims(part, -1) * (values[after] - values[after - 1])
+    return between
+
+
+def _heights(
+    run: "xr.Dataset", curve: Curve, times: "NDArray[np.float64]", bodies: Mapping[str, str | float] | None
+) -> "dict[str, NDArray[np.float64]]":
+    """The height of each body at given times."""
+    import sympy
+
+    from chaosdrill.model.text import read_text
+    from chaosdrill.systems import bodies_of
+
+    states = dict(zip(run["state"].values.tolist(), at(curve.time, curve.state, times).T, strict=True))
+    integrals = {
+        str(name): np.interp(times, run["time"].values, run[name].values)
+        for name in run.data_vars
+        if run[name].dims == ("time",) and name != "mode"
+    }
+    known: dict[str, Any] = {"t": times, **json.loads(run.attrs.get("parameters", "{}")), **integrals, **states}
+    declared = bodies_of(str(run.attrs.get("system")), known) if bodies is None else bodies
+    symbols = {name: sympy.Symbol(name, real=True) for name in known}
+    found = {}
+    for name, text in declared.items():
+        try:
+            expression = read_text(str(text), symbols)
+        except ExpressionError as fault:
+            raise SettingsError(f"bodies: {name}: {fault}") from None
+        with np.errstate(all="ignore"):
+            height = sympy.lambdify(list(symbols.values()), expression, "numpy")(*known.values())
+        found[name] = np.broadcast_to(np.asarray(height, dtype=float), times.shape)
+        if not np.isfinite(found[name]).all():
+            raise SettingsError(f"bodies: {name}: {text} is not finite all the time")
+    return found
+
+
+def _write_gif(scene: _Scene, draft: Path) -> None:
+    from matplotlib.colors import to_rgb
+    from PIL import Image
+
+    depths = np.linspace(0, 1, _LEVELS)[:, np.newaxis]
+    shades = np.concatenate([1 - depths * (1 - np.array(to_rgb(colour))) for colour in PALETTE])
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.round(255 * shades).astype(np.uint8).tobytes())
+    frames = (
+        Image.fromarray(frame[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE) for frame in scene.frames()
+    )
+    next(frames).save(draft, "GIF", save_all=True, append_images=frames, duration=round(1000 / scene.rate), loop=0)
+
+
+def _write_mp4(scene: _Scene, draft: Path, program: str) -> None:
+    width, height = scene.canvas.get_width_height()
+    given = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", f"{width}x{height}", "-r", f"{scene.rate:.6g}", "-i", "-"]
+    made = ["-an", "-vcodec", "h264", "-pix_fmt", "yuv420p", "-f", "mp4", str(draft)]
+    command = [program, "-y", "-loglevel", "error", *given, *made]
+    done = subprocess.run(command, input=b"".join(frame.tobytes() for frame in scene.frames()), capture_output=True)
+    if done.returncode:
+        reason = done.stderr.decode(errors="replace").strip()[-300:]
+        raise ArchiveError(f"ffmpeg cannot write the animation: {reason}; name a .gif instead")
