@@ -5,6 +5,7 @@ reduction and polynomials of sine and cosine are those of Sun's fdlibm, within o
 or of 1 where it is near zero; arguments out of range go to the standard library.
 """
 
+import ctypes
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -144,6 +145,13 @@ def imports(module: Module) -> list[str]:
 
 
 @cache
+def _called_back(function: Callable[..., float]) -> Any:
+    """What lets machine code call a function of doubles that Python runs."""
+    doubles = [ctypes.c_double] * function.__code__.co_argcount
+    return ctypes.CFUNCTYPE(ctypes.c_double, *doubles)(function)
+
+
+@cache
 def address(name: str) -> int:
     """Where the code of a special function is."""
     import numba
@@ -152,6 +160,8 @@ def address(name: str) -> int:
     from chaosdrill.codegen.special import CODE
 
     found = CODE[name.removeprefix(_PREFIX)]
+    if numba.config.DISABLE_JIT:
+        return ctypes.cast(_called_back(found), ctypes.c_void_p).value or 0
     count = found.py_func.__code__.co_argcount
     made = numba.cfunc(float64(*[float64] * count), cache=True, error_model="numpy")(found.py_func)
     return int(made.address)

@@ -309,7 +309,7 @@ def hunt_crossley_duration_n(v, lam, n, k):
 
 
 CODE = {
-    function.py_func.__name__: function
+    function.__name__: function
     for function in (
         hunt_crossley_exit,
         hunt_crossley_exit_lam,

@@ -309,6 +309,7 @@ class Batch:
         """Run one point, as ``lane_flow`` does eight."""
         from chaosdrill.engine.flow import flow
         from chaosdrill.engine.revival import forget_run
+        from chaosdrill.engine.uncompiled import in_python
         from chaosdrill.engine.window import bring_in_order, keep
 
         run, window, n = self._states.run[p], self.window[p], self.x.shape[1]
@@ -333,11 +334,11 @@ class Batch:
                 run["sample_rows"] = run["event_rows"] = 0
                 code = flow(machine, p, rows, table)
                 for row in rows[: run["sample_rows"]]:
-                    keep.py_func(row, 0, n, row[-1], window, taken)
+                    in_python(keep)(row, 0, n, row[-1], window, taken)
                     taken += 1
                 for row in table[: run["event_rows"]]:
                     if self._section[int(row[at.EVENT_KIND])] == 1:
-                        keep.py_func(row, at.EVENT_COLUMNS, n, row[at.EVENT_MODE], window, taken)
+                        in_python(keep)(row, at.EVENT_COLUMNS, n, row[at.EVENT_MODE], window, taken)
                         taken += 1
             self.outcome[p] = code
             if s:
@@ -345,7 +346,7 @@ class Batch:
                 self.integrals[p, s] = self._states.sums[p].sum(axis=0)
             else:
                 forget_run(self._states, p, self._frame, self._tables.pins)
-        bring_in_order.py_func(window, taken, self._spare)
+        in_python(bring_in_order)(window, taken, self._spare)
 
     def _step_to_the_section(self, which: np.ndarray, stretches: np.ndarray) -> None:
         """Run points whose lengths are counted by the events of the section, which ends every stretch.
@@ -354,6 +355,7 @@ class Batch:
         """
         await_part(ONE_RUN)
         from chaosdrill.engine.revival import forget_run
+        from chaosdrill.engine.uncompiled import in_python
         from chaosdrill.engine.window import bring_in_order
 
         machine = self._machine()
@@ -376,7 +378,7 @@ class Batch:
                     begin = run["strobes"] * run["period"] + run["time"]
                     self.times[p, 0], taken = 0.0, 0
                     self.window[p] = np.nan
-            bring_in_order.py_func(self.window[p], taken, self._spare)
+            in_python(bring_in_order)(self.window[p], taken, self._spare)
 
     def _to_the_section(self, machine: "Record", p: int, count: int, taken: int) -> int:
         """Run on until the section was met so many times; returns how many of its points were kept in all."""

@@ -19,7 +19,8 @@ from llvmlite import ir
 from numba import _dynfunc, types
 from numba.core import codegen, cpu, registry, typing
 from numba.core.compiler_lock import global_compiler_lock
-from numba.extending import intrinsic
+
+from chaosdrill.engine.uncompiled import machine_code, visible
 
 WORD = ir.IntType(64)
 WORDS = WORD.as_pointer()
@@ -132,7 +133,7 @@ def _store(builder: Any, words: Any, place: int, value: Any) -> int:
 def at_address(kind: Any) -> Any:
     """A compiled function that gives the value of a type whose words begin at an address."""
 
-    @intrinsic
+    @machine_code(lambda record: visible(record.value))
     def value_at(typingctx: Any, address: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             words = builder.inttoptr(arguments[0], WORDS)

@@ -20,6 +20,7 @@ from numba.np.numpy_support import as_dtype
 from chaosdrill.codegen import kept
 from chaosdrill.codegen.machine import address_of, load, object_of
 from chaosdrill.engine.front_end import FROM_WORDS, PLAIN, llvm_module
+from chaosdrill.engine.uncompiled import UNCOMPILED, Uncompiled, numbers_of_numpy
 from chaosdrill.progress import compiling
 
 RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
@@ -156,7 +157,11 @@ def _writer(kind: Any) -> _Writer:
 
 def compiled(signature: Any) -> Callable[[Any], Any]:
     """Compile for one signature."""
-    return lambda function: Compiled(function, signature)
+    return lambda function: Uncompiled(function) if UNCOMPILED else Compiled(function, signature)
+
+
+def _part(function: Any, **options: Any) -> Any:
+    return numbers_of_numpy(function) if UNCOMPILED else numba.njit(**PLAIN, **options)(function)
 
 
 def inlined(function: Any) -> Any:
@@ -164,20 +169,20 @@ def inlined(function: Any) -> Any:
 
     This one and those below belong to compiled functions, and are called by nothing else.
     """
-    return numba.njit(**PLAIN, forceinline=True)(function)
+    return _part(function, forceinline=True)
 
 
 def series(function: Any) -> Any:
     """A function of the engine that evaluates polynomials, where multiplications and additions may be fused."""
-    return numba.njit(**PLAIN, fastmath={"contract"})(function)
+    return _part(function, fastmath={"contract"})
 
 
 def inner(function: Any) -> Any:
     """A function of the engine, compiled into its caller with strict rounding."""
-    return numba.njit(**PLAIN)(function)
+    return _part(function)
 
 
 def rare(function: Any) -> Any:
     """As ``inner``, for what happens seldom: it stays a call, so that the code of every step stays small."""
     _rare.add("".join(f"{len(part)}{part}" for part in (*function.__module__.split("."), function.__name__)))
-    return numba.njit(**PLAIN, forceinline=False)(function)
+    return _part(function, forceinline=False)

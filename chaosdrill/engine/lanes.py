@@ -16,9 +16,10 @@ from numba import types
 from numba.core import cgutils
 from numba.core.imputils import lower_cast
 from numba.core.typeconv import Conversion
-from numba.extending import intrinsic, models, overload, register_model
+from numba.extending import models, overload, register_model
 
 from chaosdrill.codegen.signatures import LANES
+from chaosdrill.engine.uncompiled import Row, Table, as_lanes, machine_code
 
 _VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 _INT = ir.IntType(64)
@@ -108,7 +109,7 @@ def _place(context: Any, builder: Any, data: Any, kind: Any, index: Any) -> Any:
     return builder.bitcast(builder.gep(data, [builder.mul(index, ir.Constant(_INT, LANES))]), _VECTOR.as_pointer())
 
 
-@intrinsic
+@machine_code(Row)
 def row_of(typingctx: Any, array: Any) -> Any:
     """The row that an aligned array of shape (k, 8) holds."""
 
@@ -120,7 +121,7 @@ def row_of(typingctx: Any, array: Any) -> Any:
     return row(array), code
 
 
-@intrinsic
+@machine_code(Table)
 def table_of(typingctx: Any, array: Any) -> Any:
     """The table that an aligned array of shape (rows, k, 8) holds."""
 
@@ -134,7 +135,7 @@ def table_of(typingctx: Any, array: Any) -> Any:
     return table(array), code
 
 
-@intrinsic
+@machine_code(Table.__getitem__)
 def _row_at(typingctx: Any, rows: Any, index: Any) -> Any:
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         source = cgutils.create_struct_proxy(table)(context, builder, value=arguments[0])
@@ -147,7 +148,7 @@ def _row_at(typingctx: Any, rows: Any, index: Any) -> Any:
     return row(rows, index), code
 
 
-@intrinsic
+@machine_code(Row.__getitem__)
 def _load(typingctx: Any, line: Any, index: Any) -> Any:
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         source = cgutils.create_struct_proxy(row)(context, builder, value=arguments[0])
@@ -158,7 +159,7 @@ def _load(typingctx: Any, line: Any, index: Any) -> Any:
     return lanes(line, index), code
 
 
-@intrinsic
+@machine_code(Row.__setitem__)
 def _store(typingctx: Any, line: Any, index: Any, value: Any) -> Any:
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         target = cgutils.create_struct_proxy(row)(context, builder, value=arguments[0])
@@ -192,10 +193,10 @@ def _pair(first: Any, second: Any) -> bool:
     return lanes in kinds and all(k == lanes or isinstance(k, _NUMBER) for k in kinds)
 
 
-def _binary(emit: Callable[[Any, Any, Any], Any]) -> Any:
-    """A compiled function of two lanes, of lanes and a number, or of two numbers."""
+def _binary(emit: Callable[[Any, Any, Any], Any], twin: Callable[[Any, Any], Any]) -> Any:
+    """A compiled function of two lanes, of lanes and a number, or of two numbers; ``twin`` is one of arrays."""
 
-    @intrinsic
+    @machine_code(lambda first, second: _alike(twin(first, second)))
     def function(typingctx: Any, first: Any, second: Any) -> Any:
         if not _pair(first, second):
             return types.float64(types.float64, types.float64), lambda _, builder, __, arguments: emit(
@@ -212,7 +213,7 @@ def _binary(emit: Callable[[Any, Any, Any], Any]) -> Any:
 
 
 def _operator(symbol: Any, emit: Callable[[Any, Any, Any], Any]) -> None:
-    function = _binary(emit)
+    function = _binary(emit, symbol)
 
     @overload(symbol)
     def _overloaded(first, second):  # type: ignore[no-untyped-def]
@@ -233,7 +234,7 @@ def _larger(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.fcmp_ordered(">", b, a), b, a)
 
 
-larger = _binary(_larger)
+larger = _binary(_larger, lambda a, b: np.where(b > a, b, a))
 """The larger of either lane, or of two numbers; the first where the second is no number."""
 
 
@@ -241,11 +242,11 @@ def _smaller(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.fcmp_ordered("<", b, a), b, a)
 
 
-smaller = _binary(_smaller)
+smaller = _binary(_smaller, lambda a, b: np.where(b < a, b, a))
 """The smaller, likewise."""
 
 
-@intrinsic
+@machine_code(lambda mask, first, second: as_lanes(np.where(mask != 0.0, first, second)))
 def chosen(typingctx: Any, mask: Any, first: Any, second: Any) -> Any:
     """Lanes of ``first`` where ``mask`` is not 0.0, else of ``second``."""
 
@@ -258,7 +259,7 @@ def chosen(typingctx: Any, mask: Any, first: Any, second: Any) -> Any:
     return lanes(mask, first, second), code
 
 
-@intrinsic
+@machine_code(as_lanes)
 def spread(typingctx: Any, value: Any) -> Any:
     """Eight lanes of one number."""
 
@@ -268,7 +269,7 @@ def spread(typingctx: Any, value: Any) -> Any:
     return lanes(value), code
 
 
-@intrinsic
+@machine_code(lambda value: as_lanes(~(value <= 0.0)))
 def positive(typingctx: Any, value: Any) -> Any:
     """1.0 where a lane is above zero or no number, else 0.0."""
 
@@ -279,7 +280,7 @@ def positive(typingctx: Any, value: Any) -> Any:
     return lanes(value), code
 
 
-@intrinsic
+@machine_code(lambda value: bool((value != 0.0).any()))
 def some(typingctx: Any, value: Any) -> Any:
     """Whether any lane is not 0.0."""
 
@@ -290,7 +291,7 @@ def some(typingctx: Any, value: Any) -> Any:
     return types.boolean(value), code
 
 
-@intrinsic
+@machine_code(lambda array, places, column: as_lanes(array.reshape(len(array), -1)[places[:LANES], column]))
 def gathered(typingctx: Any, array: Any, places: Any, column: Any) -> Any:
     """Lanes from eight places along the first axis of an array, at a column of what stands there."""
 
@@ -317,10 +318,15 @@ def _truth(builder: Any, value: Any) -> Any:
     return builder.fcmp_unordered("!=", value, _constant(0.0))
 
 
-def _unary(emit: Callable[[Any, Any], Any]) -> Any:
-    """A compiled function of lanes or of a number."""
+def _alike(value: Any) -> Any:
+    """Lanes, or a number, of what numpy made of them."""
+    return as_lanes(value) if np.ndim(value) else float(value)
 
-    @intrinsic
+
+def _unary(emit: Callable[[Any, Any], Any], twin: Callable[[Any], Any]) -> Any:
+    """A compiled function of lanes or of a number; ``twin`` is one of arrays."""
+
+    @machine_code(lambda value: _alike(twin(np.asarray(value, dtype=float))))
     def function(typingctx: Any, value: Any) -> Any:
         kind = lanes if value == lanes else types.float64
         return kind(kind), lambda _, builder, __, arguments: emit(builder, arguments[0])
@@ -339,10 +345,10 @@ def _named(name: str) -> Callable[[Any, Any], Any]:
     return emit
 
 
-magnitude = _unary(_named("llvm.fabs"))
+magnitude = _unary(_named("llvm.fabs"), np.abs)
 """Absolute values."""
 
-floor = _unary(_named("llvm.floor"))
+floor = _unary(_named("llvm.floor"), np.floor)
 """The largest whole number that is not above."""
 
 _FRACTION = 52
@@ -387,13 +393,18 @@ def _power_of_two(builder: Any, value: Any) -> Any:
     return _bits(builder, biased, lambda whole, bits: builder.shl(bits, whole(_FRACTION)))
 
 
-exponent = _unary(_exponent)
+exponent = _unary(_exponent, lambda value: (value.view(np.uint64) >> _FRACTION) - _BIAS)
 """n of a number m 2**n above zero, 1 <= m < 2."""
 
-mantissa = _unary(_mantissa)
+mantissa = _unary(
+    _mantissa,
+    lambda value: (value.view(np.uint64) & 0xFFFFFFFFFFFFF | 0x3FF0000000000000).view(float),
+)
 """m of it."""
 
-power_of_two = _unary(_power_of_two)
+power_of_two = _unary(
+    _power_of_two, lambda value: ((value + (2.0**_FRACTION + _BIAS)).view(np.uint64) << _FRACTION).view(float)
+)
 """2**n for whole numbers n, as far as numbers reach."""
 
 
@@ -402,4 +413,4 @@ def _neg(value):  # type: ignore[no-untyped-def]
     return (lambda value: _negative(value)) if value == lanes else None
 
 
-_negative = _unary(lambda builder, value: builder.fneg(value))
+_negative = _unary(lambda builder, value: builder.fneg(value), np.negative)

@@ -16,7 +16,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from chaosdrill.engine.jit import Compiled, Record
+from chaosdrill.engine.jit import Record, compiled
 from chaosdrill.engine.layout import Functions, Machine, Stepper
 from chaosdrill.engine.records import STEPPER_SIGNATURES, machine_type
 
@@ -27,9 +27,9 @@ class _Absent:
     address = 0
 
 
-def offered(function: Any) -> Compiled:
+def offered(function: Any) -> Any:
     """Compile one of the four functions of a method, by its name."""
-    return Compiled(function, STEPPER_SIGNATURES[function.__name__])
+    return compiled(STEPPER_SIGNATURES[function.__name__])(function)
 
 
 @cache

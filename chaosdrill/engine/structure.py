@@ -16,6 +16,7 @@ from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.uncompiled import in_python
 from chaosdrill.model.derive import rate, shift_directions
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
                 transition = transit(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
-                speed = normal_speed.py_func(event, n)
+                speed = in_python(normal_speed)(event, n)
                 if transition < 0 or speed * events[j].direction < 0 or speed == 0:
                     continue
                 columns = np.eye(n)
@@ -128,7 +129,7 @@ def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np
     if not _onto_guard(guard, mode, j, t, c, x, gradient):
         return False
     transition = transit(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
-    if not normal_speed.py_func(event, n) * direction > 0:
+    if not in_python(normal_speed)(event, n) * direction > 0:
         return False
     target, after = mode, x.copy()
     if transition >= 0 and not kernels.transition_table[transition, 1]:

@@ -1,0 +1,111 @@
+"""The engine as Python runs it is the engine that is compiled: what covers its lines says something about both."""
+
+import json
+import operator
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+from numba import float64, int64
+from support.short_runs import RUNS
+
+from chaosdrill.engine import lanes
+from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.uncompiled import UNCOMPILED, Row, Table, as_lanes
+
+matrix = float64[:, ::1]
+
+PAIRS = (lanes.larger, lanes.smaller)
+SINGLE = (lanes.magnitude, lanes.floor, lanes.positive, lanes.exponent, lanes.mantissa)
+OPERATORS = (operator.add, operator.sub, operator.mul, operator.truediv)
+larger, smaller = PAIRS
+magnitude, floor, positive, exponent, mantissa = SINGLE
+
+
+@compiled(numba.void(matrix, matrix, matrix, int64[::1]))
+def machine(first, second, out, places):
+    """Every operation on lanes, as machine code: one a row."""
+    a, b, target = lanes.row_of(first), lanes.row_of(second), lanes.row_of(out)
+    for i in range(first.shape[0]):
+        k = 16 * i
+        x, y = a[i], b[i]
+        target[k] = larger(x, y)
+        target[k + 1] = smaller(x, y)
+        target[k + 2] = x + y
+        target[k + 3] = x - y
+        target[k + 4] = x * y
+        target[k + 5] = x / y
+        target[k + 6] = magnitude(x)
+        target[k + 7] = floor(x)
+        target[k + 8] = positive(x)
+        target[k + 9] = exponent(magnitude(x))
+        target[k + 10] = mantissa(magnitude(x))
+        target[k + 11] = lanes.power_of_two(floor(larger(smaller(x, 900.0), -900.0)))
+        target[k + 12] = lanes.chosen(x, x, y)
+        target[k + 13] = -x
+        target[k + 14] = 1.0 if lanes.some(larger(x, 0.0)) else 0.0
+        target[k + 15] = lanes.gathered(first, places, i % 8)
+
+
+def in_python(first, second, places):
+    """The same by the twins."""
+    for x, y, column in zip(first, second, range(len(first)), strict=True):
+        x, y = as_lanes(x), as_lanes(y)
+        yield from (pair.twin(x, y) for pair in PAIRS)
+        yield from (symbol(x, y) for symbol in OPERATORS)
+        yield from (single.twin(x) for single in SINGLE[:3])
+        yield from (single.twin(magnitude.twin(x)) for single in SINGLE[3:])
+        yield lanes.power_of_two.twin(floor.twin(larger.twin(smaller.twin(x, 900.0), -900.0)))
+        yield lanes.chosen.twin(x, x, y)
+        yield -x
+        yield as_lanes(1.0 if lanes.some.twin(larger.twin(x, 0.0)) else 0.0)
+        yield lanes.gathered.twin(first, places, column % 8)
+
+
+@pytest.mark.skipif(UNCOMPILED, reason="compares with machine code")
+def test_twins_give_the_bits_of_the_machine_code():
+    rng = np.random.default_rng(3)
+    first, second = (lanes.aligned(12, 8) for _ in range(2))
+    first[:] = rng.normal(size=(12, 8)) * 10.0 ** rng.integers(-300, 300, (12, 8))
+    second[:] = rng.normal(size=(12, 8))
+    first[0] = 0.0, -0.0, np.inf, -np.inf, np.nan, 1.0, -2.0, 5e-324
+    second[0] = -0.0, 0.0, np.inf, np.nan, 1.0, np.nan, 0.0, 1.0
+    first[1] = second[1]
+    out, places = lanes.aligned(16 * 12, 8), np.array([3, 1, 4, 1, 5, 9, 2, 6])
+    machine(first, second, out, places)
+    with np.errstate(all="ignore"):
+        expected = np.array(list(in_python(first, second, places)))
+    number = ~np.isnan(expected)
+    np.testing.assert_array_equal(np.isnan(out), ~number)
+    np.testing.assert_array_equal(out.view(np.int64)[number], expected.view(np.int64)[number])
+
+
+def test_lanes_in_memory_are_copies_and_rows_are_not():
+    block = lanes.aligned(3, 4, 8)
+    table = Table(block)
+    before = table[1][2]
+    table[1][2] = 5.0
+    assert (block[1, 2] == 5.0).all()
+    assert (before == 0.0).all()
+    line = Row(block[2])
+    line[0] = value = line[1]
+    value += 1.0
+    assert (block[2] == 0.0).all()
+
+
+def test_runs_agree_whether_the_engine_is_compiled_or_not():
+    """A fused multiplication is all that may differ, which tolerances of 1e-9 and the few periods keep small."""
+    other = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    other.pop("NUMBA_DISABLE_JIT", None)
+    if not UNCOMPILED:
+        other["NUMBA_DISABLE_JIT"] = "1"
+    script = Path(__file__).parents[1] / "support" / "short_runs.py"
+    asked = subprocess.run([sys.executable, str(script)], env=other, stdout=subprocess.PIPE, check=True)
+    expected = json.loads(asked.stdout)
+    assert expected.keys() == RUNS.keys()
+    for name, (run, *given) in RUNS.items():
+        np.testing.assert_allclose(run(*given), expected[name], rtol=1e-8, atol=1e-10, err_msg=name)

@@ -1,0 +1,104 @@
+"""Short runs that lead through all of the engine, as numbers; run by itself, this prints them as JSON."""
+
+import json
+import sys
+
+import numpy as np
+
+import chaosdrill as cd
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+
+TWO = {"transient": 1, "blocks": 2}
+
+
+def drill(method):
+    """Slips, sticks and impacts, with their tangents."""
+    found = cd.lyapunov_spectrum(cd.drill(eta=0.8), periods=3, method=method, tolerance=1e-9, **TWO)
+    return [*found["lyapunov_exponent"].values[:2], *found["closest_grazing"].values.ravel()]
+
+
+def vector():
+    """The same for points side by side, two of which hold the contact."""
+    eta = [0.8, 0.75, 0.7]
+    found = cd.bifurcation_diagram(cd.drill(), {"eta": eta}, transient=2, periods=3, patience=0, exponents=2)
+    return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values[..., -3:, :].ravel()]
+
+
+def ball(method):
+    """Infinitely many impacts are replaced by a contact, which a moving floor ends."""
+    found = cd.lyapunov_spectrum(cd.build("bouncing-ball"), periods=3, method=method, tolerance=1e-9, **TWO)
+    return [*found["lyapunov_exponent"].values[:1], *found["events_per_period"].values.ravel()]
+
+
+def orbit():
+    """Segments of an orbit, its multipliers and its samples."""
+    found = cd.periodic_orbit(cd.drill(eta=0.8), transient=20)
+    return [*found["multiplier_real"].values.ravel(), *found["orbit_state"].values.ravel()]
+
+
+def instants(method):
+    """States at given times, one of them that of an event."""
+    kicked = cd.HybridSystem(
+        states="x v",
+        parameters={"push": 0.3},
+        modes={"on": {"x": "v", "v": "-x"}},
+        transitions=[
+            cd.Transition("kick", "on", "on", "sin(2*pi*t)", +1, reset={"v": "v + push"}),
+            cd.Transition("mark", "on", "on", "x - 0.4", 0, reset={}),
+        ],
+        period=1,
+        quadratures={"work": "v**2"},
+        initial={"mode": "on", "x": 0.1, "v": 0.5},
+    )
+    found = cd.trajectory(kicked, periods=3, times=[0.3, 1.0, 1.25, 2.7], method=method, tolerance=1e-9)
+    return [*found["states"].values.ravel(), *found["work"].values, *found["event_time"].values]
+
+
+def outcomes(method):
+    """Runs that end early."""
+    ends = cd.HybridSystem(
+        states="x y",
+        modes={
+            "grow": {"x": "x", "y": "0"},
+            "shrink": {"x": "-1/x", "y": "0"},
+            "logarithm": {"x": "log(x - 3)", "y": "0"},
+            "pole": {"x": "1", "y": "1/(x - 1)"},
+            "ping": {"x": "1", "y": "0"},
+            "fall": {"x": "y", "y": "-1"},
+        },
+        transitions=[
+            cd.Transition("there", "ping", "ping", "x - 1", +1, reset={"x": "1"}),
+            cd.Transition("bounce", "fall", "fall", "x", -1, reset={"y": "-y/2"}),
+        ],
+        period=5,
+        bounds={"x": (-50, 50), "y": (-10, 10)},
+    )
+    found = []
+    for mode, x, y in (("grow", 1, 0), ("shrink", 1, 0), ("logarithm", 1, 0), ("pole", 0, 0), ("ping", 1.5, 0)):
+        run = Run(ends.with_initial(mode=mode, x=x, y=y), 5.0, Numerics(method, 1e-9), tangents=np.eye(2))
+        found.append(int(run.advance(1)[0]))
+    run = Run(ends.with_initial(mode="fall", x=0, y=1), 5.0, Numerics(method, 1e-9, max_events=20), tangents=np.eye(2))
+    return [*found, int(run.advance(1)[0])]
+
+
+def section():
+    """A flow without forcing, counted by an event, with an exponent that its structure makes zero."""
+    found = cd.lyapunov_spectrum(cd.build("belt-stick-slip"), at="stick", periods=2, **TWO)
+    return [*found["lyapunov_exponent"].values[:1], found["slips_per_time"].item()]
+
+
+METHODS = ("taylor", "dop853", "rk4", "radau")
+RUNS = {
+    **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
+    **{run.__name__: (run,) for run in (vector, orbit, section)},
+}
+
+
+def main():
+    found = {name: [float(x) for x in run(*given)] for name, (run, *given) in RUNS.items()}
+    json.dump(found, sys.stdout)
+
+
+if __name__ == "__main__":
+    main()
