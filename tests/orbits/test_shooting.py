@@ -76,6 +76,19 @@ def test_a_frequency_changes_the_orbit_as_two_solutions_differ(drill_period_one)
     assert np.abs((ahead - behind) / 2e-5 - slope).max() < 1e-6 * np.abs(slope).max()
 
 
+def test_a_direction_that_goes_on_from_another_takes_no_singular_values(drill_period_one, monkeypatch):
+    """Those of a thousand segments take seconds: every step along the branch of a long orbit would."""
+    problem, orbit, shot = drill_period_one
+    weights = problem.weights(orbit, np.array([0.5]))
+    ahead = -problem.direction(orbit, shot, weights) + 0.01 / weights
+    monkeypatch.setattr(np.linalg, "svd", None)
+    found = problem.direction(orbit, shot, weights, ahead)
+    equations = shot.equations[: len(orbit) + problem.states + 1, :-1]
+    assert np.abs(equations @ found).max() < 1e-12 * np.abs(equations / weights).max()
+    assert np.linalg.norm(weights * found) == pytest.approx(1)
+    assert found[-1] < 0
+
+
 def test_the_flow_direction_of_an_autonomous_orbit_has_the_multiplier_one(rimless):
     _, _, shot = rimless
     assert np.abs(np.linalg.eigvals(shot.monodromy) - 1).min() < 1e-13
