@@ -13,6 +13,7 @@
     python3 studies/run.py docs           builds the documentation into docs/_build/html and runs every example in it
     python3 studies/run.py tests          the test suite
     python3 studies/run.py coverage       the test suite with coverage, which takes a third longer
+    python3 studies/run.py lines          coverage of the engine's lines by short runs in plain Python, uncompiled
 
 The first run creates ``.venv`` next to ``pyproject.toml`` and installs the package into it. Further arguments are
 passed on to the study (or to pytest).
@@ -31,6 +32,12 @@ ENVIRONMENT = ROOT / ".venv"
 PYTHON = ENVIRONMENT / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 OLDEST = (3, 11)
 
+# coverage sees no compiled lines; what the engine does to be compiled is not run here
+LINES = (
+    *("-m", "pytest", "tests/engine/test_uncompiled.py", "tests/engine/test_first_crossing.py"),
+    *("--cov", "--cov-config", "tests/lines.coveragerc", "--cov-report", "term-missing", "--cov-fail-under", "85"),
+)
+
 SUITE = ("-m", "pytest", "-n", "2", "--dist", "worksteal")
 
 # job -> (extra that pip installs for it, arguments of the environment's Python)
@@ -48,6 +55,7 @@ JOBS = {
     "docs": ("[docs]", ["-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"]),
     "tests": ("[test]", [*SUITE]),
     "coverage": ("[test]", [*SUITE, "--cov", "--cov-report", "term", "--cov-fail-under", "90"]),
+    "lines": ("[test]", [*LINES]),
 }
 
 
@@ -67,7 +75,10 @@ def main(arguments):
     code = install(extra)
     if code:
         return code
-    return subprocess.call([str(PYTHON), *command, *arguments[1:]], cwd=ROOT, env=job_environment())
+    environment = job_environment()
+    if arguments[0] == "lines":
+        environment["NUMBA_DISABLE_JIT"] = "1"
+    return subprocess.call([str(PYTHON), *command, *arguments[1:]], cwd=ROOT, env=environment)
 
 
 def install(extra):
