@@ -196,6 +196,10 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     mean = np.sqrt((rates[:, :d] ** 2).mean(axis=0))
     moving = (mean > 0) & (extent > 0)
     ways = extent[moving] / mean[moving]
+    if run.steps <= len(rows):
+        # samples show all that moves: rates that they do not follow are round-off along a stiff direction
+        seen = np.ptp(times) * extent[moving] / np.abs(np.diff(rows[:, :d], axis=0)).sum(axis=0)[moving]
+        ways = np.where(seen > np.maximum(unit, SETTINGS.characteristic_ratio * ways), seen, ways)
     returning = ways < SETTINGS.characteristic_units * unit / 2
     return float((ways[returning] if returning.any() else ways).max(initial=0.0)), run.steps
 
@@ -354,17 +358,26 @@ def guess_of_return(problem: "Problem", place: Place, values: np.ndarray) -> tup
     unit, outcome, guess = unit_of(problem, place), Outcome.OK, None
     units = SETTINGS.return_units[0]
     while guess is None and outcome == Outcome.OK and units <= SETTINGS.return_units[1]:
-        outcome, guess = guess_of_autonomous(problem, place, units * unit, values)
+        outcome, guess = guess_of_autonomous(
+            problem, place, units * unit, values, near=units < SETTINGS.return_units[1]
+        )
         units *= 8
     return outcome, guess
 
 
 def guess_of_autonomous(
-    problem: "Problem", place: Place, duration: float, values: np.ndarray, expected: float | None = None
+    problem: "Problem",
+    place: Place,
+    duration: float,
+    values: np.ndarray,
+    expected: float | None = None,
+    *,
+    near: bool = False,
 ) -> tuple[Outcome, Orbit | None]:
     """The path from a place until it returns within a duration, as a guess for an orbit.
 
-    It is taken to be back after the time that is expected, or else at the first return that is as near as any.
+    It is taken to be back after the time that is expected, or else at the first return that is as near as any; without
+    events a longer duration may show a nearer one, unless it is ``near``.
     """
     system = place.system
     unit = unit_of(problem, place)
@@ -393,16 +406,14 @@ def guess_of_autonomous(
     path = np.vstack([state, samples[: run.filled()[0], :d]])
     segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
     starts = np.concatenate([state, values])[np.newaxis]
-    away = np.abs(path - state).max(axis=1)
-    size = np.abs(path - path.mean(axis=0)).max()
-    if size <= 1e-9 * max(1.0, np.abs(path).max()):
+    extent = np.ptp(path, axis=0)
+    if (extent <= 1e-9 * np.maximum(1.0, np.abs(path).max(axis=0))).all():
         return outcome, None
     if expected is not None:
         return outcome, Orbit(segments, 1, starts, 0.0, np.array([expected]))
-    left = np.flatnonzero(away > 0.2 * size)
-    if not len(left):
+    back = _first_return(np.abs(path - state) / np.where(extent > 0, extent, 1.0), near)
+    if back is None:
         return outcome, None
-    back = left[0] + _first_dip(away[left[0] :])
     return outcome, Orbit(segments, 1, starts, 0.0, np.array([back * unit / SETTINGS.return_samples]))
 
 
@@ -421,13 +432,33 @@ def own_path(
     return guess_of_autonomous(problem, place, 2 * float(orbit.durations.sum()), values, expected)
 
 
-def _first_dip(away: np.ndarray) -> int:
-    """Index of the first local minimum that is not much larger than the smallest value."""
-    inner = np.flatnonzero((away[1:-1] <= away[:-2]) & (away[1:-1] <= away[2:])) + 1
+def _first_return(away: np.ndarray, near: bool) -> int | None:
+    """Index of the first local minimum of the distance that is not much larger than the smallest one.
+
+    Parameters
+    ----------
+    away : ndarray, shape (T, d)
+        Distances from the first state, in parts of the extent of each state.
+    near : bool
+        Whether only what is as near as a state that has not left yet counts.
+
+    Returns
+    -------
+    int or None
+        None if the motion does not leave, or has not come back.
+    """
+    distance = away.max(axis=1)
+    left = np.flatnonzero(distance > SETTINGS.left)
+    if not len(left):
+        return None
+    inner = (
+        left[0] + np.flatnonzero((np.diff(distance[left[0] :])[:-1] <= 0) & (np.diff(distance[left[0] :])[1:] >= 0)) + 1
+    )
+    if near:
+        inner = inner[distance[inner] <= SETTINGS.left]
     if not len(inner):
-        return int(away.argmin())
-    good = inner[away[inner] <= max(2 * away[inner].min(), SETTINGS.back * away.max())]
-    return int(good[0])
+        return None
+    return int(inner[distance[inner] <= max(2 * distance[inner].min(), SETTINGS.back)][0])
 
 
 def _shortest_return(states: np.ndarray, kinds: np.ndarray) -> int | None:

@@ -54,6 +54,8 @@ class Settings:
     """Parts of a transient given as a time."""
     return_samples: int = 64
     """Samples a unit, where a path without events is searched for its return."""
+    left: float = 0.2
+    """Part of the extent of a state by which a motion without events has left its start, and is back."""
     back: float = 0.05
     """Part of the spread of the states within which a state counts as back."""
 
@@ -133,11 +135,11 @@ class Settings:
     same_logarithm: float = 1e-9
     """Difference of logarithms of multipliers, or of their product, that counts as none, at the best."""
     quadrature_pieces: int = 4
-    """Pieces of a segment in the first quadrature; they are doubled until two agree."""
+    """Pieces of a segment in the first quadrature."""
     quadrature_error: float = 1e-11
-    """Difference of two quadratures, relative to max(1, integral), that ends the doubling."""
-    quadrature_doublings: int = 6
-    """Times that pieces are doubled, at most."""
+    """Difference between a piece and its halves, relative to max(1, integral), that is none."""
+    quadrature_halvings: int = 48
+    """Times that a piece is halved, at most: a jump of a stiff motion takes so short a part."""
     step_error: float = 1e-15
     """What a step adds to the difference after a shot, beside the tolerance."""
     slack: float = 1e3

@@ -55,19 +55,30 @@ def volume_contraction(problem: "Problem", orbit: "Orbit") -> float:
 
 
 def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndarray) -> float:
-    """Integral of the divergence along a segment."""
+    """Integral of the divergence along a segment, in pieces that are halved where a jump makes it uneven."""
     length = float(one.durations[0])
-    found = np.inf
-    for doubling in range(SETTINGS.quadrature_doublings + 1):
-        pieces = SETTINGS.quadrature_pieces * 2**doubling
-        half = length / pieces / 2
-        instants = (half * (2 * np.arange(pieces)[:, np.newaxis] + 1 + NODES)).ravel()
+    ends = np.linspace(0.0, length, SETTINGS.quadrature_pieces + 1)
+
+    def pieces(starts: np.ndarray, halves: np.ndarray) -> np.ndarray:
+        instants = (starts[:, np.newaxis] + halves[:, np.newaxis] * (1 + NODES)).ravel()
         states = problem.at([one], instants[np.newaxis])[0][0]
         rates = [divergence(one.phase + s, *x, *values) for s, x in zip(instants, states.tolist(), strict=True)]
-        before, found = found, half * float(np.tile(WEIGHTS, pieces) @ np.array(rates))
-        if abs(found - before) <= SETTINGS.quadrature_error * max(1.0, abs(found)):
+        return np.asarray(halves * (np.array(rates).reshape(len(starts), -1) @ WEIGHTS))
+
+    starts, halves = ends[:-1], np.diff(ends) / 2
+    whole, total = pieces(starts, halves), 0.0
+    for _ in range(SETTINGS.quadrature_halvings):
+        starts, halves = np.column_stack([starts, starts + halves]).ravel(), np.repeat(halves / 2, 2)
+        parts = pieces(starts, halves)
+        sums = parts.reshape(-1, 2).sum(axis=1)
+        # a number that is none stays one
+        uneven = np.abs(sums - whole) > SETTINGS.quadrature_error * max(1.0, abs(total + sums.sum()))
+        total += float(sums[~uneven].sum())
+        again = np.repeat(uneven, 2)
+        starts, halves, whole = starts[again], halves[again], parts[again]
+        if not len(whole):
             break
-    return found
+    return total + float(whole.sum())
 
 
 def _function(placed: "HybridSystem", expression: Any) -> Any:
@@ -202,6 +213,10 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repea
         limit += (2 * np.pi / (problem.numerics.steps or 200)) ** 4 * max(1.0, repeated.growth)
     disagreements = []
     exponents, ends = exponents_of(problem, orbit, moduli, found.rank)
+    contraction = volume_contraction(problem, orbit) if found.rank == problem.states else np.nan
+    if np.isnan(exponents[-1]):
+        # all directions together contract as the fields and the events say
+        exponents[-1] = contraction / found.duration - exponents[:-1].sum()
     with np.errstate(divide="ignore"):
         logs = np.log(moduli)
     # so small that no double holds it: only its exponent is known
@@ -219,7 +234,7 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repea
         )
     determinant = float("nan")
     if found.rank == problem.states and not beyond.any():
-        product, expected = float(logs.sum()), volume_contraction(problem, orbit)
+        product, expected = float(logs.sum()), contraction
         determinant = float(-np.expm1(-abs(product - expected)))
         if not determinant <= limit:
             disagreements.append(
@@ -243,10 +258,13 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     The state is put back onto the orbit after every round, so that an unstable one is not left. Multipliers of nearly
     the same modulus, as complex pairs, turn about each other for ever; only the mean of their exponents is one round's.
 
+    A direction that no double can follow around, as a stiff one, is left out if it is the only one: steps that resolve
+    its decay are many.
+
     Returns
     -------
     exponents : ndarray, shape (d,)
-        Descending; -inf for directions that events remove; members of a group share its mean.
+        Descending; -inf for directions that events remove; members of a group share its mean; NaN for what is left out.
     ends : list of int
         Index of the first exponent after each group.
     """
@@ -259,19 +277,20 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     ends = [*(np.flatnonzero(apart) + 1).tolist(), rank]
     segment, time, state = standpoint(problem, orbit)
     structure = structure_of(problem.plain)
-    frame, shifts = structure.tangents(d)
+    count = d - 1 if rank == d > 1 and moduli[-1] == 0 < moduli[-2] else d
+    frame, shifts = structure.tangents(count)
     run = run_from(problem, orbit, segment, time, state, tangents=frame, shifts=shifts, deficient=structure.deficient)
     outcome = Outcome.OK
-    before = np.zeros(d)
+    before = np.zeros(count)
     for _ in range(rounds + 1):
         before = run.logs.copy()
         outcome = run.advance(orbit.periods)[0] if outcome == Outcome.OK else outcome
         run.x[:] = state
     values = np.full(d, np.nan)
     if outcome == Outcome.OK:
-        values = (run.logs[:d] - before[:d]) / float(orbit.durations.sum())
-        values[run.dead[:d] == 1] = -np.inf
-        values = values[np.argsort(-values, kind="stable")]
+        found = (run.logs[:count] - before[:count]) / float(orbit.durations.sum())
+        found[run.dead[:count] == 1] = -np.inf
+        values[:count] = found[np.argsort(-found, kind="stable")]
         for first, end in zip([0, *ends[:-1]], ends, strict=True):
             values[first:end] = values[first:end].mean() if end > first else 0.0
     return values, ends

@@ -115,6 +115,35 @@ def test_weak_and_strong_relaxation(van_der_pol, mu):
     assert np.isfinite(found.checks.exponents).all()
 
 
+@pytest.mark.parametrize(("mu", "method"), [(1e2, "dop853"), (1e2, "radau"), (1e4, "radau")])
+def test_a_stiff_relaxation(van_der_pol, mu, method):
+    stiff = van_der_pol.with_parameters(mu=mu).with_initial(x=2.0)
+    found = find_orbit(stiff, 1, "attractor", 200, Numerics(method, 1e-11))
+    assert found.outcome == Outcome.PERIODIC, found.message
+    # Bavinck and Grasman 1974, doi:10.1016/0020-7462(74)90008-0, with the first zero of Airy's function
+    series = (3 - 2 * math.log(2)) * mu + 3 * 2.338107410459767 * mu ** (-1 / 3) - (2 / 3 * math.log(mu) + 1.3246) / mu
+    assert found.duration == pytest.approx(series, abs=mu ** (-4 / 3))
+    # the divergence along the slow curve, x' = x/(mu (1 - x^2)) from 2 to 1 and back, which the jumps add little to
+    slow = -2 * mu**2 * (3 / 4 + math.log(2))
+    assert found.checks.exponents[1] * found.duration == pytest.approx(slow, rel=5 / mu)
+    assert found.multipliers[0] == pytest.approx(1, abs=1e-6)
+
+
+def test_a_return_does_not_depend_on_units_of_states(van_der_pol):
+    """The speed in units a million times as small, in which it is by far the larger state."""
+    a, b, mu = sympy.symbols("x v mu", real=True)
+    system = cd.HybridSystem(
+        name="in other units",
+        states=(a, b),
+        parameters={"mu": 100.0},
+        modes={"on": {a: b / 10**6, b: mu * (1 - a**2) * b - a * 10**6}},
+        initial={a: 2.0, b: 0.0},
+    )
+    found = find_orbit(system, 1, "attractor", 200, FINE)
+    plain = find_orbit(van_der_pol.with_parameters(mu=100.0).with_initial(x=2.0), 1, "attractor", 200, FINE)
+    assert found.duration == pytest.approx(plain.duration, rel=1e-10)
+
+
 def test_the_characteristic_time_is_that_of_the_motion(van_der_pol):
     slow, fast = (characteristic_time(Place(van_der_pol.with_parameters(c=c)), FINE) for c in (1e-3, 1e3))
     assert slow / fast == pytest.approx(1e6, rel=1)
