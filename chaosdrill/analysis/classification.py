@@ -105,6 +105,10 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
         outcome[np.isnan(lead)] = int(Outcome.NONFINITE)
     decided = (decided & moves) | rest
     outcome = np.where(batch.outcome[which] != Outcome.OK, batch.outcome[which], outcome)
+    if batch.counts_returns:
+        grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)
+        outcome[grazed & (batch.outcome[which] == Outcome.OK)] = int(Outcome.NO_RETURN)
+        exponents[grazed], errors[grazed] = np.nan, np.nan
     outcome[rest | (sinks & (outcome == Outcome.PERIODIC))] = int(Outcome.EQUILIBRIUM)
     ended = ~np.isin(outcome, MEASURED)
     period = np.where(repeats & ~ended & (outcome != Outcome.EQUILIBRIUM), found.period, 0)

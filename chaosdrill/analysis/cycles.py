@@ -195,7 +195,7 @@ def _measure(
     pair = turning & (free.shape[1] > 1) & np.isfinite(free[:, min(1, free.shape[1] - 1)])
     with np.errstate(invalid="ignore"):
         shared = free[:, :2].mean(axis=1)
-    multiplier = np.where(pair, shared, free[:, 0]) * batch.length * period / ends[-1]
+        multiplier = np.where(pair, shared, free[:, 0]) * batch.length * period / ends[-1]
     if not neutral:
         verdict.exponents[pair, :2] = shared[pair, np.newaxis]
     good = verdict.moves & np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)

@@ -425,8 +425,9 @@ def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:
     counts, length = batch.counts[which], batch.length[which]
     unit = batch.period[which] if plan.system.period is not None else 1.0
     chosen = (changing, *([i for i in changing if transitions[i].kind == kind] for kind in ("impact", "slip")))
-    values = [counts[:, kinds].sum(axis=1) / (length / unit) for kinds in chosen]
-    values += list(batch.integrals[which, -1].T / length)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        values = [counts[:, kinds].sum(axis=1) / (length / unit) for kinds in chosen]
+        values += list(batch.integrals[which, -1].T / length)
     values.append(batch.grazing[which][:, changing].min(axis=1, initial=np.inf))
     found = dict(zip(rate_names(plan.system), values, strict=True))
     if plan.section is not None:

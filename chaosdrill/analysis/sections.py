@@ -49,6 +49,9 @@ BLOCKS = 256
 SAMPLES = 200
 """Samples of a trajectory, unless told otherwise: in a period or return, or in all of a duration."""
 
+AT_ONCE = 1e-9
+"""Part of the unit of time within which a second point of a surface comes from grazing it, not from a return."""
+
 LOOKED_AT = 256
 """Points of a section among which the nearest return is looked for."""
 
@@ -64,6 +67,14 @@ class Section:
     unit: float
     """Forcing period; without forcing the time in which the motion from the initial state crosses its own extent."""
     longest: float  # longest time between two points
+
+    def grazed(self, times: np.ndarray) -> bool:
+        """Whether points of a surface at these times follow each other at once: where the motion only touches it.
+
+        Round-off then makes any number of points of one, which tell no period.
+        """
+        marked = self.transitions is not None and min(self.transitions, default=0) >= self.own
+        return marked and bool((np.diff(times) <= AT_ONCE * self.unit).any())
 
 
 def find_section(system: HybridSystem, given: Any, numerics: Numerics, *, timed: bool = False) -> Section:
@@ -98,8 +109,8 @@ def measured_span(section: Section, given: Any, numerics: Numerics, units: int) 
     run = Run(section.system, section.unit, numerics)
     before, count = int(given.transient), int(given.periods)
     found = record_returns(run, section.transitions, before + count + 1, section.longest)
-    if found.outcome != Outcome.OK:
-        return Span(1.0, units, 0, False, int(found.outcome))
+    if found.outcome != Outcome.OK or section.grazed(found.times):
+        return Span(1.0, units, 0, False, int(found.outcome) or int(Outcome.NO_RETURN))
     after = (found.times[1:] + found.times[:-1]) / 2
     begin = float(after[before - 1]) if before else 0.0
     length = float(after[before + count - 1]) - begin
@@ -287,14 +298,16 @@ def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         crossings = found.of(where.transitions)
         points, modes, times = crossings.states_before(), crossings.events[:, layout.EVENT_MODE], crossings.times
     n = len(system.states)
-    period = find_period(points[:, :n], max_period)
+    if outcome == Outcome.OK and where.grazed(times):
+        outcome = Outcome.NO_RETURN
+    period = find_period(points[:, :n], max_period) if outcome == Outcome.OK else 0
     multipliers = np.full(n, complex(np.nan, np.nan))
     repeats = system.period is not None or system.time is None
-    if period and repeats and where.counts != "time" and outcome == Outcome.OK:
+    if period and repeats and where.counts != "time":
         multipliers = cycle_multipliers(where, run, period, numerics)
     rates = event_rates(run) if outcome == Outcome.OK else dict.fromkeys(rate_names(system), np.nan)
     returns = np.diff(times)[-period:] if period else np.diff(times)
-    if period and outcome == Outcome.OK:
+    if period:
         length = period * run.period if where.transitions is None else float(times[-1] - times[-1 - period])
         rates |= cycle_rates(where, run, period, length, numerics, sizes(points[np.newaxis, -period:, :n])[0])
     errors = np.full(len(system.quadratures), np.nan)
@@ -306,10 +319,10 @@ def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         "section": (("iterate", "state"), points[:, :n]),
         "mode": ("iterate", modes.astype(np.int8)),
         "period": ((), np.int32(period)),
-        "return_time": ((), returns.mean() if len(returns) else np.nan),
+        "return_time": ((), returns.mean() if len(returns) and outcome == Outcome.OK else np.nan),
         "multiplier_real": ("multiplier", multipliers.real),
         "multiplier_imag": ("multiplier", multipliers.imag),
-        "outcome": ((), np.int8(Outcome.PERIODIC if period and outcome == Outcome.OK else outcome)),
+        "outcome": ((), np.int8(Outcome.PERIODIC if period else outcome)),
         **{name: ((), value) for name, value in rates.items()},
     }
     if where.transitions is None:

@@ -185,7 +185,8 @@ def free_exponents(
 
 def margin(errors: np.ndarray, length: np.ndarray | float) -> np.ndarray:
     """How far from zero an exponent is told from zero: three standard errors, and 4 / length at least."""
-    return np.asarray(np.maximum(3 * np.nan_to_num(errors), 4 / np.asarray(length)))
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.maximum(3 * np.nan_to_num(errors), 4 / np.asarray(length)))
 
 
 def leading(

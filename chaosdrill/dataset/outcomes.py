@@ -138,8 +138,8 @@ _ADVICE = {
         "take a longer record (more periods, a longer duration, or patience)."
     ),
     Outcome.NO_RETURN: (
-        "The motion goes on but does not meet the section again; take another section (at), look at the motion as a "
-        "trajectory, or allow more time between its points (max_return)."
+        "The motion goes on but does not meet the section again, or only touches it, which tells no period; take "
+        "another section (at), look at the motion as a trajectory, or allow more time between its points (max_return)."
     ),
     Outcome.NO_SPECIAL_POINT: (
         "The branch along the first parameter has no such point from which a curve could be followed; widen the range "

@@ -104,3 +104,37 @@ def test_a_surface_that_is_a_guard_is_named_by_its_event(at):
     with pytest.raises(cd.SettingsError, match="this surface is the guard of 'impact'; name that, as in at='impact'"):
         cd.poincare_section(system, at=at, periods=4)
     assert cd.poincare_section(system, at="x < wall", periods=4, transient=4).sizes["iterate"] == 4
+
+
+@pytest.fixture(scope="module")
+def grip():
+    """Constant friction on a belt: every motion ends on the circle about (F, 0) that touches the belt's speed."""
+    slip = cd.Transition("release", "stick", "slip", "x - F", 1)
+    stick = cd.Transition("stick", "slip", "stick", "v - vb", 1, {"v": "vb"})
+    return cd.HybridSystem(
+        states="x v", parameters={"vb": 0.5, "F": 0.3}, transitions=[slip, stick],
+        modes={"stick": {"x": "vb", "v": 0}, "slip": {"x": "v", "v": "F - x"}}, initial={"mode": "stick", "v": 0.5},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("transient", "periods"), [(0, 4), (1, 8), (2, 30)])
+def test_a_section_that_is_only_touched_tells_no_period(grip, transient, periods):
+    """Points at one instant were a cycle of the duration 0, or a division by it."""
+    lengths = {"transient": transient, "periods": periods, "max_period": 2}
+    found = cd.poincare_section(grip, at="v < vb", **lengths)
+    assert int(found["outcome"]) == cd.Outcome.NO_RETURN
+    assert int(found["period"]) == 0
+    assert np.isnan(found["return_time"])
+    line = cd.bifurcation_diagram(grip, {"F": [0.3, 0.5]}, at="v < vb", **lengths)
+    turn = (line["period"] == 1) & (abs(line["return_time"] - 2 * np.pi) < 1e-6)
+    nothing = (line["period"] == 0) & (line["outcome"] == cd.Outcome.NO_RETURN) & line["return_time"].isnull()
+    assert (turn | nothing).all()
+    assert line["lyapunov_exponent"].where(nothing).isnull().all()
+    spectrum = cd.lyapunov_spectrum(grip, at="v < vb", transient=transient, periods=16)
+    assert int(spectrum["outcome"]) == cd.Outcome.NO_RETURN
+
+
+def test_a_section_that_crosses_the_same_cycle_tells_its_period(grip):
+    found = cd.poincare_section(grip, at="v < 0", transient=20, periods=40)
+    assert float(found["return_time"]) == pytest.approx(2 * np.pi, rel=1e-9)
+    assert int(found["period"]) == 1
