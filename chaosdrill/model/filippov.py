@@ -131,24 +131,13 @@ def equivalent_control(
 
     Parameters
     ----------
-    name : str
-        Name of the system.
-    states : sequence of sympy.Symbol or str
-        The states, as for `HybridSystem`.
-    parameters : mapping of str to float
-        Parameters and their values.
-    surface : expression, or mapping of str to expression
-        As for `filippov`.
+    name, states, parameters, surface : as for `filippov`
     field : mapping of state to expression
         Time derivative of every state, in which the control is named.
     control : mapping of str to (expression, expression)
         The control, and its values above and below the surface: ``{"u": ("-U", "U")}``.
-    time : sympy.Symbol or str, optional
-        The symbol that stands for time, if any expression names it.
-    initial : mapping, optional
-        ``"mode"`` and values of states, also of the one that the surface replaces.
-    **more : optional
-        ``period``, ``quadratures``, ``bounds``, ``description`` and ``labels``, as for `HybridSystem`.
+    time, initial : optional, as for `filippov`
+    **more : optional, as for `filippov`
 
     Returns
     -------

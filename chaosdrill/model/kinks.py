@@ -47,22 +47,15 @@ def in_modes(
 
     Parameters
     ----------
-    name : str
-        Name of the system.
-    states : sequence of sympy.Symbol or str
-        The states, as for `HybridSystem`.
-    parameters : mapping of str to float
-        Parameters and their values.
+    name, states, parameters : as for `filippov`
     field : mapping of state to expression
         Time derivative of every state.
     surface : expression, or mapping of str to expression, optional
         The surface of the jump, to say which side of it is above, or to name it as for `filippov`.
-    time : sympy.Symbol or str, optional
-        The symbol that stands for time, if any expression names it.
+    time : optional, as for `filippov`
     initial : mapping, optional
         ``"mode"`` and values of states; default: the mode of the initial state.
-    **more : optional
-        ``period``, ``quadratures``, ``bounds``, ``description`` and ``labels``, as for `HybridSystem`.
+    **more : optional, as for `filippov`
 
     Returns
     -------
