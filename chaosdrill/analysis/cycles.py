@@ -43,6 +43,8 @@ PARALLEL = 1e-3
 APPROACH = 0.25
 """Part of the linear rate at which a run comes closer to the cycle at least."""
 
+DISPLACED = 0.02  # distance from the unstable cycle to which a run is displaced, relative to the size of the states
+
 
 @dataclass(frozen=True)
 class Cycles:
@@ -304,10 +306,6 @@ def approaches(trail: np.ndarray, cycle: np.ndarray, rate: np.ndarray) -> np.nda
         answer = np.where(closer, nearer, answer)
         best = np.minimum(best, late)
     return answer
-
-
-DISPLACED = 0.02
-"""Distance from the unstable cycle to which a run is displaced, relative to the size of the states."""
 
 
 def escapes(

@@ -43,6 +43,10 @@ Other work on the machine would otherwise lengthen long runs more often than sho
 another.
 """
 
+STEPS_AT_ONE = 20.0  # steps a period of a method with fixed steps: this times tolerance^(-1/4), 200 at 1e-4
+UNITS = 64  # parts of a duration that take the place of forcing periods
+_LONGEST_HORIZON = 3000
+
 
 @dataclass(frozen=True)
 class Cost:
@@ -128,15 +132,6 @@ def measure_costs(
         low, middle, high = np.quantile(times[undisturbed], [0.25, 0.5, 0.75])
         costs.append(Cost(outcome, float(middle), float(high - low), steps, evaluations))
     return costs
-
-
-STEPS_AT_ONE = 20.0
-"""Steps a period of a method with fixed steps: this times tolerance^(-1/4), 200 at 1e-4."""
-
-UNITS = 64
-"""Parts of a duration that take the place of forcing periods."""
-
-_LONGEST_HORIZON = 3000
 
 
 def compare(system: HybridSystem, plan: Span, asked: Any, job: Job) -> xr.Dataset:

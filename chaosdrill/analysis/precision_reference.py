@@ -29,6 +29,15 @@ Rate = Callable[[Any, Point], Point]
 
 SAFETY = 0.8
 
+GUARD_DIGITS = 20
+DIGITS = 60
+APART = 25  # distance of the starts whose difference makes a tangent, in digits
+COLUMNS, TOLERANCE = 12, 1e-26
+OTHER_COLUMNS, OTHER_TOLERANCE = 10, 1e-24
+MOST_STEPS = 500  # steps of one arc; a field that needs more is too stiff for an explicit rule
+CLOSE = 1e-6  # how far, in units, an event may lie from where doubles found it
+_NEWTON = 12
+
 
 def extrapolated_step(rate: Rate, t: Any, x: Point, h: Any, columns: int) -> tuple[Point, float]:
     """One step of length ``h``.
@@ -134,9 +143,6 @@ def integrate_along(rate: Rate, t: Any, x: Point, mesh: Sequence[Any], columns: 
     return x
 
 
-GUARD_DIGITS = 20
-
-
 def _work(v: Any, lam: Any) -> Any:
     """Digits for a contact of damping lam entered at speed v: the closed forms cancel as lam v goes to zero."""
     x = abs(lam * v)
@@ -210,21 +216,6 @@ EXACT = {
     for function in (hunt_crossley_exit, hunt_crossley_peak, hunt_crossley_duration, positive_power)
 }
 """By name, those that can be evaluated in many digits."""
-
-
-DIGITS = 60
-APART = 25
-"""Distance of the starts whose difference makes a tangent, in digits."""
-
-COLUMNS, TOLERANCE = 12, 1e-26
-OTHER_COLUMNS, OTHER_TOLERANCE = 10, 1e-24
-MOST_STEPS = 500
-"""Steps of one arc; a field that needs more is too stiff for an explicit rule."""
-
-CLOSE = 1e-6
-"""How far, in units, an event may lie from where doubles found it."""
-
-_NEWTON = 12
 
 
 class NoReferenceError(ArithmeticError):

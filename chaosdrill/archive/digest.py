@@ -28,6 +28,33 @@ DIGESTS = "digests"
 _BLOCK = 2**18
 _UNSEALED = (DIGESTS, "history")
 
+_MARK = b"\nchaosdrill sha256 "
+LENGTH = len(_MARK) + 64 + 1
+PATIENCE = 60.0  # seconds that a file may take to be read, and as many more for every gigabyte
+AT_WORK = 20  # the same of the processor's time: on some damaged files the library goes round for ever
+_BYTES = 2**20
+
+# -I keeps the working directory off the path; what follows the file are the paths of this process. The limit holds also
+# where nobody is left to end the trial
+_TRIAL = """
+import resource, sys
+from pathlib import Path
+resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]),) * 2)
+sys.path[:] = [path for path in sys.argv[3:] if path]
+from chaosdrill.dataset.layout import check_layout, read_through
+from chaosdrill.errors import ArchiveError
+file = Path(sys.argv[2])
+try:
+    check_layout(file)
+    read_through(file)
+except ArchiveError as fault:
+    print(str(fault).removeprefix(f"{file}: "))
+    sys.exit(1)
+except Exception as fault:
+    print(f"truncated or damaged: {fault}")
+    sys.exit(1)
+"""
+
 
 def with_digests(ds: "xr.Dataset") -> "xr.Dataset":
     """The dataset with its digests as an attribute, in place of earlier ones."""
@@ -132,18 +159,6 @@ def _text(attributes: dict[Any, Any]) -> bytes:
     return json.dumps(plain, sort_keys=True, default=str).encode()
 
 
-_MARK = b"\nchaosdrill sha256 "
-LENGTH = len(_MARK) + 64 + 1
-
-PATIENCE = 60.0
-"""Seconds that a file may take to be read, and as many more for every gigabyte."""
-
-AT_WORK = 20
-"""The same of the processor's time: on some damaged files the library goes round for ever."""
-
-_BYTES = 2**20
-
-
 def append_checksum(file: Path) -> None:
     """Append the line to a file."""
     digest = _digest(file, file.stat().st_size)
@@ -181,28 +196,6 @@ def try_reading(file: Path) -> None:
         lines = trial.stdout.decode(errors="replace").strip().splitlines()
         reason = lines[-1] if lines else "the NetCDF library crashes on it, or never ends"
         raise ArchiveError(f"{file}: {reason}")
-
-
-# -I keeps the working directory off the path; what follows the file are the paths of this process. The limit holds also
-# where nobody is left to end the trial
-_TRIAL = """
-import resource, sys
-from pathlib import Path
-resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]),) * 2)
-sys.path[:] = [path for path in sys.argv[3:] if path]
-from chaosdrill.dataset.layout import check_layout, read_through
-from chaosdrill.errors import ArchiveError
-file = Path(sys.argv[2])
-try:
-    check_layout(file)
-    read_through(file)
-except ArchiveError as fault:
-    print(str(fault).removeprefix(f"{file}: "))
-    sys.exit(1)
-except Exception as fault:
-    print(f"truncated or damaged: {fault}")
-    sys.exit(1)
-"""
 
 
 def _digest(file: Path, size: int) -> str:

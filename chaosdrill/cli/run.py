@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 _SHORT = {"exponent", "multiplier"}
 _SHORT_LENGTH = 8
 
+MOST_LINES = 60
+
 
 @click.command()
 @click.argument("scene")
@@ -126,9 +128,6 @@ def advice(dataset: "xr.Dataset") -> list[str]:
         if outcome > Outcome.CHAOTIC and outcome.advice not in dataset.attrs.get("message", ""):
             lines.append(f"{name} ({count} of {dataset['outcome'].size}): {outcome.advice}")
     return lines
-
-
-MOST_LINES = 60
 
 
 def orbit_lines(dataset: "xr.Dataset") -> list[str]:

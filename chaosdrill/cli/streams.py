@@ -19,6 +19,8 @@ import click
 
 from chaosdrill.scene.changes import parse_change
 
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document, also for errors.")
+
 
 @contextmanager
 def usable_streams() -> Iterator[None]:
@@ -138,4 +140,3 @@ changes_option = click.option(
     callback=_changes,
     help="Set a value of the scene, as in system.parameters.eta=0.5; may be repeated.",
 )
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document, also for errors.")

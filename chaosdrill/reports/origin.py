@@ -30,6 +30,34 @@ LONGEST_ARGUMENT = 200
 _APART = ("scene", "versions")
 
 
+MOST_EQUATIONS = 200
+"""Equations above which a system is not written out: a notebook would hold them for every cell that ends in it."""
+
+
+_STYLE = Markup(
+    "<style>.chaosdrill-system .equations {list-style: none; padding: 0; margin: 0}"
+    ".chaosdrill-system .equations li {padding: 0.2em 0} .chaosdrill-system .equations math {display: inline math}"
+    ".chaosdrill-system .scroll {overflow: auto hidden; padding-bottom: 0.2em}"
+    ".chaosdrill-system :is(th, td, caption) {text-align: left; padding: 0 1em 0 0}"
+    ".chaosdrill-system dd {display: inline; margin: 0}"
+    ".chaosdrill-system dt {display: inline; opacity: 0.7} .chaosdrill-system dt::after {content: ': '}</style>"
+)
+
+
+_IN_MATHEMATICS = str.maketrans(
+    {
+        "\\": r"\backslash ",
+        "^": r"\wedge ",
+        "~": r"\sim ",
+        " ": r"\ ",
+        "-": r"\text{-}",
+        **{letter: f"\\{letter}" for letter in "{}$%#&_"},
+    }
+)
+
+_CROSSES = {1: r"\nearrow 0", -1: r"\searrow 0", 0: r"= 0"}
+
+
 def scene_section(tree: "xr.DataTree") -> Markup:
     """The complete scene, or the definitions if there is none."""
     text = tree.attrs.get("scene")
@@ -210,32 +238,6 @@ def _integrity(tree: "xr.DataTree") -> str:
 
 def _words(value: Any) -> str:
     return str(value.tolist() if hasattr(value, "tolist") else value)
-
-
-MOST_EQUATIONS = 200
-"""Equations above which a system is not written out: a notebook would hold them for every cell that ends in it."""
-
-_STYLE = Markup(
-    "<style>.chaosdrill-system .equations {list-style: none; padding: 0; margin: 0}"
-    ".chaosdrill-system .equations li {padding: 0.2em 0} .chaosdrill-system .equations math {display: inline math}"
-    ".chaosdrill-system .scroll {overflow: auto hidden; padding-bottom: 0.2em}"
-    ".chaosdrill-system :is(th, td, caption) {text-align: left; padding: 0 1em 0 0}"
-    ".chaosdrill-system dd {display: inline; margin: 0}"
-    ".chaosdrill-system dt {display: inline; opacity: 0.7} .chaosdrill-system dt::after {content: ': '}</style>"
-)
-
-_IN_MATHEMATICS = str.maketrans(
-    {
-        "\\": r"\backslash ",
-        "^": r"\wedge ",
-        "~": r"\sim ",
-        " ": r"\ ",
-        "-": r"\text{-}",
-        **{letter: f"\\{letter}" for letter in "{}$%#&_"},
-    }
-)
-
-_CROSSES = {1: r"\nearrow 0", -1: r"\searrow 0", 0: r"= 0"}
 
 
 def system_html(system: HybridSystem) -> str | None:

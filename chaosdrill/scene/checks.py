@@ -21,6 +21,9 @@ from chaosdrill.systems.drill.si import ReadSI, read_si
 if TYPE_CHECKING:
     import xarray as xr
 
+MOST = float_info.max
+_GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
+
 
 @dataclass(frozen=True)
 class Limit:
@@ -55,11 +58,7 @@ _DRILL = {
     "k": Limit("the contact's stiffness", open_below=True),
     "e": Limit("the coefficient of restitution", high=1.0),
 }
-
 LIMITS: Mapping[str, Mapping[str, Limit]] = {"percussive-drill": _DRILL, "percussive-drill-5d": _DRILL}
-
-
-MOST = float_info.max
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -273,9 +272,6 @@ def table_in(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """A table of the file, or nothing where there is none or something else."""
     found = raw.get(name)
     return found if isinstance(found, Mapping) else {}
-
-
-_GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,9 @@ _STRING = re.compile(
 )
 _SCALAR = re.compile(r"[^,\]}#\n]*+")
 
+SHOWN = 50
+NO_LINE = 0  # line of what stands in no file, since it was set on the command line
+
 
 @dataclass
 class Layout:
@@ -159,11 +162,6 @@ class _Scanner:
 
     def _line(self) -> int:
         return bisect_right(self.starts, self.at)
-
-
-SHOWN = 50
-NO_LINE = 0
-"""Line of what stands in no file, since it was set on the command line."""
 
 
 @dataclass(frozen=True)

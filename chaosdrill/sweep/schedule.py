@@ -35,6 +35,8 @@ CHATTY = ("tornado.application", "distributed.client")
 _log = logging.getLogger("chaosdrill")
 _unpacking = Lock()
 
+AHEAD = 2  # chunks under way for each that can run at once, so that no worker waits for the next one
+
 
 @dataclass(frozen=True)
 class Executor:
@@ -164,10 +166,6 @@ def run_packed(packed: bytes, expected: dict[str, Any], first: int, count: int) 
 @lru_cache(maxsize=2)
 def _unpack(packed: bytes) -> Any:
     return pickle.loads(packed)
-
-
-AHEAD = 2
-"""Chunks under way for each that can run at once, so that no worker waits for the next one."""
 
 
 def execute(

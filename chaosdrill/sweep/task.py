@@ -9,6 +9,16 @@ import numpy as np
 Arrays = dict[str, np.ndarray]
 
 
+AIM_S = 1.0
+"""Seconds that a chunk is to take: long beside what it costs to hand it out and keep it, short enough to lose."""
+
+FINE_S = 0.05  # seconds of the last chunks of a sweep, by which workers may end apart
+FIRST = 8  # units of the first chunks, where there are many: kernels step so many in the time of one
+GROWTH = 8  # a chunk has at most this many times as many units as the largest one before it
+MOST_UNITS = 4096
+MOST_BYTES = 2**24  # results of one chunk, of which several are under way at once
+
+
 class Task(Protocol):
     """Independent units of work: one point of a grid, or one line of a sweep along which a state is followed.
 
@@ -58,23 +68,6 @@ def run_chunk(task: Task, first: int, count: int) -> tuple[Arrays, float]:
     """Run a chunk of a task; return its results and the time in seconds."""
     start = perf_counter()
     return dict(task.run(first, count)), perf_counter() - start
-
-
-AIM_S = 1.0
-"""Seconds that a chunk is to take: long beside what it costs to hand it out and keep it, short enough to lose."""
-
-FINE_S = 0.05
-"""Seconds of the last chunks of a sweep, by which workers may end apart."""
-
-FIRST = 8
-"""Units of the first chunks, where there are many: kernels step so many in the time of one."""
-
-GROWTH = 8
-"""A chunk has at most this many times as many units as the largest one before it."""
-
-MOST_UNITS = 4096
-MOST_BYTES = 2**24
-"""Results of one chunk, of which several are under way at once."""
 
 
 class ChunkSizes:

@@ -28,6 +28,24 @@ DESCRIPTIVE = frozenset(
 
 CLOCKED = "not compared: measured time"
 
+STATED = 1e-8  # relative error within which cycles and multipliers agree, at tolerances of 1e-11 and less
+PER_TOLERANCE = 1e3  # that error over the tolerance of the method, at larger tolerances
+
+DEVIATIONS = 8.0
+"""Standard errors within which averages agree: few frequencies are behind one, and five are passed once in 10,000."""
+
+BAR = 30.0  # factor within which the error bars of two runs agree: with so few frequencies ten is passed in one of 500
+
+LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
+"""Dimensions along which a run is recorded, and the variable that tells from where on two runs have parted."""
+
+_UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED)
+_ORBITS = ("periodic-orbit", "continuation")
+_ROUND_OFF = 1e-9
+_GROWTH = 1e4
+_LEAST = 1e-15
+_MARGIN = 0.25
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -148,10 +166,8 @@ def _group(
             differences, how = [Difference(path, name, what, one.size, one.size)], "shape"
         elif name in clocked:
             differences, how = [], CLOCKED
-        elif exact:
-            differences, how = _values(path, name, one.values, other.values), "bit for bit"
         else:
-            differences, how = _agreeing(path, name, first, second)
+            differences, how = _compared(path, name, first, second, exact)
         checks.append(Check(path, name, how, not differences))
         found += differences
     return found
@@ -203,37 +219,32 @@ def _attributes(
     ]
 
 
-def _agreeing(path: str, name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[list[Difference], str]:
+def _compared(
+    path: str, name: str, first: "xr.Dataset", second: "xr.Dataset", exact: bool
+) -> tuple[list[Difference], str]:
+    """The differences between one variable of both, and how they were looked for."""
     import numpy as np
 
-    one, other = first[name].values, second[name].values
-    if (one.dtype.kind in "OUT") != (other.dtype.kind in "OUT"):
-        return [Difference(path, name, f"holds {one.dtype}; expected {other.dtype}", one.size, one.size)], "type"
-    how, wrong = agreement(name, first, second)
+    one, other = first.variables[name].values, second.variables[name].values
+    texts = [values.dtype.kind in "OUT" for values in (one, other)]
+    alike = any(texts) or one.dtype == other.dtype if exact else texts[0] == texts[1]
+    if not alike:
+        what = f"holds {one.dtype}; expected {other.dtype}"
+        return [Difference(path, name, what, one.size, one.size)], "bit for bit" if exact else "type"
+    if not exact:
+        how, wrong = agreement(name, first, second)
+    elif any(texts):
+        how, wrong = "bit for bit", np.asarray(one, dtype=str) != np.asarray(other, dtype=str)
+    else:
+        how, bits = "bit for bit", f"u{one.dtype.itemsize}"
+        wrong = (np.ascontiguousarray(one).view(bits) != np.ascontiguousarray(other).view(bits)).reshape(one.shape)
     count = int(np.count_nonzero(wrong))
     if not count:
         return [], how
-    if one.dtype.kind in "OUT":
+    if any(texts):
         return [Difference(path, name, "text differs", count, wrong.size)], how
-    return [Difference(path, name, f"differs: not {how}", count, wrong.size, _largest(one, other, wrong))], how
-
-
-def _values(path: str, name: str, one: Any, other: Any) -> list[Difference]:
-    import numpy as np
-
-    if one.dtype.kind in "OUT" or other.dtype.kind in "OUT":
-        differs = np.asarray(one, dtype=str) != np.asarray(other, dtype=str)
-        count = int(np.count_nonzero(differs))
-        return [Difference(path, name, "text differs", count, differs.size)] if count else []
-    if one.dtype != other.dtype:
-        return [Difference(path, name, f"holds {one.dtype}; expected {other.dtype}", one.size, one.size)]
-    bits = f"u{one.dtype.itemsize}"
-    differs = np.ascontiguousarray(one).view(bits) != np.ascontiguousarray(other).view(bits)
-    differs = differs.reshape(one.shape)
-    count = int(np.count_nonzero(differs))
-    if not count:
-        return []
-    return [Difference(path, name, "values differ", count, differs.size, _largest(one, other, differs))]
+    what = "values differ" if exact else f"differs: not {how}"
+    return [Difference(path, name, what, count, wrong.size, _largest(one, other, wrong))], how
 
 
 def _largest(one: Any, other: Any, differs: Any) -> float:
@@ -243,29 +254,6 @@ def _largest(one: Any, other: Any, differs: Any) -> float:
         apart = np.abs(one.astype(float) - other.astype(float))[differs]
     # one side is NaN: no number says how far apart they are
     return float(np.where(np.isnan(apart), np.inf, apart).max())
-
-
-STATED = 1e-8
-"""Relative error within which cycles and multipliers agree, at tolerances of 1e-11 and less."""
-
-PER_TOLERANCE = 1e3
-"""That error over the tolerance of the method, at larger tolerances."""
-
-DEVIATIONS = 8.0
-"""Standard errors within which averages agree: few frequencies are behind one, and five are passed once in 10,000."""
-
-BAR = 30.0
-"""Factor within which the error bars of two runs agree: with so few frequencies ten is passed in one of 500."""
-
-LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
-"""Dimensions along which a run is recorded, and the variable that tells from where on two runs have parted."""
-
-_UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED)
-_ORBITS = ("periodic-orbit", "continuation")
-_ROUND_OFF = 1e-9
-_GROWTH = 1e4
-_LEAST = 1e-15
-_MARGIN = 0.25
 
 
 def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str, "np.ndarray"]:

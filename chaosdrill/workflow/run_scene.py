@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from chaosdrill.scene import Scene
     from chaosdrill.sweep import Parts
 
+_NEEDED = ("definition", "parameters", "initial", "settings")
+
 
 @expecting(SettingsError, output=PATH, changes=TABLE, workers=COUNT, resume=SWITCH, report=FUNCTION, tell=FUNCTION)
 def run(
@@ -201,9 +203,6 @@ def compute(
     root = provenance(scene.title, action=command or scene.command(), scene=scene)
     root["wall_time_s"] = perf_counter() - start
     return xr.DataTree.from_dict({"/": xr.Dataset(si_table(scene.si, system), attrs=root), **groups})
-
-
-_NEEDED = ("definition", "parameters", "initial", "settings")
 
 
 def hindrance(ds: "xr.Dataset") -> str | None:

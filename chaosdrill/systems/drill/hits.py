@@ -22,6 +22,8 @@ from chaosdrill.systems.drill.balance import CONTACT, REST, Balance, stick_slip
 if TYPE_CHECKING:
     from chaosdrill.model import Transition
 
+HELD = "-held"
+
 
 def hit_modes(balance: Balance) -> dict[str, dict[Any, Any]]:
     """Equations of the modes in which a contact lasts; none where it takes no time."""
@@ -95,9 +97,6 @@ def _timed(balance: Balance, option: str, impact: Any, event: Any) -> list["Tran
     if "slip-back" in balance.slides:
         found.append(Transition("rebound-back", "slip" + CONTACT, "slip-back", reset=after, **over))
     return found
-
-
-HELD = "-held"
 
 
 def held_modes(balance: Balance, option: str) -> dict[str, dict[Any, Any]]:
