@@ -111,12 +111,12 @@ class Basins(Points):
 def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
     """Attractors reached from a grid or a list of initial states, and the part of these that leads to each.
 
-    Two runs are on one attractor if their kind and period are the same and their section points have the same moments:
-    cycles within 2e-5 of their size, whatever the phase at which they are found; attractors that are no cycles within a
-    fifth of their extent, with leading exponents that agree within eight standard errors; points at rest as cycles,
-    since Newton's method gives them to the last digit. Attractors are numbered by the size of their basins. The
-    fractions are those of the starts: their standard error sqrt(p (1 - p) / N) is that of N states drawn at random,
-    from the box of a grid.
+    Two runs are assigned to the same attractor if their kind and period agree and their section points have the same
+    moments: for cycles within 2e-5 of their size, at any phase; for other attractors within a fifth of their extent,
+    with leading exponents that agree within eight standard errors. Equilibria are compared as cycles are, since
+    Newton's method refines them to rounding error. Attractors are numbered by the size of their basins. The fractions
+    are those of the starts; their standard error sqrt(p (1 - p) / N) is that of N states drawn at random, from the
+    box of a grid.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
         `xarray.DataArray` with a dimension ``state``. By name ``mode`` can be given, too, and what is left out is the
         system's own. Beside a grid they follow its cells, whose last state varies fastest.
     periods, duration, transient : int or float
-        As in `parameter_chart`; no section is kept.
+        As in `parameter_chart`; no section is stored.
     at, max_return, exponents, max_period, patience, workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     method, tolerance, steps, max_events, max_stalls, progress : optional

@@ -54,15 +54,14 @@ class BifurcationDiagram(Points):
     cites=POINTS,
 )
 def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: "Job") -> "xr.Dataset":
-    """Sections along a parameter, with the spectrum beside them and an outcome for every point.
+    """Poincaré sections along a parameter, with the spectrum and an outcome at every point.
 
-    Every point is a run of its own from its own initial state, so that the result does not depend on the number of
-    workers, to the bit; states that are followed along the sweep are lines of their own. A point that fails gets its
-    outcome, and the sweep goes on.
+    Every point is an independent run from its own initial state, so that results are bit-identical for any number of
+    workers; a state followed along the sweep is a seed of its own. If a run fails, its outcome says how, and the sweep
+    continues.
 
-    What a point is on is decided by exponents and recurrence together (see "Period detection" in the theory). A point
-    that is undecided goes on, and its record is the last one: the cycle to which it leads, or up to ``patience`` times
-    as many periods.
+    Attractors are classified by exponents and recurrence together (see "Period detection" in the theory). An undecided
+    run is extended by up to ``patience`` times ``periods``, or until it settles on a cycle; its last record is stored.
 
     Parameters
     ----------
@@ -76,7 +75,7 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
         Time to average over instead, for systems without a forcing period; the transient, a time too, is rounded up to
         a whole part of it, of 512.
     transient : int or float
-        Points of the section, or time, to run before anything is kept.
+        Points of the section, or time, to run before the record starts.
     at : str, optional
         The section, as in `poincare_section`: an event, a surface, or the strobe, which is the default of a forced
         system. Without forcing one is to be named.
@@ -84,28 +83,28 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
         As in `poincare_section`: a point whose run does not meet the section has the outcome ``no_return``, or
         ``equilibrium`` if it is at rest, and the sweep goes on.
     exponents : int, optional
-        Number of exponents; default all, 0 for none. Without exponents recurrence alone decides, at once.
+        Number of exponents; default all; 0 for none, so that recurrence alone classifies, without extension.
     max_period : int, default 64
-        Longest period looked for, in iterates of the section; the record must hold two.
+        Longest period to detect, in iterates of the section; the record must contain two.
     patience : int, default 8
-        How many times as long as ``periods`` an undecided point may run on; 0: it is taken as it is after its record.
+        How many times ``periods`` an undecided run may be extended by; 0 for no extension.
     seeds : sequence of mappings, optional
         Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds
         are asked for.
     random : mapping, optional
-        ``{"count": 4, "seed": 1, "y": (-1, 1)}``: so many states drawn evenly from the box of the states named, by a
-        generator that is given the number ``seed``; the same states at every point.
+        ``{"count": 4, "seed": 1, "y": (-1, 1)}``: ``count`` states drawn uniformly from the box, by a generator with
+        this ``seed``; the same states at every point.
     follow : {"forward", "backward", "both"}, optional
-        The last state at a point is the first one at the next, along the sweep or against it: hysteresis shows. The
-        first point, and one whose neighbour has ended early, starts from the system's own initial state.
+        Start each run from the final state of its neighbour, up or down the sweep, to show hysteresis. The first run,
+        and one whose neighbour ended early, starts from the system's own initial state.
     section_points : int, optional
-        How many section points of every run are kept, its last ones; default ``periods``, or 256 of a ``duration``.
+        Number of section points to store of every run, the last ones; default ``periods``, or 256 with ``duration``.
     workers : int, default 1
         Threads; the kernels hold no lock.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers are used instead.
     store : path-like, optional
-        Folder for finished chunks, from which the same call goes on if it was cut short.
+        Folder for finished chunks, from which the same call resumes if it was interrupted.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
 
@@ -114,8 +113,7 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     xarray.Dataset
         Over the parameter and seed: ``section`` (iterate, state), ``period``, ``lyapunov_exponent`` and
         ``lyapunov_error`` (exponent), mean rates, ``return_time`` of events, ``outcome``; ``initial_state`` (seed,
-        state). NaN, and the period 0,
-        where a point has no result.
+        state). NaN, and period 0, where a point has no result.
 
     Raises
     ------

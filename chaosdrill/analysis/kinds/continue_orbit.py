@@ -132,51 +132,51 @@ class Continuation(Orbit):
 def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "xr.Dataset":
     """A branch of periodic orbits along a parameter, stable or not, or a curve of special points in two parameters.
 
-    Pseudo-arclength continuation of the arcs between events, so that the branch goes on around folds. Along the way
-    multipliers, the sequence of events and the speeds at which guards are met are watched; folds, period doublings,
-    Neimark-Sacker points, grazing and other changes of the events are located. Where the events change the branch goes
-    on with the other sequence if there is an orbit with it, and ends there, and says so, if there is none.
+    Pseudo-arclength continuation of the segments between events, which passes folds. Multipliers, the event sequence
+    and the normal speeds at guards are monitored; folds, period doublings, Neimark-Sacker points, grazing and other
+    changes of the event sequence are located. At such a change the branch continues with the new sequence if an orbit
+    with it exists nearby; otherwise it ends there, with the reason.
 
     Parameters
     ----------
     system : HybridSystem
         System with its parameters and initial state.
     sweep : mapping of a parameter to its limits
-        ``{"eta": (0.40, 0.90)}``: the branch starts at the system's own value and is followed both ways, to these
-        limits. Two parameters for a curve (``follow``): the first point to follow is looked for along the first of
-        them, with the second at the system's own value.
+        ``{"eta": (0.40, 0.90)}``: the branch starts at the system's own value and is followed in both directions to
+        these limits. A curve (``follow``) needs two parameters: its first point is searched for along the first one,
+        with the second at the system's own value.
     period : int, default 1
         Period of the orbit at the start, in forcing periods; without forcing in points of the section ``at``.
     at, max_return : optional
         The section, as in `periodic_orbit`.
     transient : int or float, default 200
-        Forcing periods, points of the section (without either: time, rounded up) to run first, for
+        Forcing periods, points of the section (without either: time, rounded up) to run first, with
         ``start="attractor"``.
     start : {"attractor", "guess"}
-        Where the orbit at the start is looked for, as in `periodic_orbit`.
+        How the first orbit is found, as in `periodic_orbit`.
     doublings : int, default 0
-        How many times in a row the branch of doubled period is followed too, from the period doubling met first.
+        Number of successive branches of doubled period to follow, each from the first period doubling met.
     follow : {"fold", "period_doubling", "grazing"}, optional
         The special point to follow in two parameters.
     step : float, optional
         Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
-        Most points of a branch to either side of its start.
+        Largest number of points of a branch on either side of its start.
     method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
+        As in `trajectory`, with a default tolerance of 1e-13.
 
     Returns
     -------
     xarray.Dataset
-        Over point, all branches one after the other: the parameters under their own names, ``branch``, ``arclength``,
-        ``orbit_state`` (state), ``section`` (iterate, state), ``mode``, ``period``, ``multiplier_real`` and
-        ``multiplier_imag`` (multiplier), ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``;
-        ``event_sequence`` (sequence_number). Of each branch ``branch_parent``, ``branch_period``, ``branch_start``,
-        ``branch_end`` and ``branch_end_text`` (branch_number). Of each special point ``special_index``,
-        ``special_kind``, ``special_value``, ``special_error``, ``special_text`` (special), and ``special_value_2`` on
-        a curve. Of a cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio`` (doubling),
-        ``accumulation`` and ``accumulation_error``. ``outcome`` tells whether there was an orbit to start from, in
-        words in the attribute ``message``.
+        Over ``point``, with all branches one after the other: the parameters under their own names, ``branch``,
+        ``arclength``, ``orbit_state`` (state), ``section`` (iterate, state), ``mode``, ``period``, ``multiplier_real``
+        and ``multiplier_imag`` (multiplier), ``stable``, ``special_point``, ``sequence``, ``smallest_speed``,
+        ``residual``; ``event_sequence`` (sequence_number). Of each branch ``branch_parent``, ``branch_period``,
+        ``branch_start``, ``branch_end`` and ``branch_end_text`` (branch_number). Of each special point
+        ``special_index``, ``special_kind``, ``special_value``, ``special_error``, ``special_text`` (special), and
+        ``special_value_2`` on a curve. Of a cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio``
+        (doubling), ``accumulation`` and ``accumulation_error``. ``outcome`` says whether a first orbit was found; the
+        attribute ``message`` explains.
 
     Raises
     ------

@@ -67,14 +67,14 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
     """Lyapunov exponents with saltation at every event, their error bars and their history.
 
     Tangents follow the variational equation, jump by the saltation matrix, and are orthonormalised as often as their
-    growth asks for (Benettin et al. 1980, doi:10.1007/BF02128237; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). The
-    rank that resets destroy is counted, and the exponents that go with it are -inf.
+    growth requires (Benettin et al. 1980, doi:10.1007/BF02128237; Mueller 1995, doi:10.1016/0960-0779(94)00170-U). Rank
+    lost at resets is counted; the corresponding exponents are -inf.
 
-    Up to 32 states all exponents are computed, however few are asked for: what the motion is, its rank and its
-    dimension then do not depend on how many are. Beyond, and where no event can lose rank, those that are asked for are
-    computed, and at least two more than may be zero whatever the motion is. Their tangents start in general position,
-    the same first ones for any number of them, so that no exponent depends on how many are asked for beyond its error.
-    The dimension is NaN then if it takes more exponents.
+    For up to 32 states all exponents are computed, however few are requested, so that the classification, the rank and
+    the dimension do not depend on the number requested. For more states, if no event can lose rank, only the requested
+    exponents are computed, and at least two more than the structure of the system may make zero. Their tangents start
+    in general position, in the same order for any number of them, so that an exponent depends on the number requested
+    only within its error. The dimension is then NaN if it requires more exponents.
 
     Parameters
     ----------
@@ -82,16 +82,16 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
         System with its parameters and initial state.
     periods, duration : int or float
         Points of the section to average over, or time for systems without a forcing period. Exponents are per unit of
-        time. The time that so many events take is measured by a run of its own; of a forced system it is rounded up to
-        whole periods.
+        time. The time that this number of events takes is measured in a separate run; for a forced system it is rounded
+        up to whole periods.
     transient : int or float, default 0
         Points of the section, or time, to run before the averages start.
     at, max_return : optional
         The section, as in `poincare_section`.
     exponents : int, optional
-        Number of exponents that are reported, the largest first; default all, 0: no tangents at all.
+        Number of exponents to report, largest first; default all; 0 computes no tangents.
     blocks : int, default 256
-        Blocks of the history, from which the standard errors are taken.
+        Blocks of the history, from which the standard errors are estimated.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
@@ -100,7 +100,7 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
     xarray.Dataset
         ``lyapunov_exponent``, ``lyapunov_error`` (exponent), ``lyapunov_history`` (block, exponent),
         ``kaplan_yorke_dimension``, mean rates, ``event_count`` (transition), ``tie_count``, ``closest_grazing``,
-        ``rank`` and ``outcome``; exponents per unit of time, NaN if the run came to an early end.
+        ``rank`` and ``outcome``; exponents per unit of time, NaN if the run ended early.
 
     Raises
     ------

@@ -41,8 +41,8 @@ class ParameterChart(Points):
 def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -> "xr.Dataset":
     """Period, spectrum, mean rates and outcome over two parameters.
 
-    Every point is judged as in `bifurcation_diagram`, from the same seeds, and is a run of its own. Attractors that
-    several seeds of a point lead to are counted once.
+    Every point is an independent run, classified as in `bifurcation_diagram`, from the same seeds. An attractor that
+    several seeds reach is counted once.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
     seeds, random : optional
         As in `bifurcation_diagram`.
     section_points : int, default 0
-        How many section points of every run are kept, its last ones; a report shows them at a click.
+        Number of section points to store of every run, the last ones; a report shows them at a click.
     workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     method, tolerance, steps, max_events, max_stalls, progress : optional
@@ -67,9 +67,9 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
     -------
     xarray.Dataset
         Over both parameters and seed: ``period``, ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), mean rates,
-        ``outcome``, and ``section`` (iterate, state) if it is asked for; over both parameters ``attractor_count`` and,
-        of a forced system, ``forcing_period``; ``initial_state`` (seed, state).
-        NaN, and the period 0, where a point has no result.
+        ``outcome``, and ``section`` (iterate, state) if requested; over both parameters ``attractor_count`` and, of a
+        forced system, ``forcing_period``; ``initial_state`` (seed, state). NaN, and the period 0, where a point has no
+        result.
 
     Raises
     ------

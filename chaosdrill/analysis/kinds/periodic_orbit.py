@@ -119,39 +119,39 @@ class PeriodicOrbit(Orbit):
     cites=ORBITS,
 )
 def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> "xr.Dataset":
-    """One periodic orbit, or all that a search finds, with multipliers, events and checks.
+    """A periodic orbit, or all orbits that a search finds, with multipliers, events and consistency checks.
 
-    An orbit is a cycle of arcs between events. Newton's method solves for the states at which the arcs begin and for
-    their durations, all together (multiple shooting), with derivatives from the tangents: it converges quadratically,
-    also onto an orbit that no trajectory stays near. What it finds is run once more by the ordinary engine, which must
-    return and meet the same events in the same order; else it is not reported as an orbit.
+    An orbit is a closed chain of segments between events. Newton's method solves for the initial states and durations
+    of all segments together (multiple shooting), with derivatives from the tangents; it converges quadratically, to
+    unstable orbits as well. The result is verified by an ordinary run, which must return and meet the same events in
+    the same order; otherwise no orbit is reported.
 
     Parameters
     ----------
     system : HybridSystem
         System with its parameters and initial state.
     period : int, default 1
-        Period in forcing periods; without forcing in points of the section ``at``, and 1 if none is named: the orbit
-        then is one round. An orbit whose least period is a part of it is reported with that one.
+        Period in forcing periods; without forcing in points of the section ``at``, and 1, one revolution, if none is
+        named. An orbit whose least period divides it is reported with its least period.
     at : str, optional
         Of a system without forcing: the section whose points ``period`` and ``transient`` count, as in
-        `poincare_section`. Newton's method then starts where the motion comes back most nearly after so many.
+        `poincare_section`. Newton's method then starts at the closest return after this many.
     max_return : float, optional
         As in `poincare_section`.
     transient : int or float, default 200
-        Forcing periods, points of the section (without either: time, rounded up) to run first, for
+        Forcing periods, points of the section (without either: time, rounded up) to run first, with
         ``start="attractor"``.
     start : {"attractor", "guess", "search"}
-        Where Newton's method starts: from where a run has come to after ``transient``; from the system's initial state
-        (at phase 0); or from many states, for all orbits up to ``max_period``.
+        Where Newton's method starts: at the state of a run after ``transient``; at the system's initial state (at phase
+        0); or at many states, to find all orbits up to ``max_period``.
     max_period : int, optional
         Longest period of a search, in forcing periods. Without forcing: how often the most frequent event of an orbit
-        may happen in one round; without events too, how many maxima it may have.
+        may occur in one revolution; without events, how many maxima it may have.
     seeds, random : optional
-        Initial states of the motions from whose returns a search starts, as in `bifurcation_diagram`; default: the
-        system's own. Motions from a box around them are added.
+        Initial states of the runs whose close returns start a search, as in `bifurcation_diagram`; default: the
+        system's own. Runs from a box around them are added.
     method, tolerance, steps, max_events, max_stalls, progress : optional
-        As in `trajectory`, but the tolerance is 1e-13 unless another one is given.
+        As in `trajectory`, with a default tolerance of 1e-13.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         ``path_time`` (path) and ``path_state`` (path, state), with both sides of an event at one time; mean rates over
         the period, such as ``progression_rate`` and ``impacts_per_period``; ``residual``, and ``newton_residual``
         (iteration);
-        ``lyapunov_exponent`` (multiplier) and what the checks differ by: ``exponent_difference``,
+        ``lyapunov_exponent`` (multiplier) and the discrepancies found by the checks: ``exponent_difference``,
         ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
         by the structure of the system, in words in the attribute ``structure``; ``outcome``, in words in the attributes
         ``message`` and ``disagreement``. A search adds the dimension ``orbit`` in front of all.

@@ -66,7 +66,7 @@ class PoincareSection(Record):
     cites=("mueller1995",),
 )
 def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job") -> "xr.Dataset":
-    """States at every strobe, before every event of one name, or on a surface.
+    """States at every strobe, before every event of a given name, or on a surface.
 
     Parameters
     ----------
@@ -77,17 +77,18 @@ def poincare_section(system: "HybridSystem", given: PoincareSection, job: "Job")
     duration : float
         Time to record instead; for systems without a forcing period.
     transient : int or float, default 0
-        Points of the section, or time, to run before the record starts: in what the record is given.
+        Points of the section, or time, to run before the record starts, in the unit in which the length of the record
+        is given.
     at : str, optional
         The section: the name or kind of a transition; ``"strobe"``, forcing phase zero, by default; or a comparison
-        such as ``"x > 0"``, which marks the surface on which it becomes true. Without forcing one is to be named. The
-        states are those before an event.
+        such as ``"x > 0"``, which marks the surface on which it becomes true. Required without forcing. At an event the
+        state before it is recorded.
     max_return : float, optional
-        Longest time between two points of an event or a surface: a run that meets none in a whole multiple of it,
-        counted from its start, ends with the outcome ``no_return``, or ``equilibrium`` if it is at rest. By default
+        Longest time between two points of an event or a surface: a run that meets none within a whole multiple of this
+        time, counted from its start, ends with the outcome ``no_return``, or ``equilibrium`` if it is at rest. Default
         1000 forcing periods, or 1000 times the time in which the motion from the initial state crosses its own extent.
     max_period : int, default 64
-        Longest period looked for.
+        Longest period to detect.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 

@@ -139,12 +139,12 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     at, max_return : optional
         The section, as in `poincare_section`.
     samples : int, optional
-        Samples a period or return on the average (or in all of ``duration``); default 200.
+        Samples per period or mean return (or over the whole ``duration``); default 200.
     times : list of float, optional
-        Model times at which states are given in place of ``samples``, in ascending order, from the end of the transient
-        on; where no length is given the run ends with the last of them. They change neither steps nor events: a time
-        is met by the interpolation of the method. One that coincides with an event shows the state before it. Not with
-        a section by events or a surface.
+        Model times of the output, ascending, from the end of the transient on; they replace ``samples``, and the run
+        ends at the last one unless a length is given. They change neither steps nor events, since states are
+        interpolated by the method's dense output. At the time of an event the state before it is given. Not available
+        with a section at events or on a surface.
     initial : array, list, mapping, DataFrame or Dataset, optional
         Initial states of many runs on the same times, as in `basins`. A run that ends early has its outcome, and NaN
         from there on. Not with a section by events or a surface.
@@ -156,26 +156,27 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
     method : {"taylor", "dop853", "radau", "rk4"}
         Numerical method.
     tolerance : float, default 1e-12
-        Local error a step, of every state relative to the size that it has had of late ("taylor", "dop853",
-        "radau"); bisection of event times ("rk4").
+        Local error per step of every state, relative to its recent magnitude ("taylor", "dop853", "radau"); bisection
+        of event times ("rk4").
     steps : int, optional
-        Steps a period, for "rk4" only; default 200.
+        Steps per period, for "rk4" only; default 200.
     max_events : int, optional
-        Events followed in a period, beyond which a run ends with the outcome ``event_limit``; for systems without a
-        period in all of the transient, and in all of the run after it. By default 10,000, or ten million without a
-        period.
+        Largest number of events per period, beyond which a run ends with the outcome ``event_limit``; for systems
+        without a period the limit applies to the whole transient and to the whole run after it. Default 10,000, or ten
+        million without a period.
     max_stalls : int, default 50
-        Events in succession without time passing, beyond which a run ends with the outcome ``stalled``.
+        Largest number of successive events without advance of time, beyond which a run ends with the outcome
+        ``stalled``.
     progress : callable or bool, optional
-        Called with (done, total, None). True: a bar on a terminal or in a notebook, lines elsewhere; False: nothing;
-        by default a bar where there is a terminal or a notebook, once it takes longer than a second.
+        Called with (done, total, None). True shows a bar in a terminal or notebook, and lines elsewhere; False shows
+        nothing; by default a bar appears in a terminal or notebook after one second.
 
     Returns
     -------
     xarray.Dataset
         ``states`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
         ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_mode_after``, ``event_state_before``,
-        ``event_state_after``; ``outcome``. A run that ends early keeps what it has.
+        ``event_state_after``; ``outcome``. If a run ends early, the dataset contains the part before.
         With ``initial`` all but events have the leading dimension ``run``; events stand run by run, ``event_count``
         (run) of each, as after `join`, and there are ``initial_state`` (run, state) and ``initial_mode`` (run). With
         ``tangents`` there are ``initial_tangent`` and ``final_tangent`` (tangent, state), NaN where a run ended early.

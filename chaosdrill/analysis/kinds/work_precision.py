@@ -83,12 +83,12 @@ class WorkPrecision(Record):
     cites=(*SPECTRA, "bulirsch1966"),
 )
 def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> "xr.Dataset":
-    """Error of what matters against time, steps and evaluations, for every method and tolerance.
+    """Errors against run time, steps and evaluations, for every method and tolerance.
 
     After the transient the run looks for a cycle. If it has settled on one, the methods are compared over that cycle;
-    else over one of the surveyed periods with the most kinds of events. The truth about this stretch comes
-    from 60-digit arithmetic: extrapolation for the arcs (Bulirsch and Stoer 1966, doi:10.1007/BF02165234), Newton's
-    method for the events, differences of the flow for the tangents. It shares no formula with the methods.
+    otherwise over the surveyed period with the most kinds of events. Errors are measured against a 60-digit reference:
+    extrapolation between events (Bulirsch and Stoer 1966, doi:10.1007/BF02165234), Newton's method for the events,
+    finite differences of the flow for the tangents. The reference shares no formula with the methods.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
         place of periods): the statistical error of the exponent is that of a run of this length, and the restarts are
         taken from it.
     transient : int or float, default 0
-        Points of the section, or time, to run before anything is measured.
+        Points of the section, or time, to run before measurements begin.
     at, max_return : optional
         The section, as in `poincare_section`.
     methods : sequence of str, optional
@@ -110,7 +110,7 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
         Steps a period for methods with fixed steps, one for each tolerance. Default 20 tolerance^(-1/4): with order 4
         their error then falls as the tolerance does.
     repeats : int, default 5
-        Rounds in which all cells are timed in turn; medians are kept.
+        Rounds in which all cells are timed in turn; the medians are reported.
     progress : callable or bool, optional
         As in `trajectory`.
 
@@ -120,14 +120,14 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
         ``error`` (quantity, method, tolerance), ``reference_error`` (quantity); ``wall_time``, ``wall_time_spread``,
         ``steps``, ``evaluations``, ``steps_per_period``, ``horizon``, ``exponent_error_spread`` and ``outcome``
         (method, tolerance); ``horizon_expected`` (tolerance), ``period``, ``lyapunov_exponent``, ``lyapunov_error``,
-        ``start`` (state). The attribute ``recommendation`` says in words what follows.
+        ``start`` (state). The attribute ``recommendation`` states the conclusion in words.
 
         Quantities: ``strobe``, the strobe point of the cycle, or the state after one period; ``event_time``, in parts
         of the period, infinite where events differ; ``tangent``, the tangent map; ``multiplier``, its eigenvalues on a
         cycle; ``flow_direction``, the identity by which tangents map F at the start to F at the end; ``exponent``, the
-        numerical part of the leading exponent's error, from restarts at the same states. NaN where a quantity has no
-        meaning or no truth. As xarray's ``sel`` has keywords ``method`` and ``tolerance`` of its own, select with a
-        mapping: ``ds["error"].sel({"quantity": "multiplier", "method": "taylor"})``.
+        numerical part of the leading exponent's error, from restarts at the same states. NaN where a quantity is
+        undefined or has no reference. As xarray's ``sel`` has keywords ``method`` and ``tolerance`` of its own, select
+        with a mapping: ``ds["error"].sel({"quantity": "multiplier", "method": "taylor"})``.
 
     Raises
     ------
