@@ -20,6 +20,9 @@ DEEPEST = 60
 WORDS = frozenset({"and", "or", "not", "True", "False"})
 """Names that stand for themselves only in backquotes."""
 
+BRANCHED = frozenset({"Piecewise", "piecewise"})
+"""Functions of values and conditions in turn: a value, where it holds, ..., and the value elsewhere."""
+
 PLAIN_NAME = re.compile(r"[^\W\d]\w*")
 
 _BLANK = re.compile(r"\s*+")
@@ -168,11 +171,15 @@ class _Parser:
         return Node("negative", parts=(operand,)) if value == "-" else operand
 
     def _call(self, name: str) -> Node:
-        self._next()
-        parts = [self._number(self._expression(_OR))]
-        while (self.kind, self.value) == ("sign", ","):
+        parts: list[Node] = []
+        while not parts or (self.kind, self.value) == ("sign", ","):
             self._next()
-            parts.append(self._number(self._expression(_OR)))
+            part = self._expression(_OR)
+            if name not in BRANCHED or len(parts) % 2 == 0:
+                part = self._number(part)
+            elif not part.is_condition:
+                raise ExpressionError(f"{self._shown()!r}: argument {len(parts) + 1} of {name} is to be a comparison")
+            parts.append(part)
         self._close()
         return Node("call", name, tuple(parts))
 

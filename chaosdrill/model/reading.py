@@ -648,8 +648,9 @@ def refused(expression: Any, moving: set[Any], level: int) -> str | None:
         name = type(part).__name__
         own = level_of(name)
         if own is None:
-            kink = f"{_modes_instead(name, part)}" if name == "Heaviside" and level == FLOW else unknown_function(name)
-            return f"unknown function {name[:40]!r}; {kink}"
+            if name == "Heaviside" and level == FLOW:
+                return f"{part!s:.60} has no Taylor series; {_modes_instead(name, part)}"
+            return f"unknown function {name[:40]!r}; {unknown_function(name)}"
         moves = bool(part.free_symbols & moving)
         if own > level and (moves or (level == FLOW and own == CONDITION and name not in _BOUNDED)):
             where = "resets and conditions" if own == RESET else "conditions"
@@ -667,13 +668,17 @@ def refused(expression: Any, moving: set[Any], level: int) -> str | None:
     return None
 
 
+_TAKEN_APART = "chaosdrill.in_modes does so"
+
+
 def _modes_instead(name: str, part: Any) -> str:
     """What to write in a flow instead of a function with a kink or a jump, or without a series."""
     one, *others = part.args
     if name in ("Abs", "sign", "Heaviside", "Max", "Min"):
         branches = {"Abs": (one, -one), "sign": (1, -1), "Heaviside": (1, 0)}.get(name, part.args)
         modes = ", ".join(f"{'a mode' if i == 0 else 'one'} with {branch} for it" for i, branch in enumerate(branches))
-        return f"write {modes}, and a guard {one - others[0] if name in ('Max', 'Min') else one} between them"
+        guard = one - others[0] if name in ("Max", "Min") else one
+        return f"write {modes}, and a guard {guard} between them; {_TAKEN_APART}"
     if name in ("floor", "ceiling", "Mod"):
         n, step = sympy.Symbol("n"), others[0] if others else sympy.Integer(1)
         above = one - (n if name == "ceiling" else n + 1) * step
@@ -683,7 +688,9 @@ def _modes_instead(name: str, part: Any) -> str:
         )
     if name == "Piecewise":
         edges = [str(edge.lhs - edge.rhs) for edge in sorted(part.atoms(Relational), key=sympy.default_sort_key)]
-        return f"write its branches as modes with a guard between them, such as {' or '.join(edges[:3])}"
+        return (
+            f"write its branches as modes with a guard between them, such as {' or '.join(edges[:3])}; {_TAKEN_APART}"
+        )
     return f"rates, guards and quadratures may hold {', '.join(SMOOTH)} and powers"
 
 

@@ -14,7 +14,7 @@ import sympy
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.str import StrPrinter
 
-from chaosdrill.model.grammar import PLAIN_NAME, WORDS, ExpressionError, Node, parse
+from chaosdrill.model.grammar import BRANCHED, PLAIN_NAME, WORDS, ExpressionError, Node, parse
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.names import remedy
 
@@ -127,7 +127,7 @@ def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> 
         else:
             yield unknown_name(node.value, names, hints)
     elif node.kind == "call":
-        function = FUNCTIONS.get(node.value)
+        function = FUNCTIONS.get(ALIASES.get(node.value, node.value))
         if function is None and node.value in names:
             yield f"{node.value[:40]!r} is no function; write {node.value:.40}*(...) for a product"
         elif function is None:
@@ -135,6 +135,8 @@ def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> 
         elif not function.least <= len(node.parts) <= function.most:
             count = function.least if function.least == function.most else f"{function.least} to {function.most}"
             yield f"{node.value} takes {count} argument{'s' if count != 1 else ''}, received {len(node.parts)}"
+        elif node.value in BRANCHED and len(node.parts) % 2 == 0:
+            yield f"{node.value} ends with the value that it has elsewhere, as in {node.value}(x, x > 0, -x)"
     for part in node.parts:
         yield from _unknown(part, names, hints)
 
@@ -201,7 +203,8 @@ class _Builder:
         else:
             yield self.build(node)
 
-    def _call(self, name: str, arguments: list[Any]) -> Any:
+    def _call(self, called: str, arguments: list[Any]) -> Any:
+        name = ALIASES.get(called, called)
         function = FUNCTIONS[name]
         if function.level != FLOW:
             for argument in arguments:
@@ -289,6 +292,10 @@ class _Printer(StrPrinter):
     def _print_Not(self, expr: Any) -> str:
         return f"not ({self._print(expr.args[0])})"
 
+    def _print_Piecewise(self, expr: Any) -> str:
+        parts = [self._print(part) for value, condition in expr.args for part in (value, condition)]
+        return f"Piecewise({', '.join(parts[:-1] if expr.args[-1].cond == sympy.true else parts)})"
+
     def _joined(self, expr: Any, word: str) -> str:
         level = PRECEDENCE[type(expr).__name__]
         return f" {word} ".join(self.parenthesize(part, level, strict=True) for part in expr.args)
@@ -304,8 +311,8 @@ class Function:
         That of sympy.
     least, most : int
         Number of arguments.
-    level : {FLOW, RESET, CONDITION}
-        What may hold it where states or time stand in it.
+    level : {FLOW, RESET, CONDITION}, optional
+        What may hold it where states or time stand in it; None: nothing, until it is taken apart into modes.
     value : callable, optional
         Its value as a double.
     """
@@ -313,7 +320,7 @@ class Function:
     make: Callable[..., Any]
     least: int = 1
     most: int = 1
-    level: int = FLOW
+    level: int | None = FLOW
     value: Callable[..., float] | None = None
 
 
@@ -321,6 +328,11 @@ _ELEMENTARY = (
     *("exp", "log", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan"),
     *("sinh", "cosh", "tanh", "asinh", "atanh"),
 )
+
+
+def _piecewise(*parts: Any) -> Any:
+    """A value, where it holds, ..., and the value elsewhere."""
+    return sympy.Piecewise(*zip(parts[:-1:2], parts[1::2], strict=True), (parts[-1], True))
 
 
 def _functions() -> dict[str, Function]:
@@ -334,6 +346,8 @@ def _functions() -> dict[str, Function]:
     found["atan2"] = Function(sympy.atan2, 2, 2, RESET, value=math.atan2)
     found["Max"] = Function(sympy.Max, 2, 16, CONDITION, value=max)
     found["Min"] = Function(sympy.Min, 2, 16, CONDITION, value=min)
+    found["Heaviside"] = Function(sympy.Heaviside, level=None)
+    found["Piecewise"] = Function(_piecewise, 3, 17, CONDITION)
     for name, special in SPECIAL.items():
         (count,) = special.make.nargs
         found[name] = Function(special.make, int(count), int(count), special.level)
@@ -341,10 +355,13 @@ def _functions() -> dict[str, Function]:
 
 
 FUNCTIONS = _functions()
+ALIASES = {"abs": "Abs", "heaviside": "Heaviside", "max": "Max", "min": "Min", "mod": "Mod", "piecewise": "Piecewise"}
+"""Calls that are read too; what is called so otherwise is a name."""
+
 PLAIN = [name for name in FUNCTIONS if name not in SPECIAL]
 SMOOTH = [name for name in PLAIN if FUNCTIONS[name].level == FLOW]
 
-_OF_SYMPY_ALONE = {"erf": RESET, "erfc": RESET, "gamma": CONDITION, "loggamma": CONDITION, "Piecewise": CONDITION}
+_OF_SYMPY_ALONE = {"erf": RESET, "erfc": RESET, "gamma": CONDITION, "loggamma": CONDITION}
 """Levels of functions that no text can hold."""
 
 
@@ -354,11 +371,7 @@ def level_of(name: str) -> int | None:
 
 
 INSTEAD = {
-    "abs": "write Abs(x)",
     "fabs": "write Abs(x)",
-    "max": "write Max(x, y)",
-    "min": "write Min(x, y)",
-    "mod": "write Mod(x, y)",
     "fmod": "write Mod(x, y)",
     "ceil": "write ceiling(x)",
     "ln": "write log(x)",
@@ -375,7 +388,6 @@ INSTEAD = {
     "cot": "write 1/tan(x)",
     "sech": "write 1/cosh(x)",
     "coth": "write 1/tanh(x)",
-    "Piecewise": "write the branches as modes, or as transitions with a condition each",
     "Heaviside": "write the branches as modes, or as transitions with a condition each",
 }
 

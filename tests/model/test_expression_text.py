@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from chaosdrill.model import special
 from chaosdrill.model.grammar import ExpressionError
-from chaosdrill.model.text import FUNCTIONS, read_text, write_text
+from chaosdrill.model.text import FUNCTIONS, read_open_text, read_text, write_text
 
 NAMES = {name: sympy.Symbol(name, real=True) for name in ("x", "v", "t", "lambda", "k_1")}
 
@@ -33,6 +33,9 @@ def moving(exponent):
 def call(name, arguments):
     """A function of expressions; of constants it is tried in a test of its own."""
     shifted = [argument + NAMES["x"] for argument in arguments]
+    if name == "Piecewise":
+        one, edge, other = shifted
+        return sympy.Piecewise((one, NAMES["v"] > edge), (other, True))
     return (getattr(special, name) if name in special.SPECIAL else getattr(sympy, name))(*shifted)
 
 
@@ -159,3 +162,26 @@ def test_names_that_look_alike_are_two():
 def test_a_sum_may_be_as_long_as_a_text():
     found = read_text("+".join(["x", "v"] * 2500), NAMES)
     assert found == 2500 * (NAMES["x"] + NAMES["v"])
+
+
+X, V = NAMES["x"], NAMES["v"]
+THREE = sympy.Piecewise((X, (X > 0) & (V < 1)), (2 * X, V > 3), (1, True))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("abs(x)", sympy.Abs(X)),
+        ("mod(x, 2) + max(x, 1) - min(v, 0)", sympy.Mod(X, 2) + sympy.Max(X, 1) - sympy.Min(V, 0)),
+        ("heaviside(x - 1)", sympy.Heaviside(X - 1)),
+        ("piecewise(x, x > 0, -x)", sympy.Piecewise((X, X > 0), (-X, True))),
+        ("piecewise(x, x > 0 and v < 1, 2*x, v > 3, 1)", THREE),
+    ],
+)
+def test_small_letters_are_read_for_branches(text, expected):
+    assert read_text(text, NAMES) == expected
+    assert read_text(write_text(expected), NAMES) == expected
+
+
+def test_a_parameter_may_be_called_as_such_a_function():
+    assert {str(one) for one in read_open_text("mod*abs(y) + piecewise").free_symbols} == {"mod", "y", "piecewise"}

@@ -32,6 +32,8 @@ def kinds(run):
         -X - 3 * X * sympy.Heaviside(X),
         sympy.Piecewise((-4 * X, X > 0), (-X, True)),
         sympy.Piecewise((-X, X <= 0), (-4 * X, True)),
+        "-x - 3*x*heaviside(x)",
+        "piecewise(-4*x, x > 0, -x)",
     ],
     ids=str,
 )
