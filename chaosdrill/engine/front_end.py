@@ -19,6 +19,7 @@ from llvmlite import ir
 from numba import _dynfunc, types
 from numba.core import codegen, cpu, registry, typing
 from numba.core.compiler_lock import global_compiler_lock
+from numba.np import arrayobj
 
 from chaosdrill.engine.uncompiled import machine_code, visible
 
@@ -74,6 +75,11 @@ class _Context(cpu.CPUContext):  # type: ignore[misc]
         return _dynfunc.make_function(fndesc.lookup_module(), name.split(".")[-1], name, refuse, env, (library,))
 
 
+def _index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
+    """An index as it is: none of the engine's counts from the end, and to ask each costs a twentieth of a run."""
+    return context.cast(builder, index, kind, types.intp)
+
+
 @cache
 def _contexts() -> tuple[Any, Any]:
     typed = typing.Context()
@@ -88,9 +94,11 @@ def _own_contexts() -> Iterator[Any]:
         before = {"_toplevel_typing_context": target.typing_context, "_toplevel_target_context": target.target_context}
         typed, context = _contexts()
         target.__dict__.update(_toplevel_typing_context=typed, _toplevel_target_context=context)
+        counted, arrayobj.fix_integer_index = arrayobj.fix_integer_index, _index
         try:
             yield context
         finally:
+            arrayobj.fix_integer_index = counted
             target.__dict__.update(before)
 
 

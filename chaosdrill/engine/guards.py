@@ -236,7 +236,7 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     how, side, order = look(functions, tables, state, j, g[0], g[1], t, scratch)
     if order == 0 and how != UNSURE:
         return how, side, order
-    total = size(ws, uint64(i), h, 0)
+    total = size(ws, uint64(i), h)
     off = ROUNDING * scratch.errors[0]
     nearest = math.inf
     if how == UNSURE:
@@ -361,7 +361,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     """
     n, mode = settings.order, state.run[0].mode
     marks = tables.marks[mode, j]
-    whole = size(ws, uint64(i), h, 0)
+    whole = size(ws, uint64(i), h)
     left = 0.0
     if marks & AFFINE == 0:
         left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
@@ -379,7 +379,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     _state_at(ws, place.size, s, place)
     functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
     off = max(off, ROUNDING * scratch.errors[0])
-    doubt = off + 2.0 * EPSILON * size(ws, uint64(i), s, 0) + left
+    doubt = off + 2.0 * EPSILON * size(ws, uint64(i), s) + left
     told = abs(steep) - ROUNDING * scratch.errors[1]
     if told > 0.0 and told * told > 2.0 * doubt * abs(bend):
         return -1.0, s

@@ -310,6 +310,93 @@ def gathered(typingctx: Any, array: Any, places: Any, column: Any) -> Any:
     return lanes(array, places, column), code
 
 
+def _neighbours(context: Any, builder: Any, kinds: Any, arguments: Any) -> Any:
+    """Pointer to eight numbers of one row of an array: arguments are the array, the row and the column."""
+    source = context.make_array(kinds[0])(context, builder, arguments[0])
+    line, column = (
+        context.cast(builder, value, kind, types.intp) for value, kind in zip(arguments[1:3], kinds[1:3], strict=True)
+    )
+    place = builder.add(builder.mul(line, builder.extract_value(source.shape, 1)), column)
+    return builder.bitcast(builder.gep(source.data, [place]), _VECTOR.as_pointer())
+
+
+@machine_code(lambda rows, i, k: as_lanes(rows[i, k : k + LANES]))
+def part(typingctx: Any, rows: Any, i: Any, k: Any) -> Any:
+    """Eight neighbours in row i of an array, from column k on."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        value = builder.load(_neighbours(context, builder, signature.args, arguments))
+        value.align = 8
+        return value
+
+    return lanes(rows, i, k), code
+
+
+def _put(rows: np.ndarray, i: int, k: int, value: Any) -> None:
+    rows[i, k : k + LANES] = value
+
+
+@machine_code(_put)
+def put(typingctx: Any, rows: Any, i: Any, k: Any, value: Any) -> Any:
+    """Write them."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        written = builder.store(arguments[3], _neighbours(context, builder, signature.args, arguments))
+        written.align = 8
+        return context.get_dummy_value()
+
+    return types.void(rows, i, k, value), code
+
+
+def _powers(s: float) -> Any:
+    squares = zip((1, 2, 4), (s, s * s, (s * s) * (s * s)), strict=True)
+    first, second, third = (np.where(np.arange(LANES) & bit, square, 1.0) for bit, square in squares)
+    return as_lanes(first * second * third)
+
+
+@machine_code(_powers)
+def powers(typingctx: Any, s: Any) -> Any:
+    """s**k in lane k."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        found, power = _constant(1.0), arguments[0]
+        for bit in (1, 2, 4):
+            wanted = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [int(k & bit > 0) for k in range(LANES)])
+            factor = builder.select(wanted, _spread(builder, power), _constant(1.0))
+            found = factor if bit == 1 else builder.fmul(found, factor)
+            power = builder.fmul(power, power)
+        return found
+
+    return lanes(s), code
+
+
+def _total(value: np.ndarray) -> Any:
+    while len(value) > 1:
+        value = value[: len(value) // 2] + value[len(value) // 2 :]
+    return value[0]
+
+
+@machine_code(_total)
+def total(typingctx: Any, value: Any) -> Any:
+    """Sum of all lanes: of both halves, and so on."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        found, half = arguments[0], LANES // 2
+        while half:
+            first, second = (
+                builder.shuffle_vector(
+                    found,
+                    ir.Constant(found.type, ir.Undefined),
+                    ir.Constant(ir.VectorType(ir.IntType(32), half), list(range(begin, begin + half))),
+                )
+                for begin in (0, half)
+            )
+            found, half = builder.fadd(first, second), half // 2
+        return builder.extract_element(found, ir.Constant(ir.IntType(32), 0))
+
+    return types.float64(value), code
+
+
 def _constant(value: float) -> Any:
     return ir.Constant(_VECTOR, [value] * LANES)
 

@@ -9,6 +9,7 @@ import numpy as np
 from numba import uint64
 
 from chaosdrill.engine.jit import rare, series
+from chaosdrill.engine.lanes import part, put, spread
 
 DEGREE = 7
 """Degree of the Bernstein form that is tried first."""
@@ -33,7 +34,8 @@ def bernstein_weights(degree: int) -> np.ndarray:
     return weights
 
 
-_WEIGHTS = bernstein_weights(DEGREE)
+_WEIGHTS = np.ascontiguousarray(bernstein_weights(DEGREE).T)
+"""Those of one coefficient side by side: of this degree they fill a vector register."""
 
 
 @series
@@ -270,11 +272,10 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
         return -1.0
     for k in range(n + 1, DEGREE + 1):
         a[k] = 0.0
-    for j in range(DEGREE + 1):
-        b = 0.0
-        for k in range(j + 1):
-            b += _WEIGHTS[j, k] * a[k]
-        stack[0, j] = b
+    b = spread(a[0])
+    for k in range(1, DEGREE + 1):
+        b = b + a[k] * part(_WEIGHTS, k, 0)
+    put(stack, 0, 0, b)
     u = _search(a, n, DEGREE, BUDGET, stack, ends)
     if u == -2.0:
         u = _search_whole(a, n, stack, ends)

@@ -12,6 +12,7 @@ from chaosdrill.codegen.signatures import event_places
 from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import stage_rows
+from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.radau_tables import MOST_STAGES
 from chaosdrill.engine.roots import DEPTH
@@ -179,10 +180,10 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
     """Scratch arrays of the engine for a system with m tangents and a method."""
     n, q, guards = len(system.states), len(system.quadratures), kernels_of(system).key_table.shape[1]
     return at.Scratch(
-        workspace=np.zeros((kernels_of(system).rows + (m + m % 2) * n, at.COLUMNS)),
+        workspace=aligned(kernels_of(system).rows + (m + m % 2) * n, at.COLUMNS),
         polynomial=np.zeros(at.COLUMNS),
         shifted=np.zeros(at.COLUMNS),
-        stack=np.zeros((DEPTH, at.COLUMNS)),
+        stack=aligned(DEPTH, at.COLUMNS),
         ends=np.zeros((DEPTH, 2)),
         times=np.zeros(guards),
         backs=np.full(guards, -1.0),

@@ -242,7 +242,7 @@ def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
                 row = uint64(first + j)
                 error = functions.guard(mode, j, t + h, state.c, place, scratch.gradient) - value(ws, row, h)
                 moved = late_size(ws, row, h, uint64(1)) * h
-                allowed = DEFECT * settings.tolerance * moved + 1e-12 * size(ws, row, h, 0)
+                allowed = DEFECT * settings.tolerance * moved + 1e-12 * size(ws, row, h)
                 holds = holds and abs(error) <= allowed
         if holds:
             return h

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numba import float64, int64, types
 from numba.core import codegen, cpu, registry
+from numba.np import arrayobj
 
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import front_end
@@ -23,12 +24,13 @@ from chaosdrill.engine.layout import LaneFunctions
 
 def test_the_contexts_of_the_target_are_replaced_and_put_back():
     target = registry.cpu_target
-    before = target.typing_context, target.target_context
+    before = target.typing_context, target.target_context, arrayobj.fix_integer_index
     with front_end._own_contexts() as context:
         assert target.target_context is context
         assert target.typing_context is context.typing_context
         assert context not in before
-    assert (target.typing_context, target.target_context) == before
+        assert arrayobj.fix_integer_index is front_end._index
+    assert (target.typing_context, target.target_context, arrayobj.fix_integer_index) == before
 
 
 @pytest.mark.parametrize(
@@ -95,6 +97,14 @@ def test_a_call_fills_arrays_and_returns_numbers():
     expected = 7.5 + 3.0**0.3
     assert compiled(SIGNATURE)(total)(values, 7, table) == (pytest.approx(expected, rel=1e-15), 9)
     assert table[0, 0] == pytest.approx(expected, rel=1e-15)
+
+
+def test_an_index_is_not_asked_whether_it_counts_from_the_end():
+    def shifted(values, number, table):
+        return values[number], number
+
+    module = front_end.llvm_module(shifted, "shifted", SIGNATURE, set())
+    assert "icmp slt" not in str(module)
 
 
 @pytest.mark.parametrize("wrong", [np.zeros(3, dtype=np.float32), np.zeros((3, 1)), np.zeros(6)[::2]])

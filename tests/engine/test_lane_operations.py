@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from numba import float64, void
 
+from chaosdrill.engine import polynomial
+from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.lanes import LANES, aligned, chosen, larger, magnitude, row_of
+from chaosdrill.engine.layout import COLUMNS, WIDTH
 
 matrix = float64[:, ::1]
 
@@ -44,3 +47,31 @@ def test_larger_magnitude_and_choice():
     np.testing.assert_array_equal(applied(numba.njit(lambda v: magnitude(-v)), x), np.abs(x))
     choice = applied(numba.njit(lambda v: chosen(larger(v, 0.0), v, -1.0 * v)), x)
     np.testing.assert_array_equal(choice, np.abs(x))
+
+
+def test_eight_coefficients_of_a_row_at_once():
+    """Values and sums of sizes as numpy's Horner rule has them, in the row that is named and in no other."""
+    rows = np.zeros((3, COLUMNS))
+    rows[:, :WIDTH] = np.random.default_rng(6).uniform(-1.0, 1.0, (3, WIDTH))
+    row = rows[1, ::-1]
+
+    @compiled(void(matrix, float64, float64[::1]))
+    def fill(rows, s, out):
+        out[0] = polynomial.value(rows, 1, s)
+        out[1] = polynomial.size(rows, 1, s)
+        out[2] = polynomial.late_size(rows, 1, s, 5)
+        out[3] = 1.0 if polynomial.keeps_side(rows, 1, s, 1.0) else 0.0
+
+    def found(rows, s):
+        out = np.zeros(4)
+        fill(rows, s, out)
+        return out
+
+    for s in (0.0, 1e-3, 0.7, 1.3):
+        late = np.polyval(np.abs(rows[1, 5:13])[::-1], s)
+        value, size = np.polyval(row, s), np.polyval(np.abs(row), s)
+        np.testing.assert_allclose(found(rows, s)[:3], [value, size, late], rtol=0, atol=1e-14 * size)
+    rows[1, 0] = -1.0
+    for highest, keeps in ((0.99, 1.0), (1.01, 0.0)):
+        rows[1, 1:] = np.where(np.arange(1, COLUMNS) == 17, highest, -1.0)
+        assert found(rows, 1.0)[3] == keeps

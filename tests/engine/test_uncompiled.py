@@ -31,7 +31,7 @@ def machine(first, second, out, places):
     """Every operation on lanes, as machine code: one a row."""
     a, b, target = lanes.row_of(first), lanes.row_of(second), lanes.row_of(out)
     for i in range(first.shape[0]):
-        k = 16 * i
+        k = 20 * i
         x, y = a[i], b[i]
         target[k] = larger(x, y)
         target[k + 1] = smaller(x, y)
@@ -49,6 +49,10 @@ def machine(first, second, out, places):
         target[k + 13] = -x
         target[k + 14] = 1.0 if lanes.some(larger(x, 0.0)) else 0.0
         target[k + 15] = lanes.gathered(first, places, i % 8)
+        target[k + 16] = lanes.part(first, i, 0)
+        lanes.put(out, k + 17, 0, x + y)
+        target[k + 18] = lanes.powers(first[i, 1])
+        target[k + 19] = lanes.spread(lanes.total(y))
 
 
 def in_python(first, second, places):
@@ -64,6 +68,12 @@ def in_python(first, second, places):
         yield -x
         yield as_lanes(1.0 if lanes.some.twin(larger.twin(x, 0.0)) else 0.0)
         yield lanes.gathered.twin(first, places, column % 8)
+        yield lanes.part.twin(first, column, 0)
+        sums = np.zeros((1, 8))
+        lanes.put.twin(sums, 0, 0, x + y)
+        yield sums[0]
+        yield lanes.powers.twin(x[1])
+        yield as_lanes(lanes.total.twin(y))
 
 
 @pytest.mark.skipif(UNCOMPILED, reason="compares with machine code")
@@ -75,7 +85,7 @@ def test_twins_give_the_bits_of_the_machine_code():
     first[0] = 0.0, -0.0, np.inf, -np.inf, np.nan, 1.0, -2.0, 5e-324
     second[0] = -0.0, 0.0, np.inf, np.nan, 1.0, np.nan, 0.0, 1.0
     first[1] = second[1]
-    out, places = lanes.aligned(16 * 12, 8), np.array([3, 1, 4, 1, 5, 9, 2, 6])
+    out, places = lanes.aligned(20 * 12, 8), np.array([3, 1, 4, 1, 5, 9, 2, 6])
     machine(first, second, out, places)
     with np.errstate(all="ignore"):
         expected = np.array(list(in_python(first, second, places)))
