@@ -7,7 +7,7 @@ import click
 
 from chaosdrill.cli.streams import changes_option, emit, json_option, say, tell
 from chaosdrill.dataset.branches import Special, count_special_points
-from chaosdrill.dataset.outcomes import Outcome, count_outcomes, flag_names
+from chaosdrill.dataset.outcomes import Outcome, count_outcomes
 from chaosdrill.progress import Display
 
 if TYPE_CHECKING:
@@ -101,7 +101,10 @@ def short_variables(dataset: "xr.Dataset") -> "dict[str, xr.DataArray]":
 
 def _meaning(code: "xr.DataArray") -> str:
     # a negative code stands for none of them
-    return "none" if code < 0 else flag_names(code).get(int(code), f"code {int(code)}")
+    if code < 0:
+        return "none"
+    meanings = code.attrs["flag_meanings"].split()
+    return str(meanings[int(code)]) if code < len(meanings) else f"code {int(code)}"
 
 
 def summary(dataset: "xr.Dataset") -> list[str]:
