@@ -261,7 +261,7 @@ def system_latex(system: HybridSystem) -> str | None:
         lines.append(rf"&{_roman(mode)}:")
         lines += [rf"\frac{{\mathrm{{d}}{_latex(state)}}}{{{time}}} &= {_latex(rate)}" for state, rate in field.items()]
     for event in system.transitions:
-        sources = r",\ ".join(map(_words, event.source))
+        sources = r",\ ".join(map(_roman, event.source))
         lines.append(rf"&{_roman(event.name)}:\ {sources} \to {_roman(event.target)}")
         conditions = {} if event.condition is None else event.conditions
         if len(set(conditions.values())) == 1:
