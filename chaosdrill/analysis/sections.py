@@ -370,10 +370,11 @@ def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, 
 def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple[Record, _Blocks]:
     """Run on over so many points of a section, block by block."""
     assert where.transitions is not None
-    ends, report = _block_ends(count), job.report(int(count))
-    start, times, totals, parts = run.elapsed, [0.0], [run.integrals()], []
-    for done, ahead in zip(ends.tolist(), [*np.diff(ends).tolist(), 0], strict=True):
-        onward = None if report is None else lambda points, before=done: report(before + points)
+    ends, report = _block_ends(count), job.report(count)
+    start, times, totals = run.elapsed, [0.0], [run.integrals()]
+    parts = [record_returns(run, where.transitions, 0, where.longest)]
+    for before, ahead in zip(ends.tolist(), np.diff(ends).tolist(), strict=False):
+        onward = None if report is None else lambda points, before=before: report(before + points)
         parts.append(record_returns(run, where.transitions, ahead, where.longest, report=onward))
         times.append(run.elapsed - start)
         totals.append(run.integrals())
@@ -381,7 +382,7 @@ def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple
             break
     events, at_times = (np.concatenate(rows) for rows in ([one.events for one in parts], [one.times for one in parts]))
     found = Record(parts[-1].outcome, parts[-1].samples, events, at_times)
-    return found, _Blocks(ends, np.array(times)[: len(ends)], np.array(totals)[: len(ends)])
+    return found, _Blocks(ends[: len(times)], np.array(times), np.array(totals))
 
 
 def _block_ends(points: int) -> np.ndarray:

@@ -150,7 +150,8 @@ def _describe(attractor: "xr.Dataset", number: int) -> str:
         error = float(attractor["attractor_error"][0]) if "attractor_error" in attractor.variables else np.nan
         parts.append(f"{subscript('λ', 1)} = {uncertain(exponent, error)}")
     if "attractor_rate" in attractor.variables and np.isfinite(attractor["attractor_rate"]):
-        parts.append(f"progression {shorten(float(attractor['attractor_rate']))}")
+        spread = float(attractor.get("attractor_rate_error", np.nan))
+        parts.append(f"progression {uncertain(float(attractor['attractor_rate']), spread)}")
     share = _percent(float(attractor["fraction"]), float(attractor["fraction_error"]))
     return f"{number}: {', '.join(parts)}; {share}"
 

@@ -221,7 +221,7 @@ def attractors(dataset: "xr.Dataset") -> Markup:
         if has_exponents:
             row.append(Quantity(uncertain(one["attractor_exponent"].values[0], one["attractor_error"].values[0])))
         if has_rate:
-            row.append(float(one["attractor_rate"]))
+            row.append(Quantity(uncertain(one["attractor_rate"], one.get("attractor_rate_error", float("nan")))))
         rows.append([*row, *one["attractor_state"].values])
     head = ["attractor", "motion", "part of the starts", *(["largest exponent"] if has_exponents else [])]
     head += [*(["progression rate"] if has_rate else []), *(f"{name} at a point of it" for name in states)]

@@ -318,6 +318,8 @@ def test_the_progression_is_told_where_there_is_one(basin):
     first, second = _legend(basins(basin))[:2]
     assert first == "1: period 2, λ₁ = −0.25, progression 0.146; 48(2) %"
     assert "progression" not in second
+    basin["attractor_rate_error"] = ("attractor_number", [0.002, np.nan])
+    assert _legend(basins(basin))[0] == "1: period 2, λ₁ = −0.25, progression 0.146(2); 48(2) %"
 
 
 # Cells have their true bounds on any grid, hatchings cover what they should, and names stand inside their regions.
