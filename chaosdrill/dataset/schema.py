@@ -189,10 +189,10 @@ def names_of_rate(quadrature: str, of: str = "") -> tuple[str, str]:
 
 def rate_clash(quadratures: Iterable[Any], taken: Iterable[str]) -> str | None:
     """Why the mean rates of quadratures cannot be named beside what is called ``taken``; None if they can."""
-    others = {*taken, *reserved()}
+    others = set(taken)
     for quadrature in map(str, quadratures):
         for name in (*names_of_rate(quadrature), *names_of_rate(quadrature, "attractor")):
-            if name in others and quadrature != PENETRATION:
+            if quadrature != PENETRATION and (name in others or name in reserved()):
                 return f"quadrature {quadrature!r} has the mean rate {name!r}, a name that is taken; rename one of them"
     return None
 

@@ -57,7 +57,7 @@ VARIABLES = table(
     may("event_count", RUN, "i4", "events of the run", "Events stand run by run.", sample="event", rule="sampled"),
     axis("tangent", "tangent", "i4", "number of the tangent", "From 1."),
     may("initial_tangent", "tangent state", "f8", "initial tangent", "Small difference of two states at the start."),
-    may("final_tangent", f"{RUN} tangent state", "f8", "final tangent", "What it has become at the end of the record."),
+    may("final_tangent", f"{RUN} tangent state", "f8", "final tangent", "At the end of the record.", rule="sampled"),
     *forcing(),
     may("time_si", "time", "f8", "time", SI, "s"),
     may("event_time_si", "event", "f8", "time of the event", SI, "s"),
