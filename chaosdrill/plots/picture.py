@@ -100,7 +100,7 @@ class Picture:
             dataset.attrs.get("kind") == self.kind
             and dataset.sizes.get("state", self.states) >= self.states
             and dataset.sizes.get("seed", 1) >= self.seeds
-            and self.listed in (None, "run" in dataset.dims)
+            and self.listed in (None, "run" in (dataset.dims if self.listed else dataset.coords))
             and self.parameters in (0, len(swept(dataset)))
             and self.values in (0, *(dataset.sizes.get(name, 1) for name in swept(dataset)))
             and (

@@ -143,6 +143,9 @@ def test_lists_that_cannot_be(wells, initial, told):
 
 
 def test_its_picture_tells_the_attractors_apart(wells, cloud):
-    axes = cd.plot(cd.basins(wells, initial=cloud, **LENGTHS), state=("x", "z"))
+    ds = cd.basins(wells, initial=cloud, **LENGTHS)
+    axes = cd.plot(ds, state=("x", "z"))
     points = {tuple(one.get_facecolor()[0]): one.get_offsets() for one in axes.collections if len(one.get_offsets())}
     assert sorted(np.unique(np.sign(xy[:, 0])).tolist() for xy in points.values()) == [[-1.0], [1.0]]
+    with pytest.raises(SettingsError):
+        cd.plot(ds.sel(run=3))
