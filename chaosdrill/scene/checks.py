@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.analysis.arguments import Start
 from chaosdrill.analysis.base import Analysis, NumericsSettings
 from chaosdrill.analysis.registry import analyses, function
-from chaosdrill.errors import ModelError
+from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path, Problem, problems_of
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
@@ -77,6 +77,8 @@ class SystemTable(Settings):
 
     model: str | None = setting(Text(), None)
     definition: dict[str, Any] | None = setting(TableOf(), None)
+    filippov: dict[str, Any] | None = setting(TableOf(), None)
+    drives: dict[str, dict[str, Any]] | None = setting(TableOf(), None)
     effects: dict[str, str] | None = setting(TableOf(Text()), None)
     parameters: dict[str, float] | None = setting(TableOf(Number()), None)
     initial: dict[str, float | str] | None = setting(Start(), None)
@@ -87,11 +89,14 @@ class SystemTable(Settings):
 class CheckedSystem(Known):
     """What is known of the system without building it.
 
-    Either ``model`` names a system of the shelf, or ``definition`` holds one.
+    Either ``model`` names a system of the shelf, or ``definition`` holds one, whose modes may have been made from two
+    fields. ``used`` are parameters that only its ``drives`` name.
     """
 
     model: str = ""
     definition: dict[str, Any] | None = None
+    drives: dict[str, Any] = field(default_factory=dict)
+    used: set[str] = field(default_factory=set)
     effects: dict[str, str] = field(default_factory=dict)
     initial: dict[str, Any] = field(default_factory=dict)
     si: ReadSI = field(default_factory=ReadSI)
@@ -116,18 +121,26 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     problems = problems_of(SystemTable.faults(raw, also=()), ("system",))
     sound = not problems
     checked = CheckedSystem(problems=problems)
-    if ("model" in raw) == ("definition" in raw):
-        both = "model and definition are both given; leave one of them out"
-        neither = "missing; name a built-in system, or write one as [system.definition]"
-        fault = Problem(("system", "definition"), both) if "model" in raw else Problem(("system", "model"), neither)
-        problems.append(fault)
+    ways = [key for key in ("model", "definition", "filippov") if key in raw]
+    if not ways:
+        neither = "missing; name a built-in system, or write one as [system.definition] or [system.filippov]"
+        problems.append(Problem(("system", "model"), neither))
+    elif len(ways) > 1:
+        all_but_one = "one of them" if len(ways) == 2 else "two of them"
+        text = f"{' and '.join(ways)} are {'both' if len(ways) == 2 else 'all'} given; leave {all_but_one} out"
+        problems.append(Problem(("system", ways[1]), text))
     elif isinstance(raw.get("model"), str):
         checked.model = raw["model"]
         _look_up(checked, table_in(raw, "effects"))
-    elif isinstance(raw.get("definition"), Mapping):
-        checked.definition = dict(raw["definition"])
+        _check_drives(checked, table_in(raw, "drives"))
+    elif isinstance(raw.get(ways[0]), Mapping):
         checked.known = dict(table_in(raw, "parameters"))
-        _check_definition(checked)
+        if ways[0] == "definition":
+            checked.definition = dict(raw["definition"])
+            _check_drives(checked, table_in(raw, "drives"))
+            _check_definition(checked)
+        else:
+            _check_filippov(checked, raw["filippov"], table_in(raw, "drives"))
         if table_in(raw, "effects"):
             problems.append(
                 Problem(("system", "effects"), "a definition is not assembled from effects; leave them out")
@@ -154,6 +167,12 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         arguments = SystemTable.arguments(raw)
         checked.parameters = {**checked.parameters, **arguments.get("parameters", {})}
         checked.initial = arguments.get("initial", {})
+        checked.drives = dict(arguments.get("drives") or {})
+        if "filippov" in raw and not problems:
+            _make_filippov(checked, raw["filippov"])
+    if checked.known is not None:
+        # what is driven is no parameter any more
+        checked.known = {name: value for name, value in checked.known.items() if name not in table_in(raw, "drives")}
     return checked
 
 
@@ -161,6 +180,76 @@ def check_limits(checked: CheckedSystem, values: Mapping[str, Any], at: tuple[st
     """Check numbers against the limits of the model's parameters."""
     faults = ((name, checked.refuses(name, value)) for name, value in values.items())
     return [Problem((*at, name), fault) for name, fault in faults if fault]
+
+
+def _check_filippov(checked: CheckedSystem, table: Mapping[str, Any], drives: Mapping[str, Any]) -> None:
+    """Check two fields and a surface with what checks definitions."""
+    from chaosdrill.model.reading import Reader
+    from chaosdrill.scene import check_made
+
+    place = ("system", "filippov")
+    checked.definition = check_made.as_definition(table)
+    _check_drives(checked, drives)
+    checked.problems += problems_of(check_made.filippov_faults(table), place)
+    if checked.problems:
+        checked.states = None
+        return
+    before = len(checked.problems)
+    _check_definition(checked)
+    found = Reader(checked.known).read(checked.definition)
+    faults = [*checked.problems[before:]]
+    if found is not None:
+        faults += problems_of(check_made.too_large(found), ("system", "definition"))
+    del checked.problems[before:]
+    for fault in faults:
+        if fault.path[:2] != ("system", "definition"):
+            checked.problems.append(fault)
+        elif (inner := check_made.placed(fault.path[2:])) is not None:
+            checked.problems.append(replace(fault, path=(*place, *inner)))
+    surface = table["surface"]
+    if checked.states is not None and isinstance(surface, Mapping):
+        checked.states = (*checked.states, *map(str, surface))
+
+
+def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
+    """Put the modes of two fields and a surface in the place of these."""
+    from chaosdrill.model.definition import write_definition
+    from chaosdrill.scene.check_made import filippov_system
+
+    try:
+        system = filippov_system(table, checked.parameters, checked.initial)
+        checked.definition = write_definition(system)
+    except ChaosdrillError as fault:
+        checked.problems.append(Problem(("system", "filippov"), str(fault)))
+        return
+    checked.initial, checked.states = dict(system.initial), system.state_names
+
+
+def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:
+    """Check the drives of a system whose parameters are known."""
+    from chaosdrill.scene.check_made import drive_faults
+
+    if not drives or checked.known is None:
+        return
+    import sympy
+
+    from chaosdrill.model.reading import Reader
+
+    definition, states = checked.definition, checked.states
+    clock: Any = "t"
+    if definition is not None:
+        reader = Reader(checked.known)
+        reader.read(definition)
+        states, clock = reader.states, definition.get("time") or clock
+    listed = [*(states or ()), *checked.known, *([clock] if isinstance(clock, str) else [])]
+    names = {name: sympy.Symbol(name, real=True) for name in listed}
+    for name, drive in drives.items():
+        place = ("system", "drives", name)
+        if name not in checked.known:
+            told = f"there is no parameter {name!r:.60} to drive; {remedy(name, checked.known)}"
+            checked.problems.append(Problem(place, told))
+        else:
+            checked.problems += problems_of(drive_faults(name, drive, names, checked.used), place)
 
 
 def _check_definition(checked: CheckedSystem) -> None:
@@ -196,7 +285,7 @@ def _check_definition(checked: CheckedSystem) -> None:
         faults += [
             Problem(("parameters", name), f"not used in the definition; {remedy(name, known)}")
             for name in parameters
-            if name not in reader.used
+            if name not in {*reader.used, *checked.used}
         ]
         faults += [
             Problem(("definition", "quadratures", name), f"has a name that {reason}; rename it, as in 'the_integral'")

@@ -130,6 +130,7 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         title=raw.get("title") or Path(name).stem,
         model=system.model,
         definition=system.definition,
+        drives=system.drives,
         effects=system.effects,
         parameters=system.parameters,
         initial=system.initial,

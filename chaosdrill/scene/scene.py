@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
+from chaosdrill.scene.check_made import DriveFault, driven_system
 from chaosdrill.scene.lines import InvalidSceneError, Path, Problem
 from chaosdrill.systems.drill.si import ReadSI
 
@@ -37,6 +38,8 @@ class Scene:
         Name of the system on the shelf; empty for one that the scene defines.
     definition : mapping or None
         Equations of a system that the scene defines itself.
+    drives : mapping of str to mapping
+        Drives with corners and jumps, by the parameter that each replaces; arguments of `chaosdrill.driven`.
     effects : mapping of str to str
         Effects simulated; those left out are not.
     parameters : mapping of str to float
@@ -60,6 +63,7 @@ class Scene:
     title: str
     model: str
     definition: Mapping[str, Any] | None
+    drives: Mapping[str, Any]
     effects: Mapping[str, str]
     parameters: Mapping[str, float]
     initial: Mapping[str, Any]
@@ -100,9 +104,19 @@ class Scene:
                 system = systems.build(self.model, parameters=self.parameters, effects=effects, initial=initial)
         except ChaosdrillError as fault:
             raise InvalidSceneError(self.name, [Problem(("system",), str(fault))], self.lines) from fault
+        if "mode" in self.initial:
+            if problems := self._unknown_modes(system, {("system", "initial", "mode"): self.initial["mode"]}):
+                raise InvalidSceneError(self.name, problems, self.lines)
+            system = system.with_initial(mode=self.initial["mode"])
+        try:
+            system = driven_system(system, self.drives)
+        except DriveFault as fault:
+            raise InvalidSceneError(
+                self.name, [Problem(("system", "drives", fault.drive), str(fault))], self.lines
+            ) from fault
         if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_events(system)]:
             raise InvalidSceneError(self.name, problems, self.lines)
-        return system.with_initial(mode=self.initial["mode"]) if "mode" in self.initial else system
+        return system
 
     def check_period(self) -> None:
         """Refuse a scene whose parameters make the forcing period infinite, zero or negative, before anything is run.
@@ -129,6 +143,7 @@ class Scene:
             "system": {
                 "model": self.model,
                 **({} if self.definition is None else {"definition": self.definition, "modes": [*self.system.modes]}),
+                **({"drives": self.drives} if self.drives else {}),
                 "effects": self.effects,
                 "parameters": self.parameters,
                 "initial": self.initial,
@@ -145,11 +160,15 @@ class Scene:
         return shlex.join(["run", STDIN if self.name == PIPED else self.name, *sets, *map(name_text, more)])
 
     def _check_modes(self, system: "HybridSystem") -> list[Problem]:
-        places: dict[Path, Any] = {("system", "initial", "mode"): self.initial.get("mode")}
+        places: dict[Path, Any] = {}
         for group, analysis in self.analyses.items():
             for index, seed in enumerate(analysis.get("seeds") or ()):
                 places["analysis", group, "seeds", index, "mode"] = seed.get("mode")
             places["analysis", group, "random", "mode"] = (analysis.get("random") or {}).get("mode")
+        return self._unknown_modes(system, places)
+
+    @staticmethod
+    def _unknown_modes(system: "HybridSystem", places: Mapping[Path, Any]) -> list[Problem]:
         return [
             Problem(place, f"unknown mode {mode!r:.60}; {remedy(mode, system.modes)}")
             for place, mode in places.items()
@@ -158,7 +177,7 @@ class Scene:
 
     def _check_reached(self, system: "HybridSystem") -> list[Problem]:
         """Check that every mode is reached; one that is not is likely the target of a misspelt transition."""
-        if self.definition is None:
+        if ("system", "definition") not in self.lines or self.drives:
             return []
         starts = [self.initial.get("mode"), system.mode_names[0]]
         for analysis in self.analyses.values():

@@ -1,0 +1,220 @@
+"""What a scene may give in place of modes: two fields and a surface, and drives with corners and jumps.
+
+Both are read by the grammar of definitions and made by the functions that Python has; no fault loses its line.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from chaosdrill.errors import ChaosdrillError
+from chaosdrill.names import remedy
+from chaosdrill.scene.lines import Path
+from chaosdrill.settings import Faults
+
+SIDES = ("above", "below")
+SLIDING = "sliding"
+SHARED = ("name", "description", "states", "time", "period", "quadratures", "bounds", "labels")
+OF_FILIPPOV = (*SHARED, "surface", *SIDES)
+OF_DRIVE = ("pieces", "table", "period")
+
+MOST_PIECES = 120
+"""Of a drive: every piece is a mode at least, and a system has 127."""
+
+MOST_OPERATIONS = 200
+"""Of one field: the sliding mode is a fraction of both, which is reduced."""
+
+MOST_POWER = 8
+"""Exponent of a sum, which is expanded; no such sum stands in another one."""
+
+
+def as_definition(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Two fields and a surface as a definition of two modes, by which every fault in them is found."""
+    found = {key: table[key] for key in SHARED if key in table}
+    found["modes"] = {side: table[side] for side in SIDES if side in table}
+    if "above" in table:
+        # an integrand may have a value of its own there
+        found["modes"][SLIDING] = table["above"]
+    surface = table.get("surface")
+    expression = next(iter(surface.values()), None) if isinstance(surface, Mapping) else surface
+    if expression is not None and set(SIDES) <= table.keys():
+        named = {"name": "surface", "source": "above", "target": "below", "guard": expression, "direction": -1}
+        found["transitions"] = [named]
+    return found
+
+
+def placed(path: Path) -> Path | None:
+    """Where a fault of that definition stands in the table; None for one that stands elsewhere too."""
+    match path:
+        case ("modes", side, *rest):
+            return None if side == SLIDING else (side, *rest)
+        case ("transitions", *_):
+            return ("surface",)
+    return path
+
+
+def filippov_faults(table: Mapping[str, Any]) -> Faults:
+    """What is wrong with the keys of the table."""
+    for key in table:
+        if key not in OF_FILIPPOV:
+            yield (key,), f"unknown key; {remedy(key, OF_FILIPPOV)}"
+    for key in ("surface", *SIDES):
+        if key not in table:
+            yield (key,), "missing"
+    surface = table.get("surface")
+    if isinstance(surface, Mapping) and len(surface) != 1:
+        yield ("surface",), f"expected an expression, or one name with its expression, received {len(surface)} names"
+
+
+def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], initial: Mapping[str, Any]) -> Any:
+    """The system of a table without faults.
+
+    Raises
+    ------
+    ChaosdrillError
+        If there is none, with the reason.
+    """
+    from chaosdrill.model.filippov import filippov
+    from chaosdrill.model.reading import TIME, UNNAMED
+
+    given: dict[str, Any] = {"name": UNNAMED, **table, "parameters": parameters, "initial": initial}
+    if "time" not in given and TIME not in parameters and _names_time(table):
+        given["time"] = TIME
+    return filippov(**given)
+
+
+def _names_time(table: Mapping[str, Any]) -> bool:
+    """Whether an expression names the time that nothing else is called."""
+    from chaosdrill.model.reading import TIME
+
+    states = table["states"]
+    listed = states.replace(",", " ").split() if isinstance(states, str) else states
+    texts = _texts({key: table[key] for key in ("surface", *SIDES, "quadratures") if key in table})
+    return TIME not in listed and any(TIME in _symbols(text) for text in texts)
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, Mapping):
+        for one in value.values():
+            yield from _texts(one)
+    elif isinstance(value, str):
+        yield value
+
+
+def _symbols(text: str) -> set[str]:
+    from chaosdrill.model.text import read_open_text
+
+    return {symbol.name for symbol in read_open_text(text).free_symbols}
+
+
+def too_large(definition: Any) -> Faults:
+    """What would take too long to be combined: fields of many operations, and powers of long sums."""
+    import sympy
+
+    from chaosdrill.model.definition import operations
+
+    for mode, field in definition.modes.items():
+        if (count := operations(definition, mode)) > MOST_OPERATIONS:
+            what = "products, powers and functions (these count twice)"
+            yield ("modes", mode), f"has {count} {what}; at most {MOST_OPERATIONS} are combined"
+        for state, rate in field.items():
+            for power in rate.atoms(sympy.Pow):
+                if not power.base.is_Add or not power.exp.is_Integer or power.exp <= 1:
+                    continue
+                if power.exp > MOST_POWER or any(one.base.is_Add for one in power.base.atoms(sympy.Pow)):
+                    text = f"takes a power of a sum beyond {MOST_POWER}, or within another one, which would be expanded"
+                    yield ("modes", mode, str(state)), text
+
+
+def drive_faults(name: str, drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
+    """What is wrong with one drive; ``used`` gets the parameters that its expressions name.
+
+    Parameters
+    ----------
+    name : str
+        The parameter that stands for it.
+    drive : object
+        What the scene gives.
+    names : mapping of str to symbol
+        States, parameters and time.
+    used : set of str
+    """
+    from chaosdrill.model.drives import PHASE, SHAPES
+
+    if not isinstance(drive, Mapping):
+        yield (), f"expected a table with pieces or a table of values, received {drive!r:.60}"
+        return
+    for key in drive:
+        if key not in OF_DRIVE:
+            yield (key,), f"unknown key; {remedy(key, OF_DRIVE)}"
+    if ("pieces" in drive) == ("table" in drive):
+        yield (), "give pieces or a table of values, one of them"
+    if "period" in drive:
+        yield from _read(("period",), drive["period"], names, used)
+    pieces = drive.get("pieces")
+    if isinstance(pieces, str) and pieces not in SHAPES:
+        yield ("pieces",), f"unknown drive {pieces!r:.60}; {remedy(pieces, SHAPES)}"
+    elif isinstance(pieces, Mapping):
+        yield from _long(("pieces",), pieces)
+        for start, shape in list(pieces.items())[:MOST_PIECES]:
+            yield from _read(("pieces", start), start, names, used)
+            yield from _read(("pieces", start), shape, {**names, PHASE.name: PHASE}, used)
+    elif pieces is not None and not isinstance(pieces, str):
+        yield ("pieces",), f"expected one of {list(SHAPES)} or a table of phases, received {pieces!r:.60}"
+    values = drive.get("table")
+    if isinstance(values, list | Mapping):
+        yield from _long(("table",), values)
+        listed = list(enumerate(values) if isinstance(values, list) else values.items())
+        for place, value in listed[:MOST_PIECES]:
+            if isinstance(values, Mapping):
+                yield from _read(("table", place), place, {}, used)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+                yield ("table", place), f"expected a finite number, received {value!r:.60}"
+    elif values is not None:
+        yield ("table",), f"expected a list of numbers, or a table of phases, received {values!r:.60}"
+
+
+def _long(path: Path, values: Any) -> Faults:
+    if len(values) > MOST_PIECES:
+        yield path, f"has {len(values)} pieces; at most {MOST_PIECES} can be modes of a system"
+
+
+def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> Faults:
+    """Faults of an expression, with the names that it holds."""
+    from chaosdrill.model.grammar import ExpressionError
+    from chaosdrill.model.text import read_text
+
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        value = repr(value)
+    if not isinstance(value, str):
+        yield path, f"expected an expression in quotes, received {value!r:.60}"
+        return
+    try:
+        used |= {symbol.name for symbol in read_text(value, names).free_symbols}
+    except ExpressionError as fault:
+        yield path, str(fault)
+
+
+def driven_system(system: Any, drives: Mapping[str, Mapping[str, Any]]) -> Any:
+    """The system with its drives; raises `DriveFault` with the name of the one that cannot be."""
+    from chaosdrill.model.drives import driven
+
+    for name, drive in drives.items():
+        try:
+            system = driven(system, name, **drive)
+        except ChaosdrillError as fault:
+            raise DriveFault(name, str(fault)) from fault
+    return system
+
+
+class DriveFault(ChaosdrillError):
+    """A drive that the system cannot have.
+
+    Parameters
+    ----------
+    drive : str
+    message : str
+    """
+
+    def __init__(self, drive: str, message: str) -> None:
+        super().__init__(message)
+        self.drive = drive
