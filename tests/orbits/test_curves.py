@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import fsolve
 from support.following import at_both_limits, followed
@@ -219,3 +220,76 @@ def test_it_is_met_at_no_speed(kicked):
     # the tangent map has no bound there
     assert np.isnan(kicked.multipliers).all()
     assert not kicked.stable.any()
+
+
+# Curves of systems without a forcing: what scipy makes of the orbits on them.
+
+
+def roessler_multipliers(start, a, c, turns):
+    """By the variational equation, solved by scipy until the plane across the flow at the start is met so often."""
+
+    def rates(t, z, a, c):
+        slope = np.array([[0, -1, -1], [1, a, 0], [z[2], 0, z[0] - c]])
+        return [-z[1] - z[2], z[0] + a * z[1], 0.2 + z[2] * (z[0] - c), *(slope @ z[3:].reshape(3, 3)).ravel()]
+
+    whole = np.array([*start, *np.eye(3).ravel()])
+    normal = np.array(rates(0, whole, a, c)[:3])
+
+    def plane(t, z, a, c):
+        return normal @ (z[:3] - start) if t > 1 else 1.0
+
+    plane.direction, plane.terminal = 1, turns
+    found = solve_ivp(rates, (0, 60), whole, "DOP853", args=(a, c), events=plane, rtol=1e-12, atol=1e-13)
+    end = found.y_events[0][-1]
+    np.testing.assert_allclose(end[:3], start, atol=1e-8)
+    return np.linalg.eigvals(end[3:].reshape(3, 3))
+
+
+@pytest.mark.parametrize(
+    ("follow", "c", "period", "critical", "error"),
+    [("period_doubling", 2.5, 1, [-1.0, 1.0], 1e-6), ("fold", 5.3, 3, [1.0, 1.0], 1e-3)],
+)
+def test_curves_of_a_flow_over_any_section(follow, c, period, critical, error):
+    system = build("roessler", {"c": c}, {})
+    limits = {"c": (2.3, 5.6), "a": (0.15, 0.25)}
+    places = []
+    for at in ("y < 0", "x > 0"):
+        found = cd.continue_orbit(system, limits, follow=follow, at=at, period=period, step=0.05, transient=400)
+        assert int(found["outcome"]) == Outcome.PERIODIC, found.attrs["message"]
+        places.append(float(found["special_value"][0]))
+        one = found.isel(point=found.sizes["point"] // 3)
+        values = roessler_multipliers(one["orbit_state"].values, float(one["a"]), float(one["c"]), period)
+        values = values[np.argsort(-np.abs(values))][:2]
+        np.testing.assert_allclose(np.sort(values.real), critical, atol=error)
+    assert places[0] == pytest.approx(places[1], abs=1e-9)
+
+
+def test_period_doublings_of_a_spiking_neuron():
+    """The slope of the map of u after a spike is -1: by differences of what scipy finds at the spike."""
+    system = build("izhikevich", {"a": 0.2, "b": 2.0, "c": -56.0, "d": -16.0, "I": -99.0}, {})
+    found = cd.continue_orbit(
+        system, {"c": (-60.0, -50.0), "d": (-18.0, -12.0)}, follow="period_doubling", at="spike", step=0.2
+    )
+
+    def spike(t, y, u):
+        return y[0] - 30
+
+    spike.terminal, spike.direction = True, 1
+
+    def after(u, c, d):
+        def rates(t, y, _):
+            return [0.04 * y[0] ** 2 + 5 * y[0] + 140 - y[1] - 99, 0.2 * (2 * y[0] - y[1])]
+
+        end = solve_ivp(rates, (0, 200), [c, u], "DOP853", args=(0,), events=spike, rtol=1e-12, atol=1e-11)
+        return end.y_events[0][0][1] + d
+
+    for k in (0, -1):
+        one = found.isel(point=k)
+        c, d, doubled = float(one["c"]), float(one["d"]), False
+        u = float(one["section"].values[0, 1])
+        for _ in range(2):
+            u = after(u, c, d)
+            doubled = doubled or abs(after(u, c, d) - u) < 1e-7
+        assert doubled
+        slope = (after(u + 1e-4, c, d) - after(u - 1e-4, c, d)) / 2e-4
+        assert slope == pytest.approx(-1, abs=1e-5)
