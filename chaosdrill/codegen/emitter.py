@@ -212,13 +212,14 @@ class Module:
     def __str__(self) -> str:
         return str(self.module)
 
-    def declared(self, name: str, types: Sequence[ir.Type], result: ir.Type) -> Any:
-        """Declare a pure external function."""
+    def declared(self, name: str, types: Sequence[ir.Type], result: ir.Type, *, pure: bool = True) -> Any:
+        """Declare an external function; one that is not pure writes through its arguments."""
         found = self.module.globals.get(name)
         if found is None:
             found = ir.Function(self.module, ir.FunctionType(result, types), name)
             found.attributes.add("nounwind")
-            found.attributes.add("readnone")
+            if pure:
+                found.attributes.add("readnone")
         return found
 
     def reciprocals(self) -> Any:

@@ -10,7 +10,9 @@ from sympy.core.sorting import default_sort_key
 from chaosdrill.codegen.constants import double
 from chaosdrill.codegen.emitter import total
 from chaosdrill.codegen.mathematics import LIBRARY, START, power, remainder, root, special
+from chaosdrill.codegen.python import write_call
 from chaosdrill.errors import ModelError
+from chaosdrill.model.python import Along, Called, Doubt
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
@@ -74,6 +76,9 @@ class Expressions:
             return self._power(e.base, e.exp)
         if isinstance(e, sympy.Piecewise):
             return self._piecewise(e)
+        if isinstance(e, Called | Along | Doubt):
+            self.known |= write_call(self.function, e, self._value)
+            return self.known[e]
         return self._function(e)
 
     def _product(self, e: Any) -> "Number":

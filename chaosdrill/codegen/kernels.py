@@ -21,6 +21,7 @@ from chaosdrill.codegen.series import ModeSeries
 from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, LANES, POINTWISE, SIGNATURES
 from chaosdrill.model.exponents import specialise
 from chaosdrill.model.places import parameter, places_of
+from chaosdrill.model.python import sources
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -47,6 +48,12 @@ class Code:
         return {name: NativeFunction(name, signatures[name], library) for name in self.names}
 
 
+class NoFunction:
+    """A function that a system does not have, and no method calls that it has."""
+
+    address = 0
+
+
 @dataclass(frozen=True)
 class Written:
     """The code of a system and the layout that goes with it."""
@@ -68,13 +75,16 @@ def write(system: "HybridSystem") -> Written:
     constants = Constants(system)
     events = tuple(mode_events(system, mode) for mode in system.modes)
     modes = tuple(
-        ModeSeries(system, m, [e.guard for e in ev], constants) for m, ev in zip(system.modes, events, strict=True)
+        ModeSeries(system, m, [e.guard for e in ev], constants)
+        for m, ev in zip(system.modes, events, strict=True)
+        if not sources(system)
     )
+    filled = len(system.states) + len(system.quadratures) + max(map(len, events))
     return Written(
-        single=(*_series(modes, 1), _pointwise(system, constants, events, modes)),
+        single=(*(_series(modes, 1) if modes else ()), _pointwise(system, constants, events, modes)),
         modes=modes,
         events=events,
-        rows=max(m.row_count for m in modes),
+        rows=max((m.row_count for m in modes), default=filled),
         own_jacobian=any(m.in_jacobian for m in modes),
         constants=len(constants.places),
     )
@@ -137,7 +147,8 @@ def _pointwise(
 ) -> Code:
     """The functions of one point."""
     module = Module()
-    large = {mode: f"field_{i}" for i, mode in enumerate(system.modes) if series[i].tables is not None}
+    tables = {mode: one.tables for mode, one in zip(system.modes, series, strict=False) if one.tables is not None}
+    large = {mode: f"field_{i}" for i, mode in enumerate(system.modes) if mode in tables}
     modes = [Pointwise(module, system, constants, mode, large) for mode in system.modes]
     most = max((len(watched) for watched in events), default=0)
 
@@ -167,8 +178,9 @@ def _pointwise(
         number = f.builder.add(f.builder.mul(mode, INT(most)), j)
         _by_number(f, number, calls, passed(f, rest), otherwise)
 
-    of_modes("field", {"out": _VECTOR}, lambda i, name: (series[i].tables or modes[i]).field(module, name))
-    of_modes("variation", {"d": _VECTOR, "out": _VECTOR}, lambda i, name: series[i].variation(module, name))
+    of_modes("field", {"out": _VECTOR}, lambda i, name: tables.get(modes[i].mode, modes[i]).field(module, name))
+    varied = {"d": _VECTOR, "out": _VECTOR}
+    of_modes("variation", varied, lambda i, name: (series[i] if series else modes[i]).variation(module, name))
     of_guards("guard", {"gradient": _VECTOR}, Pointwise.guard, DOUBLE(0.0))
     of_guards("guard_error", {"out": _VECTOR}, Pointwise.guard_error)
     event = {"tangents": INT, "scale": _VECTOR, "tolerance": DOUBLE, "event": _VECTOR}
@@ -215,7 +227,7 @@ class Kernels:
     Attributes
     ----------
     functions : tuple
-        The functions of ``codegen.signatures.SIGNATURES``, in order.
+        The functions of ``codegen.signatures.SIGNATURES``, in order; a system of Python functions has no series.
     written : Written
         Their code.
     rows : int
@@ -312,7 +324,7 @@ def _compiled(system: "HybridSystem") -> Kernels:
         keys[: len(events)] = [e.key for e in events]
         surfaces[: len(events)] = [e.surface for e in events]
     return Kernels(
-        functions=tuple(found[name] for name in SIGNATURES),
+        functions=tuple(found.get(name, NoFunction) for name in SIGNATURES),
         fill_constants=found["constants"],
         written=written,
         mode_table=mode_table,

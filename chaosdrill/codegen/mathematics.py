@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from chaosdrill.codegen import python
 from chaosdrill.codegen.emitter import DOUBLE, Function, Module, Number
 
 _TURNS = 1e5
@@ -153,7 +154,9 @@ def _called_back(function: Callable[..., float]) -> Any:
 
 @cache
 def address(name: str) -> int:
-    """Where the code of a special function is."""
+    """Where the code of a special function, or of one of Python, is."""
+    if name.startswith(python.PREFIX):
+        return python.address(name)
     import numba
     from numba import float64
 

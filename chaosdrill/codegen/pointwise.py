@@ -14,7 +14,7 @@ from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Ro
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import event_places
-from chaosdrill.model.derive import guard_gradient, rate, rebound, reset_entries, reset_map
+from chaosdrill.model.derive import derivative_along, guard_gradient, rate, rebound, reset_entries, reset_map
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
@@ -69,6 +69,20 @@ class Pointwise:
         f, x, (out,) = self._begin(name, {"out": _ROW})
         rates = [self.system.modes[self.mode][s] for s in self.system.states]
         return self._fill(f, x, out, [*rates, *self.system.integrands(self.mode)])
+
+    def variation(self, module: Module, name: str) -> Any:
+        """Write ``(t, c, x, d, out)``: the Jacobian times a direction, for rates of which no series is made."""
+        f, x, (d, out) = self._begin(name, {"d": _ROW, "out": _ROW})
+        states = self.system.states
+        along = [sympy.Symbol(f"d_{i}", real=True) for i in range(self.n)]
+        direction = dict(zip(states, along, strict=True))
+        changes = [derivative_along(self.system.modes[self.mode][s], direction) for s in states]
+        given, target = f.row(d), f.row(out)
+        values = self._expressions(f, x, changes, {one: given[i] for i, one in enumerate(along)})
+        for i, number in enumerate([values[e] for e in changes]):
+            target[i] = number
+        f.end()
+        return f.made
 
     def guard_error(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, out)``: rounding bounds of a guard's value and of its rate along the flow."""

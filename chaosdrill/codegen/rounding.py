@@ -11,6 +11,7 @@ from typing import Any
 import sympy
 from sympy.core.function import ArgumentIndexError
 
+from chaosdrill.model.python import Called, Doubt
 from chaosdrill.model.special import SPECIAL
 
 UNIT = 2.0**-53
@@ -62,6 +63,8 @@ def _bound(e: Any, bound: Any) -> Any:
         return sympy.Add(*map(bound, e.args)) + sympy.Abs(e)
     if isinstance(e, sympy.Abs):
         return bound(e.args[0])
+    if isinstance(e, Called):
+        return Doubt(*e.args, *map(bound, e.args[3:]))
     # any other function: what its arguments may be off by, through its derivatives
     carried = sympy.Add(*(sympy.Abs(_slope(e, i)) * bound(a) for i, a in enumerate(e.args)))
     special = SPECIAL.get(type(e).__name__)

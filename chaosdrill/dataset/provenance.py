@@ -106,13 +106,15 @@ def signature() -> str:
 def _definition(system: Any) -> dict[str, str]:
     from chaosdrill.model import HybridSystem
     from chaosdrill.model.definition import write_definition
+    from chaosdrill.model.python import DERIVATIVES, sources
 
     if not isinstance(system, HybridSystem):
         return {}
     try:
         return {"definition": to_json(write_definition(system))}
     except ModelError as fault:
-        return {"definition_missing": str(fault)}
+        derived = {"derivatives": DERIVATIVES} if sources(system) else {}
+        return {"definition_missing": str(fault), **derived}
 
 
 def _of_settings(settings: Mapping[str, Any]) -> dict[str, str | float | int]:

@@ -25,12 +25,15 @@ class Method:
         Whether it is told how many steps a period has, and looks at guards at the ends of steps alone.
     implicit : bool
         Whether a step is solved for by Newton's method.
+    series : bool
+        Whether it takes series of expressions, which a Python function has none of.
     """
 
     summary: str
     cites: tuple[str, ...] = ()
     fixed_step: bool = False
     implicit: bool = False
+    series: bool = False
 
 
 def _found() -> Iterator[tuple[str, Method]]:

@@ -16,6 +16,7 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import frozen_states
 from chaosdrill.model.exponents import differences
 from chaosdrill.model.places import parameter
+from chaosdrill.model.python import Called
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -61,6 +62,8 @@ def repeats(system: "HybridSystem") -> bool:
 def _repeats(system: "HybridSystem", expression: Any) -> bool:
     if system.time not in expression.free_symbols:
         return True
+    if expression.has(Called):
+        return False
     later = expression.xreplace({system.time: system.time + system.period})
     later = later.replace(
         lambda part: isinstance(part, sympy.Function), lambda part: part.func(*map(sympy.expand, part.args))

@@ -16,8 +16,10 @@ from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.radau_tables import MOST_STAGES
 from chaosdrill.engine.roots import DEPTH
+from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import pinned_states, pinned_values
 from chaosdrill.model.places import TIME, parameter
+from chaosdrill.model.python import sources
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -27,6 +29,13 @@ def settings_of(
     system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool = True
 ) -> np.ndarray:
     """Settings of runs, one record; ``order`` is that of a guard's polynomial."""
+    if METHODS[numerics.method].series and (found := sources(system)):
+        place, one = next(iter(found.items()))
+        others = [repr(name) for name, method in METHODS.items() if not method.series]
+        raise SettingsError(
+            f"method is {numerics.method!r}, which takes series of expressions, but {system.name} has a Python "
+            f"function, {one.name!r:.60} at {place:.200}; pass method={' or '.join(others)}"
+        )
     settings = np.zeros(1, dtype=at.SETTINGS)
     settings["method"] = at.method_code(numerics.method)
     settings["order"] = order

@@ -12,6 +12,7 @@ from chaosdrill.engine.polynomial import late_size, size, value
 METHOD = {
     "summary": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
     "cites": ("jorba2005", "farouki2012"),
+    "series": True,
 }
 
 SMALLEST = 1e-290

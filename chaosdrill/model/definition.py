@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.python import sources
 from chaosdrill.model.reading import DEFAULT_BOUND, Definition, Reader, Transition
 from chaosdrill.model.text import write_text
 
@@ -85,6 +86,11 @@ def build_defined(
 
 
 def _written(system: "HybridSystem") -> dict[str, Any]:
+    if functions := sources(system):
+        told = (
+            f"{place} is the Python function {one.name!r:.60}, content {one.digest}" for place, one in functions.items()
+        )
+        raise ModelError(f"{system.name}: no text can hold Python functions: {'; '.join(told)}")
     try:
         definition = _plain(system)
         reader = Reader(system.parameters)

@@ -1,10 +1,11 @@
 """Derivatives of a system's expressions: nobody writes one by hand."""
 
-from collections.abc import Set
+from collections.abc import Mapping, Set
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.model.python import Along, Called
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
@@ -76,6 +77,16 @@ def jacobian(system: "HybridSystem", mode: str) -> sympy.Matrix:
     """Derivative of the field of one mode, shape (n, n)."""
     n = len(system.states)
     return sympy.SparseMatrix(n, n, jacobian_entries(system, mode)).as_mutable()
+
+
+def derivative_along(expression: Any, direction: Mapping[Any, Any]) -> Any:
+    """Derivative of an expression where symbols change at these rates; a Python function is called once for it."""
+    if isinstance(expression, Called) and not expression.by:
+        changes = [derivative_along(number, direction) for number in expression.numbers]
+        return Along(expression.source, expression.place, *expression.numbers, *changes)
+    return sympy.Add(
+        *(differentiate(expression, x) * way for x, way in direction.items() if x in expression.free_symbols)
+    )
 
 
 def time_derivative(system: "HybridSystem", expression: Any) -> Any:
@@ -217,7 +228,7 @@ def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
     """
     import numpy as np
 
-    special = tuple(SPECIAL)
+    special = (*SPECIAL, Called.__name__)
     plain = [row for row in rows if not any(type(f).__name__ in special for e in row.values() for f in _functions(e))]
     matrix = np.vstack([*_samples(plain, n), np.zeros((n, n))])
     _, weights, directions = np.linalg.svd(np.linalg.qr(matrix, mode="r"))
@@ -234,7 +245,9 @@ def _null_directions(rows: list[Sparse], n: int) -> list[list[float]]:
 
 def _vanishes(expression: Any) -> bool:
     """Whether an expression is zero: most are once they are multiplied out, which takes far less than all else."""
-    return bool(expression == 0 or sympy.expand(expression) == 0 or sympy.simplify(expression) == 0)
+    if expression == 0 or sympy.expand(expression) == 0:
+        return True
+    return bool(not expression.has(Called) and sympy.simplify(expression) == 0)
 
 
 def _samples(rows: list[Sparse], n: int) -> "list[np.ndarray]":

@@ -22,6 +22,7 @@ from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import frozen_states
 from chaosdrill.model.exponents import differences
 from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.model.text import (
     SMOOTH,
@@ -70,7 +71,7 @@ _UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Orde
 class Transition:
     """One outcome of one event.
 
-    Expressions are text, numbers or sympy.
+    Expressions are text, numbers or sympy, or Python functions as in `HybridSystem`.
 
     Parameters
     ----------
@@ -84,12 +85,12 @@ class Transition:
         The event happens where this expression of states, time and parameters reaches zero.
     direction : {+1, -1, 0}
         Upward crossings, downward crossings, or both.
-    reset : mapping of state to expression, optional
+    reset : mapping of state to expression, or a function of all states, optional
         State after the event from the state before it; what is not named stays as it is.
     condition : relation, or mapping of mode to relation, optional
-        Relation between pre-event quantities, one for each source if they differ. Transitions that share source, guard
-        and direction are the outcomes of one event: the first declared whose condition holds is taken, and none if
-        none holds.
+        Relation between pre-event quantities, one for each source if they differ; a function returns whether it holds.
+        Transitions that share source, guard and direction are the outcomes of one event: the first declared whose
+        condition holds is taken, and none if none holds.
     priority : int, default 0
         Of guards that reach zero together the one with the larger priority acts first.
     completes : str, optional
@@ -199,6 +200,7 @@ class Reader:
         self._transitions: list[str | None] = []
         self._names: dict[str, Any] = {}
         self._moving: set[Any] = set()
+        self._clock: Any = None
         self._hints: dict[str, str] = {}
 
     def read(self, definition: Any) -> Definition | None:
@@ -247,6 +249,9 @@ class Reader:
             self._hints = {"time": f"the time is called {TIME!r}; for another name declare it: time = 'time'"}
         self._names = {one: sympy.Symbol(one, real=True) for one in named}
         self._moving = {self._names[one] for one in named if one not in self.parameters}
+        self._clock = self._names.get(TIME if time is None else time)
+        if time is None and TIME in (*self.parameters, *states):
+            self._clock = None
         period = self._period(given["period"]) if "period" in given else None
         modes = self._read_modes(given.get("modes"))
         transitions = self._read_transitions(given.get("transitions", ()))
@@ -357,12 +362,46 @@ class Reader:
         for mode, rates in given.items():
             path = ("modes", mode)
             self._text(path, mode)
+            if is_python(rates):
+                read[mode] = self._all_states(path, rates)
+                continue
             rates = self._table(path, rates)
             for state in self.states or ():
                 if state not in rates:
                     self._fault(path, f"gives no rate for {state!r:.60}; write 0 if the mode holds it")
             read[mode] = self._assignments(path, rates, FLOW)
         return read
+
+    def _all_states(self, path: Path, function: Any) -> dict[Any, Any]:
+        """What a Python function returns, by the state that each number belongs to."""
+        # a transition whose system is not known yet has its function stand for one state
+        states = self._moved_states() or (sympy.Symbol("x", real=True),)
+        try:
+            return dict(zip(states, self._from_python(function, len(states)), strict=True))
+        except ExpressionError as fault:
+            self._fault(path, str(fault))
+            return {}
+
+    def _moved_states(self) -> tuple[Any, ...]:
+        return tuple(sympy.Symbol(one, real=True) for one in self.states or ())
+
+    def _from_python(self, function: Any, count: int = 0) -> list[Any]:
+        """The numbers that a Python function returns: one, or a tuple of so many."""
+        if told := fault_of(function):
+            raise ExpressionError(told)
+        if self.open:
+            return called(Source(function, (), (), count), [])
+        reads = reads_time(function)
+        if reads and self._clock is None:
+            raise ExpressionError(f"reads the time, while {TIME!r} is a state or a parameter; name the time, as in "
+                                  "time = 'tau'")  # fmt: skip
+        names = [*(s.name for s in self._moved_states()), *self.parameters]
+        found = called(
+            Source(function, self.states or (), tuple(self.parameters), count),
+            [self._clock if reads else sympy.Integer(0), *(self._names[one] for one in names)],
+        )
+        self.used |= {s.name for s in found[0].free_symbols}
+        return found
 
     def _faulty(self, key: str) -> bool:
         return any(path[:1] == (key,) for path, _ in self.faults)
@@ -462,8 +501,11 @@ class Reader:
             read["guard"] = guard = self._expression((*path, "guard"), given["guard"], FLOW)
             if guard is not None and not guard.free_symbols & self._moving and not self.open:
                 self._fault((*path, "guard"), "depends on no state and not on time")
-        resets = self._table((*path, "reset"), given.get("reset", {}))
-        read["reset"] = self._assignments((*path, "reset"), resets, RESET)
+        resets = given.get("reset", {})
+        if is_python(resets):
+            read["reset"] = self._all_states((*path, "reset"), resets)
+        else:
+            read["reset"] = self._assignments((*path, "reset"), self._table((*path, "reset"), resets), RESET)
         read["condition"] = self._condition((*path, "condition"), given.get("condition"), read["source"])
         read["priority"] = self._whole((*path, "priority"), given.get("priority", 0))
         return read
@@ -520,6 +562,10 @@ class Reader:
                 if not abs(value) <= MOST:
                     raise ExpressionError(f"must be a finite double, received {value!r:.60}")
                 found = self._from_text(path, repr(float(value) if isinstance(value, float) else int(value)), condition)
+            elif is_python(value) and path:
+                (found,) = self._from_python(value)
+                # True and False are 1 and 0 as numbers
+                found = sympy.Gt(found, 0) if condition else found
             else:
                 found = self._from_sympy(value, condition)
             if not self.open and (told := refused(found, self._moving, level)):
@@ -564,6 +610,8 @@ class Reader:
         if not has_doubles(found):
             raise ExpressionError(f"{found!s:.60} holds a number that is larger than any double")
         found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})
+        if not self.open and any(not one.numbers for one in found.atoms(Called)):
+            raise ExpressionError("is the Python function of a transition alone; pass the function itself")
         unknown = [] if self.open else sorted(s.name for s in found.free_symbols if s.name not in self._names)
         if unknown:
             raise ExpressionError("; ".join(unknown_name(name, self._names, self._hints) for name in unknown[:10]))
@@ -643,7 +691,7 @@ def refused(expression: Any, moving: set[Any], level: int) -> str | None:
     flow would be stepped over in silence.
     """
     for part in sympy.preorder_traversal(expression):
-        if not isinstance(part, Application) or isinstance(part, sympy.And | sympy.Or | sympy.Not):
+        if not isinstance(part, Application) or isinstance(part, sympy.And | sympy.Or | sympy.Not | Called):
             continue
         name = type(part).__name__
         own = level_of(name)

@@ -1,7 +1,7 @@
 """A hybrid dynamical system as its user writes it: modes that flow, guards, resets."""
 
 from collections import OrderedDict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from threading import RLock
 from typing import Any
@@ -40,6 +40,12 @@ class HybridSystem:
     and never run as code; in sympy, symbols are matched by name, whatever their assumptions. Jacobians, guard
     gradients, reset Jacobians and saltation matrices are derived from the expressions.
 
+    Instead of an expression there may be a Python function ``f(t, x, p)`` that numba can compile, for the methods
+    ``dop853``, ``radau`` and ``rk4``. ``x`` and ``p`` are named tuples of the states and the parameters, in order:
+    ``x.v`` and ``x[1]`` are the same. It returns one number; for a whole mode or a whole reset a tuple, with one for
+    every state. Its derivatives are computed by dual numbers, exact but for rounding. What it reads beside its
+    arguments is taken as it is at the definition. Archives hold its name and a digest, and cannot be run again.
+
     Parameters
     ----------
     name : str
@@ -50,7 +56,7 @@ class HybridSystem:
         What stands for time in expressions. Default: ``t``, unless a state or a parameter is called so.
     parameters : mapping of str to float, optional
         Parameters and their values.
-    modes : mapping of str to mapping of state to expression
+    modes : mapping of str to mapping of state to expression, or to a function
         Time derivative of every state in every mode.
     transitions : sequence of Transition
         What happens at the guards.
@@ -82,7 +88,7 @@ class HybridSystem:
         states: str | Iterable[Any],
         time: Any = None,
         parameters: Mapping[str, float] | None = None,
-        modes: Mapping[str, Mapping[Any, Any]],
+        modes: Mapping[str, Mapping[Any, Any] | Callable[..., Any]],
         transitions: Iterable[Transition] = (),
         period: Any = None,
         initial: Mapping[Any, Any] | None = None,

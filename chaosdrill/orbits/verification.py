@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
-from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen import kernels_of, python
 from chaosdrill.codegen.special import CODE
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
@@ -83,7 +83,7 @@ def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndar
 
 def _function(placed: "HybridSystem", expression: Any) -> Any:
     """An expression of time, states and parameters as a function of numbers."""
-    return sympy.lambdify(arguments(placed), expression, modules=[CODE, "math"])
+    return sympy.lambdify(arguments(placed), expression, modules=[{**CODE, "Called": python.evaluate}, "math"])
 
 
 def _divergence(system: "HybridSystem", mode: int) -> Any:
