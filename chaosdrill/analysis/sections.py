@@ -8,13 +8,12 @@ where it becomes true. It travels as the text ``at`` through arguments, scenes a
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, settling
-from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.analysis.statistics import error_of_mean_rate, whole_cycles
@@ -27,6 +26,9 @@ from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.surface import surface
+
+if TYPE_CHECKING:
+    from chaosdrill.analysis.base import Job
 
 RETURN = 1000
 """Longest time between two points of a section, unless another one is given: in forcing periods, else in times in
@@ -188,7 +190,7 @@ class Path:
     tangents: np.ndarray  # (m, n): those that were followed over the record, at its end
 
 
-def traced(where: Section, given: Any, job: Job) -> Path:
+def traced(where: Section, given: Any, job: "Job") -> Path:
     """A motion over its length, with so many samples in every unit of it; see `trajectory`."""
     system, samples = where.system, given.samples or SAMPLES
     if where.counts == "section":
@@ -254,7 +256,7 @@ def _since(start: float, plan: Span, times: list[float]) -> np.ndarray:
     return np.clip(since, 0.0, plan.length)
 
 
-def _traced_to_points(where: Section, given: Any, job: Job) -> Path:
+def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
     """The same up to the last of so many points of a section: once for its events, and once more for its samples."""
     system, count = where.system, int(given.periods)
     assert where.transitions is not None
@@ -285,7 +287,7 @@ def _present(run: Run) -> np.ndarray:
     return np.concatenate([run.x, np.zeros(len(run.system.quadratures)), [run.standing["mode"]]])
 
 
-def section(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
+def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """States at every strobe, or before every event of a section; see `poincare_section`."""
     numerics = job.numerics
     where = find_section(system, given, numerics)
@@ -347,7 +349,7 @@ class _Blocks:
     totals: np.ndarray
 
 
-def _recorded(where: Section, given: Any, job: Job) -> tuple[int, Outcome, Run, Record, _Blocks]:
+def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run, Record, _Blocks]:
     """Strobes before the record, how it went, the run at its end, the record, and blocks of it."""
     n, q = len(where.system.states), len(where.system.quadratures)
     if where.counts == "section":
