@@ -124,14 +124,16 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
         System with its parameters; its initial state gives the mode, and the states that the grid does not span.
     grid : mapping of two states to values, optional
         ``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.
+    periods, duration, transient : int or float
+        As in `parameter_chart`; no section is kept.
+    at, max_return, exponents, max_period, patience : optional
+        As in `bifurcation_diagram`.
     initial : array, list, mapping, DataFrame or Dataset, optional
         Initial states in any number of dimensions: an array (run, state) or a list of rows, in the order of the states;
         a list of mappings; columns by name, in a mapping, a `pandas.DataFrame` or an `xarray.Dataset`; or an
         `xarray.DataArray` with a dimension ``state``. By name ``mode`` can be given, too, and what is left out is the
         system's own. Beside a grid they follow its cells, whose last state varies fastest.
-    periods, duration, transient : int or float
-        As in `parameter_chart`; no section is stored.
-    at, max_return, exponents, max_period, patience, workers, scheduler, store : optional
+    workers, scheduler, store : optional
         As in `bifurcation_diagram`.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`; ``progress`` gets the outcomes counted so far.
