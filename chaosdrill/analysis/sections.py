@@ -138,6 +138,7 @@ class OrbitStart:
     start: str | float
     transient: int
     points: int = 0  # points of a section that a round of the length ``start`` has; 0: none was named
+    events: tuple[int, ...] = ()  # transitions whose events are the section; empty where it is a surface, or none
 
 
 def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
@@ -176,7 +177,8 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     half.advance(1)
     state = dict(zip(system.state_names, half.x.tolist(), strict=True))
     length = float(times[nearest + period] - times[nearest])
-    return OrbitStart(system.with_initial(**state, mode=half.mode), 1, length, 0, period)
+    events = tuple(k for k in where.transitions if k < len(system.transitions))
+    return OrbitStart(system.with_initial(**state, mode=half.mode), 1, length, 0, period, events)
 
 
 @dataclass(frozen=True)

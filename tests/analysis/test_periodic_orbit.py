@@ -79,6 +79,12 @@ def test_events_stand_in_their_order():
     assert float(ds["smallest_speed"]) == np.abs(ds["event_speed"].values).min()
 
 
+def test_period_counts_the_events_of_its_section():
+    """The orbit that fires once takes about twice the time of the returns that it was looked for from."""
+    ds = cd.periodic_orbit(cd.build("izhikevich", {"c": -50.0, "d": 2.0}), at="spike")
+    assert int(ds["period"]) == int(ds["event_count"]) == 1
+
+
 def test_a_point_at_rest_is_no_orbit():
     x, v, t = sympy.symbols("x v t", real=True)
     damped = cd.HybridSystem(

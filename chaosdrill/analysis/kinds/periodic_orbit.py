@@ -200,9 +200,10 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         begin = orbit_start(system, given, job.numerics)
         found = [find_orbit(begin.system, begin.period, begin.start, begin.transient, job.numerics)]
         if begin.points and found[0].outcome == Outcome.PERIODIC:
-            # a part of what was asked for has a part of the points
-            rounds = begin.points * found[0].duration / float(begin.start)
-            found = [replace(found[0], period=max(1, round(rounds)))]
+            # on a surface, a part of what was asked for has a part of the points
+            rounds = round(begin.points * found[0].duration / float(begin.start))
+            counted = sum(k in begin.events for k in found[0].event_transitions.tolist())
+            found = [replace(found[0], period=counted or max(1, rounds))]
         message, disagreement = found[0].message, found[0].checks.disagreements
     ds = orbits_dataset(system, found).assign(orbit_rates(system, found, job.numerics))
     ds = ds if given.max_period is not None else ds.isel(orbit=0, drop=True)
