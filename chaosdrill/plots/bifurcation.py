@@ -35,7 +35,7 @@ _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#00
 _NOT_REACHED = Look("section not reached", "#E4E4E4", "....")
 _FLAT = 1e-6
 _JUMP = 12.0
-"""A step this many times as long as both its neighbours leads to another attractor."""
+"""A step this many times as long as those around it leads to another attractor."""
 _LEAP, _SEEN = 0.1, 0.02
 """As does one by this part of the extent where period or outcome change; smaller ones than the second are not seen."""
 _NAMED_ROWS = 24
@@ -141,13 +141,14 @@ def _section(
     _shade(panel, edges, np.isnan(section).all(axis=(1, 2)) & ~lost, _NOT_REACHED)
     # a cloud has many small points, a cycle few that stand out
     cloud = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.35, 2.0)))
+    few = float(np.clip(120 / max(len(section), 1), 0.0, 3.0))
     for seed, (colour, name, step) in enumerate(seed_looks(dataset)):
         cycle = period[:, seed] > 0
         # of a cycle one turn is enough; it is the last one of the points that there are
         known = np.isfinite(section[:, seed])
         behind = np.cumsum(known[:, ::-1], axis=1)[:, ::-1]
         turn = known & (behind <= np.where(cycle, period[:, seed], section.shape[2])[:, None])
-        for mask, size in ((cycle, max(1.2, cloud) + 0.9 * step), (~cycle, cloud)):
+        for mask, size in ((cycle, max(1.2, cloud, few) + 0.9 * step), (~cycle, cloud)):
             shown = turn & mask[:, None]
             panel.plot(
                 x[shown],
@@ -261,8 +262,9 @@ def _breaks(run: "xr.Dataset", values: "NDArray[np.float64]") -> "NDArray[np.int
     changes = (np.diff(kinds, axis=0) != 0).any(axis=1)
     steps = np.abs(np.diff(values))
     known = np.where(np.isfinite(steps), steps, 0.0)
-    usual = np.pad(known, 1)
-    beside = np.maximum(usual[:-2], usual[2:])
+    # a jump may take two steps, by a run that is still on its way
+    usual = np.pad(known, 2)
+    beside = np.maximum(np.minimum(usual[:-4], usual[1:-3]), np.minimum(usual[3:-1], usual[4:]))
     extent = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
     jumps = (known > _JUMP * beside) | (changes & (known > _LEAP * extent))
     found: NDArray[np.int64] = np.flatnonzero(jumps & (known > _SEEN * extent)) + 1

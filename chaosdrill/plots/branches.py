@@ -8,9 +8,9 @@ import numpy as np
 from chaosdrill.plots.bifurcation import first_that_varies
 from chaosdrill.plots.companions import limits, swept
 from chaosdrill.plots.looks import BACKGROUND, Look
-from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, period_looks, specials, warn
+from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, period_looks, room, specials, warn
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import axis_label, legend_outside, new_figure, one_panel, owner, places_of, state_label
+from chaosdrill.plots.style import axis_label, legend_outside, new_figure, one_panel, places_of, state_label
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _MARK, _BAR = 6.5, 11.0
-_LEAST_MARK, _SAME = 3.0, 1.5
-"""Width in points of the smallest marks, and distance of marks that are taken for one."""
 _MANY, _MOST_OF_THEM, _PART = 16, 0.6, 0.36
 """So many special points, of which this part lies in that part of the range, have a panel of their own."""
 _JUMP = 12.0
@@ -116,7 +114,8 @@ def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
     cloud = float(np.sqrt(np.clip(2e4 / max(known.sum(), 1), 0.25, 2.0)))
     cycle = np.broadcast_to(diagram["period"].transpose(name, "seed").values[..., None] > 0, section.shape)
     options: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": BACKGROUND, "markeredgewidth": 0}
-    for part, size in ((known & ~cycle, cloud), (known & cycle, 2.0)):
+    line = float(np.clip(900 / len(x), 1.2, 2.0))
+    for part, size in ((known & ~cycle, cloud), (known & cycle, max(cloud, line))):
         axes.plot(x[part], section[part], markersize=size, rasterized=True, zorder=1, **options)
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)
 
@@ -210,7 +209,7 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
                 sizes.append(np.full(len(places[-1]), _MARK * size))
                 kinds += [kind] * len(places[-1])
     every, widths = np.concatenate(places), np.concatenate(sizes)
-    widths = np.minimum(widths, _room(axes, every))
+    widths = np.minimum(widths, room(axes, every))
     for kind in dict.fromkeys(kinds):
         of_kind = np.array(kinds) == kind
         for width in np.unique(widths[of_kind])[::-1]:
@@ -225,21 +224,6 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
             bar(axes, np.broadcast_to(x[here, None], shown.shape), shown, _BAR * size)
     if reasons:
         bar(axes, [], [], _BAR, end_label(reasons))
-
-
-def _room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
-    """How wide a mark at each place can be beside its neighbours, in points, in steps; shape of the places (k, 2)."""
-    if len(places) < 2:
-        return np.full(len(places), np.inf)
-    box = axes.get_position()
-    width, height = owner(axes).get_size_inches()
-    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    scale = 72 * np.array([box.width * width / (right - left), box.height * height / (high - low)])
-    apart = np.hypot(*((places[:, None] - places[None]) * scale).transpose(2, 0, 1))
-    # what lies on the same spot is one mark
-    apart[apart < _SAME] = np.inf
-    room: NDArray[np.float64] = np.maximum(_LEAST_MARK, np.floor(2 * apart.min(axis=1)) / 2)
-    return room
 
 
 def _sizes(section: "NDArray[np.float64]", points: "NDArray[np.int64]") -> "list[tuple[NDArray[np.int64], float]]":

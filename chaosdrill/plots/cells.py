@@ -162,16 +162,18 @@ def _name(
                 va="center",
                 fontsize=_TEXT,
                 color=look.ink,
-                path_effects=[withStroke(linewidth=1.5, foreground=look.colour)],
+                path_effects=[withStroke(linewidth=3.0 if look.hatch else 1.5, foreground=look.colour)],
             )
 
 
 def _roomiest(region: "NDArray[np.float32]", box: "NDArray[np.float64]") -> "tuple[int, int] | None":
-    """The place in a region with most room around a box, or None where the box does not fit."""
+    """The place in a region with most room around a box, which is whole in it if it can be; None if it does not fit."""
     from scipy import ndimage
 
+    inside = ndimage.uniform_filter(region, tuple(int(side) for side in box), mode="constant")
+    most = inside >= min(float(inside.max()), 1.0) - 1e-4
     for scale in (8, 4, 2, 1):
-        cover = ndimage.uniform_filter(region, tuple(int(scale * side) for side in box), mode="constant")
+        cover = most * ndimage.uniform_filter(region, tuple(int(scale * side) for side in box), mode="constant")
         best = cover.max()
         if best >= _INSIDE:
             places = np.argwhere(cover >= best - 1e-4)

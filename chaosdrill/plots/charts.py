@@ -48,6 +48,8 @@ _SIDE = 6.3
 """Width in inches that all panels of a row share."""
 # the few points beyond this percentile on either side, near superstable cycles above all, do not set the scale
 _EXPONENTS_COVERED = 99.0
+_ERRORS, _ROUND_OFF = 3.0, 1e-9
+"""An exponent is told from zero by so many standard errors, and by this part of the largest one of all."""
 # the few points beyond this percentile, runs about to escape above all, do not set the scale
 _RATES_COVERED = 99.9
 # more steps of lightness than these are not told apart
@@ -287,15 +289,30 @@ def lyapunov_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figur
     Returns
     -------
     matplotlib.figure.Figure
-        A panel for each seed. Zero is the palest colour, and each sign has a scale of its own; minus infinity and
-        points without a number stand apart.
+        A panel for each seed. Zero is the palest colour, and each sign has a scale of its own, which numbers within
+        three standard errors of zero do not set; minus infinity and points without a number stand apart. Dotted points
+        are positive by more than that.
     """
     largest = dataset["lyapunov_exponent"].isel(exponent=0)
     largest.attrs["long_name"] = f"largest {largest.attrs['long_name']}"
-    norm, extend = _scale(largest.values)
+    told = _told(dataset)
+    norm, extend = _scale(np.where(told, largest.values, np.nan))
+    positive = told & (largest.values > 0)
     return value_chart(
-        dataset, largest, norm, diverging(), [(-np.inf, MINUS_INFINITY)], extend, (largest.values > 0, POSITIVE), ax
+        dataset, largest, norm, diverging(), [(-np.inf, MINUS_INFINITY)], extend, (positive, POSITIVE), ax
     )
+
+
+def _told(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
+    """Where the largest exponent is told from zero, that of the flow direction above all."""
+    every = dataset["lyapunov_exponent"].values
+    size = np.abs(dataset["lyapunov_exponent"].isel(exponent=0).values)
+    least = np.array(_ROUND_OFF * np.abs(every[np.isfinite(every)]).max(initial=0.0))
+    if "lyapunov_error" in dataset.variables:
+        errors = dataset["lyapunov_error"].isel(exponent=0).values
+        least = np.fmax(least, _ERRORS * errors)
+    told: NDArray[np.bool_] = size > least
+    return told
 
 
 def _scale(values: np.ndarray) -> "tuple[Normalize, str]":

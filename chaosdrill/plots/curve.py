@@ -60,11 +60,12 @@ def join(dataset: "xr.Dataset") -> Curve:
     after = _event_mode(dataset, "event_mode_after", mode[np.clip(np.searchsorted(time, events, "right"), 0, last)])
     states = [dataset[name].values for name in ("states", "event_state_before", "event_state_after")]
     times = np.concatenate([time, events, events])
-    # at equal times the events come first, in their own order, each with its two sides: a sample there is after them
+    # at equal times events keep their own order, each with its two sides: a sample there would be one of them again
     order = np.concatenate(
         [np.full(time.size, 2 * events.size), 2 * np.arange(events.size), 2 * np.arange(events.size) + 1]
     )
     index = np.lexsort((order, times))
+    index = index[~np.isin(index, np.flatnonzero(np.isin(time, events)))]
     return Curve(times[index], np.concatenate(states)[index], np.concatenate([mode, before, after])[index])
 
 

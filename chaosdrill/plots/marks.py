@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.looks import LINE_COLOURS, Look
-from chaosdrill.plots.style import readable, wrapped
+from chaosdrill.plots.style import owner, readable, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -38,6 +38,8 @@ _ENDS = {
 }
 _QUIET_ENDS = ("limit", "closed")
 """Ends that need no mark: the line runs to the edge of the picture, or has no end."""
+_LEAST_MARK, _SAME = 3.0, 1.5
+"""Width in points of the smallest marks, and distance of marks that are taken for one."""
 _NEAREST, _FARTHEST = 1.25, 1.5
 """Largest modulus around which the unit circle is drawn at least, and up to which multipliers widen the picture."""
 
@@ -82,6 +84,21 @@ def mark(axes: "Axes", x: "ArrayLike", y: "ArrayLike", name: str, size: float, *
         label=special_name(name),
         **options,
     )
+
+
+def room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
+    """Return how wide a mark at each place, shape (k, 2), can be beside its neighbours, in steps of half a point."""
+    if len(places) < 2:
+        return np.full(len(places), np.inf)
+    box = axes.get_position()
+    width, height = owner(axes).get_size_inches()
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    scale = 72 * np.array([box.width * width / (right - left), box.height * height / (high - low)])
+    apart = np.hypot(*((places[:, None] - places[None]) * scale).transpose(2, 0, 1))
+    # what lies on the same spot is one mark
+    apart[apart < _SAME] = np.inf
+    wide: NDArray[np.float64] = np.maximum(_LEAST_MARK, np.floor(2 * apart.min(axis=1)) / 2)
+    return wide
 
 
 def bar(axes: "Axes", x: "ArrayLike", y: "ArrayLike", size: float, text: str | None = None) -> None:

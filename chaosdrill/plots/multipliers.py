@@ -1,12 +1,12 @@
 """Multipliers along branches of periodic orbits, and cascades of period doublings."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaosdrill.plots.companions import swept
 from chaosdrill.plots.looks import sequential
-from chaosdrill.plots.marks import mark, named_once, period_looks, specials, unit_circle, warn
+from chaosdrill.plots.marks import mark, named_once, period_looks, room, specials, unit_circle, warn
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import PALETTE, axis_label, new_figure, subscript, uncertain, wrapped
 
@@ -111,17 +111,24 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
         if lost.any():
             where = "" if lost.sum() == known.sum() else f" at {lost.sum()} of {known.sum()} points"
             axes.plot([], [], linestyle="none", label=f"{subscript('μ', i + 1)} = 0{where}")
+    axes.margins(x=0.02)
     foot = blended_transform_factory(axes.transData, axes.transAxes)
-    for kind, points in specials(dataset):
-        if kind in _CROSSINGS:
-            mark(axes, x[points], np.ones(len(points)), kind, 6.5)
-        else:
-            mark(axes, x[points], np.full(len(points), 0.05), kind, 5, transform=foot)
+    found = specials(dataset)
+    for height, own in ((1.0, True), (0.05, False)):
+        here = [(kind, points) for kind, points in found if (kind in _CROSSINGS) == own]
+        every = x[np.concatenate([np.zeros(0, dtype=np.int64), *(points for _, points in here)])]
+        sizes = np.minimum(6.5 if own else 5.0, room(axes, np.column_stack([every, np.zeros(len(every))])))
+        more: dict[str, Any] = {} if own else {"transform": foot}
+        for kind, points in here:
+            mark(axes, [], [], kind, 6.5)
+            kept, sizes = sizes[: len(points)], sizes[len(points) :]
+            for size in np.unique(kept)[::-1]:
+                part = points[kept == size]
+                mark(axes, x[part], np.full(len(part), height), kind, float(size), **more)
     finite = positive[np.isfinite(positive)]
     axes.set_yscale("log")
     axes.set_ylim(max(_SMALLEST, 0.7 * finite.min(initial=0.5)), 1.5 * finite.max(initial=1.0))
     axes.set(xlabel=axis_label(dataset, name), ylabel="modulus")
-    axes.margins(x=0.02)
 
 
 @picture(

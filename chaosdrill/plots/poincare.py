@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_ONE_POINT = 1e-5
 _STEPS = 40
 """Returns that a cobweb shows from the first point on: more fill the picture."""
 
@@ -118,11 +119,15 @@ def return_map(
         axes.plot(values[:-1], values[1:], "o", color=colour, markersize=size, markeredgewidth=0, label=name or "point")
     inside = states[..., index][np.isfinite(states[..., index])]
     if inside.size:
-        edge = 0.05 * float(np.ptp(inside)) or 0.05 * abs(float(inside[0])) or 1.0
+        extent, size = float(np.ptp(inside)), float(np.abs(inside).max())
+        # what is left of a transient beyond the digits of an axis is one point
+        edge = 0.05 * (extent if extent > _ONE_POINT * size else size) or 1.0
         ends = (float(inside.min()) - edge, float(inside.max()) + edge)
         axes.plot(ends, ends, color="0.5", linewidth=0.8, zorder=1, label="diagonal")
         axes.set(xlim=ends, ylim=ends)
     text = state_label(dataset, index)
+    axes.ticklabel_format(useOffset=False)
+    axes.locator_params(nbins=6)
     axes.set(aspect="equal", xlabel=f"{text}, at one point", ylabel=f"{text}, at the next")
     legend_outside(figure, axes.get_legend_handles_labels()[0], ax=ax)
     at = [f"{axis_label(dataset, name)} = {shorten(float(dataset[name].values[0]))}" for name in varied]

@@ -1,5 +1,7 @@
 """Pictures over a plane: charts, basins, and the cells that both are made of."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -109,6 +111,19 @@ def test_lost_exponents_and_missing_ones_stand_apart(chart):
     assert _colours(figure)[4] == [OUTCOME_COLOURS["escaped"]] * 3 + ["#CC79A7"]
     assert len(set(_colours(figure)[3])) == 1
     assert figure.axes[-1].get_ylabel() == "largest Lyapunov exponent"
+
+
+def test_an_exponent_that_is_zero_within_its_error_is_neither_positive_nor_a_scale(chart):
+    exponents = chart["lyapunov_exponent"].copy(deep=True)
+    flow = np.where(np.isfinite(exponents.values), 1e-9 * np.sign(exponents.values), exponents.values)
+    noise = chart.assign(
+        lyapunov_exponent=exponents.copy(data=flow), lyapunov_error=exponents.copy(data=np.full(flow.shape, 1e-9))
+    )
+    figure = lyapunov_chart(noise)
+    assert "positive" not in _legend(figure)
+    low, high = figure.axes[-1].get_ylim()
+    assert low < -0.5 < 0.5 < high
+    assert "positive" in _legend(lyapunov_chart(noise.drop_vars("lyapunov_error")))
 
 
 def test_positive_exponents_are_hatched_for_those_who_see_no_colours(chart):
@@ -382,6 +397,18 @@ def test_hatching_of_a_grid_finer_than_a_point_is_as_large():
     patch = _hatched(_drawn(kinds))
     assert _area(patch) == pytest.approx(np.pi * 400**2, rel=5e-3)
     assert len(patch.get_path().vertices) < 5 * 300
+
+
+def test_a_name_that_has_room_lies_in_its_region_whole():
+    """Cells of a point: a strip with a bay in its middle, where there is most room around a name that it cuts."""
+    kinds = np.ones((80, 160), dtype=int)
+    kinds[:32] = 0
+    kinds[11:45, 73:81] = 1
+    axes, size = Figure().subplots(), (160 / 72, 80 / 72)
+    draw_kinds(axes, np.arange(161.0), np.arange(81.0), kinds, [replace(PLAIN, short="periodic"), HATCHED], size)
+    x, y = next(text for text in axes.texts if text.get_text() == "periodic").get_position()
+    # eight letters of five points or less, and eight points high
+    assert (kinds[round(y - 4) : round(y + 4), round(x - 20) : round(x + 20)] == 0).all()
 
 
 def test_names_stand_inside_their_regions_and_small_regions_have_none():

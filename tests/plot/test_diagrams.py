@@ -123,6 +123,21 @@ def test_lines_join_what_was_followed_and_nothing_else(diagram):
     assert styles == ["-", "None", "None"]
 
 
+def test_a_jump_that_takes_two_steps_is_no_line_and_a_dip_is_one(diagram):
+    """-|q - 1/2| from 0.3 on is 0.6 lower, and half so at 0.3: two long steps; ln|q - 0.905| dips there."""
+    q = diagram["q"].values
+    values = diagram["lyapunov_exponent"].values.copy()
+    values[:, 0, 0] = 0.02 * np.log(np.abs(q - 0.905)) - 0.5 * (q > 0.305) - 0.25 * (np.abs(q - 0.3) < 1e-6)
+    values[:, 0, 1] = -np.inf
+    diagram["outcome"][:], diagram["period"][:] = 1, 1
+    diagram["lyapunov_exponent"] = diagram["lyapunov_exponent"].copy(data=values)
+    line = next(line for line in bifurcation(diagram).axes[1].get_lines() if len(line.get_xdata()) > 50)
+    x, y = line.get_data()
+    assert np.nanmax(np.abs(np.diff(y))) < 0.05
+    assert np.isnan(y).sum() == 2
+    assert np.isfinite(y[np.abs(x - 0.9) < 0.05]).all()
+
+
 def test_a_diagram_of_one_point_has_a_width(diagram):
     low, high = bifurcation(diagram.isel(q=[50])).axes[0].get_xlim()
     assert low < 0.5 < high

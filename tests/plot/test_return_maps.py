@@ -76,3 +76,9 @@ def test_seeds_of_a_diagram_are_apart_and_gaps_are_gaps(diagram):
 def test_several_values_of_a_parameter_have_no_one_map(diagram):
     with pytest.raises(cd.SettingsError, match="there is no picture 'return-map' of this bifurcation-diagram"):
         cd.plot(diagram.assign_attrs(settings=json.dumps({"sweep": {"q": [0.0, 1.0]}})), "return-map")
+
+
+def test_what_is_left_of_a_transient_at_round_off_is_one_point(section):
+    x = 0.25 + 1e-9 * (-0.5) ** np.arange(20)
+    left, right = return_map(_section(section, x, 1 - x)).axes[0].get_xlim()
+    assert (left, right) == pytest.approx((0.2375, 0.2625), rel=1e-6)

@@ -5,8 +5,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from chaosdrill.plots.bifurcation import bifurcation
-from chaosdrill.plots.branches import _room
 from chaosdrill.plots.curve import stops
+from chaosdrill.plots.marks import room
 from chaosdrill.plots.style import symbol
 
 
@@ -48,9 +48,9 @@ def test_marks_are_no_wider_than_the_way_to_the_next(tmp_path):
     axes.set(xlim=(0, 1), ylim=(0, 1))
     box = axes.get_position()
     near = 5 / (72 * 10 * box.width)
-    room = _room(axes, np.array([[0.1, 0.5], [0.1 + near, 0.5], [0.9, 0.5], [0.9, 0.5]]))
-    assert room[:2].tolist() == [5.0, 5.0]
-    assert (room[2:] > 100).all()
+    wide = room(axes, np.array([[0.1, 0.5], [0.1 + near, 0.5], [0.9, 0.5], [0.9, 0.5]]))
+    assert wide[:2].tolist() == [5.0, 5.0]
+    assert (wide[2:] > 100).all()
 
 
 def test_a_state_that_jumps_is_no_wall(ball):
