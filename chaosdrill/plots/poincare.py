@@ -1,6 +1,6 @@
 """Poincare section: the states of all iterates in the plane of the first two, and each against the one before."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _ONE_POINT = 1e-5
+_MANY = 5000
+"""Points that a vector format holds as one image."""
 _STEPS = 40
 """Returns that a cobweb shows from the first point on: more fill the picture."""
 
@@ -61,7 +63,7 @@ def poincare(
         axes.margins(0.25)
     else:
         size = float(np.clip(6e3 / max(len(section), 1), 0.6, 9.0))
-        axes.scatter(x, y, s=size, color=PALETTE[0], linewidth=0, rasterized=len(section) > 5000)
+        axes.scatter(x, y, s=size, color=PALETTE[0], linewidth=0, rasterized=len(section) > _MANY)
     axes.set_xlabel(state_label(dataset, first) if plane else "iterate")
     axes.set_ylabel(state_label(dataset, second[0] if plane else first))
     axes.set_title(_title(dataset, period, len(section)))
@@ -116,7 +118,9 @@ def return_map(
         if 0 < period <= last:
             axes.plot(*cobweb(values[last - period : last + 1]), color=colour, linewidth=1.5)
         size = float(np.clip(np.sqrt(6e3 / max(last, 1)), 1.0, 4.0))
-        axes.plot(values[:-1], values[1:], "o", color=colour, markersize=size, markeredgewidth=0, label=name or "point")
+        dots: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": colour, "markeredgewidth": 0}
+        axes.plot(values[:-1], values[1:], markersize=size, rasterized=len(values) > _MANY, **dots)
+        axes.plot([], [], markersize=4, label=name or "point", **dots)
     inside = states[..., index][np.isfinite(states[..., index])]
     if inside.size:
         extent, size = float(np.ptp(inside)), float(np.abs(inside).max())
