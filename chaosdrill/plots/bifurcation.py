@@ -262,10 +262,13 @@ def _breaks(run: "xr.Dataset", values: "NDArray[np.float64]") -> "NDArray[np.int
     changes = (np.diff(kinds, axis=0) != 0).any(axis=1)
     steps = np.abs(np.diff(values))
     known = np.where(np.isfinite(steps), steps, 0.0)
-    # a jump may take two steps, by a run that is still on its way
     usual = np.pad(known, 2)
-    beside = np.maximum(np.minimum(usual[:-4], usual[1:-3]), np.minimum(usual[3:-1], usual[4:]))
+    beside = np.maximum(usual[1:-3], usual[3:-1])
+    # a jump may take two steps, by a run that is still on its way
+    apart = np.maximum(np.minimum(usual[:-4], usual[1:-3]), np.minimum(usual[3:-1], usual[4:]))
+    around = np.pad(changes, 1)
+    near = changes | around[:-2] | around[2:]
     extent = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
-    jumps = (known > _JUMP * beside) | (changes & (known > _LEAP * extent))
+    jumps = (known > _JUMP * beside) | (near & (known > _JUMP * apart)) | (changes & (known > _LEAP * extent))
     found: NDArray[np.int64] = np.flatnonzero(jumps & (known > _SEEN * extent)) + 1
     return found

@@ -162,8 +162,14 @@ def symbol(name: str) -> str:
 
 def axis_label(dataset: "xr.Dataset", name: str) -> str:
     """Return the axis label of a coordinate: its long name and its symbol, if they differ, and its unit."""
-    text = str(dataset[name].attrs.get("long_name", name))
-    return label(dataset[name], symbol(name) if text == name else f"{text} {symbol(name)}")
+    return label(dataset[name], _with_symbol(str(dataset[name].attrs.get("long_name", name)), name))
+
+
+def _with_symbol(text: str, name: str) -> str:
+    """A long name and the symbol, once where the one has the other as a word."""
+    if text in ("", name):
+        return symbol(name)
+    return text if len(name) > 1 and name in text.split() else f"{text} {symbol(name)}"
 
 
 def progression(dataset: "xr.Dataset") -> "xr.DataArray":
@@ -176,8 +182,7 @@ def state_label(dataset: "xr.Dataset", index: int) -> str:
     name = str(dataset["state"].values[index])
     if "state_long_name" not in dataset.variables:
         return symbol(name)
-    text = str(dataset["state_long_name"].values[index])
-    return symbol(name) if text in ("", name) else f"{text} {symbol(name)}"
+    return _with_symbol(str(dataset["state_long_name"].values[index]), name)
 
 
 def seed_names(dataset: "xr.Dataset") -> list[str]:
@@ -235,7 +240,7 @@ def uncertain(value: float, error: float) -> str:
     last = round(error * 10**digits)
     if last == 10:
         digits, last = max(0, digits - 1), 1
-    if digits > MOST_DIGITS and round(value * 10**digits) < 1000:
+    if digits > MOST_DIGITS and abs(round(value * 10**digits)) < 1000:
         return f"{round(value * 10**digits)}({last})e-{digits}".replace("-", "−")
     return f"{value:.{digits}f}({last})".replace("-", "−")
 

@@ -129,7 +129,7 @@ def test_a_jump_that_takes_two_steps_is_no_line_and_a_dip_is_one(diagram):
     values = diagram["lyapunov_exponent"].values.copy()
     values[:, 0, 0] = 0.02 * np.log(np.abs(q - 0.905)) - 0.5 * (q > 0.305) - 0.25 * (np.abs(q - 0.3) < 1e-6)
     values[:, 0, 1] = -np.inf
-    diagram["outcome"][:], diagram["period"][:] = 1, 1
+    diagram["outcome"][:], diagram["period"][:] = 1, np.where(q > 0.305, 2, 1)[:, None]
     diagram["lyapunov_exponent"] = diagram["lyapunov_exponent"].copy(data=values)
     line = next(line for line in bifurcation(diagram).axes[1].get_lines() if len(line.get_xdata()) > 50)
     x, y = line.get_data()

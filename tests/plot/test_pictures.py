@@ -320,6 +320,7 @@ def test_a_long_record_is_cut_at_a_whole_forcing_period(ball):
         (-np.inf, np.nan, "−∞"),
         (-1.9e-15, 4e-15, "−2(4)e−15"),
         (1.234567e-5, 1e-8, "0.00001235(1)"),
+        (-0.052163941, 1e-9, "−0.052163941(1)"),
     ],
 )
 def test_the_error_sets_the_digits(value, error, text):

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 
 from chaosdrill.plots.bifurcation import bifurcation
 from chaosdrill.plots.curve import stops
 from chaosdrill.plots.marks import room
-from chaosdrill.plots.style import symbol
+from chaosdrill.plots.style import axis_label, symbol
 
 
 @pytest.mark.parametrize(
@@ -29,6 +30,20 @@ from chaosdrill.plots.style import symbol
 )
 def test_names_as_symbols(name, shown):
     assert symbol(name) == shown
+
+
+@pytest.mark.parametrize(
+    ("name", "long_name", "shown"),
+    [
+        ("wall", "position of the wall", "position of the wall"),
+        ("a", "amplitude of a load", "amplitude of a load a"),
+        ("omega", "frequency", "frequency ω"),
+        ("I_ref", "reference current", "reference current I_ref"),
+    ],
+)
+def test_no_word_is_said_twice(name, long_name, shown):
+    ds = xr.Dataset(coords={name: (name, [0.0], {"long_name": long_name})})
+    assert axis_label(ds, name) == shown
 
 
 def test_a_line_ends_where_another_attractor_begins(diagram):
