@@ -88,10 +88,49 @@ def section():
     return [*found["lyapunov_exponent"].values[:1], found["slips_per_time"].item()]
 
 
+def alone(method):
+    """Points of a sweep by a method that steps them one by one, and follows the state."""
+    eta = [0.8, 0.75]
+    given = {"transient": 1, "periods": 2, "patience": 0, "exponents": 1, "follow": "forward", "tolerance": 1e-9}
+    found = cd.bifurcation_diagram(cd.drill(), {"eta": eta}, method=method, **given)
+    return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values.ravel()]
+
+
+def counted():
+    """Points of a sweep whose lengths count events."""
+    given = {"at": "hit", "transient": 1, "periods": 3, "patience": 0, "exponents": 1}
+    found = cd.bifurcation_diagram(cd.drill(), {"eta": [0.8]}, **given)
+    return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values.ravel()]
+
+
+def steep():
+    """A guard whose series ends before that of the states, for one run and side by side."""
+    switch = cd.HybridSystem(
+        states="x v",
+        parameters={"steep": 40.0},
+        modes={"on": {"x": "v", "v": "-x"}},
+        transitions=[cd.Transition("kick", "on", "on", "tanh(steep*(x - 0.2)) + 0.1*x", +1, reset={"v": "v*0.9"})],
+        period="2*pi",
+        initial={"mode": "on", "x": 0.0, "v": 1.0},
+    )
+    one = cd.lyapunov_spectrum(switch, periods=2, **TWO)
+    many = cd.bifurcation_diagram(switch, {"steep": [20.0, 40.0]}, transient=1, periods=2, patience=0, exponents=1)
+    return [*one["lyapunov_exponent"].values, *many["section"].values.ravel()]
+
+
+def eventless(name, parameters, **given):
+    """An orbit without events: in segments of a period, or from a plane to itself."""
+    found = cd.periodic_orbit(cd.build(name, parameters), **given)
+    return [*found["multiplier_real"].values.ravel(), found["period_time"].item()]
+
+
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
     **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
-    **{run.__name__: (run,) for run in (vector, orbit, section)},
+    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep)},
+    "alone dop853": (alone, "dop853"),
+    "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
+    "eventless free": (lambda: eventless("roessler", {"c": 2.5}, at="y > 0", transient=3),),
 }
 
 
