@@ -58,6 +58,8 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
         found = replace(found, period=np.zeros_like(found.period))
     times, length = batch.times[which], batch.length[which]
+    if plan.section is not None and plan.system.period is not None and plan.system.time is not None:
+        found = replace(found, period=_in_phase(plan, batch, which, found.period, ends))
     cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
     whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
@@ -179,6 +181,27 @@ def _cycle_length(
     # a crossing more or less in the record moves the estimate by this much
     certain = (cycle > 0) & (np.abs(length - cycle) <= (length + 1) / crossings)
     return cycle, certain, cycle * each
+
+
+def _in_phase(plan: Plan, batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """The least multiples of periods that take whole forcing periods, 0 where none does.
+
+    What comes back to a section at another phase of the forcing goes on otherwise.
+    """
+    answer = np.zeros_like(period)
+    for p in np.flatnonzero(period).tolist():
+        times = batch.times[which[p]] / batch.period[which[p]]
+        points = int(batch.counts[which[p], sorted(plan.section or ())].sum())
+        for multiple in range(period[p], plan.max_period + 1, period[p]):
+            begin = int(_first_whole(ends, np.array([multiple]))[0]) if batch.counts_returns else 0
+            # a record of whole forcing periods holds so many points
+            of = int(ends[-1] - ends[begin]) if batch.counts_returns else points
+            turns = (times[-1] - times[begin]) * multiple / max(of, 1)
+            # where no part of a record is whole nothing can be said against it
+            if abs(turns - np.rint(turns)) <= CLOSE if begin >= 0 else multiple == period[p]:
+                answer[p] = multiple
+                break
+    return answer if batch.counts_returns else np.where(answer > 0, answer, period)
 
 
 def _first_whole(ends: np.ndarray, cycle: np.ndarray) -> np.ndarray:

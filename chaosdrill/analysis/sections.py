@@ -304,7 +304,12 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     n = len(system.states)
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
-    period = find_period(points[:, :n], max_period) if outcome == Outcome.OK else 0
+    compared = points[:, :n]
+    if where.transitions is not None and system.time is not None and system.period is not None:
+        # what comes back at another phase of the forcing goes on otherwise
+        angle = 2 * np.pi * (times / run.period % 1)
+        compared = np.column_stack([compared, np.cos(angle), np.sin(angle)])
+    period = find_period(compared, max_period) if outcome == Outcome.OK else 0
     multipliers = np.full(n, complex(np.nan, np.nan))
     repeats = system.period is not None or system.time is None
     if period and repeats and where.counts != "time":

@@ -150,3 +150,26 @@ def test_transient_may_be_nothing(circle):
     diagram = cd.bifurcation_diagram(circle, {"growth": [0.0]}, transient=0, periods=10)
     k = np.arange(1, 11) * 2 * np.pi / 5
     np.testing.assert_allclose(diagram["section"].values[0, 0], np.array([np.cos(k), np.sin(k)]).T, atol=1e-12)
+
+
+def test_a_forced_cell_that_fires_at_one_level_is_told_by_its_phase():
+    """Keener, Hoppensteadt and Rinzel 1981, doi:10.1137/0141042: one state, so that every spike looks like the last."""
+    fire = cd.Transition("fire", "rest", "rest", "v - 1", 1, {"v": 0})
+    cell = cd.HybridSystem(
+        states="v", modes={"rest": {"v": "-g*v + I + A*sin(2*pi*t)"}}, transitions=[fire], period=1,
+        parameters={"g": 0.5, "I": 0.9, "A": 0.1},
+    )  # fmt: skip
+    values = {"A": [0.1, 0.6, 0.75, 0.85]}
+    lengths = {"transient": 100, "periods": 200}
+    strobes, spikes, levels = (
+        cd.bifurcation_diagram(cell, values, at=at, **lengths).isel(seed=0) for at in (None, "fire", "v > 0.5")
+    )
+    np.testing.assert_array_equal(spikes["outcome"], strobes["outcome"])
+    # 13 forcing periods of 8 spikes, 8 of 5: by the return time, which is free of the count of the period
+    turns = (spikes["period"] * spikes["return_time"])[1:]
+    np.testing.assert_allclose(turns, strobes["period"][1:], rtol=1e-9)
+    assert strobes["period"].values.tolist() == [0, 13, 8, 8]
+    assert spikes["period"].values.tolist() == [0, 8, 5, 5]
+    np.testing.assert_array_equal(levels["period"], spikes["period"])
+    assert int(cd.poincare_section(cell.with_parameters(A=0.85), at="fire", **lengths)["period"]) == 5
+    assert int(cd.poincare_section(cell, at="fire", **lengths)["period"]) == 0
