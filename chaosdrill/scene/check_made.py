@@ -108,7 +108,6 @@ def _symbols(text: str) -> set[str]:
 
 def too_large(definition: Any) -> Faults:
     """What would take too long to be combined: fields of many operations, and powers of long sums."""
-    import sympy
 
     from chaosdrill.model.definition import operations
 
@@ -117,12 +116,22 @@ def too_large(definition: Any) -> Faults:
             what = "products, powers and functions (these count twice)"
             yield ("modes", mode), f"has {count} {what}; at most {MOST_OPERATIONS} are combined"
         for state, rate in field.items():
-            for power in rate.atoms(sympy.Pow):
-                if not power.base.is_Add or not power.exp.is_Integer or power.exp <= 1:
-                    continue
-                if power.exp > MOST_POWER or any(one.base.is_Add for one in power.base.atoms(sympy.Pow)):
-                    text = f"takes a power of a sum beyond {MOST_POWER}, or within another one, which would be expanded"
-                    yield ("modes", mode, str(state)), text
+            yield from _expanded(("modes", mode, str(state)), rate)
+    for index, transition in enumerate(definition.transitions):
+        yield from _expanded(("transitions", index, "guard"), transition.guard)
+
+
+def _expanded(path: Path, expression: Any) -> Faults:
+    import sympy
+
+    for power in expression.atoms(sympy.Pow):
+        if power.base.is_Add and power.exp.is_Integer and power.exp > 1:
+            nested = any(one.base.is_Add for one in power.base.atoms(sympy.Pow))
+            if nested or power.exp > MOST_POWER:
+                yield (
+                    path,
+                    f"takes a power of a sum beyond {MOST_POWER}, or within another one, which would be expanded",
+                )
 
 
 def drive_faults(name: str, drive: Any, names: Mapping[str, Any], used: set[str]) -> Faults:

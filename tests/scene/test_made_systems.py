@@ -117,6 +117,7 @@ def test_a_built_in_system_may_be_driven():
         ('v = "u - x + S"', 'v = "u - abs(x) + S"', "s.toml:7: system.filippov.below.v: Abs(x) has no Taylor series"),
         ('v = "u - x + S"', 'v = "(x + u)**9 + S"', "s.toml:7: system.filippov.below.v: takes a power of a sum"),
         ('above = { x = "v", v', 'above = { v', "s.toml:6: system.filippov.above: gives no rate for 'x'"),
+        ('surface = "v"', 'surface = "v + (x + S)**900"', "s.toml:4: system.filippov.surface: takes a power of a sum"),
         ('surface = "v"', 'surface = "v + zz"', "s.toml:4: system.filippov.surface: unknown name 'zz'"),
         ('surface = "v"', 'surface = "x + v"', "s.toml:1: system.filippov: friction: the surface v + x names"),
         ('surface = "v"', 'surface = { s = "v", r = "x" }', "s.toml:4: system.filippov.surface: expected an"),
