@@ -263,5 +263,7 @@ def _content(value: Any, seen: list[Any]) -> Iterator[str]:
 
 
 def _names(code: types.CodeType) -> set[str]:
+    """Names that a function and those within it look up in its module."""
     inner = (_names(one) for one in code.co_consts if isinstance(one, types.CodeType))
-    return set(code.co_names).union(*inner)
+    own = {i.argval for i in dis.get_instructions(code) if i.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
+    return own.union(*inner)

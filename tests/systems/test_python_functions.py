@@ -279,6 +279,13 @@ def test_what_a_function_reads_is_that_of_its_definition():
         cd.trajectory(late, duration=1.0, **METHOD)
 
 
+def test_a_name_of_the_module_that_is_a_parameter_too_is_not_read(monkeypatch):
+    system = impact()
+    monkeypatch.setitem(globals(), "omega", 1.0)
+    assert all(source.is_what_it_was() for source in sources(system).values())
+    assert sources(impact()) == sources(system)
+
+
 def test_an_exception_ends_the_run():
     def fails(t, x, p):
         if x.x < 0.5:
