@@ -3,7 +3,7 @@
 Compiled with them in place of doubles, a function computes its derivative along a direction, exact but for rounding
 (dual numbers: Griewank and Walther, Evaluating Derivatives, 2nd ed. 2008, ch. 3, doi:10.1137/1.9780898717761), of a
 second order where they are nested, or how far rounding may take its value (running error analysis: Higham 2002, section
-3.3, doi:10.1137/1.9780898717027, see `chaosdrill.codegen.rounding`). Branches are those of the value.
+3.3, doi:10.1137/1.9780898718027, see `chaosdrill.codegen.rounding`). Branches are those of the value.
 """
 
 import builtins
