@@ -1,35 +1,45 @@
 """From an equation to its number: what a user waits for, in units of the imports that nobody escapes.
 
-    python3 studies/run.py start [--masses 1 4 16 64 128] [--repeats 3] [--heyoka PYTHON]
+    python3 studies/run.py start [PART ...] [--masses 1 4 16 64 128] [--repeats 3] [--heyoka PYTHON] [--keep]
 
-A chain of Duffing masses that hits a stop, of a size that no cache has seen, in processes of their own: the time to a
-first spectrum of 20 periods less that of the same run once more, a first diagram in the same way, and a second object
-of the same equations. The unit is ``import numba, sympy, xarray`` in the same process, so that a busy machine slows
-both. The engine's own code is taken from the cache: a first process sees to that. ``PYTHON`` is an interpreter that can
-from chaosdrill.codegen import kernels_of
-import heyoka (``pip install heyoka``), whose compact mode compiles the same chain with its variational equations.
+A chain of Duffing masses that hits a stop, which no cache has seen, in processes of their own. Times are processor
+times, the least of the repeats, so that other work on the machine counts less. The processes do without dask, as a
+plain installation does: where it is there, xarray imports it. Each part is a table, ``PART.md``, in
+``studies/start/out/``; ``--keep`` writes beside this script, too.
 
-A second table shows what a step costs, from 2 to 256 states: its time over the operations of a series, and over these
-times the tangents.
+    start      a first spectrum of 20 periods and a first diagram of 8 points, each less the same run once more, in
+               units of ``import numba, sympy, xarray`` in the same process; a second object of the same equations.
+               The engine's own code is cached beside its modules: first processes see to that.
+    compile    the functions of the chain, from its equations to machine code, beside heyoka's compact mode for the same
+               chain with its variational equations; ``PYTHON`` is an interpreter that can import heyoka
+               (``pip install heyoka``)
+    cost       what a step costs, from 2 to 256 states: its time over the operations of a series, and that of a tangent
+               over the entries of the Jacobian
 """
 
 import argparse
 import json
 import os
+import platform
 import subprocess
 import sys
 import tempfile
+from importlib.metadata import version
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
 
 CHAIN = """
 import json, sys, time
 
-began = time.perf_counter()
+sys.modules["dask"] = None
+began = time.process_time()
 import numba, sympy, xarray
-imported = time.perf_counter()
+imported = time.process_time()
 import chaosdrill as cd
 import numpy as np
 
-masses, exponents, salt = (int(argument) for argument in sys.argv[1:4])
+masses, exponents = (int(argument) for argument in sys.argv[1:3])
 t = sympy.Symbol("t", real=True)
 x, v = (sympy.symbols(f"{letter}0:{masses}", real=True) for letter in "xv")
 k, c, w, f, r = sympy.symbols("k c w f r", real=True)
@@ -40,41 +50,52 @@ def chain(load):
     for i in range(masses):
         rates[x[i]] = v[i]
         push = -c * v[i] - x[i] ** 3 - k * (x[i] - (x[i - 1] if i else 0))
-        # no two processes have the same equations
-        push += c * v[i] * x[i] if (salt >> (i % 16)) & 1 else 0
         rates[v[i]] = push + (k * (x[i + 1] - x[i]) if i < masses - 1 else f * sympy.cos(w * t))
     stop = cd.Transition("hit", "free", "free", guard=x[-1] - 1, direction=+1, reset={v[-1]: -r * v[-1]})
     numbers = {"k": 1.0, "c": 0.1, "w": 1.2, "f": load, "r": 0.7}
-    return cd.HybridSystem(name=f"chain {salt}", states=(*x, *v), time=t, parameters=numbers, modes={"free": rates},
+    return cd.HybridSystem(name="chain", states=(*x, *v), time=t, parameters=numbers, modes={"free": rates},
                            transitions=[stop], period=2 * sympy.pi / w)
 """
 
-FIRST = (
+SPECTRUM = (
     CHAIN
     + """
-
 def spectrum(load):
-    system = chain(load)
-    cd.lyapunov_spectrum(system, periods=20, transient=0, exponents=exponents)
+    start = time.process_time()
+    cd.lyapunov_spectrum(chain(load), periods=20, transient=0, exponents=exponents)
+    return time.process_time() - start
 
 
-def diagram(load):
-    values = {"f": np.linspace(load, load + 0.5, 8)}
-    cd.bifurcation_diagram(chain(load), values, transient=10, periods=10, workers=1)
-
-
-def seconds(call, load):
-    start = time.perf_counter()
-    call(load)
-    return time.perf_counter() - start
-
-
+first, second, again = (spectrum(load) for load in (1.5, 1.6, 1.5))
 unit = imported - began
-alone = seconds(lambda load: kernels_of(chain(load)), 1.5)
-first, second, again = (seconds(spectrum, load) for load in (1.5, 1.6, 1.5))
-drawn, redrawn = seconds(diagram, 1.5), seconds(diagram, 1.5)
-print(json.dumps({"unit": unit, "compile": alone, "spectrum": (alone + first - again) / unit,
-                  "second": max(0.0, second - again), "run": again, "diagram": (drawn - redrawn) / unit}))
+print(json.dumps({"spectrum": (first - again) / unit, "second": max(0.0, second - again), "run": again}))
+"""
+)
+
+DIAGRAM = (
+    CHAIN
+    + """
+def diagram():
+    start = time.process_time()
+    values = {"f": np.linspace(1.5, 2.0, 8)}
+    more = {"exponents": exponents, "patience": 0, "workers": 1}
+    cd.bifurcation_diagram(chain(1.5), values, transient=5, periods=10, **more)
+    return time.process_time() - start
+
+
+print(json.dumps({"diagram": (diagram() - diagram()) / (imported - began)}))
+"""
+)
+
+COMPILATION = (
+    CHAIN
+    + """
+from chaosdrill.codegen import kernels_of
+
+system = chain(1.5)
+start = time.process_time()
+kernels_of(system)
+print(json.dumps({"ours": time.process_time() - start}))
 """
 )
 
@@ -97,9 +118,9 @@ for tangents in (0, exponents):
     run.advance(2)
     times = []
     for _ in range(5):
-        steps, start = int(run.standing["steps"]), time.perf_counter()
-        run.advance(2)
-        times.append((time.perf_counter() - start) / (int(run.standing["steps"]) - steps))
+        steps, start = int(run.standing["steps"]), time.process_time()
+        run.advance(2 + 2000 // masses)
+        times.append((time.process_time() - start) / (int(run.standing["steps"]) - steps))
     found[f"with {tangents}"] = min(times)
 print(json.dumps(found))
 """
@@ -116,84 +137,126 @@ rates = list(zip(x, v))
 for i in range(masses):
     push = -c * v[i] - x[i] ** 3 - k * (x[i] - (x[i - 1] if i else 0.0))
     rates.append((v[i], push + (k * (x[i + 1] - x[i]) if i < masses - 1 else f * hy.cos(w * hy.time))))
-start = time.perf_counter()
+start = time.process_time()
 system = hy.var_ode_sys(rates, hy.var_args.vars, order=1)
 hy.taylor_adaptive(system, state=[0.1] * (2 * masses), pars=[1.0, 0.1, 1.2, 1.5], tol=1e-12, compact_mode=True)
-print(time.perf_counter() - start)
+print(time.process_time() - start)
 """
-
 
 LONGEST_S = 300
 """Seconds that one compilation of heyoka's may take."""
 
 
-def measure(script, masses, exponents, salt, folder):
-    """One process; its figures by name."""
-    environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": folder}
-    command = [sys.executable, "-c", script, str(masses), str(exponents), str(salt)]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+def measure(script, masses):
+    """One process that finds no system in its cache; its figures by name."""
+    command = [sys.executable, "-c", script, str(masses), str(min(8, 2 * masses))]
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": folder}
+        done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def start_table(given, folder):
+def least(script, masses, repeats):
+    """The least of each figure."""
+    runs = [measure(script, masses) for _ in range(repeats)]
+    return {name: min(run[name] for run in runs) for name in runs[0]}
+
+
+def start_rows(given):
     """What a user waits for."""
-    print(
-        "| masses (states) | first spectrum, imports | first diagram, imports | a second object, ms | the run, s |",
-        end="",
-    )
-    print(" compilation, s | heyoka's, s |" if given.heyoka else " compilation, s |")
-    print("|---" * (7 if given.heyoka else 6) + "|")
-    measure(FIRST, 1, 2, 0, folder)
+    yield "masses (states)", "first spectrum, imports", "first diagram, imports", "a second object, ms", "the run, s"
+    for script in (SPECTRUM, DIAGRAM):
+        measure(script, 1)
     for masses in given.masses:
-        exponents = min(2 * masses, 8)
-        runs = [measure(FIRST, masses, exponents, salt, folder) for salt in range(1, given.repeats + 1)]
-        least = {name: min(run[name] for run in runs) for name in runs[0]}
-        print(
-            f"| {masses} ({2 * masses}) | {least['spectrum']:.1f} | {least['diagram']:.1f} | "
-            f"{1e3 * least['second']:.0f} | {least['run']:.2f} | {least['compile']:.2f} |",
-            f"{heyoka(given.heyoka, masses)} |" if given.heyoka else "",
-            flush=True,
+        found = least(SPECTRUM, masses, given.repeats) | least(DIAGRAM, masses, given.repeats)
+        yield (
+            f"{masses} ({2 * masses})",
+            f"{found['spectrum']:.1f}",
+            f"{found['diagram']:.1f}",
+            f"{1e3 * found['second']:.0f}",
+            f"{found['run']:.2f}",
         )
 
 
-def heyoka(interpreter, masses):
+def compile_rows(given):
+    """What compilation costs."""
+    yield "masses (states)", "compilation, s", "heyoka's, s"
+    for masses in given.masses:
+        own = least(COMPILATION, masses, given.repeats)["ours"]
+        others = heyoka(given.heyoka, masses, given.repeats) if given.heyoka else ""
+        yield f"{masses} ({2 * masses})", f"{own:.2f}", others
+
+
+def heyoka(interpreter, masses, repeats):
     """Seconds that heyoka takes for the same chain, or why there are none."""
-    try:
-        done = subprocess.run(
-            [interpreter, "-c", HEYOKA, str(masses)], capture_output=True, text=True, timeout=LONGEST_S
-        )
-    except subprocess.TimeoutExpired:
-        return f"over {LONGEST_S}"
-    return f"{float(done.stdout):.2f}" if done.returncode == 0 else done.stderr.splitlines()[-1]
+    command, found = [interpreter, "-c", HEYOKA, str(masses)], []
+    for _ in range(repeats):
+        with tempfile.TemporaryDirectory() as folder:
+            environment = {**os.environ, "XDG_CACHE_HOME": folder}
+            try:
+                done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=LONGEST_S)
+            except subprocess.TimeoutExpired:
+                return f"over {LONGEST_S}"
+        if done.returncode:
+            return done.stderr.splitlines()[-1]
+        found.append(float(done.stdout))
+    return f"{min(found):.2f}"
 
 
-def cost_table(folder):
+def cost_rows(given):
     """What a step costs."""
-    print("\n| states | operations, entries | step, us | by operation, ns | each of 8 tangents, us | by entry, ns |")
-    print("|---|---|---|---|---|---|")
+    yield "states", "operations", "entries", "step, µs", "by operation, ns", "a tangent, µs", "by entry, ns"
     for masses in (1, 2, 4, 8, 16, 32, 64, 128):
+        found = least(COST, masses, given.repeats)
         most = min(8, 2 * masses)
-        found = measure(COST, masses, most, 0, folder)
-        plain = found["with 0"]
+        plain, operations, entries = found["with 0"], found["operations"], found["edges"]
         each = (found[f"with {most}"] - plain) / most
-        print(
-            f"| {2 * masses} | {found['operations']}, {found['edges']} | {1e6 * plain:.1f} | "
-            f"{1e9 * plain / found['operations']:.0f} | {1e6 * each:.1f} | {1e9 * each / found['edges']:.0f} |",
-            flush=True,
+        yield (
+            2 * masses,
+            operations,
+            entries,
+            f"{1e6 * plain:.1f}",
+            f"{1e9 * plain / operations:.0f}",
+            f"{1e6 * each:.2f}",
+            f"{1e9 * each / entries:.0f}",
         )
+
+
+PARTS = {"start": start_rows, "compile": compile_rows, "cost": cost_rows}
+
+
+def table(rows):
+    """Markdown, shown line by line as it comes."""
+    lines = []
+    for row in rows:
+        lines.append("| " + " | ".join(map(str, row)) + " |")
+        if len(lines) == 1:
+            lines.append("| --- " * len(row) + "|")
+        print(lines[-1] if len(lines) > 2 else "\n".join(lines), flush=True)
+    return "\n".join(lines)
+
+
+def machine():
+    """A line that names what was measured on."""
+    versions = ", ".join(f"{name} {version(name)}" for name in ("chaosdrill", "numba", "sympy", "xarray"))
+    return f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}."
 
 
 def main():
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    """Print and keep the tables that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--masses", type=int, nargs="+", default=[1, 4, 16, 64, 128])
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--heyoka", metavar="PYTHON", help="an interpreter that can import heyoka")
+    parser.add_argument("--keep", action="store_true", help="write the tables beside this script, too")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        if given.repeats:
-            start_table(given, folder)
-        cost_table(folder)
+    (HERE / "out").mkdir(exist_ok=True)
+    for part in given.parts or PARTS:
+        text = f"{table(PARTS[part](given))}\n\n{machine()}\n"
+        print()
+        for place in (HERE / "out", *([HERE] if given.keep else [])):
+            (place / f"{part}.md").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
