@@ -6,6 +6,7 @@ guards, at the parameters of the run.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -185,8 +186,7 @@ class Structure:
         n = len(self.frame)
         if count == n:
             return self.frame, self.shifts
-        rng = np.random.default_rng(20260106)
-        return np.ascontiguousarray(np.linalg.qr(rng.normal(size=(n, n)))[0][:count]), 0
+        return _general_position(n)[:count], 0
 
     @property
     def most_neutral(self) -> int:
@@ -234,6 +234,16 @@ class Structure:
         """The part of the flow that is orthogonal to all shifts."""
         shifts = self.frame[: self.shifts]
         return np.asarray(flow - (flow @ shifts.T) @ shifts)
+
+
+@cache
+def _general_position(n: int) -> np.ndarray:
+    """Orthonormal vectors of n numbers that no system knows of, one a row."""
+    rng = np.random.default_rng(20260106)
+    frame = np.ascontiguousarray(np.linalg.qr(rng.normal(size=(n, n)))[0])
+    # it is handed out again
+    frame.flags.writeable = False
+    return frame
 
 
 def examine(system: "HybridSystem") -> Structure:
