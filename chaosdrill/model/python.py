@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
-import numpy as np
 import sympy
 
 if TYPE_CHECKING:
@@ -222,6 +221,8 @@ def _sources(system: "HybridSystem") -> Iterator[tuple[str, Source]]:
 
 def _content(value: Any, seen: list[Any]) -> Iterator[str]:
     """All that a value is made of, as far as compiled code can depend on it."""
+    import numpy as np
+
     if inspect.isfunction(value):
         if value in seen:
             yield f"function {seen.index(value)};"
