@@ -44,11 +44,14 @@ class Compiled:
     function : callable
         One that numba can compile.
     signature : numba signature
+    loops : bool
+        Whether loops of independent turns become vector instructions.
     """
 
-    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+    def __init__(self, function: Callable[..., Any], signature: Any, loops: bool) -> None:
         self.py_func = function
         self.signature = signature
+        self._loops = loops
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
         self._writers = [_writer(kind) for kind in signature.args]
@@ -65,8 +68,10 @@ class Compiled:
             return kept.engine_code(module, self.__name__, self._compile)
 
     def _compile(self) -> bytes:
+        # what pays to be packed is written with lanes; to pack more costs a twentieth of a run in shuffles
         with compiling():
-            return object_of(llvm_module(self.py_func, self.__name__, self.signature, _rare), packed=True, loops=True)
+            module = llvm_module(self.py_func, self.__name__, self.signature, _rare)
+            return object_of(module, packed=False, loops=self._loops)
 
     @cached_property
     def _library(self) -> Any:
@@ -155,9 +160,9 @@ def _writer(kind: Any) -> _Writer:
     return lambda value, flat: flat.append(number(value))
 
 
-def compiled(signature: Any) -> Callable[[Any], Any]:
-    """Compile for one signature."""
-    return lambda function: Uncompiled(function) if UNCOMPILED else Compiled(function, signature)
+def compiled(signature: Any, *, loops: bool = True) -> Callable[[Any], Any]:
+    """Compile for one signature; see `Compiled`."""
+    return lambda function: Uncompiled(function) if UNCOMPILED else Compiled(function, signature, loops)
 
 
 def _part(function: Any, **options: Any) -> Any:

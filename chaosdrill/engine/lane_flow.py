@@ -191,7 +191,8 @@ def _enqueue(queues, key, p):
     void(
         *(int64, lane_functions_type, integers, integers, results_type, matrix),
         *(integers, integers, lane_room_type),
-    )
+    ),
+    loops=False,
 )
 def lane_flow(place, lane_functions, which, stretches, results, frame, section, varying, room):
     """Run the points ``which`` over a transient, ``stretches[0]`` periods, then over the other stretches.
