@@ -180,6 +180,44 @@ class Row:
         return Row(function, function.builder.gep(self.data, [function.places(count)]))
 
 
+class Sums:
+    """Several sums that grow together: by neighbours in a row times a number.
+
+    Where a number is one double they are one vector. A compiler would find that out by itself, but takes longer for it
+    than for all else.
+
+    Parameters
+    ----------
+    function : Function
+    count : int
+    """
+
+    def __init__(self, function: "Function", count: int) -> None:
+        self.function, self.count = function, count
+        self._vector = ir.VectorType(DOUBLE, count) if function.width == 1 else None
+        kinds = [self._vector] if self._vector else [function.type] * count
+        self._parts = [function.variable(Number(function, ir.Constant(kind, None))) for kind in kinds]
+
+    def grow(self, row: Row, place: Index, factor: Number) -> None:
+        """Add as many numbers of the row from a place on, times a factor."""
+        if self._vector is None:
+            for i, part in enumerate(self._parts):
+                part.grow(row[place + i] * factor)
+            return
+        builder = self.function.builder
+        loaded = builder.load(builder.bitcast(row.after(place).data, self._vector.as_pointer()))
+        loaded.align = 8
+        self._parts[0].grow(Number(self.function, loaded) * self.function.repeated(factor.value, self.count))
+
+    def with_those(self, other: "Sums") -> list[Number]:
+        """The sums, with as many others added."""
+        sums = [a.now + b.now for a, b in zip(self._parts, other._parts, strict=True)]
+        if self._vector is None:
+            return sums
+        extract = self.function.builder.extract_element
+        return [Number(self.function, extract(sums[0].value, _SHORT(i))) for i in range(self.count)]
+
+
 class Table:
     """Rows of equal length."""
 
@@ -335,11 +373,12 @@ class Function:
 
     def spread(self, value: Any) -> Number:
         """A double of the code as a number: as often as a number has doubles."""
-        if self.width == 1:
-            return Number(self, value)
-        zero = ir.Constant(ir.IntType(32), 0)
-        one = self.builder.insert_element(ir.Constant(self.type, ir.Undefined), value, zero)
-        places = ir.Constant(ir.VectorType(ir.IntType(32), self.width), [0] * self.width)
+        return Number(self, value) if self.width == 1 else self.repeated(value, self.width)
+
+    def repeated(self, value: Any, count: int) -> Number:
+        """A vector that holds a double of the code so often."""
+        one = self.builder.insert_element(ir.Constant(ir.VectorType(DOUBLE, count), ir.Undefined), value, _SHORT(0))
+        places = ir.Constant(ir.VectorType(_SHORT, count), [0] * count)
         return Number(self, self.builder.shuffle_vector(one, one, places))
 
     def operate(self, name: str, first: Any, second: Any) -> Number:
@@ -417,8 +456,9 @@ class Function:
 
     def variable(self, value: Any = 0.0) -> Variable:
         """A new variable with this value."""
-        made = Variable(self, self._slots.alloca(self.type))
-        made.become(value)
+        number = self.number(value)
+        made = Variable(self, self._slots.alloca(number.value.type))
+        made.become(number)
         return made
 
     def row(self, argument: Any) -> Row:

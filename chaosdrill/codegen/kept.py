@@ -16,8 +16,9 @@ from pathlib import Path
 
 import llvmlite
 
+from chaosdrill.codegen import machine
 from chaosdrill.codegen.cache import cache_folder, code_key, write_private
-from chaosdrill.codegen.machine import compile_object, processor
+from chaosdrill.codegen.machine import processor
 from chaosdrill.progress import compiling
 
 SUFFIX = ".code"
@@ -76,14 +77,15 @@ def _age(path: Path) -> float:
     return time.time() - path.stat().st_mtime
 
 
-def object_code(text: str, *, packed: bool) -> bytes:
+def object_code(text: str) -> bytes:
     """Machine code of LLVM code for this processor, from the disk or compiled; see `machine.compile_object`."""
-    key = hashlib.sha256("\n".join((llvmlite.__version__, *processor(), str(packed), text)).encode())
+    key = hashlib.sha256("\n".join((llvmlite.__version__, *processor(), text)).encode())
+    key.update(Path(machine.__file__).read_bytes())
     path = cache_folder() / "kernels" / f"{key.hexdigest()[:32]}{SUFFIX}"
     code = read(path)
     if code is None:
         with compiling():
-            code = compile_object(text, packed=packed)
+            code = machine.compile_object(text)
         keep(path, code)
     return code
 

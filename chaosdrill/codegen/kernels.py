@@ -36,14 +36,12 @@ class Code:
 
     names: tuple[str, ...]
     text: str
-    packed: bool
-    """See `machine.compile_object`."""
     imports: tuple[str, ...]
     """Special functions that it calls."""
 
     def functions(self, signatures: dict[str, Any]) -> dict[str, NativeFunction]:
         """Its functions by name, compiled unless cached on disk."""
-        code = kept.object_code(self.text, packed=self.packed)
+        code = kept.object_code(self.text)
         library = load(code, {name: address(name) for name in self.imports})
         return {name: NativeFunction(name, signatures[name], library) for name in self.names}
 
@@ -65,7 +63,7 @@ class Written:
     own_jacobian: bool
     constants: int
 
-    def lanes(self) -> tuple[Code, ...]:
+    def lanes(self) -> Code:
         """The same series for several trajectories in SIMD lanes."""
         return _series(self.modes, LANES)
 
@@ -81,7 +79,7 @@ def write(system: "HybridSystem") -> Written:
     )
     filled = len(system.states) + len(system.quadratures) + max(map(len, events))
     return Written(
-        single=(*(_series(modes, 1) if modes else ()), _pointwise(system, constants, events, modes)),
+        single=(*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, modes)),
         modes=modes,
         events=events,
         rows=max((m.row_count for m in modes), default=filled),
@@ -90,16 +88,16 @@ def write(system: "HybridSystem") -> Written:
     )
 
 
-def _code(module: Module, names: Sequence[str], *, packed: bool = False) -> Code:
-    return Code(tuple(names), str(module), packed, tuple(imports(module)))
+def _code(module: Module, names: Sequence[str]) -> Code:
+    return Code(tuple(names), str(module), tuple(imports(module)))
 
 
-def _series(modes: tuple[ModeSeries, ...], width: int) -> tuple[Code, ...]:
-    """The functions of series; those of tangents are compiled in another way."""
-    jets, tangents = Module(width), Module(width)
+def _series(modes: tuple[ModeSeries, ...], width: int) -> Code:
+    """The functions of series."""
+    module = Module(width)
     row, table, time = (_VECTOR, _MATRIX, DOUBLE) if width == 1 else (_MATRIX, _BLOCK, _VECTOR)
 
-    def entry(module: Module, name: str, types: dict[str, Any], each: Callable[[ModeSeries, str], Any]) -> None:
+    def entry(name: str, types: dict[str, Any], each: Callable[[ModeSeries, str], Any]) -> None:
         f = Function(module, name, {"mode": INT, "order": INT, **types})
         mode, order, *rest = f.arguments
         passed = [order]
@@ -112,11 +110,11 @@ def _series(modes: tuple[ModeSeries, ...], width: int) -> tuple[Code, ...]:
                 passed.append(argument if kind is INT else f.row(argument).data)
         _by_number(f, mode, {i: each(m, f"{name}_{i}") for i, m in enumerate(modes)}, passed)
 
-    entry(jets, "jet", {"t": time, "c": row, "x": row, "ws": table}, lambda m, name: m.jet(jets, name))
-    entry(jets, "jacobian_jet", {"c": row, "ws": table}, lambda m, name: m.jacobian_jet(jets, name))
+    entry("jet", {"t": time, "c": row, "x": row, "ws": table}, lambda m, name: m.jet(module, name))
+    entry("jacobian_jet", {"c": row, "ws": table}, lambda m, name: m.jacobian_jet(module, name))
     vectors = {"c": row, "first": row, "second": row}
-    entry(tangents, "tangent", {**vectors, "ws": table, "row": INT}, lambda m, name: m.tangent(tangents, name))
-    return _code(jets, ["jet", "jacobian_jet"]), _code(tangents, ["tangent"], packed=True)
+    entry("tangent", {**vectors, "ws": table, "row": INT}, lambda m, name: m.tangent(module, name))
+    return _code(module, ["jet", "jacobian_jet", "tangent"])
 
 
 def _by_number(f: Function, number: Any, calls: dict[int, Any], arguments: list[Any], otherwise: Any = None) -> None:
@@ -272,7 +270,7 @@ class Kernels:
     def lanes(self) -> tuple[Any, ...]:
         """The functions of ``codegen.signatures.LANE_SIGNATURES``, compiled on first use."""
         with _loading:
-            found = _functions(self.written.lanes(), LANE_SIGNATURES)
+            found = self.written.lanes().functions(LANE_SIGNATURES)
         return tuple(found[name] for name in LANE_SIGNATURES)
 
     def constants(self, parameters: dict[str, float]) -> np.ndarray:

@@ -92,33 +92,43 @@ def _loader() -> Any:
     return llvm.create_lljit_compiler(_target(), use_jit_link=False, suppress_errors=False)
 
 
-def compile_object(text: str, *, packed: bool, level: int = 3) -> bytes:
-    """Machine code of a module of LLVM code.
+def _options(level: int, *, loops: bool) -> Any:
+    options = llvm.create_pipeline_tuning_options(level)
+    options.slp_vectorization, options.loop_vectorization = False, loops
+    return options
 
-    Parameters
-    ----------
-    text : str
-    packed : bool
-        Whether equal operations on neighbouring numbers become vector instructions. It pays where sums of fixed length
-        are added up, and costs where a number is read soon after it was written, as from order to order of a series.
-    level : int, optional
-        How much the compiler may do, up to 3.
+
+def compile_object(text: str) -> bytes:
+    """Machine code of LLVM code that is written as it is to run, as that of a system.
+
+    Its functions are simplified, each by itself, and that is all: they call what shall stay a call, and have vectors
+    and unrolled loops where these pay. What compilers do besides takes several times as long and makes nothing faster.
     """
     with _lock:
+        machine = _target()
         module = llvm.parse_assembly(text)
         module.verify()
-        return object_of(module, packed=packed, loops=False, level=level)
+        module.triple = llvm.get_process_triple()
+        options = _options(1, loops=False)
+        options.loop_unrolling = False
+        builder = llvm.create_pass_builder(machine, options)
+        passes = builder.getFunctionPassManager()
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+        code: bytes = machine.emit_object(module)
+        return code
 
 
-def object_of(module: Any, *, packed: bool, loops: bool, level: int = 3) -> bytes:
-    """Machine code of a module; ``loops`` says whether those of independent turns become vector instructions, too."""
+def optimised_object(module: Any, *, loops: bool) -> bytes:
+    """Machine code of a module of LLVM code with all that the compiler can do for it, as that of the engine.
+
+    ``loops`` says whether those of independent turns become vector instructions. No single operations are packed.
+    """
     with _lock:
         machine = _target()
         module.triple = llvm.get_process_triple()
-        options = llvm.create_pipeline_tuning_options(level)
-        options.slp_vectorization = packed
-        options.loop_vectorization = loops
-        builder = llvm.create_pass_builder(machine, options)
+        builder = llvm.create_pass_builder(machine, _options(3, loops=loops))
         passes = builder.getModulePassManager()
         passes.run(module, builder)
         code: bytes = machine.emit_object(module)

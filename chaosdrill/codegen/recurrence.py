@@ -9,7 +9,7 @@ stays in registers. Of a large system this would be too much code, see `chaosdri
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.codegen.emitter import Index, Number, total
+from chaosdrill.codegen.emitter import Index, Number, Sums, total
 from chaosdrill.codegen.mathematics import START, power, special
 from chaosdrill.codegen.tape import PATH
 
@@ -20,6 +20,16 @@ if TYPE_CHECKING:
 
 PASS = 4
 """Orders done in one pass."""
+
+
+def sums_of_older(f: "Function", series: "Row", vectors: "list[Row]", base: "Index") -> "list[list[Number]]":
+    """Sums of series[base + k - j] * vector[j] over j < base, a whole number of passes: by vectors, k of the pass."""
+    sums = [[Sums(f, PASS) for _ in range(2)] for _ in vectors]
+    with f.loop(0, base, 2) as j:
+        for parity in (1, 0):
+            for vector, of_vector in zip(vectors, sums, strict=True):
+                of_vector[parity].grow(series, base - j - parity, vector[j + parity])
+    return [even.with_those(odd) for even, odd in sums]
 
 
 class Convolution:

@@ -7,7 +7,7 @@ history that products and functions need, then the tangents.
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, total
-from chaosdrill.codegen.recurrence import PASS, Recurrences
+from chaosdrill.codegen.recurrence import PASS, Recurrences, sums_of_older
 from chaosdrill.codegen.tables import Operations
 from chaosdrill.codegen.tape import POSITIVE, Tape
 
@@ -351,19 +351,7 @@ class _Tangents:
 
     def _older(self, row: int, j: int, base: Index) -> list[list[Number]]:
         """For both vectors and four orders: sums over all coefficients below ``base``, two chains a sum."""
-        f, series = self.f, self.ws(row)
-        sums = [[[f.variable() for _ in range(PASS)] for _ in range(2)] for _ in range(2)]
-        vectors = [rows[j] for rows in self.kept]
-        with f.loop(0, base, 2) as i:
-            even, odd = ([v[i + k] for v in vectors] for k in range(2))
-            u = series[base - i - 1]
-            for lane in range(PASS):
-                for v in range(2):
-                    sums[v][1][lane].grow(u * odd[v])
-                u = series[base - i + lane]
-                for v in range(2):
-                    sums[v][0][lane].grow(u * even[v])
-        return [[a.now + b.now for a, b in zip(*both, strict=True)] for both in sums]
+        return sums_of_older(self.f, self.ws(row), [rows[j] for rows in self.kept], base)
 
     def _one_order(self, k: Index, lane: int) -> None:
         ik = self.f.reciprocal(k + 1)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, Table, Test, Variable
 from chaosdrill.codegen.mathematics import START, power, special
-from chaosdrill.codegen.recurrence import PASS
+from chaosdrill.codegen.recurrence import PASS, sums_of_older
 from chaosdrill.codegen.tape import PATH, POSITIVE
 from chaosdrill.model.special import SPECIAL
 
@@ -201,7 +201,7 @@ class Operations:
         table, constants, both = f.table(ws, columns), f.row(c), Index(f, row)
         older = module.once("older", lambda called: _older(module, called))
         with f.at_entry():
-            sums_of_older = table[f.index(self.older)]
+            sums_at = table[f.index(self.older)]
 
         def source(place: Index, v: int) -> Row:
             kept = f.index(self.kept + v * len(self.mode.kept) - self.n)
@@ -217,7 +217,7 @@ class Operations:
                 with f.loop(0, variations.count) as p:
                     _, series, other = variations.product(p)
                     vectors = [source(other, v).data for v in range(2)]
-                    sums = sums_of_older.after((p + first[variations]) * (2 * PASS))
+                    sums = sums_at.after((p + first[variations]) * (2 * PASS))
                     f.builder.call(older, [table[series].data, *vectors, base.value, sums.data])
             for lane in range(PASS):
                 ik = f.reciprocal(base + (lane + 1))
@@ -229,7 +229,7 @@ class Operations:
                                 total.grow(constants[place] * source(other, v)[base + lane])
                         with variations.products(i) as p:
                             place, series, other = variations.product(p)
-                            sums = sums_of_older.after((p + first[variations]) * (2 * PASS))
+                            sums = sums_at.after((p + first[variations]) * (2 * PASS))
                             begun = [table[series][j] for j in range(lane + 1)]
                             for v, total in enumerate(totals):
                                 newest = source(other, v).after(base)
@@ -561,20 +561,13 @@ def _square(module: Module, name: str) -> Any:
 
 
 def _older(module: Module, name: str) -> Any:
-    """A function: sums of series[base + lane - j] * vector[j] over j < base, for both vectors and every order."""
+    """A function: sums over older coefficients, see `sums_of_older`, for both vectors and every order of a pass."""
     types = {"series": _ROW, "first": _ROW, "second": _ROW, "base": INT, "sums": _ROW}
     f = Function(module, name, types, fast=True, own=True, stays=True)
     series, *vectors = (f.row(argument) for argument in f.arguments[:3])
     base, target = Index(f, f.arguments[3]), f.row(f.arguments[4])
-    sums = [[[f.variable() for _ in range(PASS)] for _ in range(2)] for _ in vectors]
-    with f.loop(0, base, 2) as j:
-        for parity in range(2):
-            for lane in range(PASS):
-                u = series[base - j + (lane - parity)]
-                for v, vector in enumerate(vectors):
-                    sums[v][parity][lane].grow(u * vector[j + parity])
-    for v, (even, odd) in enumerate(sums):
-        for lane in range(PASS):
-            target[v * PASS + lane] = even[lane].now + odd[lane].now
+    for v, sums in enumerate(sums_of_older(f, series, vectors, base)):
+        for lane, value in enumerate(sums):
+            target[v * PASS + lane] = value
     f.end()
     return f.made

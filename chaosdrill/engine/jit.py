@@ -18,7 +18,7 @@ from numba import types
 from numba.np.numpy_support import as_dtype
 
 from chaosdrill.codegen import kept
-from chaosdrill.codegen.machine import address_of, load, object_of
+from chaosdrill.codegen.machine import address_of, load, optimised_object
 from chaosdrill.engine.front_end import FROM_WORDS, PLAIN, llvm_module
 from chaosdrill.engine.uncompiled import UNCOMPILED, Uncompiled, numbers_of_numpy
 from chaosdrill.progress import compiling
@@ -71,7 +71,7 @@ class Compiled:
         # what pays to be packed is written with lanes; to pack more costs a twentieth of a run in shuffles
         with compiling():
             module = llvm_module(self.py_func, self.__name__, self.signature, _rare)
-            return object_of(module, packed=False, loops=self._loops)
+            return optimised_object(module, loops=self._loops)
 
     @cached_property
     def _library(self) -> Any:

@@ -171,10 +171,10 @@ def test_every_compiler_is_heard(monkeypatch, tmp_path):
         assert compiled(numba.float64(numba.float64))(lambda x: x + 3.0)(1.0) == 4.0
         assert "compiling" in stream.getvalue()
         stream.truncate(0)
-        object_code("define double @f(double %x) { ret double %x }", packed=False)
+        object_code("define double @f(double %x) { ret double %x }")
         assert "compiling" in stream.getvalue()
         stream.truncate(0)
-        object_code("define double @f(double %x) { ret double %x }", packed=False)
+        object_code("define double @f(double %x) { ret double %x }")
         assert not stream.getvalue()
 
 

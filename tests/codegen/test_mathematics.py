@@ -25,7 +25,7 @@ def applied(function, x, width=LANES):
         target[i] = function(source[i])
     f.end()
     matrix = float64[:, ::1]
-    library = load(compile_object(str(module), packed=False), {})
+    library = load(compile_object(str(module)), {})
     call = NativeFunction("over_rows", void(matrix, matrix), library)
     given, out = aligned(len(x), LANES), aligned(len(x), LANES)
     shape = (len(x), width)

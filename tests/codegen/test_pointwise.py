@@ -176,7 +176,7 @@ def test_every_function_of_resets_and_conditions():
     for i, e in enumerate(made):
         out[i] = values[e]
     f.end()
-    library = load(compile_object(str(module), packed=False), {})
+    library = load(compile_object(str(module)), {})
     call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(library.address("every"))
     for place in ((0.37, 0.81, NUMBER), (0.62, 0.15, NUMBER)):
         given, found = np.array(place), np.empty(len(made))
