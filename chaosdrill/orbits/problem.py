@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import sympy
+from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from chaosdrill.codegen import kernels_of
@@ -411,7 +412,8 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
         factors, pivots, _ = dgetrf(rows)
         if np.abs(np.diagonal(factors)).min() > SETTINGS.smallest_pivot:
             return np.asarray(dgetrs(factors, pivots, right)[0]) / weights
-    return np.asarray(np.linalg.lstsq(rows, right, rcond=SETTINGS.smallest_pivot)[0]) / weights
+    shortest = lstsq(rows, right, SETTINGS.smallest_pivot, lapack_driver="gelsy", check_finite=False)[0]
+    return np.asarray(shortest) / weights
 
 
 def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
