@@ -75,7 +75,7 @@ def labelled(system, raw, kind="periodic-orbit", **settings):
 
 def test_one_orbit_has_no_leading_dimension(oscillator):
     ds = labelled(oscillator, orbits_dataset(oscillator, [made_up(2, 3)]).isel(orbit=0, drop=True))
-    assert dict(ds.sizes) == {"state": 2, "iterate": 2, "multiplier": 2, "iteration": 3, "event": 3, "path": 9}
+    assert dict(ds.sizes) == {"state": 2, "iterate": 2, "multiplier": 2, "iteration": 3, "event": 3, "path_point": 9}
     assert ds["orbit_state"].values.tolist() == ds["section"].values[0].tolist() == [0.0, 1.0]
     assert ds["multiplier_imag"].values.tolist() == [0.1, -0.1]
     assert float(ds["smallest_speed"]) == 1.0

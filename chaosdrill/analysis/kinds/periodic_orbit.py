@@ -55,8 +55,14 @@ VARIABLES = table(
     need("event_speed", f"{ORBIT} event", "f8", "normal speed", "Rate of the guard at the event; small: grazing."),
     need("event_state_before", f"{ORBIT} event state", "f8", "state before the event", "Projected onto the guard."),
     need("event_state_after", f"{ORBIT} event state", "f8", "state after the event", "After the reset."),
-    may("path_time", f"{ORBIT} path", "f8", "time along the path", "Both sides of an event have one; NaN at the end."),
-    may("path_state", f"{ORBIT} path state", "f8", "state on the path", "Straight lines between neighbours show it."),
+    may("path_time", f"{ORBIT} path_point", "f8", "time on the path", "The same on both sides of an event."),
+    may(
+        "path_state",
+        f"{ORBIT} path_point state",
+        "f8",
+        "state on the path",
+        "Neighbours may be joined by straight lines.",
+    ),
     grazing(ORBIT, "smallest_speed", required=True),
     *rates(ORBIT),
     need("lyapunov_exponent", f"{ORBIT} multiplier", "f8", "Lyapunov exponent", "By QR over the orbit, descending."),
@@ -160,9 +166,9 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         ``period_time``; ``multiplier_real`` and ``multiplier_imag`` (multiplier), those of lost rank exactly 0,
         ``rank``, ``stable``; ``event_time``, ``event_kind``, ``event_speed`` (event), ``event_state_before`` and
         ``event_state_after`` (event, state), ``smallest_speed``; the whole path as points that straight lines may join,
-        ``path_time`` (path) and ``path_state`` (path, state), with both sides of an event at one time; mean rates over
-        the period, such as ``progression_rate`` and ``impacts_per_period``; ``residual``, and ``newton_residual``
-        (iteration);
+        ``path_time`` (path_point) and ``path_state`` (path_point, state), with both sides of an event at one time; mean
+        rates over the period, such as ``progression_rate`` and ``impacts_per_period``; ``residual``, and
+        ``newton_residual`` (iteration);
         ``lyapunov_exponent`` (multiplier) and the discrepancies found by the checks: ``exponent_difference``,
         ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
         by the structure of the system, in words in the attribute ``structure``; ``outcome``, in words in the attributes
