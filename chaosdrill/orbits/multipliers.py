@@ -161,14 +161,18 @@ def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank:
     Returns
     -------
     ndarray of complex, shape (..., d)
+        NaN where a map has no derivative, as at grazing.
     """
     free = np.flatnonzero(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
     values = np.zeros(monodromy.shape[:-1], dtype=complex)
-    values[..., : len(free)] = np.linalg.eigvals(monodromy[..., free[:, np.newaxis], free])
+    known = np.isfinite(monodromy).all(axis=(-2, -1))[..., np.newaxis]
+    values[..., : len(free)] = np.linalg.eigvals(
+        np.where(known[..., np.newaxis], monodromy, 0.0)[..., free[:, np.newaxis], free]
+    )
     order = np.argsort(-np.abs(values), axis=-1, kind="stable")
     values = np.take_along_axis(values, order, axis=-1)
     values[..., rank:] = 0.0
-    return values
+    return np.where(known, values, complex(np.nan, np.nan))
 
 
 def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:
