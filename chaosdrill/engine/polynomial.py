@@ -4,9 +4,14 @@ Eight coefficients lie side by side in a vector register: Horner's rule in the e
 sum over the register.
 """
 
+import numpy as np
+
 from chaosdrill.engine.jit import series
-from chaosdrill.engine.lanes import LANES, larger, magnitude, part, powers, total
+from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, part, powers, total
 from chaosdrill.engine.layout import COLUMNS, WIDTH
+
+_WITHIN = np.array([[1.0 if k < WIDTH else 0.0 for k in range(COLUMNS - LANES, COLUMNS)]])
+"""Which of the last coefficients of a row are any: behind them stands what a last pass over orders has left."""
 
 
 @series
@@ -16,10 +21,15 @@ def _eighth(s):
 
 
 @series
+def _last(rows, i):
+    return chosen(part(_WITHIN, 0, 0), part(rows, i, COLUMNS - LANES), 0.0)
+
+
+@series
 def value(rows, i, s):
     """Value of the polynomial in row i."""
     eighth = _eighth(s)
-    terms = part(rows, i, COLUMNS - LANES)
+    terms = _last(rows, i)
     for m in range(2, COLUMNS // LANES + 1):
         terms = terms * eighth + part(rows, i, COLUMNS - LANES * m)
     return total(terms * powers(s))
@@ -44,7 +54,7 @@ def derivative(rows, i, s):
 def size(rows, i, s):
     """Sum of the sizes of the terms of row i at s > 0."""
     eighth = _eighth(s)
-    terms = magnitude(part(rows, i, COLUMNS - LANES))
+    terms = magnitude(_last(rows, i))
     for m in range(2, COLUMNS // LANES + 1):
         terms = terms * eighth + magnitude(part(rows, i, COLUMNS - LANES * m))
     return total(terms * powers(s))
@@ -57,7 +67,7 @@ def keeps_side(rows, i, s, sign):
     ``sign`` is -1.0 for a polynomial above zero, 1.0 for one below.
     """
     eighth = _eighth(s)
-    terms = larger(sign * part(rows, i, COLUMNS - LANES), 0.0)
+    terms = larger(sign * _last(rows, i), 0.0)
     for m in range(2, COLUMNS // LANES + 1):
         terms = terms * eighth + larger(sign * part(rows, i, COLUMNS - LANES * m), 0.0)
     return sign * rows[i, 0] + total(terms * powers(s)) < 0.0

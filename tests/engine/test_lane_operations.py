@@ -53,7 +53,8 @@ def test_eight_coefficients_of_a_row_at_once():
     """Values and sums of sizes as numpy's Horner rule has them, in the row that is named and in no other."""
     rows = np.zeros((3, COLUMNS))
     rows[:, :WIDTH] = np.random.default_rng(6).uniform(-1.0, 1.0, (3, WIDTH))
-    row = rows[1, ::-1]
+    rows[:, WIDTH:] = np.nan
+    row = rows[1, WIDTH - 1 :: -1]
 
     @compiled(void(matrix, float64, float64[::1]))
     def fill(rows, s, out):
@@ -73,5 +74,5 @@ def test_eight_coefficients_of_a_row_at_once():
         np.testing.assert_allclose(found(rows, s)[:3], [value, size, late], rtol=0, atol=1e-14 * size)
     rows[1, 0] = -1.0
     for highest, keeps in ((0.99, 1.0), (1.01, 0.0)):
-        rows[1, 1:] = np.where(np.arange(1, COLUMNS) == 17, highest, -1.0)
+        rows[1, 1:WIDTH] = np.where(np.arange(1, WIDTH) == 17, highest, -1.0)
         assert found(rows, 1.0)[3] == keeps
