@@ -43,6 +43,7 @@ class Verdict:
     exponents: np.ndarray  # (P, m): descending spectra
     errors: np.ndarray  # (P, m): their standard errors
     lead: np.ndarray  # (P,): largest exponent that is free to have any sign
+    margin: np.ndarray  # (P,): from where on it is told from zero
     multiplier: np.ndarray  # (P,): logarithm of the leading multiplier of the cycle, where there is one
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
@@ -121,6 +122,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
         exponents=exponents,
         errors=errors,
         lead=lead,
+        margin=margin,
         multiplier=multiplier,
         cycle=np.where(certain & (period > 0), cycle, 0),
         moves=moves,

@@ -269,7 +269,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     beside = plan.where.counts == "section" and plan.transient == 0
     whole = 0 if beside else int(ends[-1])
     _average_over_cycles(plan, parameters, batch, which, verdict.cycle, whole, arrays, places)
-    lead, open_ = verdict.lead.copy(), verdict.outcome == Outcome.OPEN
+    lead, margin, open_ = verdict.lead.copy(), verdict.margin.copy(), verdict.outcome == Outcome.OPEN
     moves = verdict.moves.copy()
     which, times = which[~verdict.decided], 2
     while len(which) and plan.patience:
@@ -288,7 +288,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         _write(plan, batch, which[rows], verdict, rows, arrays, places[which[rows]])
         of_cycles = (which[rows], verdict.cycle[rows], ends[-1], arrays, places[which[rows]])
         _average_over_cycles(plan, parameters, batch, *of_cycles)
-        lead[which], open_[which], moves[which] = verdict.lead, grows, verdict.moves
+        lead[which], margin[which], open_[which], moves[which] = verdict.lead, verdict.margin, grows, verdict.moves
         which, times = which[~verdict.decided & ~known], 2 * times
     if moves[which].any() and plan.patience and plan.maps:
         left = _displace(plan, parameters, batch, which[moves[which]], arrays, places)
@@ -297,7 +297,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     follows = plan.maps or plan.structure.autonomous
     if plan.patience and plan.exponents and follows and unclear.any():
         which = which[unclear]
-        found, followed = _tell(plan, parameters, batch, which, lead[which] > 0)
+        found, followed = _tell(plan, parameters, batch, which, lead[which], margin[which])
         arrays["outcome"][places[which[followed]]] = found[followed]
 
 
@@ -361,22 +361,29 @@ def _displace(
 
 
 def _tell(
-    plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, positive: np.ndarray
+    plan: Plan,
+    parameters: Mapping[str, np.ndarray],
+    batch: Batch,
+    which: np.ndarray,
+    lead: np.ndarray,
+    margin: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached.
 
-    An irregular set of points is weak chaos if the exponent is ``positive``, though within its error.
+    An irregular set of points is weak chaos if the exponent is positive, though within its error.
     """
     here = at_points(parameters, which)
     runs = continued(plan, batch, which, here).mapped(plan, LENGTH)
     runs.run(0, np.array([0, LENGTH]))
     shifts = plan.structure.frame[: plan.structure.shifts]
     if plan.maps:
-        found = tell(runs.window, shifts)
+        found, irregular = tell(runs.window, shifts, lead, margin)
     else:
-        each = [tell(runs.window[[p]], shifts, partial(runs.rates, p)) for p in range(len(which))]
-        found = np.concatenate(each)
-    found[positive & (found == Outcome.UNDECIDED)] = int(Outcome.CHAOTIC)
+        each = [
+            tell(runs.window[[p]], shifts, lead[[p]], margin[[p]], partial(runs.rates, p)) for p in range(len(which))
+        ]
+        found, irregular = (np.concatenate(parts) for parts in zip(*each, strict=True))
+    found[(lead > 0) & irregular] = int(Outcome.CHAOTIC)
     return found, runs.outcome == Outcome.OK
 
 

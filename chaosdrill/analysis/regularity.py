@@ -23,7 +23,16 @@ REPEATS = 4
 """Times that a record holds a cycle by which it is known, at least."""
 
 SMOOTH = 1e-3
-"""Difference of the two averages, in parts of the extent, below which the motion is regular."""
+"""Difference of the two averages, in parts of the extent, above which the motion is not regular."""
+
+FASTER = 4.0
+"""Times that they are closer in a part of twice the length at least, on a torus; in chaos they are 1.4 times closer."""
+
+LIKELY = 1 / 3
+"""Part of the margin, a standard error, above which an exponent is rather that of chaos unless averages converge."""
+
+EXACT = 1e-7
+"""Difference that is not asked to shrink, since the tolerance of the run may be all of it."""
 
 PARTS = 8
 """Parts of a record in each of which a state that only grows goes on."""
@@ -91,8 +100,11 @@ def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarr
     return found
 
 
-def is_regular(windows: np.ndarray) -> np.ndarray:
-    """Whether the averages over both halves of sequences agree.
+def agreement(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whether averages over both halves of sequences agree, and whether they agree ever better in longer parts.
+
+    In chaos on many narrow bands averages are close as well, in parts of the whole extent; twice as many points bring
+    them closer by a third, and those of a torus, unless it is slow, by orders of magnitude.
 
     Parameters
     ----------
@@ -101,23 +113,37 @@ def is_regular(windows: np.ndarray) -> np.ndarray:
 
     Returns
     -------
-    ndarray of bool, shape (P,)
+    smooth, converging : ndarray of bool, shape (P,)
     """
-    half = windows.shape[1] // 2
-    t = np.arange(1, half) / half
-    weight = np.exp(-1 / (t * (1 - t)))
-    weight /= weight.sum()
     extent = np.ptp(windows, axis=1).max(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         off = (windows - windows.mean(axis=1, keepdims=True)) / extent[:, np.newaxis, np.newaxis]
     both = np.concatenate([off, off**2], axis=2)
-    early, late = (np.einsum("w,pwi->pi", weight, both[:, k + 1 : k + half]) for k in (0, half))
-    return (np.abs(late - early).max(axis=1) <= SMOOTH) & np.isfinite(extent)
+    quarter, half, whole = (_apart(both, windows.shape[1] // parts) for parts in (4, 2, 1))
+    converging = (half <= np.maximum(quarter / FASTER, EXACT)) & (whole <= np.maximum(quarter / FASTER**2, EXACT))
+    return (whole <= SMOOTH) & np.isfinite(extent), converging & np.isfinite(extent)
+
+
+def _apart(values: np.ndarray, length: int) -> np.ndarray:
+    """Largest difference of the averages over both halves of parts of this length, which begin a quarter apart."""
+    half, quarter = length // 2, values.shape[1] // 4
+    t = np.arange(1, half) / half
+    weight = np.exp(-1 / (t * (1 - t)))
+    weight /= weight.sum()
+    found = np.zeros(len(values))
+    for start in range(0, values.shape[1] - length + 1, quarter):
+        early, late = (np.einsum("w,pwi->pi", weight, values[:, k + 1 : k + half]) for k in (start, start + half))
+        found = np.maximum(found, np.abs(late - early).max(axis=1))
+    return found
 
 
 def tell(
-    windows: np.ndarray, shifts: np.ndarray, flow: Callable[[np.ndarray, int], np.ndarray] | None = None
-) -> np.ndarray:
+    windows: np.ndarray,
+    shifts: np.ndarray,
+    lead: np.ndarray,
+    margin: np.ndarray,
+    flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """What motions are whose largest exponent is not told from zero, by their section points alone.
 
     Parameters
@@ -126,15 +152,19 @@ def tell(
         States and modes at equal intervals of time: strobes, or, of a system without forcing, instants of any kind.
     shifts : ndarray, shape (s, n)
         Orthonormal directions in which nothing ever changes: what happens along them is left out.
+    lead, margin : ndarray, shape (P,)
+        Largest exponents, and from where on they would be told from zero.
     flow : callable, optional
         Rates of the states, shape (n,), at a state in a mode. To be given for instants of any kind, where a cycle does
         not show by coming back.
 
     Returns
     -------
-    ndarray of int, shape (P,)
+    outcome : ndarray of int, shape (P,)
         ``OPEN`` if a state only grows, ``PERIODIC`` for a cycle (whose exponent is zero, as that of a centre),
         ``QUASIPERIODIC`` for a torus, else ``UNDECIDED``.
+    irregular : ndarray of bool, shape (P,)
+        Of the undecided ones those whose averages do not agree.
     """
     paths = _aside(windows, shifts)
     states = paths[:, :, :-1]
@@ -144,10 +174,11 @@ def tell(
     cycle = ~open_ & (recurrence(paths, windows.shape[1] // REPEATS).period > 0)
     found[cycle] = int(Outcome.PERIODIC)
     if windows.shape[1] < LEAST:
-        return found
-    for k in np.flatnonzero(~open_ & ~cycle & is_regular(states)):
+        return found, found == Outcome.UNDECIDED
+    smooth, converging = agreement(states)
+    for k in np.flatnonzero(~open_ & ~cycle & smooth & (converging | (lead <= LIKELY * margin))):
         found[k] = int(Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], flow, shifts))
-    return found
+    return found, (found == Outcome.UNDECIDED) & ~smooth
 
 
 def repeats_exactly(windows: np.ndarray, shifts: np.ndarray) -> np.ndarray:

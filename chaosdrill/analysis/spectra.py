@@ -9,7 +9,7 @@ from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import flow_of
 from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
-from chaosdrill.analysis.statistics import SINKS, classify, error_of_mean_rate, kaplan_yorke, standard_error
+from chaosdrill.analysis.statistics import SINKS, classify, error_of_mean_rate, kaplan_yorke, leading, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.run import Run, event_rates
@@ -64,7 +64,14 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         if system.period is None and structure.autonomous and every and values[0] * plan.length < -SINKS:
             outcome = Outcome.EQUILIBRIUM
         elif outcome == Outcome.UNDECIDED:
-            outcome = _by_its_path(run, structure, window, plan.periodic)
+            lead, margin = leading(
+                values[np.newaxis],
+                errors[np.newaxis],
+                int(structure.neutral(flow)),
+                np.array([plan.length]),
+                complete=every,
+            )
+            outcome = _by_its_path(run, structure, window, lead, margin, plan.periodic)
         elif outcome == Outcome.PERIODIC and structure.winds(flow):
             outcome = Outcome.QUASIPERIODIC
         elif outcome == Outcome.CHAOTIC and repeats_exactly(window, structure.frame[: structure.shifts])[0]:
@@ -110,10 +117,12 @@ def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
     return outcome
 
 
-def _by_its_path(run: Run, structure: Structure, window: np.ndarray, periodic: bool) -> Outcome:
+def _by_its_path(
+    run: Run, structure: Structure, window: np.ndarray, lead: np.ndarray, margin: np.ndarray, periodic: bool
+) -> Outcome:
     """What the samples of a run say of a motion whose largest exponent is not told from zero."""
     flow = None if periodic else lambda state, mode: flow_of(run, state, mode)
-    return Outcome(int(tell(window, structure.frame[: structure.shifts], flow)[0]))
+    return Outcome(int(tell(window, structure.frame[: structure.shifts], lead, margin, flow)[0][0]))
 
 
 def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 import chaosdrill as cd
-from chaosdrill.analysis.regularity import is_regular
+from chaosdrill.analysis.regularity import agreement
 
 
 def test_a_circle_is_shed_by_the_fixed_point(delayed_logistic):
@@ -34,4 +34,27 @@ def test_smooth_averages_tell_a_torus_from_a_cloud():
     for i in range(2047):
         x[i + 1] = 3.7 * x[i] * (1 - x[i])
     cloud = np.stack([x, np.roll(x, 1)], axis=1)
-    assert is_regular(np.stack([torus, cloud])).tolist() == [True, False]
+    smooth, converging = agreement(np.stack([torus, cloud]))
+    assert smooth.tolist() == converging.tolist() == [True, False]
+
+
+def test_chaos_on_narrow_bands_is_no_torus():
+    """The logistic map has 64 to 2 bands at these values; averages over them are close in parts of the whole extent."""
+    r = np.repeat([3.5702, 3.571, 3.573, 3.58, 3.6, 3.67], 50)
+    x = np.random.default_rng(5).uniform(0.1, 0.9, len(r))
+    points = np.empty((len(r), 2048, 1))
+    for i in range(-20_000, 2048):
+        x = r * x * (1 - x)
+        points[:, max(i, 0), 0] = x
+    smooth, converging = agreement(points)
+    assert (smooth & converging).mean() < 0.05
+
+
+def test_tori_that_are_not_near_critical_are_known():
+    """Lifts of the circle map on which no motion is locked: rotations, seen through a smooth change of the angle."""
+    turns = np.random.default_rng(6).uniform(0.05, 0.95, 300)[:, np.newaxis]
+    angle = 2 * np.pi * turns * np.arange(2048)
+    angle = angle + 0.4 * np.sin(angle) + 0.1 * np.cos(2 * angle)
+    points = np.stack([np.cos(angle), np.sin(angle) + 0.3 * np.cos(2 * angle)], axis=2)
+    smooth, converging = agreement(points)
+    assert (smooth & converging).mean() > 0.9
