@@ -14,6 +14,10 @@ _WITHIN = np.array([[1.0 if k < WIDTH else 0.0 for k in range(COLUMNS - LANES, C
 """Which of the last coefficients of a row are any: behind them stands what a last pass over orders has left."""
 
 
+_LATER = np.array([[min(k, 1.0) for k in range(LANES)]])
+"""Which of the first coefficients stand behind the first."""
+
+
 @series
 def _eighth(s):
     square = s * s
@@ -27,12 +31,13 @@ def _last(rows, i):
 
 @series
 def value(rows, i, s):
-    """Value of the polynomial in row i."""
+    """Value of the polynomial in row i; the first term, often the largest by far, is added last."""
     eighth = _eighth(s)
     terms = _last(rows, i)
-    for m in range(2, COLUMNS // LANES + 1):
+    for m in range(2, COLUMNS // LANES):
         terms = terms * eighth + part(rows, i, COLUMNS - LANES * m)
-    return total(terms * powers(s))
+    terms = terms * eighth + chosen(part(_LATER, 0, 0), part(rows, i, 0), 0.0)
+    return rows[i, 0] + total(terms * powers(s))
 
 
 @series
