@@ -82,7 +82,8 @@ def _known_to_compiler(name: str) -> Callable[[Number], Number]:
 def _written(module: Module, name: str, single: Callable[[Number], Number]) -> Any:
     """A function of several doubles side by side, one by one where an argument is out of range."""
     inside, limit = _SIDE_BY_SIDE[name]
-    f = Function(module, name, {"x": module.type}, module.type, fast=True, own=True)
+    # a name of its own: that of the library is what a double out of range is given to
+    f = Function(module, f"{name}_side_by_side", {"x": module.type}, module.type, fast=True, own=True)
     x = Number(f, f.arguments[0])
     with f.when(f.any_beyond(x, limit)):
         beyond = ~f.intrinsic("fabs", x).compare("<=", limit)
