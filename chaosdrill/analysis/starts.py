@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from chaosdrill.analysis.arguments import Start
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.settings import Faults, Known, Value, entries, long, real, told, within
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from chaosdrill.model import HybridSystem
 
 MOST = 1_000_000
@@ -27,6 +27,8 @@ class Starts(Value):
     """
 
     def read(self, name: str, value: Any, system: "HybridSystem") -> dict[str, list[Any]]:
+        import numpy as np
+
         columns = _columns(value, system)
         if columns is None:
             received = f"{type(value).__name__} of shape {np.shape(value)}" if hasattr(value, "shape") else repr(value)
@@ -71,7 +73,9 @@ STARTS = Starts()
 class Tangents(Value):
     """Initial tangents, one a row; True stands for the unit vectors, False for none."""
 
-    def read(self, name: str, value: Any, system: "HybridSystem") -> np.ndarray | None:
+    def read(self, name: str, value: Any, system: "HybridSystem") -> "np.ndarray | None":
+        import numpy as np
+
         n = len(system.states)
         if isinstance(value, bool | np.bool_):
             return np.eye(n) if value else None
@@ -104,8 +108,10 @@ class Tangents(Value):
                 yield (index,), told("expected a list of finite numbers", row)
 
 
-def states_and_modes(system: "HybridSystem", columns: Mapping[str, list[Any]]) -> tuple[np.ndarray, np.ndarray]:
+def states_and_modes(system: "HybridSystem", columns: Mapping[str, list[Any]]) -> "tuple[np.ndarray, np.ndarray]":
     """States (N, n) and modes (N,) of starts as `Starts` has read them."""
+    import numpy as np
+
     count = len(next(iter(columns.values())))
     own = [[system.initial[name]] * count for name in system.state_names]
     states = [columns.get(name, default) for name, default in zip(system.state_names, own, strict=True)]
@@ -126,6 +132,8 @@ def _entry(place: str, key: str, value: Any, system: "HybridSystem") -> Any:
 
 def _columns(value: Any, system: "HybridSystem") -> dict[str, list[Any]] | None:
     """The columns of a list of starts; None for what is none."""
+    import numpy as np
+
     names: Any = system.state_names
     if "state" in getattr(value, "dims", ()) and not isinstance(value, Mapping):
         # an array of xarray says itself which state is which
