@@ -225,8 +225,8 @@ def test_it_is_met_at_no_speed(kicked):
 # Curves of systems without a forcing: what scipy makes of the orbits on them.
 
 
-def roessler_multipliers(start, a, c, turns):
-    """By the variational equation, solved by scipy until the plane across the flow at the start is met so often."""
+def roessler_multipliers(start, a, c):
+    """By the variational equation, solved by scipy until the plane across the flow is met at the start again."""
 
     def rates(t, z, a, c):
         slope = np.array([[0, -1, -1], [1, a, 0], [z[2], 0, z[0] - c]])
@@ -238,10 +238,10 @@ def roessler_multipliers(start, a, c, turns):
     def plane(t, z, a, c):
         return normal @ (z[:3] - start) if t > 1 else 1.0
 
-    plane.direction, plane.terminal = 1, turns
-    found = solve_ivp(rates, (0, 60), whole, "DOP853", args=(a, c), events=plane, rtol=1e-12, atol=1e-13)
-    end = found.y_events[0][-1]
-    np.testing.assert_allclose(end[:3], start, atol=1e-8)
+    plane.direction = 1
+    found = solve_ivp(rates, (0, 30), whole, "DOP853", args=(a, c), events=plane, rtol=1e-12, atol=1e-13)
+    ends = found.y_events[0]
+    end = ends[np.abs(ends[:, :3] - start).max(axis=1) < 1e-8][0]
     return np.linalg.eigvals(end[3:].reshape(3, 3))
 
 
@@ -258,7 +258,7 @@ def test_curves_of_a_flow_over_any_section(follow, c, period, critical, error):
         assert int(found["outcome"]) == Outcome.PERIODIC, found.attrs["message"]
         places.append(float(found["special_value"][0]))
         one = found.isel(point=found.sizes["point"] // 3)
-        values = roessler_multipliers(one["orbit_state"].values, float(one["a"]), float(one["c"]), period)
+        values = roessler_multipliers(one["orbit_state"].values, float(one["a"]), float(one["c"]))
         values = values[np.argsort(-np.abs(values))][:2]
         np.testing.assert_allclose(np.sort(values.real), critical, atol=error)
     assert places[0] == pytest.approx(places[1], abs=1e-9)
