@@ -13,12 +13,6 @@ if TYPE_CHECKING:
     from chaosdrill.orbits.problem import Problem
 
 
-def first_strobe(problem: "Problem", orbit: "Orbit") -> float:
-    """Time from the start of an orbit to phase 0 of its first period; 0 for systems without a period."""
-    period = problem.period_at(orbit)
-    return -orbit.phase % period if period else 0.0
-
-
 def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
     """Points of one period from its first strobe on, as close as a straight line between neighbours needs.
 
@@ -31,7 +25,7 @@ def path(problem: "Problem", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
         Since the first strobe; both sides of an event have one time.
     states : ndarray, shape (m, d)
     """
-    strobe, begin = first_strobe(problem, orbit), 0.0
+    strobe, begin = problem.first_strobe(orbit), 0.0
     grids, segments = [], list(segment_by_segment(problem, orbit))
     for one, _ in segments:
         length = float(one.durations[0])

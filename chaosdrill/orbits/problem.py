@@ -335,10 +335,18 @@ class Problem:
         """
         if not self.forced:
             return self.at(orbits, np.zeros((len(orbits), 1)))
-        phases = np.array([o.phase for o in orbits])
         periods = self.periods_at(np.array([o.starts[0, self.states :] for o in orbits]))
-        instants = (-phases % periods)[:, np.newaxis] + periods[:, np.newaxis] * np.arange(orbits[0].periods)
-        return self.at(orbits, instants)
+        first = np.array([self.first_strobe(o) for o in orbits])
+        return self.at(orbits, first[:, np.newaxis] + periods[:, np.newaxis] * np.arange(orbits[0].periods))
+
+    def first_strobe(self, orbit: Orbit) -> float:
+        """Time from the start of an orbit to phase 0 of its first period; 0 for systems without a period.
+
+        A start that is behind phase 0 by no more than round-off is there.
+        """
+        period = self.period_at(orbit)
+        ahead = -orbit.phase % period if period else 0.0
+        return ahead if period and period - ahead > SETTINGS.same_instant * period else 0.0
 
     def halves_apart(self, orbit: Orbit, weights: np.ndarray) -> np.ndarray:
         """Weighted differences between the two halves of an orbit, shape (m,): starts and durations of their segments.

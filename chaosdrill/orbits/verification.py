@@ -19,7 +19,7 @@ from chaosdrill.model.places import arguments
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
 from chaosdrill.orbits.orbit import segment_by_segment
-from chaosdrill.orbits.path import first_strobe, path
+from chaosdrill.orbits.path import path
 from chaosdrill.orbits.results import Checks, FoundOrbit
 from chaosdrill.orbits.settings import SETTINGS
 
@@ -398,7 +398,7 @@ def _events(problem: "Problem", orbit: "Orbit") -> dict[str, Any]:
             kernels.functions[5](mode, end, time, constants, state, gradient)
             speeds[i] = gradient[:d] @ rates[:d] + gradient[d]
     ends = np.cumsum(orbit.durations)
-    times = (ends - first_strobe(problem, orbit)) % ends[-1] if problem.forced else ends
+    times = (ends - problem.first_strobe(orbit)) % ends[-1] if problem.forced else ends
     kinds = np.flatnonzero(orbit.segments[:, at.SEGMENT_END] >= 0)
     order = kinds[np.argsort(times[kinds], kind="stable")]
     return {
