@@ -88,7 +88,7 @@ class Tangents(Value):
                 f"{name} is {value!r:.60}; it must be True, or rows of {n} finite numbers, one for each state of "
                 f"{', '.join(system.state_names)}, and no more than {n} of them"
             )
-        lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+        lengths = np.abs(rows).max(axis=1, keepdims=True)  # no squares, which overflow
         rank = int(np.linalg.matrix_rank(rows / np.where(lengths > 0, lengths, 1.0)))
         if rank < len(rows):
             raise SettingsError(

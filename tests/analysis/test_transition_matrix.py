@@ -135,6 +135,13 @@ def test_tangents_that_cannot_be(oscillator, tangents, told):
         cd.trajectory(oscillator, periods=1, tangents=tangents)
 
 
+@pytest.mark.parametrize("size", [1e-300, 1e-200, 1e200])
+def test_the_size_of_a_tangent_does_not_matter(oscillator, size):
+    unit = cd.trajectory(oscillator, periods=1, tangents=True)["final_tangent"].values
+    found = cd.trajectory(oscillator, periods=1, tangents=[[size, 0.0], [0.0, 1.0]])["final_tangent"].values
+    np.testing.assert_allclose(found, unit * [[size], [1.0]], rtol=1e-9)
+
+
 SCENE = """
 [system]
 model = "impact-oscillator"
