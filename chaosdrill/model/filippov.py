@@ -83,7 +83,7 @@ def filippov(
     above, below : mapping of state to expression
         Time derivative of every state where h > 0, and where h < 0.
     time : sympy.Symbol or str, optional
-        The symbol that stands for time, if any expression names it.
+        The symbol that stands for time; default: ``t``, unless a state or a parameter is called so.
     initial : mapping, optional
         ``"mode"`` and values of states, also of the one that the surface replaces.
     **more : optional
@@ -237,6 +237,8 @@ class Written:
         symbols = tuple(read_symbol(f"{name}: state {place}", s) for place, s in enumerate(listed))
         clock = None if time is None else read_symbol(f"{name}: time", time)
         known = read_table(f"{name}: parameters", parameters)
+        if clock is None and "t" not in {*(symbol.name for symbol in symbols), *known}:
+            clock = read_symbol(f"{name}: time", "t")  # as in `HybridSystem`
         table = read_table(f"{name}: quadratures", more.get("quadratures") or {})
         integrals = {key: _integrands(f"{name}: quadrature {key}", given) for key, given in table.items()}
         others = {key: value for key, value in more.items() if key != "quadratures"}

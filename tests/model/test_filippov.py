@@ -463,3 +463,19 @@ def test_a_wall_is_added_to_what_is_made():
     assert (0.8 * first) ** 2 + 1 == pytest.approx(y**2 + 2 * 0.1 * (1 + y), rel=1e-13)
     assert run["event_speed"].values[2] == pytest.approx(sqrt(y**2 - 1 - 2 * 0.1 * (1 + y)), rel=1e-13)
     assert names[run["event_kind"].values[-1]].startswith("slide")
+
+
+@pytest.mark.parametrize("initial", [{"v": 2.0}, {"mode": "above", "v": 2.0}])
+def test_time_is_called_t_unless_something_else_is(initial):
+    given = {
+        "name": "belt",
+        "states": "x v",
+        "parameters": {"mu": 0.3, "omega": 1.1},
+        "surface": {"s": "v - cos(omega*t)"},
+        "above": {"x": "v", "v": "-x - mu"},
+        "below": {"x": "v", "v": "-x + mu"},
+        "period": "2*pi/omega",
+        "initial": initial,
+    }
+    runs = [cd.trajectory(cd.filippov(**given, **named), periods=2, samples=10) for named in ({}, {"time": "t"})]
+    np.testing.assert_array_equal(runs[0]["states"].values, runs[1]["states"].values)
