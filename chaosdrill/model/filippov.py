@@ -131,13 +131,14 @@ def equivalent_control(
 
     Parameters
     ----------
-    name, states, parameters, surface : as for `filippov`
+    name, states, parameters, surface : str, iterable, mapping, expression
+        As for `filippov`.
     field : mapping of state to expression
         Time derivative of every state, in which the control is named.
     control : mapping of str to (expression, expression)
         The control, and its values above and below the surface: ``{"u": ("-U", "U")}``.
-    time, initial : optional, as for `filippov`
-    **more : optional, as for `filippov`
+    time, initial, **more : optional
+        As for `filippov`.
 
     Returns
     -------

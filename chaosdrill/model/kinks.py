@@ -47,15 +47,18 @@ def in_modes(
 
     Parameters
     ----------
-    name, states, parameters : as for `filippov`
+    name, states, parameters : str, iterable, mapping
+        As for `filippov`.
     field : mapping of state to expression
         Time derivative of every state.
     surface : expression, or mapping of str to expression, optional
         The surface of the jump, to say which side of it is above, or to name it as for `filippov`.
-    time : optional, as for `filippov`
+    time : optional
+        As for `filippov`.
     initial : mapping, optional
         ``"mode"`` and values of states; default: the mode of the initial state.
-    **more : optional, as for `filippov`
+    **more : optional
+        As for `filippov`.
 
     Returns
     -------
