@@ -137,7 +137,9 @@ def equivalent_control(
         Time derivative of every state, in which the control is named.
     control : mapping of str to (expression, expression)
         The control, and its values above and below the surface: ``{"u": ("-U", "U")}``.
-    time, initial, **more : optional
+    time, initial : optional
+        As for `filippov`.
+    **more : optional
         As for `filippov`.
 
     Returns
