@@ -1,12 +1,11 @@
 """A system as it was given is read: every fault of it with its place, or all that a `HybridSystem` is made of.
 
 It may come from Python, from the table of a scene, or from an archive: names, expressions as text, numbers or sympy,
-and tables and lists of these. The rules are the same, and stand here alone.
+and tables and lists of these. The rules are the same, and stand here and in `chaosdrill.model.rules` alone.
 """
 
-import random
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from numbers import Integral
@@ -14,24 +13,18 @@ from typing import Any, cast
 
 import sympy
 from sympy.concrete.expr_with_limits import ExprWithLimits
-from sympy.core.function import Application
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.derive import frozen_states
-from chaosdrill.model.exponents import differences
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
-from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
+from chaosdrill.model.rules import hidden, refused, wrong_completion, wrong_period
+from chaosdrill.model.special import CONDITION, FLOW, RESET
 from chaosdrill.model.text import (
-    SMOOTH,
-    double,
     has_doubles,
-    level_of,
     read_open_text,
     read_text,
-    unknown_function,
     unknown_name,
 )
 from chaosdrill.names import remedy, shortened
@@ -60,9 +53,6 @@ NAMES = (
     "a name must not be empty, begin or end with a blank, or hold a slash, a line break or another sign that cannot be "
     "seen"
 )
-
-_BOUNDED = ("Max", "Min", "Piecewise", "sign")
-"""Functions without a derivative whose rounding has a bound, so that guards and rates may hold them of parameters."""
 
 _UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Order)
 
@@ -620,16 +610,16 @@ class Reader:
     def _check_whole(self, found: Definition) -> None:
         """What can be told of a definition without other faults."""
         for place, transition in enumerate(found.transitions):
-            if transition.completes is not None and (told := _wrong_completion(transition, found.transitions)):
+            if transition.completes is not None and (told := wrong_completion(transition, found.transitions)):
                 self._fault(("transitions", place, "completes"), told)
-        for place, before in _hidden(found.transitions):
+        for place, before in hidden(found.transitions):
             told = (
                 f"{found.transitions[place].name!r} is never taken, since {before!r} is another outcome of the same "
                 f"event, stands before it and has no condition; give {before!r} a condition, or put it last"
             )
             self._fault(("transitions", place), told)
         numbers = {name: finite(value) for name, value in self.parameters.items()}
-        if None not in numbers.values() and (told := _wrong_period(found, numbers)):
+        if None not in numbers.values() and (told := wrong_period(found, numbers)):
             self._fault(("period",), told)
 
 
@@ -662,14 +652,6 @@ def _alone(where: str, read: Callable[[Reader], Any]) -> Any:
     return found
 
 
-def value_of(expression: Any, parameters: Mapping[str, float]) -> float:
-    """The number that an expression of parameters has; NaN if it is none."""
-    try:
-        return float(expression.subs({p: parameters[p.name] for p in expression.free_symbols}))
-    except (TypeError, OverflowError):
-        return float("nan")
-
-
 def is_name(name: str) -> bool:
     """Whether a state, a parameter or a quadrature may be called so."""
     return bool(name) and name == name.strip() and "/" not in name and name.isprintable()
@@ -682,64 +664,6 @@ def finite(value: Any) -> float | None:
     except (TypeError, ValueError, OverflowError):
         return None
     return number if abs(number) <= MOST else None
-
-
-def refused(expression: Any, moving: set[Any], level: int) -> str | None:
-    """Why an expression cannot stand where it is to, and what to write instead; None if it can.
-
-    Rates, guards and quadratures need a Taylor series in what moves, resets a derivative; a kink or a jump within a
-    flow would be stepped over in silence.
-    """
-    for part in sympy.preorder_traversal(expression):
-        if not isinstance(part, Application) or isinstance(part, sympy.And | sympy.Or | sympy.Not | Called):
-            continue
-        name = type(part).__name__
-        own = level_of(name)
-        if own is None:
-            if name == "Heaviside" and level == FLOW:
-                return f"{part!s:.60} has no Taylor series; {_modes_instead(name, part)}"
-            return f"unknown function {name[:40]!r}; {unknown_function(name)}"
-        moves = bool(part.free_symbols & moving)
-        if own > level and (moves or (level == FLOW and own == CONDITION and name not in _BOUNDED)):
-            where = "resets and conditions" if own == RESET else "conditions"
-            lacks = "Taylor series" if level == FLOW else "derivative"
-            branches = "write its branches as transitions of their own with a condition each"
-            instead = _modes_instead(name, part) if level == FLOW else branches
-            return f"{part!s:.60} has no {lacks}, and can stand in {where} only; {instead}"
-        allowed = SPECIAL[name].moving if name in SPECIAL and level == FLOW else range(len(part.args))
-        wrong = [i for i, a in enumerate(part.args) if i not in allowed and a.free_symbols & moving]
-        if wrong:
-            return (
-                f"{part!s:.60} has no Taylor series in its argument {wrong[0] + 1}, which may hold parameters; resets "
-                "and conditions may hold it as it is"
-            )
-    return None
-
-
-_TAKEN_APART = "chaosdrill.in_modes does so"
-
-
-def _modes_instead(name: str, part: Any) -> str:
-    """What to write in a flow instead of a function with a kink or a jump, or without a series."""
-    one, *others = part.args
-    if name in ("Abs", "sign", "Heaviside", "Max", "Min"):
-        branches = {"Abs": (one, -one), "sign": (1, -1), "Heaviside": (1, 0)}.get(name, part.args)
-        modes = ", ".join(f"{'a mode' if i == 0 else 'one'} with {branch} for it" for i, branch in enumerate(branches))
-        guard = one - others[0] if name in ("Max", "Min") else one
-        return f"write {modes}, and a guard {guard} between them; {_TAKEN_APART}"
-    if name in ("floor", "ceiling", "Mod"):
-        n, step = sympy.Symbol("n"), others[0] if others else sympy.Integer(1)
-        above = one - (n if name == "ceiling" else n + 1) * step
-        return (
-            f"write {one - n * step if name == 'Mod' else n} for it, with a state n of rate 0 in every mode that a "
-            f"transition resets to n + 1 where the guard {above} rises"
-        )
-    if name == "Piecewise":
-        edges = [str(edge.lhs - edge.rhs) for edge in sorted(part.atoms(Relational), key=sympy.default_sort_key)]
-        return (
-            f"write its branches as modes with a guard between them, such as {' or '.join(edges[:3])}; {_TAKEN_APART}"
-        )
-    return f"rates, guards and quadratures may hold {', '.join(SMOOTH)} and powers"
 
 
 def _name_of(entry: Any) -> str | None:
@@ -755,71 +679,3 @@ def _end(value: Any) -> float:
         return float(value)
     except (TypeError, ValueError, OverflowError):
         return float("nan")
-
-
-def _hidden(transitions: Sequence[Transition]) -> Iterator[tuple[int, str]]:
-    """Outcomes that can never be taken, by number, and what stands before each."""
-    first: dict[Any, str] = {}
-    for place, transition in enumerate(transitions):
-        # one that completes another is taken in its place, wherever it stands
-        if transition.completes is not None:
-            continue
-        events = [(mode, transition.guard, transition.direction) for mode in transition.source]
-        before = [first[event] for event in events if event in first]
-        if len(before) == len(events):
-            yield place, before[0]
-        for event in events:
-            if transition.conditions.get(event[0], sympy.true) == sympy.true:
-                first.setdefault(event, transition.name)
-
-
-def _wrong_completion(transition: Transition, transitions: Sequence[Transition]) -> str | None:
-    """Why a transition cannot complete the one that it names."""
-    rebound = next(t for t in transitions if t.name == transition.completes)
-    rivals = [t for t in transitions if t.completes == transition.completes and t is not transition]
-    where = f"completes {transition.completes!r:.60}"
-    if any(set(t.source) & set(transition.source) for t in rivals) or rebound.completes is not None:
-        return f"{where}: one transition completes a rebound, and is none itself; leave one out"
-    if (rebound.guard, rebound.direction) != (transition.guard, transition.direction) or rebound.direction == 0:
-        return f"{where}: both must have the same guard and the same direction, +1 or -1"
-    if not set(transition.source) <= set(rebound.source):
-        return f"{where}: that one must start from the mode {transition.source[0]!r:.60} too"
-    if transition.target in transition.source:
-        return f"{where}: its target must be another mode, one that holds the contact"
-    return None
-
-
-def _wrong_period(found: Definition, numbers: Mapping[str, Any]) -> str | None:
-    """Why the declared period is none: no positive number, or no period of an expression that names time.
-
-    One that also names a state which never changes (a parameter among the states) is left to the run, which knows it.
-    """
-    if found.period is None:
-        return None
-    values = {sympy.Symbol(name, real=True): value for name, value in numbers.items()}
-    period = value_of(found.period, numbers) if found.period.free_symbols <= set(values) else float("nan")
-    if not 0 < period < float("inf"):
-        named = {s.name: numbers[s.name] for s in found.period.free_symbols}
-        at = f" at {named}" if named else ""
-        return f"the period {found.period} is not a positive number{at}; leave it out if nothing depends on time"
-    if found.time is None:
-        return None
-    frozen, rng = set(frozen_states(found)), random.Random(1)
-    for expression in differences(found):
-        if found.time not in expression.free_symbols or frozen & expression.free_symbols:
-            continue
-        here = {**values, **{s: rng.uniform(0.1, 0.9) for s in found.states}}
-        instant = rng.uniform(0, period)
-        before, after = (double(expression, {**here, found.time: u}, _mix) for u in (instant, instant + period))
-        # a run looks again where there are no doubles, at more places
-        if before is not None and after is not None and abs(after - before) > 1e-9 * (1 + abs(before)):
-            return (
-                f"{expression} does not repeat after the declared period {found.period} = {period:.6g}; mend the "
-                "period or leave it out"
-            )
-    return None
-
-
-def _mix(*arguments: float) -> float:
-    """A function that repeats if its arguments do, as every special one."""
-    return sum((place + 2) * argument for place, argument in enumerate(arguments))

@@ -6,7 +6,8 @@ import sympy
 
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.places import parameter
-from chaosdrill.model.reading import Transition, refused
+from chaosdrill.model.reading import Transition
+from chaosdrill.model.rules import refused
 from chaosdrill.model.special import FLOW
 from chaosdrill.model.system import HybridSystem
 from chaosdrill.model.text import read_text
