@@ -263,7 +263,8 @@ def _heights(
     }
     known: dict[str, Any] = {"t": times, **json.loads(run.attrs.get("parameters", "{}")), **integrals, **states}
     declared = bodies_of(str(run.attrs.get("system")), known) if bodies is None else bodies
-    symbols = {name: sympy.Symbol(name, real=True) for name in known}
+    # what is called as a function is called must not stand for it
+    symbols = {name: sympy.Dummy(real=True) for name in known}
     found = {}
     for name, text in declared.items():
         try:

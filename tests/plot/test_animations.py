@@ -135,3 +135,15 @@ def test_bodies_touch_where_they_hit(name):
     heights = np.stack(list(_heights(run, join(run), met, None).values()))
     apart = [np.abs(one - other) for i, one in enumerate(heights) for other in heights[:i]]
     assert np.min(apart, axis=0).max() < 1e-9
+
+
+def test_heights_do_not_depend_on_what_things_are_called():
+    """A state called like the function that stands beside it shadowed it."""
+    found = []
+    for name in ("x", "sin"):
+        system = cd.HybridSystem(
+            states=f"{name} v", modes={"free": {name: "v", "v": f"-{name}"}}, transitions=[], initial={name: 0.5}
+        )
+        run = cd.trajectory(system, duration=2.0, samples=8)
+        found.append(_heights(run, join(run), run["time"].values, {"body": f"{name} + sin(t)"})["body"])
+    np.testing.assert_array_equal(*found)
