@@ -402,7 +402,8 @@ def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
     """The first orbit, or a neighbour if it is a special point, so that the branch passes through that point."""
     problem = curve.problem
     first = curve.first(orbit, shot)
-    values = free_multipliers(np.linalg.eigvals(shot.monodromy), problem.neutral.count)
+    values = multipliers(problem, orbit, shot.monodromy, problem.states)
+    values = free_multipliers(values, problem.neutral.count)
     if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > SETTINGS.at_special:
         return first
     moved = problem.moved(orbit, shot, SETTINGS.beside_special * step * first.tangent)

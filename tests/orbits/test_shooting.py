@@ -11,7 +11,7 @@ import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.find import find_orbit, orbit_read, starting_orbit
 from chaosdrill.orbits.guess import initial_guess, reached, settled
-from chaosdrill.orbits.multipliers import is_stable
+from chaosdrill.orbits.multipliers import is_stable, multipliers
 from chaosdrill.orbits.problem import Problem, solve
 from chaosdrill.orbits.verification import check, describe, verify
 from chaosdrill.systems import build
@@ -87,6 +87,16 @@ def test_a_direction_that_goes_on_from_another_takes_no_singular_values(drill_pe
     assert np.abs(equations @ found).max() < 1e-12 * np.abs(equations / weights).max()
     assert np.linalg.norm(weights * found) == pytest.approx(1)
     assert found[-1] < 0
+
+
+def test_a_map_without_a_derivative_has_no_multipliers(drill_period_one):
+    """As at grazing; those of the maps beside it are not touched."""
+    problem, orbit, shot = drill_period_one
+    d = problem.states
+    whole = shot.monodromy[:d, :d]
+    found = multipliers(problem, orbit, np.stack([whole, np.full((d, d), np.nan)]), d)
+    assert np.isnan(found[1]).all()
+    np.testing.assert_array_equal(found[0], multipliers(problem, orbit, whole, d))
 
 
 def test_the_flow_direction_of_an_autonomous_orbit_has_the_multiplier_one(rimless):
