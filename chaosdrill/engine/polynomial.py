@@ -10,11 +10,10 @@ from chaosdrill.engine.jit import series
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, part, powers, total
 from chaosdrill.engine.layout import COLUMNS, WIDTH
 
-_WITHIN = np.array([[1.0 if k < WIDTH else 0.0 for k in range(COLUMNS - LANES, COLUMNS)]])
+_WITHIN = np.array([[float(k < WIDTH) for k in range(COLUMNS - LANES, COLUMNS)]])
 """Which of the last coefficients of a row are any: behind them stands what a last pass over orders has left."""
 
-
-_LATER = np.array([[min(k, 1.0) for k in range(LANES)]])
+_LATER = np.array([[float(k > 0) for k in range(LANES)]])
 """Which of the first coefficients stand behind the first."""
 
 
