@@ -15,9 +15,9 @@ from itertools import groupby
 import numpy as np
 
 from chaosdrill.analysis.classification import HYPERBOLIC, Verdict, judge
-from chaosdrill.analysis.plan import Plan, block_ends
+from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
-from chaosdrill.analysis.statistics import free_exponents, margin
+from chaosdrill.analysis.statistics import block_ends, free_exponents, margin
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing
@@ -181,7 +181,7 @@ def _measure(
     """Run over cycles of one period, and say which of them are the answer."""
     states = begun.states
     batch = begun.let(plan.batch(begun.parameters, states, begun.modes, of_map=True))
-    ends = block_ends(_cycles(max(AVERAGING, plan.rows), period), period)
+    ends = period * block_ends(_cycles(max(AVERAGING, plan.rows), period), BLOCKS)
     batch.run(_cycles(SETTLING, period) * period, ends)
     verdict = judge(plan, batch, np.arange(len(states)), ends)
     path = batch.window

@@ -21,18 +21,7 @@ if TYPE_CHECKING:
 def one_run(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     """The trajectory from the system's own initial state; see `trajectory`."""
     path = traced(find_section(system, given, job.numerics), given, job)
-    n = len(system.states)
-    variables: dict[str, Any] = {
-        "states": (("time", "state"), path.rows[:, :n]),
-        "mode": ("time", path.rows[:, -1].astype(np.int8)),
-        **{name: ("time", path.rows[:, n + i]) for i, name in enumerate(system.quadratures)},
-        **_events(system, [path.events]),
-        "outcome": ((), np.int8(path.outcome)),
-    }
-    if given.tangents is not None:
-        variables["initial_tangent"] = (("tangent", "state"), given.tangents)
-        variables["final_tangent"] = (("tangent", "state"), path.tangents)
-    return _completed(system, variables, path.times)
+    return _dataset(system, path.times, path.rows, [path], given.tangents, ())
 
 
 def ensemble(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
@@ -55,20 +44,43 @@ def ensemble(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
         if len(path.times) and path.times[0] >= times[0]:
             rows[k, : len(path.rows)] = path.rows
         paths.append(path)
+    return _dataset(system, times, rows, paths, given.tangents, ("run",)).assign(
+        event_count=("run", np.array([len(path.events.events) for path in paths], dtype=np.int32)),
+        initial_state=(("run", "state"), starts),
+        initial_mode=("run", modes.astype(np.int8)),
+        run=np.arange(1, runs + 1, dtype=np.int32),
+    )
+
+
+def _dataset(
+    system: "HybridSystem",
+    times: np.ndarray,
+    rows: np.ndarray,
+    paths: list[Path],
+    tangents: np.ndarray | None,
+    over: tuple[str, ...],
+) -> xr.Dataset:
+    """States, quadratures and modes at times, with events run by run; ``over`` is ("run",) of many runs, () of one."""
+    n = len(system.states)
     variables: dict[str, Any] = {
-        "states": (("run", "time", "state"), rows[..., :n]),
-        "mode": (("run", "time"), rows[..., -1].astype(np.int8)),
-        **{name: (("run", "time"), rows[..., n + i]) for i, name in enumerate(system.quadratures)},
+        "states": ((*over, "time", "state"), rows[..., :n]),
+        "mode": ((*over, "time"), rows[..., -1].astype(np.int8)),
+        **{name: ((*over, "time"), rows[..., n + i]) for i, name in enumerate(system.quadratures)},
         **_events(system, [path.events for path in paths]),
-        "event_count": ("run", np.array([len(path.events.events) for path in paths], dtype=np.int32)),
-        "initial_state": (("run", "state"), starts),
-        "initial_mode": ("run", modes.astype(np.int8)),
-        "outcome": ("run", np.array([path.outcome for path in paths], dtype=np.int8)),
+        "outcome": (
+            over,
+            np.array([path.outcome for path in paths], dtype=np.int8) if over else np.int8(paths[0].outcome),
+        ),
     }
-    if given.tangents is not None:
-        variables["initial_tangent"] = (("tangent", "state"), given.tangents)
-        variables["final_tangent"] = (("run", "tangent", "state"), np.array([path.tangents for path in paths]))
-    return _completed(system, variables, times).assign_coords(run=np.arange(1, runs + 1, dtype=np.int32))
+    coords: dict[str, Any] = {"time": times, "state": list(system.state_names)}
+    if tangents is not None:
+        final = [path.tangents for path in paths]
+        variables["initial_tangent"] = (("tangent", "state"), tangents)
+        variables["final_tangent"] = ((*over, "tangent", "state"), np.array(final) if over else final[0])
+        coords["tangent"] = np.arange(1, len(tangents) + 1, dtype=np.int32)
+    if system.period is not None:
+        variables["forcing_period"] = ((), system.forcing_period())
+    return xr.Dataset(variables, coords=coords)
 
 
 def _events(system: "HybridSystem", records: list[Record]) -> Mapping[str, Any]:
@@ -84,15 +96,6 @@ def _events(system: "HybridSystem", records: list[Record]) -> Mapping[str, Any]:
         "event_state_before": (("event", "state"), np.concatenate([one.states_before() for one in records])),
         "event_state_after": (("event", "state"), np.concatenate([one.states_after() for one in records])),
     }
-
-
-def _completed(system: "HybridSystem", variables: dict[str, Any], times: np.ndarray) -> xr.Dataset:
-    if system.period is not None:
-        variables["forcing_period"] = ((), system.forcing_period())
-    coords: dict[str, Any] = {"time": times, "state": list(system.state_names)}
-    if "initial_tangent" in variables:
-        coords["tangent"] = np.arange(1, len(variables["initial_tangent"][1]) + 1, dtype=np.int32)
-    return xr.Dataset(variables, coords=coords)
 
 
 def _part(progress: "Progress", before: int, runs: int) -> "Progress":

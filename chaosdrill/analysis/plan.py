@@ -9,6 +9,7 @@ import numpy as np
 from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.sections import Section, find_section
+from chaosdrill.analysis.statistics import block_ends
 from chaosdrill.engine.ahead import LANES, ONE_RUN, compile_ahead
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics
@@ -81,7 +82,7 @@ class Plan:
     @property
     def ends(self) -> np.ndarray:
         """Ends of the blocks, in units."""
-        return block_ends(self.periods)
+        return block_ends(self.periods, BLOCKS)
 
     def batch(
         self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, *, of_map: bool = False
@@ -153,11 +154,6 @@ class Plan:
             "numerics": asdict(self.numerics),
             **origin(),
         }
-
-
-def block_ends(periods: int, unit: int = 1) -> np.ndarray:
-    """Ends of the blocks of a record of so many times so many units, in units."""
-    return np.unique(np.linspace(0, periods, min(BLOCKS, periods) + 1).astype(int)) * unit
 
 
 def make_plan(

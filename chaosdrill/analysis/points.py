@@ -16,13 +16,13 @@ import numpy as np
 from chaosdrill.analysis.attractors import count_attractors, moments
 from chaosdrill.analysis.classification import Verdict, judge
 from chaosdrill.analysis.cycles import at_points, continued, escapes, search
-from chaosdrill.analysis.plan import Plan, block_ends
+from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.regularity import LENGTH, tell
-from chaosdrill.analysis.statistics import error_of_mean_rate, whole_cycles
+from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
-from chaosdrill.dataset.schema import names_of_rate
+from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine.batch import Batch, alike
 from chaosdrill.engine.run import rate_names
 
@@ -278,7 +278,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
             which = np.setdiff1d(which, cycles.which)
         if times > plan.patience or not len(which):
             break
-        ends, before = block_ends(plan.periods * times), batch.x.copy()
+        ends, before = block_ends(plan.periods * times, BLOCKS), batch.x.copy()
         batch.proceed(which, 0, ends)
         verdict = judge(plan, batch, which, ends, before)
         grows = verdict.outcome == Outcome.OPEN
@@ -455,11 +455,10 @@ def rate_errors(plan: Plan, batch: Batch, which: np.ndarray, cycle: np.ndarray) 
         totals, times = (values[which[here]][:, blocks].swapaxes(0, 1) for values in (batch.integrals, batch.times))
         with np.errstate(invalid="ignore", divide="ignore"):
             found[here] = error_of_mean_rate(totals, times[..., np.newaxis])
-    names = (names_of_rate(str(name))[1] for name in plan.system.quadratures)
-    return dict(zip(names, found.T, strict=True))
+    return dict(zip(names_of_errors(plan.system.quadratures), found.T, strict=True))
 
 
 def mean_names(plan: Plan) -> tuple[str, ...]:
     """Names of the means that are known of every point, and of their errors."""
-    errors = (names_of_rate(str(name))[1] for name in plan.system.quadratures)
+    errors = names_of_errors(plan.system.quadratures)
     return (*rate_names(plan.system), *errors, *(("return_time",) if plan.section is not None else ()))

@@ -16,9 +16,9 @@ import xarray as xr
 from chaosdrill.analysis.arguments import Span, settling
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
-from chaosdrill.analysis.statistics import error_of_mean_rate, whole_cycles
+from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.dataset import Outcome
-from chaosdrill.dataset.schema import names_of_rate
+from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine import layout
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates, rate_names
@@ -189,7 +189,7 @@ class Path:
     times: np.ndarray  # (T,): at equal intervals, from the start of the record
     rows: np.ndarray  # (T, n + q + 1): states, quadratures and mode there
     events: Record  # all events but those that only mark a surface that was named for the purpose
-    tangents: np.ndarray  # (m, n): those that were followed over the record, at its end
+    tangents: np.ndarray | None  # (m, n): those that were followed over the record, at its end, if any were
 
 
 def traced(where: Section, given: Any, job: "Job") -> Path:
@@ -200,7 +200,8 @@ def traced(where: Section, given: Any, job: "Job") -> Path:
     plan = given.span(system, job.numerics)
     run = Run(system, plan.unit, job.numerics, samples=samples if given.times is None else 1)
     outcome = plan.settle(run)
-    start, here, beside = run.elapsed, _present(run), _beside(run, given.tangents, job.numerics)
+    start, here = run.elapsed, _present(run)
+    beside = None if given.tangents is None else _beside(run, given.tangents, job.numerics)
     wanted = None if given.times is None else given.times if outcome == Outcome.OK else []
     since = None if wanted is None else _since(start, plan, wanted)
     count = plan.count if outcome == Outcome.OK else 0
@@ -209,15 +210,15 @@ def traced(where: Section, given: Any, job: "Job") -> Path:
     even = start + np.arange(len(rows)) * (plan.unit / samples)
     times = even if wanted is None else np.array(wanted[: len(rows)], dtype=float)
     outcome = found.outcome if outcome == Outcome.OK else outcome
-    tangents = _followed(beside, plan.length if since is None else float(since[-1]), outcome)
+    tangents = (
+        None if beside is None else _followed(beside, plan.length if since is None else float(since[-1]), outcome)
+    )
     return Path(outcome, times, rows, found.of(set(range(where.own))), tangents)
 
 
-def _beside(run: Run, tangents: np.ndarray | None, numerics: Numerics) -> Run:
+def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
     """A run that goes on from where another one stands, with tangents, whose steps thus are not cut."""
-    n = len(run.system.states)
-    frame = np.zeros((0, n)) if tangents is None else tangents
-    beside = Run(run.system, run.period, numerics, tangents=frame, orthonormalise=False)
+    beside = Run(run.system, run.period, numerics, tangents=tangents, orthonormalise=False)
     beside.continue_from(run)
     # of a forced system the clock begins anew at every strobe
     beside.begin_at(origin=run.elapsed if run.system.period is None else float(run.standing["time"]))
@@ -226,7 +227,7 @@ def _beside(run: Run, tangents: np.ndarray | None, numerics: Numerics) -> Run:
 
 def _followed(beside: Run, length: float, outcome: Outcome) -> np.ndarray:
     """The tangents of a run a time later, NaN where it or the record ended early."""
-    if outcome == Outcome.OK and len(beside.vectors):
+    if outcome == Outcome.OK:
         whole, rest = divmod(Fraction(length), Fraction(beside.period))
         if abs(rest - Fraction(beside.period)) <= _ROUNDING * length:
             whole, rest = whole + 1, Fraction(0)
@@ -269,7 +270,7 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
     again.continue_from(run)
     if system.period is not None:
         again.begin_at(origin=float(run.standing["time"]))
-    beside = _beside(run, given.tangents, job.numerics)
+    beside = None if given.tangents is None else _beside(run, given.tangents, job.numerics)
     left = count if outcome == Outcome.OK else 0
     found = record_returns(run, where.transitions, left, where.longest, every=True, report=job.report(count))
     outcome = found.outcome if outcome == Outcome.OK else outcome
@@ -279,7 +280,7 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
         again.settings["samples"] = parts
         rows.append(record(again, 1, events=False, slices=1).samples)
     table = np.vstack(rows)
-    tangents = _followed(beside, length, outcome)
+    tangents = None if beside is None else _followed(beside, length, outcome)
     times = start + np.arange(len(table)) * (length / parts)
     return Path(outcome, times, table, found.of(set(range(where.own))), tangents)
 
@@ -323,7 +324,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     if outcome == Outcome.OK:
         chosen = whole_cycles(blocks.points, period)
         errors = error_of_mean_rate(blocks.totals[chosen], blocks.times[chosen, np.newaxis])
-    rates |= {names_of_rate(str(name))[1]: error for name, error in zip(system.quadratures, errors, strict=True)}
+    rates |= dict(zip(names_of_errors(system.quadratures), errors, strict=True))
     variables = {
         "section": (("iterate", "state"), points[:, :n]),
         "mode": ("iterate", modes.astype(np.int8)),
@@ -370,7 +371,7 @@ def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run
         outcome = plan.settle(run)
         first, count = run.strobes, plan.count if outcome == Outcome.OK else 0
         found = record(run, count, events=where.transitions is not None, report=job.report(plan.count))
-        ends = _block_ends(len(found.samples))
+        ends = block_ends(len(found.samples), BLOCKS)
         totals = np.vstack([np.zeros((1, q)), found.samples[:, n : n + q]])[ends]
         blocks = _Blocks(ends, ends * plan.unit, totals)
     return first, found.outcome if outcome == Outcome.OK else outcome, run, found, blocks
@@ -379,7 +380,7 @@ def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run
 def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple[Record, _Blocks]:
     """Run on over so many points of a section, block by block."""
     assert where.transitions is not None
-    ends, report = _block_ends(count), job.report(count)
+    ends, report = block_ends(count, BLOCKS), job.report(count)
     start, times, totals = run.elapsed, [0.0], [run.integrals()]
     parts = [record_returns(run, where.transitions, 0, where.longest)]
     for before, ahead in zip(ends.tolist(), np.diff(ends).tolist(), strict=False):
@@ -392,11 +393,6 @@ def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple
     events, at_times = (np.concatenate(rows) for rows in ([one.events for one in parts], [one.times for one in parts]))
     found = Record(parts[-1].outcome, parts[-1].samples, events, at_times)
     return found, _Blocks(ends[: len(times)], np.array(times), np.array(totals))
-
-
-def _block_ends(points: int) -> np.ndarray:
-    """Ends of the blocks of a record of so many points."""
-    return np.unique(np.linspace(0, points, min(BLOCKS, points) + 1).astype(int))
 
 
 def cycle_rates(

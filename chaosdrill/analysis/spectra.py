@@ -9,9 +9,17 @@ from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.recording import flow_of
 from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
-from chaosdrill.analysis.statistics import SINKS, classify, error_of_mean_rate, kaplan_yorke, leading, standard_error
+from chaosdrill.analysis.statistics import (
+    SINKS,
+    block_ends,
+    classify,
+    error_of_mean_rate,
+    kaplan_yorke,
+    leading,
+    standard_error,
+)
 from chaosdrill.dataset import Outcome
-from chaosdrill.dataset.schema import names_of_rate
+from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
@@ -37,7 +45,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         samples=samples,
     )
     outcome = plan.settle(run)
-    ends = np.unique(np.linspace(0, plan.count, min(blocks, plan.count) + 1).astype(int))
+    ends = block_ends(plan.count, blocks)
     sums = np.full((len(ends), m), np.nan)
     drilled = np.full((len(ends), len(system.quadratures)), np.nan)
     sums[0], drilled[0] = 0.0, 0.0
@@ -59,18 +67,18 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         values, errors, history = mean_exponents(sums, ends, plan.unit)
         flow = flow_of(run)
         every = m == len(system.states)
-        outcome = classify(values, errors, int(structure.neutral(flow)), plan.length, complete=every)
+        lead, margin = leading(
+            values[np.newaxis],
+            errors[np.newaxis],
+            int(structure.neutral(flow)),
+            np.array([plan.length]),
+            complete=every,
+        )
+        outcome = classify(lead[0], margin[0])
         window = np.concatenate(path)[np.newaxis, -LENGTH:]
         if system.period is None and structure.autonomous and every and values[0] * plan.length < -SINKS:
             outcome = Outcome.EQUILIBRIUM
         elif outcome == Outcome.UNDECIDED:
-            lead, margin = leading(
-                values[np.newaxis],
-                errors[np.newaxis],
-                int(structure.neutral(flow)),
-                np.array([plan.length]),
-                complete=every,
-            )
             outcome = _by_its_path(run, structure, window, lead, margin, plan.periodic)
         elif outcome == Outcome.PERIODIC and structure.winds(flow):
             outcome = Outcome.QUASIPERIODIC
@@ -164,9 +172,7 @@ def _averages(
         **{name: ((), value) for name, value in rates.items()},
     }
     errors = error_of_mean_rate(drilled, (ends * plan.unit)[:, np.newaxis])
-    variables |= {
-        names_of_rate(str(name))[1]: ((), error) for name, error in zip(system.quadratures, errors, strict=True)
-    }
+    variables |= {name: ((), error) for name, error in zip(names_of_errors(system.quadratures), errors, strict=True)}
     if len(run.vectors):
         all_of_them = len(run.vectors) == len(system.states)
         variables["rank"] = ((), np.int32(run.live if all_of_them else len(system.states)))

@@ -66,6 +66,11 @@ def standard_error(rates: np.ndarray) -> np.ndarray:
     return np.asarray(student * np.sqrt(power / _least_fall(apart, orders.reshape(column)) / n))
 
 
+def block_ends(length: int, blocks: int) -> np.ndarray:
+    """Ends of at most so many blocks of a record, from its beginning on, in units of its length."""
+    return np.unique(np.linspace(0, length, min(blocks, length) + 1).astype(int))
+
+
 def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:
     """Which ends of blocks are whole cycles before the last one; all where that leaves fewer than two blocks.
 
@@ -218,14 +223,10 @@ def leading(
     return np.where(sound.all(axis=1), value, np.nan), of_value
 
 
-def classify(
-    exponents: np.ndarray, errors: np.ndarray, neutral: int, length: float, *, complete: bool = True
-) -> Outcome:
-    """What the exponents, shape (m,), say by themselves; arguments as in `leading`."""
-    found, margins = leading(exponents[np.newaxis], errors[np.newaxis], neutral, np.array([length]), complete=complete)
-    value, told = float(found[0]), float(margins[0])
-    if np.isnan(value):
+def classify(lead: float, margin: float) -> Outcome:
+    """What the exponents of one run say by themselves, by what `leading` has found."""
+    if np.isnan(lead):
         return Outcome.NONFINITE
-    if value > told:
+    if lead > margin:
         return Outcome.CHAOTIC
-    return Outcome.PERIODIC if value < -told else Outcome.UNDECIDED
+    return Outcome.PERIODIC if lead < -margin else Outcome.UNDECIDED

@@ -187,6 +187,11 @@ def names_of_rate(quadrature: str, of: str = "") -> tuple[str, str]:
     return f"{whose}_rate", f"{whose}_rate_error"
 
 
+def names_of_errors(quadratures: Iterable[Any]) -> tuple[str, ...]:
+    """Names of the standard errors of the mean rates of quadratures."""
+    return tuple(names_of_rate(str(quadrature))[1] for quadrature in quadratures)
+
+
 def rate_clash(quadratures: Iterable[Any], taken: Iterable[str]) -> str | None:
     """Why the mean rates of quadratures cannot be named beside what is called ``taken``; None if they can."""
     others = set(taken)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chaosdrill.analysis.recurrence import find_period
-from chaosdrill.analysis.statistics import classify, free_exponents, kaplan_yorke
+from chaosdrill.analysis.statistics import classify, free_exponents, kaplan_yorke, leading
 from chaosdrill.dataset import Outcome
 
 INF = float("inf")
@@ -106,7 +106,8 @@ NAN = float("nan")
     ],
 )
 def test_class(exponents, errors, neutral, outcome):
-    assert classify(np.array(exponents), np.array(errors), neutral, LENGTH) == outcome
+    found = leading(np.array([exponents]), np.array([errors]), neutral, np.array([LENGTH]), complete=True)
+    assert classify(*(float(one[0]) for one in found)) == outcome
 
 
 @pytest.mark.parametrize(
