@@ -55,15 +55,20 @@ def standard_map_exponent():
 @both_methods
 @pytest.mark.parametrize("blocks", [64, 1000])
 def test_a_kicked_rotor_is_the_standard_map(method, blocks, standard_map_exponent):
-    run = cd.lyapunov_spectrum(clocks.rotor(), periods=1000, blocks=blocks, method=method)
-    assert counts(run) == {"kick": 1000}
-    exponents, errors = run["lyapunov_exponent"].values, run["lyapunov_error"].values
     right, error = standard_map_exponent
     assert right == pytest.approx(1.621, abs=0.005)
-    assert abs(exponents[0] - right) < 4 * errors[0]
-    assert error / 2 < errors[0] < 2 * error
-    # the map keeps areas
-    assert exponents.sum() == pytest.approx(0, abs=1e-10)
+    rotor, stated, off = clocks.rotor(), [], []
+    # a chaotic record, and with it its error, is another one on another processor: what holds, holds of many
+    for x, v in np.random.default_rng(7).random((16, 2)).tolist():
+        run = cd.lyapunov_spectrum(rotor.with_initial(x=x, v=v), periods=1000, blocks=blocks, method=method)
+        assert counts(run) == {"kick": 1000}
+        exponents, errors = run["lyapunov_exponent"].values, run["lyapunov_error"].values
+        # the map keeps areas
+        assert exponents.sum() == pytest.approx(0, abs=1e-10)
+        stated.append(errors[0])
+        off.append(abs(exponents[0] - right) / errors[0])
+    assert error / 2 < np.median(stated) < 2 * error
+    assert np.mean(np.array(off) < 2) >= 0.7
 
 
 @both_methods
