@@ -342,11 +342,17 @@ class Batch:
                         taken += 1
             self.outcome[p] = code
             if s:
-                self.sums[p, s] = np.where(self._states.dead[p] == 1, -np.inf, self._states.logs[p])[: len(self._frame)]
-                self.integrals[p, s] = self._states.sums[p].sum(axis=0)
+                self._note_averages(p, s)
             else:
                 forget_run(self._states, p, self._frame, self._tables.pins)
         in_python(bring_in_order)(window, taken, self._spare)
+
+    def _note_averages(self, p: int, s: int) -> None:
+        """Keep what run p has summed up by the end of stretch s."""
+        states = self._states
+        growth = states.logs[p] + np.log(states.grown[p])
+        self.sums[p, s] = np.where(states.dead[p] == 1, -np.inf, growth)[: len(self._frame)]
+        self.integrals[p, s] = states.sums[p].sum(axis=0)
 
     def _step_to_the_section(self, which: np.ndarray, stretches: np.ndarray) -> None:
         """Run points whose lengths are counted by the events of the section, which ends every stretch.
@@ -369,9 +375,7 @@ class Batch:
                 if self.outcome[p] == Outcome.OK:
                     taken = self._to_the_section(machine, p, stretch, taken)
                 if s:
-                    lost = self._states.dead[p] == 1
-                    self.sums[p, s] = np.where(lost, -np.inf, self._states.logs[p])[: len(self._frame)]
-                    self.integrals[p, s] = self._states.sums[p].sum(axis=0)
+                    self._note_averages(p, s)
                     self.times[p, s] = run["strobes"] * run["period"] + run["time"] - begin
                 else:
                     forget_run(self._states, p, self._frame, self._tables.pins)

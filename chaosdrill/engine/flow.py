@@ -22,7 +22,7 @@ from chaosdrill.engine.layout import (
     STEP_UNDERFLOW,
     Method,
 )
-from chaosdrill.engine.records import SMALLEST_STEP, machine_at, state_of, time_of
+from chaosdrill.engine.records import SMALLEST_STEP, machine_at, state_of, state_outcome, time_of
 from chaosdrill.engine.step import (
     advance,
     end_step,
@@ -101,8 +101,10 @@ def flow(place, p, samples, events):
         record_instants(method, settings, t, state, te, late, samples, scratch)
         strobe = record(method, settings, t, state, te, early, samples, scratch)
         advance(method, settings, t, state, te, scratch)
+        outcome = state_outcome(state.x, tables.bounds)
+        j = j if happens else -1
         outcome = end_step(
-            functions, tables, settings, te, strobe, happens, j, ties, scratch.backs, state, events, scratch
+            functions, tables, settings, te, strobe, j, ties, scratch.backs, outcome, state, events, scratch
         )
         if outcome != DONE:
             return outcome

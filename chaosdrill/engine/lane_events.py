@@ -4,13 +4,27 @@ Most guards keep their side, and most that do not have one root that a Bernstein
 seen for all lanes at once. Whatever is less plain is left to ``engine.guards``, trajectory by trajectory.
 """
 
+import math
+
 from numba import uint64
 
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane
-from chaosdrill.engine.lanes import chosen, larger, magnitude, positive, row_of, some, spread, table_of
-from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, PASSED, TIMED, UNSURE, Method
+from chaosdrill.engine.lanes import (
+    LANES,
+    chosen,
+    gathered,
+    larger,
+    magnitude,
+    positive,
+    row_of,
+    smaller,
+    some,
+    spread,
+    table_of,
+)
+from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, TIMED, UNSURE, Method
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 
@@ -29,31 +43,33 @@ at for one trajectory."""
 NOISE = 1e-14
 """Part of the sum of a guard's terms that rounding may take from its polynomial, and more."""
 
-BELOW, ABOVE, BACK = range(3)
-
-# columns of how the steps of a block end: outcome, guard, ties, whether the guards are looked at for one trajectory
-OUTCOME, GUARD, TIES, ALONE = range(4)
+# columns of how the steps of a block end: outcome, guard, ties
+OUTCOME, GUARD, TIES = range(3)
 
 
 @series
 def scale(first, count, order, block):
-    """Polynomials of the guards on [0, 1] instead of the steps, and the sums of their terms' sizes."""
+    """Polynomials of the guards on [0, 1] instead of the steps, sums of their terms' sizes, and of all but the first."""
     series = table_of(block.ws)
     scaled = table_of(block.scaled)
     totals = row_of(block.total)
+    later = row_of(block.later)
     h = row_of(block.h)[0]
     for j in range(count):
         g = series[first + j]
         a = scaled[j]
         a[0] = g[0]
         total = magnitude(g[0])
+        sum_of_later = 0.0 * h
         power = h
         for k in range(1, order + 1):
             value = power * g[k]
             a[k] = value
             total = total + magnitude(value)
+            sum_of_later = sum_of_later + value
             power = power * h
         totals[j] = total
+        later[j] = sum_of_later
 
 
 @inner
@@ -71,32 +87,43 @@ def _first_order(j, slope_leads, lane, block, errors):
 
 
 @inlined
-def _plan(functions, tables, state, first, lane, block, scratch):
-    """How the guards of one lane stand; returns whether that is plain.
+def _plan(tables, states, mode, places, first, block):
+    """How the guards stand where a step begins as the last one ended; what is not plain is ``alone``.
 
     Rows of the block say for every guard when it fires if that is known, or -1, whether its root is searched, from
     which side, and of which order its zero at the start is.
     """
-    run = state.run[0]
-    mode = run.mode
+    series = table_of(block.ws)
+    wanted, signs, shifts, times = row_of(block.wanted), row_of(block.sign), row_of(block.shift), row_of(block.times)
+    nothing = spread(0.0)
+    alone = nothing
+    for j in range(tables.watch[mode, 0]):
+        side = gathered(states.sides, places, tables.keys[mode, j])
+        on_its_side = larger(nothing, series[first + j][0] * side)
+        passed = positive(side * float(tables.watch[mode, 1 + j]))
+        alone = larger(alone, larger(chosen(on_its_side, passed, 1.0), positive(side * side - 1.0)))
+        wanted[j] = spread(1.0)
+        signs[j] = -side
+        shifts[j] = nothing
+        times[j] = spread(-1.0)
+    row_of(block.alone)[0] = alone
+
+
+@inlined
+def _plan_anew(functions, tables, state, first, lane, block, scratch):
+    """The same for one lane whose step begins otherwise; returns whether it is plain."""
+    mode = state.run[0].mode
     count = tables.watch[mode, 0]
     for j in range(count):
         g = block.ws[first + j, 0, lane]
-        direction = tables.watch[mode, 1 + j]
-        side = state.sides[tables.keys[mode, j]]
-        order = 0
-        how = PASSED if direction != 0 and side == direction else ARMED
-        if run.fresh != ONGOING:
-            slope = block.ws[first + j, 1, lane]
-            how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
-            if order == 1 or how == UNSURE:
-                order = _first_order(j, order == 1, lane, block, scratch.errors)
-                if order == 0:
-                    return False
-            if order == 2:
-                how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
-        elif not g * side > 0.0 or abs(side) > 1:
-            return False
+        slope = block.ws[first + j, 1, lane]
+        how, side, order = guards.look(functions, tables, state, j, g, slope, block.t[lane], scratch)
+        if order == 1 or how == UNSURE:
+            order = _first_order(j, order == 1, lane, block, scratch.errors)
+            if order == 0:
+                return False
+        if order == 2:
+            how, side = guards.stand_at_rest(tables, state, j, 2, 1 if block.ws[first + j, 2, lane] > 0.0 else -1)
         if how != ARMED and not (how == FIRE and order == 0):
             return False
         block.times[j, lane] = 0.0 if how == FIRE else -1.0
@@ -109,39 +136,49 @@ def _plan(functions, tables, state, first, lane, block, scratch):
 
 
 @inlined
-def _towards(j, order, block):
-    """Fill the polynomial of guard j, without its zeros at 0, that is negative at 0; returns a bound of it."""
-    a = row_of(block.polynomial)
+def _reaches(j, block):
+    """Above zero where the polynomial of guard j, without its zeros at 0 and negative there, may reach zero."""
     g = table_of(block.scaled)[j]
-    sign = row_of(block.sign)[j]
     shift = row_of(block.shift)[j]
-    bound = NOISE * row_of(block.total)[j]
+    begin = g[0]
+    later = row_of(block.later)[j]
+    total = row_of(block.total)[j]
+    sizes = total - magnitude(begin)
     if some(shift):
         twice = larger(shift - 1.0, 0.0)
+        second = chosen(twice, g[2], 0.0)
+        after = chosen(twice, g[2], g[1])
+        later = chosen(shift, later - (g[1] + second), later)
+        sizes = chosen(shift, sizes - (magnitude(g[1]) + magnitude(second)), sizes)
+        begin = chosen(shift, after, begin)
+    sign = row_of(block.sign)[j]
+    # of a sum and that of sizes, half the sum is that of the terms above zero
+    return sign * begin + (0.5 * (sign * later + sizes) + NOISE * total)
+
+
+@inlined
+def _without_zeros(j, order, block):
+    """The polynomial of guard j without its zeros at 0."""
+    g = table_of(block.scaled)[j]
+    shift = row_of(block.shift)[j]
+    if some(shift):
+        a = row_of(block.polynomial)
+        twice = larger(shift - 1.0, 0.0)
         for k in range(order + 1):
-            value = sign * chosen(shift, chosen(twice, g[k + 2], g[k + 1]), g[k])
-            a[k] = value
-            if k > 0:
-                bound = bound + larger(value, 0.0)
-        return bound + a[0]
-    for k in range(1, order + 1):
-        value = sign * g[k]
-        a[k] = value
-        bound = bound + larger(value, 0.0)
-    a[0] = sign * g[0]
-    return bound + a[0]
+            a[k] = chosen(shift, chosen(twice, g[k + 2], g[k + 1]), g[k])
+        return a
+    return g
 
 
 @series
-def _bernstein(order, rest, block):
-    """Coefficients of the Bernstein form of the terms of low degree; last what the others may add."""
-    a = row_of(block.polynomial)
+def _bernstein(a, order, sign, rest, block):
+    """Coefficients of the Bernstein form of the terms of low degree, times a sign; last what the others may add."""
     b = row_of(block.bernstein)
     for j in range(DEGREE + 1):
         value = a[0]
         for k in range(1, j + 1):
             value = value + _WEIGHTS[j, k] * a[k]
-        b[j] = value
+        b[j] = sign * value
     for k in range(DEGREE + 1, order + 1):
         rest = rest + magnitude(a[k])
     b[DEGREE + 1] = rest
@@ -181,65 +218,58 @@ def _crossing(block):
 
 
 @series
-def _value(a, order, lane, u):
-    """Value at u of the polynomial in one lane."""
-    value = a[order, lane]
-    for k in range(order):
-        value = value * u + a[uint64(order - 1 - k), lane]
-    return value
+def _once(a, order, sign, block):
+    """Likewise for lanes that cross zero once before they may come back: which have no root, which have one, where
+    about, and a bound below which there is no other.
 
-
-@inner
-def _isolated(a, b, order, lane):
-    """Where one lane's polynomial first crosses zero, about, and a bound below which it does so just once.
-
-    The first is -1 if it never does, and -2 if that is not plain: if the signs of the Bernstein coefficients, up to
-    what the rest may change of them, do not go once up and at most once down (Descartes' rule).
+    The signs of the Bernstein coefficients, up to what the rest may change of them, go once up and at most once down.
     """
-    rest = b[DEGREE + 1, lane]
-    before = b[0, lane]
-    if not before < -rest:
-        return -2.0, 1.0
-    where = -1.0
-    phase = BELOW
-    doubtful = False
-    highest = 0
+    b = row_of(block.bernstein)
+    rest = b[DEGREE + 1]
+    nothing = 0.0 * rest
+    up = nothing
+    back = nothing
+    doubtful = nothing
+    refused = chosen(larger(nothing, -(b[0] + rest)), 0.0, 1.0)
+    highest = b[0]
+    bound = nothing
     for j in range(1, DEGREE + 1):
-        value = b[j, lane]
-        if abs(value) <= rest:
-            doubtful = True
-        elif value > rest:
-            if phase == BACK or (phase == ABOVE and doubtful):
-                return -2.0, 1.0
-            phase = ABOVE
-            doubtful = False
-        elif value < -rest:
-            if phase == ABOVE:
-                phase = BACK
-            elif doubtful:
-                return -2.0, 1.0
-            doubtful = False
-        else:
-            return -2.0, 1.0
-        if value > b[highest, lane]:
-            highest = j
-        if before < 0.0 <= value and where < 0.0:
-            where = (j - 1 + before / (before - value)) / DEGREE
-        before = value
-    if phase == BELOW:
-        return (-2.0 if doubtful else -1.0), 1.0
-    if phase == ABOVE and not doubtful:
-        return where, 1.0
-    bound = highest / DEGREE
-    if (phase == BACK and doubtful) or not _value(a, order, lane, bound) > SURE * b[highest, lane]:
-        return -2.0, 1.0
-    return where, bound
+        value = b[j]
+        above = larger(nothing, value - rest)
+        below = larger(nothing, -rest - value)
+        refused = chosen(above, larger(refused, larger(back, up * doubtful)), refused)
+        refused = chosen(below, larger(refused, larger(back, 1.0 - up) * doubtful), refused)
+        back = chosen(below, larger(back, up), back)
+        up = chosen(above, 1.0, up)
+        doubtful = chosen(above, 0.0, chosen(below, 0.0, 1.0))
+        higher = larger(nothing, value - highest)
+        bound = chosen(higher, j * (1.0 / DEGREE), bound)
+        highest = chosen(higher, value, highest)
+    returns = larger(back, doubtful)
+    refused = larger(refused, larger(back, 1.0 - up) * doubtful)
+    height = sign * _value(a, order, bound)
+    refused = larger(refused, up * returns * chosen(larger(nothing, height - SURE * highest), 0.0, 1.0))
+    known = 1.0 - refused
+    return known * (1.0 - up), known * up, chosen(returns, bound, 1.0)
 
 
 @series
-def _polish(order, block):
+def _value(a, order, u):
+    """Values of polynomials, the even and the odd terms apart."""
+    square = u * u
+    top = order - order % 2
+    even = a[top]
+    odd = a[top + 1] if order % 2 == 1 else 0.0 * u
+    for j in range(top // 2):
+        k = uint64(top - 2 - 2 * j)
+        even = even * square + a[k]
+        odd = odd * square + a[uint64(k + 1)]
+    return even + u * odd
+
+
+@series
+def _polish(a, order, block):
     """Newton steps from row 0 of the roots where row 1 is not 0.0, which it becomes where they settle."""
-    a = row_of(block.polynomial)
     roots = row_of(block.root)
     u = roots[0]
     active = roots[1]
@@ -273,48 +303,34 @@ def _polish(order, block):
 
 
 @inlined
-def _search(count, order, lanes, ends, block):
-    """Times of the first crossings of all guards in all lanes that are planned, -1 for none.
-
-    A lane in which one of them is not plain is left to the search for one trajectory.
-    """
+def _search(count, order, block):
+    """Times of the first crossings of all guards in all lanes, -1 for none; ``alone`` is where that is not plain."""
     h = row_of(block.h)[0]
-    times = row_of(block.times)
-    roots = row_of(block.root)
+    times, roots, alone = row_of(block.times), row_of(block.root), row_of(block.alone)
     for j in range(count):
-        candidates = row_of(block.wanted)[j] * positive(_towards(j, order, block))
+        candidates = chosen(alone[0], 0.0, row_of(block.wanted)[j]) * positive(_reaches(j, block))
         if not some(candidates):
             continue
-        _bernstein(order, NOISE * row_of(block.total)[j], block)
+        a = _without_zeros(j, order, block)
+        sign = row_of(block.sign)[j]
+        _bernstein(a, order, sign, NOISE * row_of(block.total)[j], block)
         none, once, where = _crossing(block)
+        bound = spread(1.0)
+        if some(candidates - candidates * larger(none, once)):
+            absent, present, until = _once(a, order, sign, block)
+            bound = chosen(once, bound, until)
+            none = larger(none, absent)
+            once = larger(once, present)
         searched = candidates * once
-        others = candidates - candidates * larger(none, once)
-        roots[0] = chosen(searched, where, 0.5)
-        roots[1] = searched
-        roots[2] = others
-        roots[3] = spread(1.0)
-        if some(others):
-            for lane in range(lanes):
-                if block.root[2, lane] != 0.0:
-                    where, block.root[3, lane] = _isolated(block.polynomial, block.bernstein, order, lane)
-                    if where >= 0.0:
-                        block.root[0, lane] = where
-                        block.root[1, lane] = 1.0
-                    elif where == -2.0:
-                        ends[lane, ALONE] = 1
-        searched = roots[1]
-        if not some(searched):
-            continue
-        _polish(order, block)
-        u = roots[0]
-        outside = larger(roots[1], larger(positive(-u), positive(u - roots[3])))
-        times[j] = chosen(searched, u * h, times[j])
-        missed = searched * outside
-        if some(missed):
-            roots[2] = missed
-            for lane in range(lanes):
-                if block.root[2, lane] != 0.0:
-                    ends[lane, ALONE] = 1
+        failed = candidates - candidates * larger(none, once)
+        if some(searched):
+            roots[0] = chosen(searched, where, 0.5)
+            roots[1] = searched
+            _polish(a, order, block)
+            u = roots[0]
+            failed = larger(failed, searched * larger(roots[1], larger(positive(-u), positive(u - bound))))
+            times[j] = chosen(searched, u * h, times[j])
+        alone[0] = larger(alone[0], failed)
 
 
 @inlined
@@ -329,16 +345,22 @@ def _by_itself(method, count, first, order, lane, block, scratch):
 
 
 @inlined
-def _first_of(count, h, lane, times):
-    """The guard that fires first in one lane, -1 for none, -2 where two are too near each other for that."""
-    found = -1
+def _first_of(count, block):
+    """Which guard fires first in every lane and when, -1 for none; ``alone`` is where two are near each other."""
+    times, alone = row_of(block.times), row_of(block.alone)
+    nothing = spread(0.0)
+    none = spread(math.inf)
+    first, second, which = none, none, spread(-1.0)
     for j in range(count):
-        if times[j, lane] >= 0.0 and (found < 0 or times[j, lane] < times[found, lane]):
-            found = j
-    for j in range(count):
-        if j != found and times[j, lane] >= 0.0 and times[j, lane] - times[found, lane] <= guards.NEAR * h:
-            return -2
-    return found
+        time = times[j]
+        time = chosen(positive(-time), none, time)
+        sooner = larger(nothing, first - time)
+        second = chosen(sooner, first, smaller(second, time))
+        which = chosen(sooner, float(j), which)
+        first = chosen(sooner, time, first)
+    alone[0] = larger(alone[0], chosen(larger(nothing, guards.NEAR * row_of(block.h)[0] - (second - first)), 1.0, 0.0))
+    row_of(block.which)[0] = which
+    row_of(block.reach)[0] = chosen(which + 1.0, first, -1.0)
 
 
 @inlined
@@ -347,43 +369,42 @@ def first_events(machine, place, settings, mode, lanes, places, first, ends, blo
     functions, tables, states, scratch = machine.functions, machine.tables, machine.states, machine.scratch
     count = tables.watch[mode, 0]
     scale(first, count, settings.order, block)
-    for j in range(count):
-        row_of(block.wanted)[j] = spread(0.0)
-    for lane in range(lanes):
-        ends[lane, ALONE] = 0
-        if not _plan(functions, tables, state_of(states, places[lane]), first, lane, block, scratch):
-            ends[lane, ALONE] = 1
-            for j in range(count):
-                block.wanted[j, lane] = 0.0
-    _search(count, settings.order, lanes, ends, block)
-    for lane in range(lanes):
+    _plan(tables, states, mode, places, first, block)
+    for lane in range(LANES):
         state = state_of(states, places[lane])
-        h = block.h[lane]
-        j = -2
-        if ends[lane, ALONE] == 0:
-            state.run[0].turning = 0
-            for k in range(count):
-                if block.times[k, lane] > 0.0 and tables.marks[mode, k] & TIMED:
-                    block.times[k, lane] = guards.on_the_clock(
+        if lane >= lanes:
+            block.alone[lane] = 1.0
+        elif state.run[0].fresh != ONGOING:
+            plain = _plan_anew(functions, tables, state, first, lane, block, scratch)
+            block.alone[lane] = 0.0 if plain else 1.0
+        state.run[0].turning = 0
+    _search(count, settings.order, block)
+    for j in range(count):
+        if tables.marks[mode, j] & TIMED:
+            for lane in range(lanes):
+                if block.alone[lane] == 0.0 and block.times[j, lane] > 0.0:
+                    state = state_of(states, places[lane])
+                    block.times[j, lane] = guards.on_the_clock(
                         functions,
                         state.run[0],
                         state.c,
-                        k,
-                        block.times[k, lane],
-                        h,
+                        j,
+                        block.times[j, lane],
+                        block.h[lane],
                         state.x,
                         scratch.gradient,
                     )
-            j = _first_of(count, h, lane, block.times)
-        ends[lane, TIES] = 0
-        if j == -2:
+    _first_of(count, block)
+    for lane in range(lanes):
+        if block.alone[lane] == 0.0:
+            ends[lane, GUARD] = int(block.which[lane])
+            ends[lane, TIES] = 0
+        else:
             method = Method(machine.stepper, machine.search, place, place, places[lane])
             te, j, ties = _by_itself(method, count, first, settings.order, lane, block, scratch)
+            ends[lane, GUARD] = j
             ends[lane, TIES] = ties
             block.reach[lane] = te
-        else:
-            block.reach[lane] = block.times[j, lane] if j >= 0 else -1.0
-        ends[lane, GUARD] = j
 
 
 @inner

@@ -34,6 +34,7 @@ from chaosdrill.engine.records import (
     machine_at,
     results_type,
     state_of,
+    state_outcome,
 )
 from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe
 from chaosdrill.engine.window import keep
@@ -160,6 +161,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         if not happens:
             ends[lane, GUARD] = -1
     lane_step.evaluate(first, live, m, block)
+    row_of(block.gap)[1] = lane_step.beyond(tables.bounds, n, block)
     strobed = section.size == 0 and results.window.shape[1] > 0
     for lane in range(count):
         if ends[lane, OUTCOME] != DONE:
@@ -174,8 +176,9 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         if state.run[0].turning == 1:
             for k in range(guard_count):
                 scratch.backs[k] = block.backs[k, lane]
+        outcome = state_outcome(state.x, tables.bounds) if block.gap[1, lane] != 0.0 else DONE
         ends[lane, OUTCOME] = end_step(
-            functions, tables, settings, te, strobe, j >= 0, j, ends[lane, TIES], scratch.backs, state, row, scratch
+            functions, tables, settings, te, strobe, j, ends[lane, TIES], scratch.backs, outcome, state, row, scratch
         )
         _note_section(p, state.run[0], section, row, results, n, mode)
 

@@ -6,7 +6,7 @@ from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import GOAL, LAST, STAGE, TAKEN
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.revival import forget
-from chaosdrill.engine.tangents import orthonormalise
+from chaosdrill.engine.tangents import log_growth, orthonormalise
 from chaosdrill.engine.window import bring_in_order
 
 
@@ -37,7 +37,7 @@ def is_over(p, tables, states, results, frame, stretches, image, spare):
             forget(state, frame, tables.pins)
         else:
             for i in range(m):
-                results.growth[p, stage, i] = -math.inf if state.dead[i] == 1 else state.logs[i]
+                results.growth[p, stage, i] = -math.inf if state.dead[i] == 1 else log_growth(state, i)
             for i in range(state.sums.shape[1]):
                 results.integrals[p, stage, i] = state.sums[0, i] + state.sums[1, i]
         if stage == stretches.size - 1:

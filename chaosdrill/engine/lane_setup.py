@@ -45,14 +45,17 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         period=aligned(LANES),
         scaled=aligned(guards, at.COLUMNS, LANES),
         total=aligned(guards, LANES),
+        later=aligned(guards, LANES),
         wanted=aligned(guards, LANES),
+        alone=aligned(LANES),
+        which=aligned(LANES),
         sign=aligned(guards, LANES),
         shift=aligned(guards, LANES),
         times=aligned(guards, LANES),
         backs=aligned(guards, LANES),
         polynomial=aligned(at.COLUMNS, LANES),
         bernstein=aligned(DEGREE + 2, LANES),
-        root=aligned(4, LANES),
+        root=aligned(2, LANES),
     )
 
 

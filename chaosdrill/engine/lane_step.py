@@ -8,7 +8,19 @@ from numba import uint64
 
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_value
-from chaosdrill.engine.lanes import LANES, chosen, gathered, larger, magnitude, row_of, smaller, some, spread, table_of
+from chaosdrill.engine.lanes import (
+    LANES,
+    chosen,
+    gathered,
+    larger,
+    magnitude,
+    positive,
+    row_of,
+    smaller,
+    some,
+    spread,
+    table_of,
+)
 from chaosdrill.engine.taylor import EPSILON, FADE, GAP, LONGEST, SLOW, SMALLEST, is_held, own_scale, radius
 
 
@@ -172,6 +184,18 @@ def evaluate(count, live, m, block):
         row = _first_row(ws, m, n, v)
         for i in range(n):
             vectors[v][i] = lane_value(series[row + i], s)
+
+
+@inlined
+def beyond(bounds, n, block):
+    """1.0 where a state has left its bounds or is no number, else 0.0."""
+    out = row_of(block.out)
+    found = spread(0.0)
+    for i in range(n):
+        x = out[i]
+        # the difference of two infinities is no number either
+        found = larger(found, larger(positive(bounds[0, i] - x), positive(x - bounds[1, i])))
+    return found
 
 
 @inlined

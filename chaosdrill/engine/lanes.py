@@ -304,6 +304,7 @@ def gathered(typingctx: Any, array: Any, places: Any, column: Any) -> Any:
         for lane in range(LANES):
             place = builder.load(builder.gep(which.data, [ir.Constant(_INT, lane)]))
             value = builder.load(builder.gep(source.data, [builder.add(builder.mul(place, size), column)]))
+            value = context.cast(builder, value, signature.args[0].dtype, types.float64)
             found = builder.insert_element(found, value, ir.Constant(ir.IntType(32), lane))
         return found
 

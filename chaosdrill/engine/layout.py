@@ -89,7 +89,9 @@ class States(NamedTuple):
     dead: Any
     """(P, m): whether an exponent's tangent is lost"""
     logs: Any
-    """(P, m): logarithms of the tangents' growth"""
+    """(P, m): logarithms of the tangents' growth, but for its last factors"""
+    grown: Any
+    """(P, m): the product of these"""
     sides: Any
     """(P, keys): side of every guard: -1, 1, 0 where it is not known, times
     ``guards.JUMPED`` or ``guards.HELD`` where it is about to be left"""
@@ -111,6 +113,7 @@ class State(NamedTuple):
     slots: Any
     dead: Any
     logs: Any
+    grown: Any
     sides: Any
     counts: Any
     grazing: Any
@@ -252,8 +255,14 @@ class Block(NamedTuple):
     """(guards, COLUMNS, lanes): polynomials of the guards, with the step as the unit of time"""
     total: Any
     """(guards, lanes): sums of the sizes of their terms"""
+    later: Any
+    """(guards, lanes): sums of the terms but the first"""
     wanted: Any
     """(guards, lanes): 1.0 where a root is searched, else 0.0"""
+    alone: Any
+    """1.0 where the guards are looked at for one trajectory, else 0.0"""
+    which: Any
+    """the guard that fires first in the step, or -1.0"""
     sign: Any
     """(guards, lanes): 1.0 where a guard is below zero, -1.0 where it is above"""
     shift: Any

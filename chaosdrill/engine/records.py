@@ -45,7 +45,7 @@ tables_type = named_tuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix
 states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
-        *(matrix, integer_matrix, integer_matrix, matrix),
+        *(matrix, matrix, integer_matrix, integer_matrix, matrix),
     ),
     States,
 )
@@ -54,7 +54,7 @@ scratch_type = named_tuple((matrix, vector, vector, matrix, matrix, *[vector] * 
 block_type = named_tuple(
     (
         *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, vector),
-        *(block, *[matrix] * 9),
+        *(block, *[matrix] * 3, vector, vector, *[matrix] * 7),
     ),
     Block,
 )
@@ -109,6 +109,7 @@ def state_of(states, p):
         states.slots[k],
         states.dead[k],
         states.logs[k],
+        states.grown[k],
         states.sides[k],
         states.counts[k],
         states.grazing[k],

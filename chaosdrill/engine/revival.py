@@ -69,6 +69,7 @@ def forget(state, frame, pins):
     """Start all averages of a run anew, and the tangents that were lost before."""
     run = state.run[0]
     state.logs[:] = 0.0
+    state.grown[:] = 1.0
     state.counts[:] = 0
     state.sums[:, :] = 0.0
     state.grazing[:] = math.inf

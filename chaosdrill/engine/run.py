@@ -118,7 +118,7 @@ class Run:
     @property
     def logs(self) -> np.ndarray:
         """Logarithms of the tangents' growth since the last ``forget``, shape (m,)."""
-        sums: np.ndarray = self.states.logs[0]
+        sums: np.ndarray = self.states.logs[0] + np.log(self.states.grown[0])
         return sums
 
     @property

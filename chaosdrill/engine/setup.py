@@ -179,6 +179,7 @@ def states_of(
         slots=np.repeat(np.arange(max(m, 1))[np.newaxis], points, axis=0),
         dead=np.zeros((points, max(m, 1)), dtype=np.int64),
         logs=np.zeros((points, max(m, 1))),
+        grown=np.ones((points, max(m, 1))),
         sides=np.zeros((points, keys), dtype=np.int64),
         counts=np.zeros((points, kinds), dtype=np.int64),
         grazing=np.full((points, kinds), np.inf),

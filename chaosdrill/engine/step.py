@@ -17,7 +17,7 @@ from chaosdrill.engine.layout import (
     STALLED,
     TAYLOR,
 )
-from chaosdrill.engine.records import LARGE_GROWTH, SMALLEST_STEP, state_outcome, time_of
+from chaosdrill.engine.records import LARGE_GROWTH, SMALLEST_STEP, time_of
 from chaosdrill.engine.tangents import orthonormalise
 
 
@@ -185,10 +185,10 @@ def keep_time(settings, run, te, strobe):
 
 
 @inlined
-def end_step(functions, tables, settings, te, strobe, happens, j, ties, backs, state, buffer, scratch):
-    """What follows when state and tangents are at the end of a step, for one run as for each of eight: the event.
+def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, state, buffer, scratch):
+    """What follows when state and tangents are at the end of a step, for one run as for each of eight: the event of guard j, if not -1.
 
-    Returns DONE, or the outcome that ends the run.
+    Returns DONE, or the outcome that ends the run: ``outcome`` is that which the state has by itself.
     """
     run = state.run[0]
     keep_time(settings, run, te, strobe)
@@ -196,16 +196,15 @@ def end_step(functions, tables, settings, te, strobe, happens, j, ties, backs, s
     run.longest = max(run.longest, te)
     if te > SMALLEST_STEP * run.longest:
         run.stalls = 0
-    elif happens:
+    elif j >= 0:
         run.stalls += 1
     run.steps += 1
     run.qr_since += 1
-    outcome = state_outcome(state.x, tables.bounds)
     if outcome != DONE:
         return outcome
     guards.pass_sides(functions, tables, state, backs, te, time_of(run), scratch.gradient)
     orthonormal = settings.orthonormalise == 1
-    if happens:
+    if j >= 0:
         if run.stalls > settings.max_stalls:
             return STALLED
         run.ties += ties

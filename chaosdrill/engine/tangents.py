@@ -6,13 +6,17 @@ rank has removed is dropped, so that its exponent is -inf and no invented number
 
 import math
 
-from chaosdrill.engine.jit import inner
+from chaosdrill.engine.jit import inlined, inner
 
 RANK_TOLERANCE = 1e-13
 """At an event of deficient rank a tangent is lost if less than this part of its image is new."""
 
 ONCE = 0.25
 """Part of its squared length that a tangent must keep for one projection to be enough (Kahan; Parlett 1998, 6.9)."""
+
+MOST_GROWN = 1e8
+"""Growth of a tangent, or one over it, whose logarithm is taken: of every length it would take twice as long as all
+else, and so few factors round as a sum of their logarithms does."""
 
 LONGEST_WAIT = 4
 """Steps between two orthonormalisations, at most: contraction may set in at any time."""
@@ -34,15 +38,22 @@ def _project(v, basis, scratch):
         v[a] = scratch[a]
 
 
+@inlined
+def log_growth(state, i):
+    """Logarithm of the growth of the tangents of exponent i."""
+    return state.logs[i] + math.log(state.grown[i])
+
+
 @inner
 def orthonormalise(state, shifts, scratch):
-    """Orthonormalise the live tangents of a run; add the logarithms of their lengths to ``logs``.
+    """Orthonormalise the live tangents of a run, and keep the product of their lengths, as `log_growth` says it.
 
     ``slots[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose independent
     part vanishes is dropped and its slot marked in ``dead``. The first rows stay in the span of ``shifts``, directions
     along which nothing ever changes: exactly they would, but chaos amplifies the round-off by which they leave it.
     """
-    run, vectors, slots, dead, logs = state.run[0], state.vectors, state.slots, state.dead, state.logs
+    run, vectors, slots, dead = state.run[0], state.vectors, state.slots, state.dead
+    logs, grown = state.logs, state.grown
     n = vectors.shape[1]
     live = run.live
     for i in range(shifts.shape[0]):
@@ -72,7 +83,11 @@ def orthonormalise(state, shifts, scratch):
             dead[slots[i]] = 1
             continue
         growth = max(growth, length, 1.0 / length)
-        logs[slots[i]] += math.log(length)
+        slot = slots[i]
+        grown[slot] *= length
+        if not 1.0 / MOST_GROWN < grown[slot] < MOST_GROWN:
+            logs[slot] += math.log(grown[slot])
+            grown[slot] = 1.0
         slots[kept] = slots[i]
         for a in range(n):
             vectors[kept, a] = vectors[i, a] / length
