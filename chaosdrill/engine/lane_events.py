@@ -15,16 +15,14 @@ from chaosdrill.engine.lanes import (
     LANES,
     chosen,
     gathered,
-    larger,
     magnitude,
-    positive,
     row_of,
     smaller,
     some,
     spread,
     table_of,
 )
-from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, TIMED, UNSURE, Method
+from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, TIMED, UNSURE, WIDTH, Method
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 
@@ -96,17 +94,16 @@ def _plan(tables, states, mode, places, first, block):
     series = table_of(block.ws)
     wanted, signs, shifts, times = row_of(block.wanted), row_of(block.sign), row_of(block.shift), row_of(block.times)
     nothing = spread(0.0)
-    alone = nothing
+    plain = nothing <= 0.0
     for j in range(tables.watch[mode, 0]):
         side = gathered(states.sides, places, tables.keys[mode, j])
-        on_its_side = larger(nothing, series[first + j][0] * side)
-        passed = positive(side * float(tables.watch[mode, 1 + j]))
-        alone = larger(alone, larger(chosen(on_its_side, passed, 1.0), positive(side * side - 1.0)))
+        known = (series[first + j][0] * side > 0.0) & (side * side <= 1.0)
+        plain = plain & known & (side * float(tables.watch[mode, 1 + j]) <= 0.0)
         wanted[j] = spread(1.0)
         signs[j] = -side
         shifts[j] = nothing
         times[j] = spread(-1.0)
-    row_of(block.alone)[0] = alone
+    row_of(block.alone)[0] = chosen(plain, 0.0, 1.0)
 
 
 @inlined
@@ -137,23 +134,22 @@ def _plan_anew(functions, tables, state, first, lane, block, scratch):
 
 @inlined
 def _reaches(j, block):
-    """Above zero where the polynomial of guard j, without its zeros at 0 and negative there, may reach zero."""
+    """Where the polynomial of guard j, without its zeros at 0 and negative there, may reach zero."""
     g = table_of(block.scaled)[j]
     shift = row_of(block.shift)[j]
     begin = g[0]
     later = row_of(block.later)[j]
     total = row_of(block.total)[j]
     sizes = total - magnitude(begin)
-    if some(shift):
-        twice = larger(shift - 1.0, 0.0)
-        second = chosen(twice, g[2], 0.0)
-        after = chosen(twice, g[2], g[1])
-        later = chosen(shift, later - (g[1] + second), later)
-        sizes = chosen(shift, sizes - (magnitude(g[1]) + magnitude(second)), sizes)
-        begin = chosen(shift, after, begin)
+    if some(shift > 0.0):
+        simple, double = shift == 1.0, shift == 2.0
+        second = chosen(double, g[2], 0.0)
+        later = chosen(shift > 0.0, later - (g[1] + second), later)
+        sizes = chosen(shift > 0.0, sizes - (magnitude(g[1]) + magnitude(second)), sizes)
+        begin = chosen(double, second, chosen(simple, g[1], begin))
     sign = row_of(block.sign)[j]
     # of a sum and that of sizes, half the sum is that of the terms above zero
-    return sign * begin + (0.5 * (sign * later + sizes) + NOISE * total)
+    return ~(sign * begin + (0.5 * (sign * later + sizes) + NOISE * total) <= 0.0)
 
 
 @inlined
@@ -161,11 +157,11 @@ def _without_zeros(j, order, block):
     """The polynomial of guard j without its zeros at 0."""
     g = table_of(block.scaled)[j]
     shift = row_of(block.shift)[j]
-    if some(shift):
+    if some(shift > 0.0):
         a = row_of(block.polynomial)
-        twice = larger(shift - 1.0, 0.0)
+        simple, double = shift == 1.0, shift == 2.0
         for k in range(order + 1):
-            a[k] = chosen(shift, chosen(twice, g[k + 2], g[k + 1]), g[k])
+            a[k] = chosen(double, g[k + 2], chosen(simple, g[k + 1], g[k]))
         return a
     return g
 
@@ -188,127 +184,114 @@ def _bernstein(a, order, sign, rest, block):
 def _crossing(block):
     """Which lanes have no root, which have one that the Bernstein form isolates, and about where that is.
 
-    Lanes are 1.0 where it is so, else 0.0. One root is isolated by signs that change once (Descartes' rule).
+    One root is isolated by signs that change once (Descartes' rule).
     """
     b = row_of(block.bernstein)
     rest = b[DEGREE + 1]
     before = b[0]
-    reaches = positive(before + rest)
+    reaches = ~(before + rest <= 0.0)
     goes_back = reaches
-    above = 0.0 * reaches
+    above = before < -math.inf
     crossed = above
     low = before
     high = before
-    place = above
+    place = 0.0 * before
     for j in range(1, DEGREE + 1):
         value = b[j]
-        may = positive(value + rest)
-        is_above = positive(value - rest)
-        goes_back = larger(goes_back, larger(reaches - may, above - is_above))
-        reaches = larger(reaches, may)
-        above = larger(above, is_above)
-        beyond = positive(value)
-        here = larger(beyond - crossed, 0.0)
+        may = ~(value + rest <= 0.0)
+        is_above = ~(value - rest <= 0.0)
+        goes_back = goes_back | (reaches & ~may) | (above & ~is_above)
+        reaches = reaches | may
+        above = above | is_above
+        beyond = ~(value <= 0.0)
+        here = beyond & ~crossed
         low = chosen(here, before, low)
         high = chosen(here, value, high)
         place = chosen(here, j - 1.0, place)
-        crossed = larger(crossed, beyond)
+        crossed = crossed | beyond
         before = value
-    return 1.0 - reaches, above * (1.0 - goes_back), (place + low / (low - high)) * (1.0 / DEGREE)
+    return ~reaches, above & ~goes_back, (place + low / (low - high)) * (1.0 / DEGREE)
 
 
 @series
-def _once(a, order, sign, block):
-    """Likewise for lanes that cross zero once before they may come back: which have no root, which have one, where
-    about, and a bound below which there is no other.
+def _once(a, sign, block):
+    """Likewise for lanes that cross zero once before they may come back: which have no root, which have one, and a
+    bound below which there is no other.
 
     The signs of the Bernstein coefficients, up to what the rest may change of them, go once up and at most once down.
     """
     b = row_of(block.bernstein)
     rest = b[DEGREE + 1]
-    nothing = 0.0 * rest
-    up = nothing
-    back = nothing
-    doubtful = nothing
-    refused = chosen(larger(nothing, -(b[0] + rest)), 0.0, 1.0)
+    refused = ~(b[0] < -rest)
+    up = rest < -math.inf
+    back = up
+    doubtful = up
     highest = b[0]
-    bound = nothing
+    bound = 0.0 * rest
     for j in range(1, DEGREE + 1):
         value = b[j]
-        above = larger(nothing, value - rest)
-        below = larger(nothing, -rest - value)
-        refused = chosen(above, larger(refused, larger(back, up * doubtful)), refused)
-        refused = chosen(below, larger(refused, larger(back, 1.0 - up) * doubtful), refused)
-        back = chosen(below, larger(back, up), back)
-        up = chosen(above, 1.0, up)
-        doubtful = chosen(above, 0.0, chosen(below, 0.0, 1.0))
-        higher = larger(nothing, value - highest)
+        above = value > rest
+        below = value < -rest
+        refused = refused | (above & (back | (up & doubtful))) | (below & doubtful & (back | ~up))
+        back = back | (below & up)
+        up = up | above
+        doubtful = ~(above | below)
+        higher = value > highest
         bound = chosen(higher, j * (1.0 / DEGREE), bound)
         highest = chosen(higher, value, highest)
-    returns = larger(back, doubtful)
-    refused = larger(refused, larger(back, 1.0 - up) * doubtful)
-    height = sign * _value(a, order, bound)
-    refused = larger(refused, up * returns * chosen(larger(nothing, height - SURE * highest), 0.0, 1.0))
-    known = 1.0 - refused
-    return known * (1.0 - up), known * up, chosen(returns, bound, 1.0)
+    returns = back | doubtful
+    height, _ = _value_and_slope(a, bound)
+    refused = refused | (doubtful & (back | ~up)) | (up & returns & ~(sign * height > SURE * highest))
+    return ~(refused | up), up & ~refused, chosen(returns, bound, 1.0)
 
 
 @series
-def _value(a, order, u):
-    """Values of polynomials, the even and the odd terms apart."""
+def _value_and_slope(a, u):
+    """Values and derivatives of polynomials, every fourth term together: short chains for one long."""
     square = u * u
-    top = order - order % 2
-    even = a[top]
-    odd = a[top + 1] if order % 2 == 1 else 0.0 * u
-    for j in range(top // 2):
-        k = uint64(top - 2 - 2 * j)
-        even = even * square + a[k]
-        odd = odd * square + a[uint64(k + 1)]
-    return even + u * odd
+    fourth = square * square
+    nothing = 0.0 * u
+    f0, f1, f2, f3 = a[WIDTH - 4], a[WIDTH - 3], a[WIDTH - 2], a[WIDTH - 1]
+    d0, d1, d2, d3 = nothing, nothing, nothing, nothing
+    for m in range(1, WIDTH // 4):
+        k = WIDTH - 4 - 4 * m
+        d0 = d0 * fourth + f0
+        d1 = d1 * fourth + f1
+        d2 = d2 * fourth + f2
+        d3 = d3 * fourth + f3
+        f0 = f0 * fourth + a[k]
+        f1 = f1 * fourth + a[k + 1]
+        f2 = f2 * fourth + a[k + 2]
+        f3 = f3 * fourth + a[k + 3]
+    slope = ((d0 + u * d1) + square * (d2 + u * d3)) * (4.0 * (square * u))
+    return (f0 + u * f1) + square * (f2 + u * f3), slope + (f1 + u * (2.0 * f2 + 3.0 * (u * f3)))
 
 
 @series
-def _polish(a, order, block):
-    """Newton steps from row 0 of the roots where row 1 is not 0.0, which it becomes where they settle."""
-    roots = row_of(block.root)
-    u = roots[0]
-    active = roots[1]
+def _polish(a, active, u):
+    """Newton steps from u in the lanes of a mask: the roots, and where they have not settled."""
     before = 0.0 * u
-    top = order - order % 2
     for _ in range(ITERATIONS):
-        square = u * u
-        f = a[top]
-        d = 0.0 * u
-        g = a[top + 1] if order % 2 == 1 else 0.0 * u
-        e = 0.0 * u
-        for j in range(top // 2):
-            k = uint64(top - 2 - 2 * j)
-            d = d * square + f
-            f = f * square + a[k]
-            e = e * square + g
-            g = g * square + a[uint64(k + 1)]
-        step = (f + u * g) / (2.0 * u * (d + u * e) + g)
-        following = u - step
+        f, d = _value_and_slope(a, u)
+        step = f / d
+        u = chosen(active, u - step, u)
         size = magnitude(step)
         # what is left after this step is to it as it is to the square of the one before
-        left = size * size * size - 1e-17 * u * before * before
-        left = larger(0.0, chosen(larger(size - 1.2e-16 * u, 0.0), left, 0.0 * u))
-        u = chosen(active, following, u)
-        roots[0] = u
-        active = chosen(active, left, 0.0 * u)
-        roots[1] = active
+        active = active & ~((size <= 1.2e-16 * u) | (size * size * size <= 1e-17 * u * before * before))
         before = size
         if not some(active):
-            return
+            break
+    return u, active
 
 
 @inlined
 def _search(count, order, block):
     """Times of the first crossings of all guards in all lanes, -1 for none; ``alone`` is where that is not plain."""
     h = row_of(block.h)[0]
-    times, roots, alone = row_of(block.times), row_of(block.root), row_of(block.alone)
+    times = row_of(block.times)
+    alone = row_of(block.alone)[0] > 0.0
     for j in range(count):
-        candidates = chosen(alone[0], 0.0, row_of(block.wanted)[j]) * positive(_reaches(j, block))
+        candidates = (row_of(block.wanted)[j] > 0.0) & _reaches(j, block) & ~alone
         if not some(candidates):
             continue
         a = _without_zeros(j, order, block)
@@ -316,21 +299,18 @@ def _search(count, order, block):
         _bernstein(a, order, sign, NOISE * row_of(block.total)[j], block)
         none, once, where = _crossing(block)
         bound = spread(1.0)
-        if some(candidates - candidates * larger(none, once)):
-            absent, present, until = _once(a, order, sign, block)
+        if some(candidates & ~(none | once)):
+            absent, present, until = _once(a, sign, block)
             bound = chosen(once, bound, until)
-            none = larger(none, absent)
-            once = larger(once, present)
-        searched = candidates * once
-        failed = candidates - candidates * larger(none, once)
+            none = none | absent
+            once = once | present
+        searched = candidates & once
+        alone = alone | (candidates & ~(none | once))
         if some(searched):
-            roots[0] = chosen(searched, where, 0.5)
-            roots[1] = searched
-            _polish(a, order, block)
-            u = roots[0]
-            failed = larger(failed, searched * larger(roots[1], larger(positive(-u), positive(u - bound))))
+            u, unsettled = _polish(a, searched, chosen(searched, where, 0.5))
+            alone = alone | (searched & (unsettled | ~((u >= 0.0) & (u <= bound))))
             times[j] = chosen(searched, u * h, times[j])
-        alone[0] = larger(alone[0], failed)
+    row_of(block.alone)[0] = chosen(alone, 1.0, 0.0)
 
 
 @inlined
@@ -348,19 +328,19 @@ def _by_itself(method, count, first, order, lane, block, scratch):
 def _first_of(count, block):
     """Which guard fires first in every lane and when, -1 for none; ``alone`` is where two are near each other."""
     times, alone = row_of(block.times), row_of(block.alone)
-    nothing = spread(0.0)
     none = spread(math.inf)
     first, second, which = none, none, spread(-1.0)
     for j in range(count):
         time = times[j]
-        time = chosen(positive(-time), none, time)
-        sooner = larger(nothing, first - time)
+        time = chosen(time >= 0.0, time, none)
+        sooner = time < first
         second = chosen(sooner, first, smaller(second, time))
         which = chosen(sooner, float(j), which)
         first = chosen(sooner, time, first)
-    alone[0] = larger(alone[0], chosen(larger(nothing, guards.NEAR * row_of(block.h)[0] - (second - first)), 1.0, 0.0))
+    near = second - first <= guards.NEAR * row_of(block.h)[0]
+    alone[0] = chosen(near, 1.0, alone[0])
     row_of(block.which)[0] = which
-    row_of(block.reach)[0] = chosen(which + 1.0, first, -1.0)
+    row_of(block.reach)[0] = chosen(which >= 0.0, first, -1.0)
 
 
 @inlined

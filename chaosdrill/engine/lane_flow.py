@@ -13,7 +13,7 @@ from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import begin, is_over
 from chaosdrill.engine.lane_series import value_in_lane
-from chaosdrill.engine.lanes import LANES, larger, positive, row_of, some
+from chaosdrill.engine.lanes import LANES, row_of, some
 from chaosdrill.engine.layout import (
     DONE,
     EVENT_COLUMNS,
@@ -126,7 +126,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
             state.scale[i] = block.scale[i, lane]
     gaps = row_of(block.gap)
     unproven = taylor.has_unproven(tables.marks[mode], guard_count)
-    if unproven or some(larger(positive(gaps[0]), positive(gaps[1]))):
+    if unproven or some(~(gaps[0] <= 0.0) | ~(gaps[1] <= 0.0)):
         for lane in range(count):
             state = state_of(states, places[lane])
             block.h[lane] = _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch)
@@ -151,7 +151,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         block.gap[0, lane] = 0.0
         if happens:
             state = state_of(states, p)
-            instant = instant_after(run, 1, te)
+            instant = rest if te < rest else instant_after(run, 1, te)
             if lane_events.coincides(functions, tables, settings, state, first, j, te, instant, lane, block, scratch):
                 block.gap[0, lane] = instant - te
         if run.strobes + 1 >= results.progress[p, GOAL] and te + block.gap[0, lane] >= rest:
@@ -161,7 +161,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         if not happens:
             ends[lane, GUARD] = -1
     lane_step.evaluate(first, live, m, block)
-    row_of(block.gap)[1] = lane_step.beyond(tables.bounds, n, block)
+    lane_step.note_beyond(tables.bounds, n, block)
     strobed = section.size == 0 and results.window.shape[1] > 0
     for lane in range(count):
         if ends[lane, OUTCOME] != DONE:

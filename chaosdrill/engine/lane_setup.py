@@ -55,7 +55,6 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         backs=aligned(guards, LANES),
         polynomial=aligned(at.COLUMNS, LANES),
         bernstein=aligned(DEGREE + 2, LANES),
-        root=aligned(2, LANES),
     )
 
 

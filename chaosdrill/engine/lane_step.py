@@ -4,6 +4,8 @@ What happens at single trajectories, their events above all, is left to the func
 arrays of lanes, in the order of ``engine.layout``.
 """
 
+import math
+
 from numba import uint64
 
 from chaosdrill.engine.jit import inlined, inner
@@ -14,7 +16,6 @@ from chaosdrill.engine.lanes import (
     gathered,
     larger,
     magnitude,
-    positive,
     row_of,
     smaller,
     some,
@@ -79,8 +80,8 @@ def expand(lane_functions, mode, live, m, settings, block, row):
         scale = larger(FADE * scales[i], finest * magnitude(series[i][0]))
         scales[i] = scale
         ends = larger(magnitude(series[i][order]), magnitude(series[i][order - 1]))
-        unknown = larger(unknown, chosen(larger(scale - SMALLEST, 0.0), 0.0, ends))
-    if some(unknown):
+        unknown = larger(unknown, chosen(~(scale <= SMALLEST), 0.0, ends))
+    if some(unknown > 0.0):
         row_of(block.gap)[0] = unknown
         for lane in range(LANES):
             if block.gap[0, lane] > 0.0:
@@ -91,7 +92,7 @@ def expand(lane_functions, mode, live, m, settings, block, row):
     last_but_one = nothing
     for i in range(n):
         scale = scales[i]
-        known = larger(scale - SMALLEST, 0.0)
+        known = ~(scale <= SMALLEST)
         weight = chosen(known, 1.0 / scale, 0.0)
         widest = larger(widest, chosen(known, scale, 0.0))
         weights[i] = weight
@@ -104,10 +105,10 @@ def expand(lane_functions, mode, live, m, settings, block, row):
         for v in range(0, live, 2):
             second = vectors[min(v + 1, live - 1)]
             lane_functions.tangent(mode, order, block.c, vectors[v], second, ws, _first_row(ws, m, n, v))
-        common = 1.0 / chosen(widest, widest, 1.0)
+        common = 1.0 / chosen(widest > 0.0, widest, 1.0)
         metric = row_of(block.metric)
         for i in range(n):
-            metric[i] = chosen(weights[i], weights[i], common)
+            metric[i] = chosen(weights[i] > 0.0, weights[i], common)
         for v in range(live):
             first = _first_row(ws, m, n, v)
             length = nothing
@@ -187,15 +188,14 @@ def evaluate(count, live, m, block):
 
 
 @inlined
-def beyond(bounds, n, block):
-    """1.0 where a state has left its bounds or is no number, else 0.0."""
+def note_beyond(bounds, n, block):
+    """Note as a gap, 1.0, where a state has left its bounds or is no number."""
     out = row_of(block.out)
-    found = spread(0.0)
+    within = out[0] < math.inf
     for i in range(n):
         x = out[i]
-        # the difference of two infinities is no number either
-        found = larger(found, larger(positive(bounds[0, i] - x), positive(x - bounds[1, i])))
-    return found
+        within = within & (magnitude(x) < math.inf) & (x >= bounds[0, i]) & (x <= bounds[1, i])
+    row_of(block.gap)[1] = chosen(within, 0.0, 1.0)
 
 
 @inlined

@@ -22,6 +22,7 @@ from chaosdrill.codegen.signatures import LANES
 from chaosdrill.engine.uncompiled import Row, Table, as_lanes, machine_code
 
 _VECTOR = ir.VectorType(ir.DoubleType(), LANES)
+_TRUTHS = ir.VectorType(ir.IntType(1), LANES)
 _INT = ir.IntType(64)
 _NUMBER = (types.Float, types.Integer)
 
@@ -39,6 +40,13 @@ class LanesType(types.Type):
         return self if isinstance(other, _NUMBER) else None
 
 
+class MaskType(types.Type):
+    """Of each of eight lanes whether something holds."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Mask")
+
+
 class RowType(types.Type):
     """A row of lanes in memory; row[k] are the lanes at place k."""
 
@@ -53,13 +61,19 @@ class TableType(types.Type):
         super().__init__(name="LaneTable")
 
 
-lanes, row, table = LanesType(), RowType(), TableType()
+lanes, mask, row, table = LanesType(), MaskType(), RowType(), TableType()
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, _VECTOR)
+
+
+@register_model(MaskType)
+class _MaskModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _TRUTHS)
 
 
 @register_model(RowType)
@@ -230,6 +244,50 @@ for _symbols, _name in (
         _operator(_symbol, lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
 
 
+def _comparison(symbol: Any, emit: Callable[[Any, Any, Any], Any]) -> None:
+    @machine_code(symbol)
+    def function(typingctx: Any, first: Any, second: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            pair = zip(signature.args, arguments, strict=True)
+            return emit(builder, *(_as_lanes(context, builder, kind, value) for kind, value in pair))
+
+        return mask(first, second), code
+
+    @overload(symbol)
+    def _overloaded(first, second):  # type: ignore[no-untyped-def]
+        return (lambda first, second: function(first, second)) if _pair(first, second) else None
+
+
+for _symbol, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")):
+    _comparison(_symbol, lambda builder, a, b, sign=_sign: builder.fcmp_ordered(sign, a, b))
+_comparison(operator.eq, lambda builder, a, b: builder.fcmp_ordered("==", a, b))
+_comparison(operator.ne, lambda builder, a, b: builder.fcmp_unordered("!=", a, b))
+
+
+def _of_masks(symbol: Any, emit: Callable[[Any, Any, Any], Any]) -> None:
+    @machine_code(symbol)
+    def function(typingctx: Any, first: Any, second: Any) -> Any:
+        return mask(first, second), lambda _, builder, __, arguments: emit(builder, *arguments)
+
+    @overload(symbol)
+    def _overloaded(first, second):  # type: ignore[no-untyped-def]
+        return (lambda first, second: function(first, second)) if first == second == mask else None
+
+
+_of_masks(operator.and_, lambda builder, a, b: builder.and_(a, b))
+_of_masks(operator.or_, lambda builder, a, b: builder.or_(a, b))
+
+
+@machine_code(operator.invert)
+def _not(typingctx: Any, holds: Any) -> Any:
+    return mask(holds), lambda _, builder, __, arguments: builder.not_(arguments[0])
+
+
+@overload(operator.invert)
+def _invert(holds):  # type: ignore[no-untyped-def]
+    return (lambda holds: _not(holds)) if holds == mask else None
+
+
 def _larger(builder: Any, a: Any, b: Any) -> Any:
     return builder.select(builder.fcmp_ordered(">", b, a), b, a)
 
@@ -246,17 +304,15 @@ smaller = _binary(_smaller, lambda a, b: np.where(b < a, b, a))
 """The smaller, likewise."""
 
 
-@machine_code(lambda mask, first, second: as_lanes(np.where(mask != 0.0, first, second)))
-def chosen(typingctx: Any, mask: Any, first: Any, second: Any) -> Any:
-    """Lanes of ``first`` where ``mask`` is not 0.0, else of ``second``."""
+@machine_code(lambda holds, first, second: as_lanes(np.where(holds, first, second)))
+def chosen(typingctx: Any, holds: Any, first: Any, second: Any) -> Any:
+    """Lanes of ``first`` where a mask holds, else of ``second``."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         pair = zip(signature.args[1:], arguments[1:], strict=True)
-        return builder.select(
-            _truth(builder, arguments[0]), *(_as_lanes(context, builder, kind, value) for kind, value in pair)
-        )
+        return builder.select(arguments[0], *(_as_lanes(context, builder, kind, value) for kind, value in pair))
 
-    return lanes(mask, first, second), code
+    return lanes(holds, first, second), code
 
 
 @machine_code(as_lanes)
@@ -269,26 +325,15 @@ def spread(typingctx: Any, value: Any) -> Any:
     return lanes(value), code
 
 
-@machine_code(lambda value: as_lanes(~(value <= 0.0)))
-def positive(typingctx: Any, value: Any) -> Any:
-    """1.0 where a lane is above zero or no number, else 0.0."""
+@machine_code(lambda holds: bool(holds.any()))
+def some(typingctx: Any, holds: Any) -> Any:
+    """Whether a mask holds for any lane."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        test = builder.fcmp_unordered(">", arguments[0], _constant(0.0))
-        return builder.select(test, _constant(1.0), _constant(0.0))
-
-    return lanes(value), code
-
-
-@machine_code(lambda value: bool((value != 0.0).any()))
-def some(typingctx: Any, value: Any) -> Any:
-    """Whether any lane is not 0.0."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        bits = builder.bitcast(_truth(builder, arguments[0]), ir.IntType(LANES))
+        bits = builder.bitcast(arguments[0], ir.IntType(LANES))
         return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
 
-    return types.boolean(value), code
+    return types.boolean(holds), code
 
 
 @machine_code(lambda array, places, column: as_lanes(array.reshape(len(array), -1)[places[:LANES], column]))
@@ -400,10 +445,6 @@ def total(typingctx: Any, value: Any) -> Any:
 
 def _constant(value: float) -> Any:
     return ir.Constant(_VECTOR, [value] * LANES)
-
-
-def _truth(builder: Any, value: Any) -> Any:
-    return builder.fcmp_unordered("!=", value, _constant(0.0))
 
 
 def _alike(value: Any) -> Any:

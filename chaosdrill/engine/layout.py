@@ -271,7 +271,6 @@ class Block(NamedTuple):
     backs: Any
     polynomial: Any
     bernstein: Any
-    root: Any
 
 
 class LaneRoom(NamedTuple):

@@ -25,7 +25,7 @@ def _eighth(s):
 
 @series
 def _last(rows, i):
-    return chosen(part(_WITHIN, 0, 0), part(rows, i, COLUMNS - LANES), 0.0)
+    return chosen(part(_WITHIN, 0, 0) != 0.0, part(rows, i, COLUMNS - LANES), 0.0)
 
 
 @series
@@ -35,7 +35,7 @@ def value(rows, i, s):
     terms = _last(rows, i)
     for m in range(2, COLUMNS // LANES):
         terms = terms * eighth + part(rows, i, COLUMNS - LANES * m)
-    terms = terms * eighth + chosen(part(_LATER, 0, 0), part(rows, i, 0), 0.0)
+    terms = terms * eighth + chosen(part(_LATER, 0, 0) != 0.0, part(rows, i, 0), 0.0)
     return rows[i, 0] + total(terms * powers(s))
 
 

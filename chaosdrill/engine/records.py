@@ -54,7 +54,7 @@ scratch_type = named_tuple((matrix, vector, vector, matrix, matrix, *[vector] * 
 block_type = named_tuple(
     (
         *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, vector),
-        *(block, *[matrix] * 3, vector, vector, *[matrix] * 7),
+        *(block, *[matrix] * 3, vector, vector, *[matrix] * 6),
     ),
     Block,
 )

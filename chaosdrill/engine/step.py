@@ -4,7 +4,7 @@ import math
 
 from chaosdrill.engine import guards, taylor
 from chaosdrill.engine.events import take
-from chaosdrill.engine.jit import inlined, inner
+from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import (
     DONE,
     EVENLY,
@@ -184,9 +184,15 @@ def keep_time(settings, run, te, strobe):
         run.time += te
 
 
+@rare
+def _orthonormalise_before(tables, state, scratch):
+    """What an event that may lose rank finds; a call, so that the code of every step has the other one alone."""
+    orthonormalise(state, tables.shifts, scratch.image)
+
+
 @inlined
 def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, state, buffer, scratch):
-    """What follows when state and tangents are at the end of a step, for one run as for each of eight: the event of guard j, if not -1.
+    """What follows when state and tangents are at the end of a step: the event of guard j, if that is not -1.
 
     Returns DONE, or the outcome that ends the run: ``outcome`` is that which the state has by itself.
     """
@@ -209,7 +215,7 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
             return STALLED
         run.ties += ties
         if orthonormal and tables.marks[run.mode, j] & LOSES_RANK:
-            orthonormalise(state, tables.shifts, scratch.image)
+            _orthonormalise_before(tables, state, scratch)
         largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
         if run.events_in_period > settings.max_events:
             return EVENT_LIMIT

@@ -44,7 +44,7 @@ def log_growth(state, i):
     return state.logs[i] + math.log(state.grown[i])
 
 
-@inner
+@inlined
 def orthonormalise(state, shifts, scratch):
     """Orthonormalise the live tangents of a run, and keep the product of their lengths, as `log_growth` says it.
 
@@ -77,12 +77,12 @@ def orthonormalise(state, shifts, scratch):
                 length += vectors[i, a] * vectors[i, a]
             if length > ONCE * before:
                 break
-        before = math.sqrt(before)
         length = math.sqrt(length)
-        if length == 0.0 or (run.rank_check == 1 and length <= RANK_TOLERANCE * before):
+        if length == 0.0 or (run.rank_check == 1 and length <= RANK_TOLERANCE * math.sqrt(before)):
             dead[slots[i]] = 1
             continue
-        growth = max(growth, length, 1.0 / length)
+        shorter = 1.0 / length
+        growth = max(growth, length, shorter)
         slot = slots[i]
         grown[slot] *= length
         if not 1.0 / MOST_GROWN < grown[slot] < MOST_GROWN:
@@ -90,7 +90,7 @@ def orthonormalise(state, shifts, scratch):
             grown[slot] = 1.0
         slots[kept] = slots[i]
         for a in range(n):
-            vectors[kept, a] = vectors[i, a] / length
+            vectors[kept, a] = vectors[i, a] * shorter
         kept += 1
     run.live = kept
     run.rank_check = 0
