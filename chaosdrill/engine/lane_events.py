@@ -22,7 +22,7 @@ from chaosdrill.engine.lanes import (
     spread,
     table_of,
 )
-from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, TIMED, UNSURE, WIDTH, Method
+from chaosdrill.engine.layout import ARMED, FIRE, ONGOING, TIMED, UNSURE, Method
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.roots import bernstein_weights
 
@@ -47,7 +47,7 @@ OUTCOME, GUARD, TIES = range(3)
 
 @series
 def scale(first, count, order, block):
-    """Polynomials of the guards on [0, 1] instead of the steps, sums of their terms' sizes, and of all but the first."""
+    """Polynomials of the guards on [0, 1] instead of the steps; sums of sizes, and of all terms but the first."""
     series = table_of(block.ws)
     scaled = table_of(block.scaled)
     totals = row_of(block.total)
@@ -57,17 +57,25 @@ def scale(first, count, order, block):
         g = series[first + j]
         a = scaled[j]
         a[0] = g[0]
-        total = magnitude(g[0])
-        sum_of_later = 0.0 * h
+        odd = 0.0 * h
+        even = odd
+        odd_size = odd
+        even_size = magnitude(g[0])
         power = h
-        for k in range(1, order + 1):
+        square = h * h
+        for k in range(1, order + 1, 2):
             value = power * g[k]
+            # the row of a series goes on with zeros
+            following = (power * h) * g[k + 1]
             a[k] = value
-            total = total + magnitude(value)
-            sum_of_later = sum_of_later + value
-            power = power * h
-        totals[j] = total
-        later[j] = sum_of_later
+            a[k + 1] = following
+            odd = odd + value
+            even = even + following
+            odd_size = odd_size + magnitude(value)
+            even_size = even_size + magnitude(following)
+            power = power * square
+        totals[j] = odd_size + even_size
+        later[j] = odd + even
 
 
 @inner
@@ -214,7 +222,7 @@ def _crossing(block):
 
 
 @series
-def _once(a, sign, block):
+def _once(a, order, sign, block):
     """Likewise for lanes that cross zero once before they may come back: which have no root, which have one, and a
     bound below which there is no other.
 
@@ -240,21 +248,22 @@ def _once(a, sign, block):
         bound = chosen(higher, j * (1.0 / DEGREE), bound)
         highest = chosen(higher, value, highest)
     returns = back | doubtful
-    height, _ = _value_and_slope(a, bound)
+    height, _ = _value_and_slope(a, order, bound)
     refused = refused | (doubtful & (back | ~up)) | (up & returns & ~(sign * height > SURE * highest))
     return ~(refused | up), up & ~refused, chosen(returns, bound, 1.0)
 
 
 @series
-def _value_and_slope(a, u):
+def _value_and_slope(a, order, u):
     """Values and derivatives of polynomials, every fourth term together: short chains for one long."""
     square = u * u
     fourth = square * square
     nothing = 0.0 * u
-    f0, f1, f2, f3 = a[WIDTH - 4], a[WIDTH - 3], a[WIDTH - 2], a[WIDTH - 1]
+    last = uint64(order // 4)
+    f0, f1, f2, f3 = a[4 * last], a[4 * last + 1], a[4 * last + 2], a[4 * last + 3]
     d0, d1, d2, d3 = nothing, nothing, nothing, nothing
-    for m in range(1, WIDTH // 4):
-        k = WIDTH - 4 - 4 * m
+    for m in range(1, last + 1):
+        k = 4 * (last - m)
         d0 = d0 * fourth + f0
         d1 = d1 * fourth + f1
         d2 = d2 * fourth + f2
@@ -268,11 +277,11 @@ def _value_and_slope(a, u):
 
 
 @series
-def _polish(a, active, u):
+def _polish(a, order, active, u):
     """Newton steps from u in the lanes of a mask: the roots, and where they have not settled."""
     before = 0.0 * u
     for _ in range(ITERATIONS):
-        f, d = _value_and_slope(a, u)
+        f, d = _value_and_slope(a, order, u)
         step = f / d
         u = chosen(active, u - step, u)
         size = magnitude(step)
@@ -300,14 +309,14 @@ def _search(count, order, block):
         none, once, where = _crossing(block)
         bound = spread(1.0)
         if some(candidates & ~(none | once)):
-            absent, present, until = _once(a, sign, block)
+            absent, present, until = _once(a, order, sign, block)
             bound = chosen(once, bound, until)
             none = none | absent
             once = once | present
         searched = candidates & once
         alone = alone | (candidates & ~(none | once))
         if some(searched):
-            u, unsettled = _polish(a, searched, chosen(searched, where, 0.5))
+            u, unsettled = _polish(a, order, searched, chosen(searched, where, 0.5))
             alone = alone | (searched & (unsettled | ~((u >= 0.0) & (u <= bound))))
             times[j] = chosen(searched, u * h, times[j])
     row_of(block.alone)[0] = chosen(alone, 1.0, 0.0)

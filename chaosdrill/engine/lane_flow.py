@@ -5,7 +5,7 @@ stepped together, each with its own step, and go to the queue of the mode that t
 one by the functions of a single run. No number of a run depends on which others are stepped with it.
 """
 
-from numba import int64, void
+from numba import int64, uint64, void
 
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
@@ -121,7 +121,6 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     lane_step.look_for_gaps(n, settings.quadratures, guard_count, tables.marks[mode], settings, block)
     for lane in range(count):
         state = state_of(states, places[lane])
-        state.run[0].evaluations += settings.order
         for i in range(n):
             state.scale[i] = block.scale[i, lane]
     gaps = row_of(block.gap)
@@ -160,7 +159,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         block.reach[lane] = te
         if not happens:
             ends[lane, GUARD] = -1
-    lane_step.evaluate(first, live, m, block)
+    lane_step.evaluate(first, live, m, settings.order, block)
     lane_step.note_beyond(tables.bounds, n, block)
     strobed = section.size == 0 and results.window.shape[1] > 0
     for lane in range(count):
@@ -186,7 +185,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
 @inlined
 def _enqueue(queues, key, p):
     queue = queues[key]
-    queue[2 + (queue[0] + queue[1]) % ACTIVE] = p
+    queue[2 + uint64(queue[0] + queue[1]) % uint64(ACTIVE)] = p
     queue[1] += 1
 
 

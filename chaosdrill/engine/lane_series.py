@@ -1,20 +1,23 @@
 """Polynomials whose coefficients are lanes: as in ``engine.polynomial``, for eight trajectories at once."""
 
+from numba import uint64
+
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.lanes import magnitude
 from chaosdrill.engine.layout import WIDTH
 
 
 @series
-def lane_value(g, s):
-    """Values at s."""
+def lane_value(g, order, s):
+    """Values at s of polynomials up to an order, rounded as if there were more terms that are zero."""
     fourth = (s * s) * (s * s)
-    a = g[WIDTH - 4]
-    b = g[WIDTH - 3]
-    c = g[WIDTH - 2]
-    d = g[WIDTH - 1]
-    for m in range(1, WIDTH // 4):
-        k = WIDTH - 4 - 4 * m
+    last = uint64(order // 4)
+    a = g[4 * last]
+    b = g[4 * last + 1]
+    c = g[4 * last + 2]
+    d = g[4 * last + 3]
+    for m in range(1, last + 1):
+        k = 4 * (last - m)
         a = a * fourth + g[k]
         b = b * fourth + g[k + 1]
         c = c * fourth + g[k + 2]

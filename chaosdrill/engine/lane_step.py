@@ -171,7 +171,7 @@ def _power_of_four(x, k):
 
 
 @inlined
-def evaluate(count, live, m, block):
+def evaluate(count, live, m, order, block):
     """States, quadratures and live tangents at the ends of the steps."""
     ws = block.ws
     n = block.x.shape[0]
@@ -179,12 +179,12 @@ def evaluate(count, live, m, block):
     s = row_of(block.reach)[0]
     out = row_of(block.out)
     for i in range(count):
-        out[i] = lane_value(series[i], s)
+        out[i] = lane_value(series[i], order, s)
     vectors = table_of(block.v)
     for v in range(live):
         row = _first_row(ws, m, n, v)
         for i in range(n):
-            vectors[v][i] = lane_value(series[row + i], s)
+            vectors[v][i] = lane_value(series[row + i], order, s)
 
 
 @inlined

@@ -45,7 +45,7 @@ def test_larger_magnitude_and_choice():
     x = random(-1.0, 1.0, 3)
     np.testing.assert_array_equal(applied(numba.njit(lambda v: larger(v, 0.25)), x), np.maximum(x, 0.25))
     np.testing.assert_array_equal(applied(numba.njit(lambda v: magnitude(-v)), x), np.abs(x))
-    choice = applied(numba.njit(lambda v: chosen(larger(v, 0.0), v, -1.0 * v)), x)
+    choice = applied(numba.njit(lambda v: chosen(v > 0.0, v, -1.0 * v)), x)
     np.testing.assert_array_equal(choice, np.abs(x))
 
 

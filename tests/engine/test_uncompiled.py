@@ -20,14 +20,15 @@ from chaosdrill.engine.uncompiled import UNCOMPILED, Row, Table, as_lanes
 matrix = float64[:, ::1]
 
 PAIRS = (lanes.larger, lanes.smaller)
-SINGLE = (lanes.magnitude, lanes.floor, lanes.positive, lanes.exponent, lanes.mantissa)
+SINGLE = (lanes.magnitude, lanes.floor, lanes.exponent, lanes.mantissa)
 OPERATORS = (operator.add, operator.sub, operator.mul, operator.truediv)
+COMPARISONS = (operator.lt, operator.le, operator.gt, operator.ge, operator.eq, operator.ne)
 larger, smaller = PAIRS
-magnitude, floor, positive, exponent, mantissa = SINGLE
+magnitude, floor, exponent, mantissa = SINGLE
 
 
-@compiled(numba.void(matrix, matrix, matrix, int64[::1]))
-def machine(first, second, out, places):
+@compiled(numba.void(matrix, matrix, matrix, int64[::1], int64[:, ::1]))
+def machine(first, second, out, places, whole):
     """Every operation on lanes, as machine code: one a row."""
     a, b, target = lanes.row_of(first), lanes.row_of(second), lanes.row_of(out)
     for i in range(first.shape[0]):
@@ -41,33 +42,37 @@ def machine(first, second, out, places):
         target[k + 5] = x / y
         target[k + 6] = magnitude(x)
         target[k + 7] = floor(x)
-        target[k + 8] = positive(x)
+        orders = lanes.chosen(x < y, 1.0, 0.0) + lanes.chosen(x <= y, 2.0, 0.0) + lanes.chosen(x > y, 4.0, 0.0)
+        orders = orders + lanes.chosen(x >= y, 8.0, 0.0) + lanes.chosen(x == y, 16.0, 0.0)
+        target[k + 8] = orders + lanes.chosen(x != y, 32.0, 0.0)
         target[k + 9] = exponent(magnitude(x))
         target[k + 10] = mantissa(magnitude(x))
         target[k + 11] = lanes.power_of_two(floor(larger(smaller(x, 900.0), -900.0)))
-        target[k + 12] = lanes.chosen(x, x, y)
+        target[k + 12] = lanes.chosen((~(x < y) & (x <= 2.0)) | (y != y), x, y)
         target[k + 13] = -x
-        target[k + 14] = 1.0 if lanes.some(larger(x, 0.0)) else 0.0
-        target[k + 15] = lanes.gathered(first, places, i % 8)
+        target[k + 14] = 1.0 if lanes.some(x > 0.0) else 0.0
+        target[k + 15] = lanes.gathered(first, places, i % 8) + lanes.gathered(whole, places, 0)
         target[k + 16] = lanes.part(first, i, 0)
         lanes.put(out, k + 17, 0, x + y)
         target[k + 18] = lanes.powers(first[i, 1])
         target[k + 19] = lanes.spread(lanes.total(y))
 
 
-def in_python(first, second, places):
+def in_python(first, second, places, whole):
     """The same by the twins."""
     for x, y, column in zip(first, second, range(len(first)), strict=True):
         x, y = as_lanes(x), as_lanes(y)
         yield from (pair.twin(x, y) for pair in PAIRS)
         yield from (symbol(x, y) for symbol in OPERATORS)
-        yield from (single.twin(x) for single in SINGLE[:3])
-        yield from (single.twin(magnitude.twin(x)) for single in SINGLE[3:])
+        yield from (single.twin(x) for single in SINGLE[:2])
+        orders = (symbol(x, y) * 2.0**i for i, symbol in enumerate(COMPARISONS))
+        yield as_lanes(sum(orders))
+        yield from (single.twin(magnitude.twin(x)) for single in SINGLE[2:])
         yield lanes.power_of_two.twin(floor.twin(larger.twin(smaller.twin(x, 900.0), -900.0)))
-        yield lanes.chosen.twin(x, x, y)
+        yield lanes.chosen.twin((~(x < y) & (x <= 2.0)) | (y != y), x, y)
         yield -x
-        yield as_lanes(1.0 if lanes.some.twin(larger.twin(x, 0.0)) else 0.0)
-        yield lanes.gathered.twin(first, places, column % 8)
+        yield as_lanes(1.0 if lanes.some.twin(x > 0.0) else 0.0)
+        yield lanes.gathered.twin(first, places, column % 8) + lanes.gathered.twin(whole, places, 0)
         yield lanes.part.twin(first, column, 0)
         sums = np.zeros((1, 8))
         lanes.put.twin(sums, 0, 0, x + y)
@@ -86,9 +91,10 @@ def test_twins_give_the_bits_of_the_machine_code():
     second[0] = -0.0, 0.0, np.inf, np.nan, 1.0, np.nan, 0.0, 1.0
     first[1] = second[1]
     out, places = lanes.aligned(20 * 12, 8), np.array([3, 1, 4, 1, 5, 9, 2, 6])
-    machine(first, second, out, places)
+    whole = np.arange(-6, 6).reshape(12, 1)
+    machine(first, second, out, places, whole)
     with np.errstate(all="ignore"):
-        expected = np.array(list(in_python(first, second, places)))
+        expected = np.array(list(in_python(first, second, places, whole)))
     number = ~np.isnan(expected)
     np.testing.assert_array_equal(np.isnan(out), ~number)
     np.testing.assert_array_equal(out.view(np.int64)[number], expected.view(np.int64)[number])
