@@ -11,7 +11,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
 
 PATIENCE_S = 2.0
 """Seconds after which one is told of the second Ctrl-C."""
@@ -36,84 +35,62 @@ def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
     last : bool
         Whether the process ends after the block. Then any interrupt on the way out ends it with this code as well.
     """
-    handled: list[tuple[signal.Signals, Any]] = [
-        (signal.SIGINT, signal.default_int_handler),
-        (signal.SIGALRM, signal.SIG_DFL),
-    ]
-    if threading.current_thread() is not threading.main_thread() or any(
-        signal.getsignal(number) is not usual for number, usual in handled
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+        or signal.getsignal(signal.SIGALRM) is not signal.SIG_DFL
     ):
         yield
         return
-    interrupts = _Interrupts(code)
-    for number, _ in handled:
-        signal.signal(number, interrupts.handle)
-    reading, writing = os.pipe()
-    os.set_blocking(writing, False)
-    before = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
-    threading.Thread(target=interrupts.listen, args=(reading,), daemon=True).start()
-    try:
-        yield
-    finally:
-        interrupts.over.set()
-        if last:
-            signal.signal(signal.SIGINT, interrupts.end)
-            # nothing is left to be interrupted then, and the interpreter takes its handlers away
-            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
-        else:
-            signal.signal(signal.SIGINT, handled[0][1])
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)
-        signal.set_wakeup_fd(before)
-        os.close(writing)
+    raised = False
+    hint = threading.Timer(
+        PATIENCE_S, _say, ["\ninterrupted; waiting for the work under way, a second Ctrl-C ends at once"]
+    )
+    hint.daemon = True
 
-
-class _Interrupts:
-    """The interrupts of one block.
-
-    The handler and the thread count on their own: interrupts that follow each other at once are one for the handler.
-    """
-
-    def __init__(self, code: int) -> None:
-        self.code = code
-        self.over = threading.Event()
-        self.raised = False
-
-    def handle(self, number: int, frame: FrameType | None) -> None:
+    def handle(_: int, frame: FrameType | None) -> None:
         """Raise KeyboardInterrupt once; within the compiler, retry a little later."""
-        if self.raised:
-            if number == signal.SIGINT:
-                self.end()
-            return
-        while frame is not None:
+        nonlocal raised
+        while frame is not None and not raised:
             if str(frame.f_globals.get("__name__", "")).partition(".")[0] == COMPILER:
                 signal.setitimer(signal.ITIMER_REAL, RETRY_S)
                 return
             frame = frame.f_back
-        self.raised = True
-        raise KeyboardInterrupt
+        if not raised:
+            raised = True
+            raise KeyboardInterrupt
 
-    def listen(self, reading: int) -> None:
-        """Read the signals from a pipe."""
-        heard = 0
+    def listen() -> None:
+        """Read the signals from the pipe: the handler may hear of none, and of several at once as of one."""
         with os.fdopen(reading, "rb", buffering=0) as pipe:
             while number := pipe.read(1):
-                if number[0] != signal.SIGINT:
-                    continue
-                heard += 1
-                if heard == 2:
-                    self.end()
-                threading.Thread(target=self.explain, daemon=True).start()
+                if number[0] == signal.SIGINT:
+                    if hint.ident is not None:
+                        end()
+                    hint.start()
 
-    def explain(self) -> None:
-        """Tell of the second Ctrl-C if the first one is not heard soon."""
-        if not self.over.wait(PATIENCE_S):
-            _say("\ninterrupted; waiting for the work under way, a second Ctrl-C ends at once")
-
-    def end(self, *_: object) -> None:
-        """End the process."""
+    def end(*_: object) -> None:
         _say("\ninterrupted at once")
-        os._exit(self.code)
+        os._exit(code)
+
+    signal.signal(signal.SIGINT, handle)
+    signal.signal(signal.SIGALRM, handle)
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    before = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    threading.Thread(target=listen, daemon=True).start()
+    try:
+        yield
+    finally:
+        hint.cancel()
+        signal.signal(signal.SIGINT, end if last else signal.default_int_handler)
+        if last:
+            # nothing is left to be interrupted then, and the interpreter takes its handlers away
+            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.set_wakeup_fd(before)
+        os.close(writing)
 
 
 def _say(text: str) -> None:
