@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from chaosdrill.errors import ArchiveError, ChaosdrillError
 
@@ -161,20 +161,15 @@ def _text(attributes: dict[Any, Any]) -> bytes:
 
 def append_checksum(file: Path) -> None:
     """Append the line to a file."""
-    digest = _digest(file, file.stat().st_size)
-    with file.open("ab") as stream:
-        stream.write(_MARK + digest.encode() + b"\n")
+    with file.open("r+b") as stream:
+        size = stream.seek(0, os.SEEK_END)
+        stream.write(_line(stream, size))
 
 
-def has_checksum(file: Path) -> bool:
-    """Whether a file ends with the right line."""
-    size = file.stat().st_size - LENGTH
-    if size <= 0:
-        return False
-    with file.open("rb") as stream:
-        stream.seek(size)
-        line = stream.read(LENGTH)
-    return line.startswith(_MARK) and line[len(_MARK) : -1].decode("ascii", "replace") == _digest(file, size)
+def has_checksum(stream: BinaryIO) -> bool:
+    """Whether an open file ends with the right line."""
+    size = stream.seek(0, os.SEEK_END) - LENGTH
+    return size > 0 and _line(stream, size) == stream.read(LENGTH)
 
 
 def try_reading(file: Path) -> None:
@@ -198,10 +193,11 @@ def try_reading(file: Path) -> None:
         raise ArchiveError(f"{file}: {reason}")
 
 
-def _digest(file: Path, size: int) -> str:
+def _line(stream: BinaryIO, size: int) -> bytes:
+    """The line that belongs after the first ``size`` bytes of a file, where the stream is left."""
     total = sha256()
-    with file.open("rb") as stream:
-        while size > 0 and (block := stream.read(min(_BYTES, size))):
-            total.update(block)
-            size -= len(block)
-    return total.hexdigest()
+    stream.seek(0)
+    while size > 0 and (block := stream.read(min(_BYTES, size))):
+        total.update(block)
+        size -= len(block)
+    return _MARK + total.hexdigest().encode() + b"\n"

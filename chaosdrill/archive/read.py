@@ -44,7 +44,9 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
     import xarray as xr
 
     import_module("chaosdrill.dataset.words")
-    if not has_checksum(file):
+    with file.open("rb") as stream:
+        whole = has_checksum(stream)
+    if not whole:
         try_reading(file)
     try:
         check_layout(file)

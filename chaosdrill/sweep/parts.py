@@ -11,10 +11,10 @@ import shutil
 import warnings
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.archive.digest import append_checksum, has_checksum
 from chaosdrill.dataset.layout import check_layout
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.files import (
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 # no analysis can have a name that begins like this
 _LOCK, _SCENE = "_lock", "_scene.json"
-_DATASET, _SEAL = "result.nc", "result.json"
+_DATASET = "result.nc"
 
 
 class Parts:
@@ -64,8 +64,6 @@ class Parts:
         self.folder = Path(folder)
         self.scene = plain(scene)
         self.resume = resume
-        self._lock = -1
-        self._taken = False
 
     def __enter__(self) -> "Parts":
         self._refuse_link(self.folder)
@@ -75,12 +73,15 @@ class Parts:
         try:
             self._take_over()
         except BaseException:
-            self._leave()
+            os.close(self._lock)
             raise
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._leave()
+        with suppress(OSError):
+            if self.folder.is_dir() and not self.kept():
+                self._remove()
+        os.close(self._lock)
 
     def kept(self) -> dict[str, str]:
         """Progress by analysis: ``"finished"`` or ``"1200 of 5000 points"``; empty if the folder is gone."""
@@ -89,7 +90,7 @@ class Parts:
             return found
         for folder in sorted(self.folder.iterdir()):
             done, points = kept_points(folder)
-            if (folder / _SEAL).exists() or 0 < done == points:
+            if (folder / _DATASET).exists() or 0 < done == points:
                 found[folder.name] = "finished"
             elif done:
                 found[folder.name] = f"{done} of {points} points"
@@ -110,17 +111,16 @@ class Parts:
         """The stored dataset of an analysis; None if there is none, or, with a warning, if it is damaged."""
         import xarray as xr
 
-        path, sealed = self.folder / group / _DATASET, self.folder / group / _SEAL
-        if not sealed.exists():
+        path = self.folder / group / _DATASET
+        if not path.exists():
             return None
         try:
-            whole = read_json(sealed)["sha256"] == _checksum(path)
-            if whole:
-                check_layout(path)
-        except (OSError, ValueError, KeyError, TypeError, ArchiveError):
-            whole = False
-        if not whole:
-            warnings.warn(f"{path} is damaged, or its digest; {group} is computed again", stacklevel=2)
+            with open_ordinary(path, MOST_BYTES) as file:
+                if not has_checksum(file):
+                    raise ArchiveError(f"{path}: damaged, or its checksum")
+            check_layout(path)
+        except (OSError, ValueError, ArchiveError):
+            warnings.warn(f"{path} is damaged, or its checksum; {group} is computed again", stacklevel=2)
             return None
         # nothing is decoded, so that every bit comes back
         plain: dict[str, Any] = {"mask_and_scale": False, "decode_times": False}
@@ -137,9 +137,7 @@ class Parts:
             encoding = {str(name): {"_FillValue": None} for name in dataset.variables}
             with replacing(folder / _DATASET) as draft, small_netcdf_cache(), netcdf_name(draft) as known:
                 dataset.to_netcdf(known, engine="netcdf4", encoding=encoding)
-                seal = {"sha256": _checksum(draft)}
-            with replacing(folder / _SEAL) as draft:
-                draft.write_text(json.dumps(seal), encoding="utf-8")
+                append_checksum(draft)
 
     def finish(self) -> None:
         """Remove the folder once the archive is written."""
@@ -169,7 +167,6 @@ class Parts:
             else:
                 self._compare(before, kept)
             self._write({"scene": self.scene})
-        self._taken = True
 
     def _read(self) -> dict[str, Any] | None:
         """What the folder says that it holds; None if it is empty."""
@@ -219,19 +216,6 @@ class Parts:
     def _refuse_link(self, folder: Path) -> None:
         if folder.is_symlink():
             raise ArchiveError(f"{folder}: is a link; remove it to start over")
-
-    def _leave(self) -> None:
-        with suppress(OSError):
-            if self._taken and self.folder.is_dir() and not self.kept():
-                self._remove()
-        if self._lock >= 0:
-            os.close(self._lock)
-            self._lock = -1
-
-
-def _checksum(path: Path) -> str:
-    with open_ordinary(path, MOST_BYTES) as file:
-        return file_digest(file, "sha256").hexdigest()
 
 
 def _listed(kept: Mapping[str, str]) -> str:

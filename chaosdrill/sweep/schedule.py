@@ -214,10 +214,14 @@ def execute(
         raise SettingsError(
             f"workers is {workers!r}, but the scheduler at {scheduler!r} has workers of its own; leave workers out"
         )
-    kept = Memory(task) if store is None else Store(store, task)
     tally = Tally(task, progress)
-    for first, count in kept.finished:
-        tally.add(count, kept.part(first, count))
+    kept: Memory
+    if store is None:
+        kept = Memory(task)
+    else:
+        kept = Store(store, task)
+        for first, count in kept.finished:
+            tally.add(count, kept.part(first, count))
     tally.tell()
     gaps = Gaps(task.units, kept.finished)
     if gaps.left:

@@ -37,7 +37,6 @@ MOST_LOOKS = 16
 
 _CHUNK = re.compile(r"(0|[1-9][0-9]{0,15})-([1-9][0-9]{0,15})\.chunk")
 _DIGEST = sha256().digest_size
-_KEPT = "; what was finished before is kept"
 
 
 class Memory:
@@ -76,11 +75,6 @@ class Memory:
         """Store the results of one chunk."""
         for name, array in self._checked(count, arrays).items():
             self._arrays[name][first : first + count] = array
-        self.finished.append((first, count))
-
-    def part(self, first: int, count: int) -> Arrays:
-        """Results of one stored chunk."""
-        return {name: array[first : first + count] for name, array in self._arrays.items()}
 
     def arrays(self) -> Arrays:
         """Results of all units."""
@@ -126,7 +120,7 @@ class Store(Memory):
             "fingerprint": task.fingerprint(),
         }
         self._most = ChunkSizes(self.unit_bytes).most
-        with told(self.folder, "cannot be used for finished chunks", _KEPT):
+        with told(self.folder, "cannot be used for finished chunks"):
             self.folder.mkdir(parents=True, exist_ok=True)
             self._check_manifest(plain(manifest))
             self.finished = self._vouched()
@@ -136,13 +130,13 @@ class Store(Memory):
         """Store the results of one chunk on disk."""
         data = b"".join(array.tobytes() for array in self._checked(count, arrays).values())
         path = self.folder / _name(first, count)
-        with told(self.folder, "cannot keep a finished chunk", _KEPT), replacing(path) as draft:
+        with told(self.folder, "cannot keep a finished chunk"), replacing(path) as draft:
             draft.write_bytes(_digest(path.name, data) + data)
         self.finished.append((first, count))
 
     def part(self, first: int, count: int) -> Arrays:
         """Results of one stored chunk."""
-        with told(self.folder, "cannot read a finished chunk", _KEPT):
+        with told(self.folder, "cannot read a finished chunk"):
             data = self._read(first, count)
         arrays, offset = {}, 0
         for name, (dtype, shape) in self.columns.items():
@@ -152,7 +146,7 @@ class Store(Memory):
 
     def arrays(self) -> Arrays:
         """Results of all units, in files without a name that are mapped into memory; changes stay in memory only."""
-        with told(self.folder, "cannot put the results together", _KEPT), ExitStack() as stack:
+        with told(self.folder, "cannot put the results together"), ExitStack() as stack:
             files = {name: stack.enter_context(TemporaryFile(dir=self.folder)) for name in self.columns}
             for first, count in self.finished:
                 for name, array in self.part(first, count).items():
@@ -221,12 +215,12 @@ class Store(Memory):
         """Refuse a disk without room for the chunks to come, and for all results when they are put together."""
         needed = self.bytes + Gaps(self.units, self.finished).left * self.unit_bytes
         if needed > shutil.disk_usage(self.folder).free:
-            with told(self.folder, f"cannot keep {needed / 1e6:.3g} MB of results", _KEPT):
+            with told(self.folder, f"cannot keep {needed / 1e6:.3g} MB of results"):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 @contextmanager
-def told(folder: Path, what: str, kept: str = "") -> Iterator[None]:
+def told(folder: Path, what: str) -> Iterator[None]:
     """Turn a fault of the file system into an `ArchiveError` that says what was attempted in a folder."""
     try:
         yield
@@ -234,7 +228,7 @@ def told(folder: Path, what: str, kept: str = "") -> Iterator[None]:
         raise ArchiveError(f"{folder}: {what}: the folder was removed or renamed during the work") from fault
     except (OSError, RuntimeError) as fault:
         reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
-        raise ArchiveError(f"{folder}: {what}: {reason}{kept}") from fault
+        raise ArchiveError(f"{folder}: {what}: {reason}; what was finished before is kept") from fault
 
 
 def kept_points(folder: Path) -> tuple[int, int]:

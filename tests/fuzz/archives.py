@@ -155,10 +155,10 @@ FAULTS = (RuntimeError, OSError, ValueError, TypeError, LookupError, AttributeEr
 
 
 def edit(path, edits, sealed):
-    """Change an archive; what the library refuses to write is passed over. With ``sealed=None`` there is no seal."""
+    """Change an archive; what the library refuses to write is passed over."""
     work = path.with_name("work.nc")
     content = path.read_bytes()
-    work.write_bytes(content if sealed is None else content[:-LENGTH])
+    work.write_bytes(content[:-LENGTH])
     in_bytes = [entry for entry in edits if entry["way"] in IN_BYTES]
     for entry in edits:
         if entry not in in_bytes:

@@ -273,6 +273,24 @@ def test_a_manifest_that_is_a_link_is_replaced_and_not_followed(tmp_path, whole,
     assert other.read_text() == "of somebody else"
 
 
+def test_a_damaged_byte_of_a_result_or_a_cut_costs_it(tmp_path):
+    written = xr.Dataset({"x": ("i", [1.0, -0.0, float("nan")])}, attrs={"kind": "spectrum"})
+    with Parts(tmp_path / "result.nc.parts", {"analysis": {"one": 1}}, resume=False) as parts:
+        parts.keep("one", written)
+        assert os.listdir(parts.folder / "one") == ["result.nc"]
+        path = parts.folder / "one" / "result.nc"
+        data = path.read_bytes()
+        for where in (*range(0, len(data), 211), *range(len(data) - 90, len(data), 7), len(data) - 1):
+            for spoilt in (bytes([*data[:where], data[where] ^ 0x10, *data[where + 1 :]]), data[:where], data + b"\n"):
+                path.write_bytes(spoilt)
+                with pytest.warns(UserWarning, match="is damaged, or its checksum; one is computed again"):
+                    assert parts.finished("one") is None
+        path.write_bytes(data)
+        assert parts.finished("one").identical(written)
+        parts.finish()
+    assert not parts.folder.exists()
+
+
 def test_parts_of_an_analysis_that_lie_behind_a_link_are_not_written(tmp_path):
     other = tmp_path / "other"
     other.mkdir()
