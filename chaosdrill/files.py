@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 import stat
 import sys
 from collections.abc import Callable, Iterator
@@ -68,9 +69,16 @@ def draft_of(target: Path) -> Path:
 
 
 def remove_drafts(target: Path) -> None:
-    """Remove what processes that were killed while writing ``target`` have left beside it."""
+    """Remove what processes that were killed while writing or removing ``target`` have left beside it."""
     for draft in target.parent.glob(f"{escape(_stem(target))}.{'[0-9a-f]' * 12}.part"):
-        draft.unlink(missing_ok=True)
+        # another process may be about it
+        with suppress(FileNotFoundError):
+            remove(draft)
+
+
+def remove(path: Path) -> None:
+    """Remove a file, or a folder with all that it holds; of a link, the link alone."""
+    shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
 
 
 def _stem(target: Path) -> str:

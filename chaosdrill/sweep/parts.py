@@ -7,9 +7,8 @@ A sweep keeps its finished chunks in a folder of its own there (`store`), any ot
 import fcntl
 import json
 import os
-import shutil
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,11 +17,14 @@ from chaosdrill.archive.digest import append_checksum, has_checksum
 from chaosdrill.dataset.layout import check_layout
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.files import (
+    draft_of,
+    flush,
     netcdf,
     netcdf_name,
     open_ordinary,
     open_own,
     read_json,
+    remove,
     remove_drafts,
     replacing,
     small_netcdf_cache,
@@ -39,7 +41,7 @@ _DATASET = "result.nc"
 
 
 class Parts:
-    """Finished parts of a run, as a context manager; an empty folder is removed on exit.
+    """Finished parts of a run, as a context manager; the folder is removed on exit, unless a fault leaves parts in it.
 
     Parameters
     ----------
@@ -68,6 +70,7 @@ class Parts:
     def __enter__(self) -> "Parts":
         self._refuse_link(self.folder)
         with told(self.folder, "cannot be used for finished parts"):
+            remove_drafts(self.folder)
             self.folder.mkdir(exist_ok=True)
             self._lock = open_own(self.folder / _LOCK, os.O_RDWR)
         try:
@@ -77,10 +80,14 @@ class Parts:
             raise
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, fault: type[BaseException] | None, *_: object) -> None:
         with suppress(OSError):
-            if self.folder.is_dir() and not self.kept():
-                self._remove()
+            if fault is None or not self.kept():
+                # out of the way first, so that what a kill leaves of it is of no run
+                away = draft_of(self.folder)
+                os.replace(self.folder, away)
+                flush(away.parent)
+                remove(away)
         os.close(self._lock)
 
     def kept(self) -> dict[str, str]:
@@ -139,13 +146,6 @@ class Parts:
                 dataset.to_netcdf(known, engine="netcdf4", encoding=encoding)
                 append_checksum(draft)
 
-    def finish(self) -> None:
-        """Remove the folder once the archive is written."""
-        # should the removal be cut short, the next run knows that nothing is lost
-        with suppress(OSError, ArchiveError):
-            self._write({"finished": True})
-            self._remove()
-
     def _take_over(self) -> None:
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -157,8 +157,10 @@ class Parts:
         with told(self.folder, "cannot be used for finished parts"):
             before = self._read()
             kept = self.kept()
-            if before is None or before.get("finished") or not kept:
-                self._clear(keep={_LOCK, _SCENE})
+            if not kept:
+                for entry in self.folder.iterdir():
+                    if entry.name not in (_LOCK, _SCENE):
+                        remove(entry)
             elif not self.resume:
                 raise SettingsError(
                     f"{self.folder}: holds an unfinished run ({_listed(kept)}); go on with it by --resume, "
@@ -166,19 +168,20 @@ class Parts:
                 )
             else:
                 self._compare(before, kept)
-            self._write({"scene": self.scene})
+            with replacing(self.folder / _SCENE) as draft:
+                draft.write_text(json.dumps(self.scene), encoding="utf-8")
 
-    def _read(self) -> dict[str, Any] | None:
-        """What the folder says that it holds; None if it is empty."""
+    def _read(self) -> dict[str, Any]:
+        """What the folder says that it holds; nothing if it is empty."""
         path = self.folder / _SCENE
         remove_drafts(path)
         try:
-            read = read_json(path)
-            if not isinstance(read, dict) or not (read.get("finished") or isinstance(read["scene"]["analysis"], dict)):
+            read: dict[str, Any] = read_json(path)
+            if not isinstance(read["analysis"], dict):
                 raise ValueError(path)
         except (FileNotFoundError, ValueError, KeyError, TypeError):
             if not path.exists() and os.listdir(self.folder) == [_LOCK]:
-                return None
+                return {}
             raise ArchiveError(
                 f"{path}: missing or damaged, so that nobody can tell what {self.folder} holds; "
                 "move it away or remove it"
@@ -189,7 +192,7 @@ class Parts:
         """Refuse a scene other than that of the parts; analyses of which nothing is kept may differ."""
         was, now = (
             {**scene, "analysis": {name: value for name, value in scene["analysis"].items() if name in kept}}
-            for scene in (before["scene"], self.scene)
+            for scene in (before, self.scene)
         )
         if found := changes(was, now):
             raise SceneError(
@@ -197,21 +200,6 @@ class Parts:
                 + "\n  ".join(found)
                 + "\nRestore it and go on with --resume, or remove the folder to start over"
             )
-
-    def _write(self, content: Mapping[str, Any]) -> None:
-        with replacing(self.folder / _SCENE) as draft:
-            draft.write_text(json.dumps(content), encoding="utf-8")
-
-    def _clear(self, keep: Collection[str]) -> None:
-        for entry in self.folder.iterdir():
-            if entry.name not in keep:
-                shutil.rmtree(entry) if entry.is_dir() and not entry.is_symlink() else entry.unlink()
-
-    def _remove(self) -> None:
-        """Remove the folder, what it says of itself after all else."""
-        self._clear(keep={_LOCK, _SCENE})
-        self._clear(keep={_LOCK})
-        shutil.rmtree(self.folder)
 
     def _refuse_link(self, folder: Path) -> None:
         if folder.is_symlink():

@@ -125,7 +125,6 @@ def run(
             if tell and parts.kept():
                 tell(f"finished parts are kept in {parts.folder}; continue with --resume")
             raise
-        parts.finish()
     return tree
 
 

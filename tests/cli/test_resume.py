@@ -17,6 +17,7 @@ import xarray as xr
 
 from chaosdrill.analysis.points import PointTask
 from chaosdrill.archive.read import open_archive
+from chaosdrill.files import draft_of
 from chaosdrill.sweep.store import kept_points
 from chaosdrill.workflow.compare import compare
 
@@ -144,7 +145,7 @@ def test_a_changed_scene_is_refused_with_what_changed(call, scene, tmp_path, unf
 def test_other_versions_are_refused(call, scene, tmp_path, unfinished, monkeypatch):
     path = unfinished / "_scene.json"
     content = json.loads(path.read_text())
-    content["scene"]["versions"]["numba"] = "0.1"
+    content["versions"]["numba"] = "0.1"
     path.write_text(json.dumps(content))
     answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 2
@@ -197,10 +198,10 @@ def test_two_runs_do_not_use_one_folder(call, scene, tmp_path, unfinished):
     assert "another run is at work there" in answer.err
 
 
-def test_parts_of_a_run_that_was_killed_after_its_archive_are_forgotten(call, scene, tmp_path, unfinished):
-    (unfinished / "_scene.json").write_text('{"finished": true}')
+def test_parts_of_which_a_kill_left_some_after_the_archive_are_forgotten(call, scene, tmp_path, unfinished):
+    unfinished.rename(draft_of(unfinished))
     assert call("run", scene, "-o", tmp_path / "out.nc").code == 0
-    assert not unfinished.exists()
+    assert {path.name for path in tmp_path.iterdir()} == {"out.nc", "scene.toml"}
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])

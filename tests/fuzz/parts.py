@@ -122,7 +122,7 @@ def draw(chance):
     if way == "cut":
         return entry | {"length": chance.randrange(5000)}
     if way == "text":
-        texts = ["", "{", "[" * 100_000, "null", "[]", '{"finished": true}', '{"scene": {"analysis": {}}}', "1" * 5000]
+        texts = ["", "{", "[" * 100_000, "null", "[]", '{"analysis": {}}', "1" * 5000]
         texts += HOSTILE
         return entry | {"to": chance.choice(texts)[:100_000]}
     if way == "chunk":
@@ -156,8 +156,8 @@ def draw(chance):
 
 def _changes(chance):
     """Keys, and what they are to lead to."""
-    keys = ["scene", "analysis", "diagram", "spectrum", "system", "versions", "kind", "format", "units", "columns"]
-    keys += ["points_per_unit", "fingerprint", "finished", "section", 0, 1]
+    keys = ["analysis", "diagram", "spectrum", "system", "versions", "kind", "format", "units", "columns"]
+    keys += ["points_per_unit", "fingerprint", "section", 0, 1]
     return [
         [chance.sample(keys, chance.choice([1, 1, 2, 3])), trees.value(chance)] for _ in range(chance.choice([1, 2]))
     ]

@@ -287,7 +287,6 @@ def test_a_damaged_byte_of_a_result_or_a_cut_costs_it(tmp_path):
                     assert parts.finished("one") is None
         path.write_bytes(data)
         assert parts.finished("one").identical(written)
-        parts.finish()
     assert not parts.folder.exists()
 
 
@@ -330,7 +329,6 @@ def run():
         many = execute(TASK, store=parts.store("many"))
         with replacing(target) as draft:
             draft.write_bytes(one["x"].values.tobytes() + b"".join(many[name].tobytes() for name in sorted(many)))
-        parts.finish()
     return target.read_bytes()
 
 def run_until(call):
