@@ -202,6 +202,10 @@ class Curve:
         """An admissible orbit at a point, or next to it where orbits are admissible only up to the curve."""
         return point.orbit, point.shot
 
+    def size(self, orbit: "Orbit") -> float:
+        """Size of the first parameter at an orbit; its range where it passes zero."""
+        return max(abs(float(self.values(orbit)[0])), float(self.spans[0]))
+
     def blocked(self, point: Point) -> tuple["Orbit", "Shot"] | None:
         """The orbit at or beside a point if it is not admissible; None if it is."""
         found = self.followed(point)
@@ -313,7 +317,7 @@ class Curve:
                 beyond, bad, part = point, blocked, 1.0
         orbit, shot = self.followed(good) or (good.orbit, good.shot)
         error = part * abs(float(self.values(beyond.orbit)[0] - self.values(good.orbit)[0]))
-        error += SETTINGS.tangent_error * abs(float(self.values(orbit)[0])) + self.margin * self.spans[0]
+        error += self.problem.accuracy * self.size(orbit) + self.margin * self.spans[0]
         bad_orbit, bad_shot = bad or (None, None)
         return good, Border(orbit, shot, bad_orbit, bad_shot, float(error))
 

@@ -16,7 +16,6 @@ from chaosdrill.orbits.multipliers import free_multipliers
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError, Problem
 from chaosdrill.orbits.results import BranchResult
-from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import test_function_at
 from chaosdrill.orbits.switching import lifted
 from chaosdrill.orbits.table import branch_table, nothing
@@ -94,7 +93,7 @@ def curve(
         report(2, 2, None)
     assert first.root is not None
     value = float(curve.values(first.orbit)[0])
-    error = first.root.error * float(curve.spans[0]) + SETTINGS.tangent_error * abs(value)
+    error = first.root.error * float(curve.spans[0]) + problem.accuracy * curve.size(first.orbit)
     branch.marks.append(Mark(*place, kind, error, "the curve was followed from here"))
     branch.start = f"the {called} at {name} = {value:.12g}"
     result = branch_table(problem, parameters, [branch], None)

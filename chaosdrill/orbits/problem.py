@@ -118,6 +118,13 @@ class Problem:
         run["period"] = unit
 
     @property
+    def accuracy(self) -> float:
+        """Error of an orbit due to the method, relative to its size."""
+        if self.numerics.method == "rk4":
+            return float((2 * np.pi / (self.numerics.steps or 200)) ** 4)
+        return max(SETTINGS.tangent_error, self.numerics.tolerance)
+
+    @property
     def neutral(self) -> Neutral:
         """What the structure of the system leaves neutral on every orbit."""
         return neutral_of(self.plain)

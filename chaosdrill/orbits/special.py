@@ -24,7 +24,6 @@ from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
-    from chaosdrill.engine.numerics import Numerics
     from chaosdrill.orbits.branches import BranchSegment
     from chaosdrill.orbits.continuation import Curve, Point
     from chaosdrill.orbits.orbit import Orbit
@@ -101,15 +100,6 @@ def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
     return found
 
 
-def accuracy(numerics: "Numerics") -> float:
-    """Error of an orbit due to the method, relative to its size."""
-    return (
-        (2 * np.pi / (numerics.steps or 200)) ** 4
-        if numerics.method == "rk4"
-        else max(SETTINGS.tangent_error, numerics.tolerance)
-    )
-
-
 def locate(pair: "BranchSegment", kind: Special) -> tuple["Point", float]:
     """A special point between two orbits of a branch, and the error of the parameter.
 
@@ -158,13 +148,13 @@ def locate(pair: "BranchSegment", kind: Special) -> tuple["Point", float]:
         return point, 0.0
     if kind == Special.FOLD and _crossed(curve, before, point, after):
         kind = Special.BRANCH_POINT
-    scale, size = accuracy(problem.numerics), abs(float(curve.values(point.orbit)[0]))
+    scale, size = problem.accuracy, curve.size(point.orbit)
     slope = abs(high - low) / max(abs(float(curve.change(before.orbit, after.orbit)[-1])), 1e-300)
     if kind == Special.BRANCH_POINT:
         # the equations vanish there to third order across, so that the orbit is known to the root of its residual only
-        error = 3 * scale ** (2 / 3) * max(1.0, size)
+        error = 3 * scale ** (2 / 3) * size
     elif kind == Special.FOLD:
-        error = scale
+        error = scale * size
     else:
         error = (
             float(noise_of(point.shot.monodromy, len(point.orbit))) * scale / SETTINGS.tangent_error / slope

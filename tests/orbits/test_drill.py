@@ -225,12 +225,26 @@ def test_no_orbit_of_period_1_doubles_between_060_and_064(found):
     )
 
 
-def test_errors_that_are_told_are_those_there_are(found):
-    for known in BRANCHES_KNOWN:
-        for result in found:
-            for e in result.events:
-                if e.code == KINDS[known.kind] and abs(e.values[0] - float(known.eta)) < 1e-9:
-                    assert abs(e.values[0] - float(known.eta)) < 30 * e.error
+@pytest.mark.parametrize("tolerance", [None, 1e-8, 1e-6])
+def test_errors_that_are_told_are_those_there_are(found, drill, tolerance):
+    """Those of bisection between sequences of events, too: they are no better than the orbits are."""
+    if tolerance is not None:
+        numerics = Numerics(tolerance=tolerance)
+        found = [branches(drill, "eta", (0.57, 0.9), 1, "attractor", 300, 1, 0.0025, 2000, numerics, None)]
+    # of the same kind two points of the drill are never nearer than that
+    near = [
+        (abs(e.values[0] - float(known.eta)), e.error)
+        for known in BRANCHES_KNOWN
+        for result in found
+        for e in result.events
+        if e.code == KINDS[known.kind]
+        and result.period[e.point] == known.periods
+        and abs(e.values[0] - float(known.eta)) < 1e-6
+    ]
+    assert len(near) >= 9
+    assert all(gap <= error for gap, error in near)
+    kept = np.array([error for _, error in near])
+    assert np.median(kept) < 10 * (tolerance or Numerics().tolerance)
 
 
 def test_a_whole_cascade_is_that_of_the_other_program(drill):
