@@ -20,7 +20,7 @@ from chaosdrill.engine.dop853_tables import (
     A,
     C,
 )
-from chaosdrill.engine.jit import inner, series
+from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.taylor import EPSILON, FADE, SMALLEST
 
 SAFETY = 0.9
@@ -143,18 +143,27 @@ def weigh_all(weights):
             weights[i] = common if common < math.inf else 1.0
 
 
+@inlined
+def begun(scale, i, moved):
+    """Scale of a state or a quadrature in a step that moves it so far; where it has none yet, this is it."""
+    if scale[i] <= SMALLEST and moved < math.inf:
+        scale[i] = moved
+    return max(scale[i], moved)
+
+
 @inner
 def error_of(x, h, scale, vectors, live, stages):
     """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length.
 
-    What has begun to move in this step has at least the scale of what it moves. Tangents count states that have none,
-    as what has decayed to nothing, in the largest scale of the others.
+    What has begun to move in this step has at least the scale of what it moves, and keeps that of the first length that
+    is tried: what begins with a power of time looks alike at all lengths, until round-off is all of it. Tangents count
+    states that have none, as what has decayed to nothing, in the largest scale of the others.
     """
     for i in range(stages.shape[1]):
         rate = 0.0
         for j in range(STAGES):
             rate = max(rate, abs(stages[j, i]))
-        width = max(scale[i], rate * h)
+        width = begun(scale, i, rate * h)
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h, 1.0)
     if live > 0:

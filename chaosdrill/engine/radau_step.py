@@ -10,7 +10,7 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
-from chaosdrill.engine.dop853_step import TANGENTS, size, weigh_all
+from chaosdrill.engine.dop853_step import TANGENTS, begun, size, weigh_all
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
@@ -334,9 +334,10 @@ def errors_of(kind, x, h, scale, room, stages):
     s = 3 + 2 * kind
     widths, weights, right = stages[WIDTHS], stages[WEIGHTS], room.right
     for i in range(stages.shape[1]):
-        width = scale[i]
+        moved = 0.0
         for j in range(s):
-            width = max(width, abs(stages[Z + j, i]))
+            moved = max(moved, abs(stages[Z + j, i]))
+        width = begun(scale, i, moved)
         widths[i] = 1.0 / width if width > SMALLEST else 0.0
     if not _filter(h, kind, n, room, stages):
         return math.nan, math.nan

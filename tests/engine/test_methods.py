@@ -54,6 +54,29 @@ def test_errors_stay_near_the_tolerance(closed_form, method, tolerance):
     assert found.max() < 3 * tolerance + 2e-13
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e6, 1e-6])
+@pytest.mark.parametrize(("rate", "start"), [("0*x", 1.0), ("-w*x", 1.0), ("w*(1 - cos(w*t))**4", 0.0)])
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_what_begins_with_a_high_power_of_time(method, rate, start, unit):
+    """Its size at the start is unknown, and round-off is all of it where steps are short."""
+    system = cd.HybridSystem(
+        name="late",
+        states="x",
+        time="t",
+        parameters={"w": unit},
+        modes={"free": {"x": rate}},
+        quadratures={"fourth": "w*(1 - cos(w*t))**4", "eighth": "w*(1 - cos(w*t))**8"},
+        transitions=[],
+        initial={"mode": "free", "x": start},
+    )
+    run = cd.trajectory(system, duration=2.0 / unit, samples=1, method=method)
+    assert Outcome(int(run["outcome"])) == Outcome.OK
+    for name, power in (("fourth", 4), ("eighth", 8)):
+        with mpmath.workdps(30):
+            exact = float(mpmath.quad(lambda t, power=power: (1 - mpmath.cos(t)) ** power, [0, 1, 2]))
+        assert float(run[name][-1]) == pytest.approx(exact, rel=3e-12)
+
+
 @pytest.mark.parametrize("closed_form", CURVED, indirect=True)
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 def test_the_error_of_a_series_follows_the_tolerance_within_a_factor_of_100(closed_form, tolerance):
