@@ -10,7 +10,7 @@ from chaosdrill.analysis.arguments import tangent_count
 from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.sections import Section, find_section
 from chaosdrill.analysis.statistics import block_ends
-from chaosdrill.engine.ahead import LANES, ONE_RUN, compile_ahead
+from chaosdrill.engine.ahead import LANES, compile_ahead
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.structure import Structure, examine
@@ -171,7 +171,7 @@ def make_plan(
         transient = -(-float(given.transient) // part)
     count = tangent_count(system, given.exponents)
     if numerics.method == "taylor":
-        compile_ahead(ONE_RUN if where.counts == "section" else LANES)
+        compile_ahead(LANES)
     structure = examine(system)
     # of a complex pair only both exponents together are known well, and tangents are stepped in pairs anyway
     n = len(system.states)

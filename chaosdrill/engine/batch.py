@@ -173,15 +173,15 @@ class Batch:
         self.times = np.zeros((points, 1))
         self.counts_returns = returns is not None
         cells = np.nan_to_num((1.0 if returns is None else returns.longest) / self.period, nan=1.0)
-        self._cell = np.clip(np.ceil(cells), 1, 2**31).astype(np.int64)
-        self._met = np.full(points, -1)
+        self._progress = np.zeros((points, at.PROGRESS), dtype=np.int64)
+        self._progress[:, at.CELL] = np.clip(np.ceil(cells), 1, 2**31) if self.counts_returns else 0
+        self._progress[:, at.MET] = -1
         self._after = returns is not None and returns.after
         self._section = np.zeros(0 if section is None else kinds, dtype=np.int64)
-        self._section[sorted(section or ())] = 1
+        self._section[sorted(section or ())] = at.BEHIND if self._after else at.BEFORE
         rows = 0 if section is None else _RETURN_ROWS if self.counts_returns else _EVENT_ROWS
         self._events = np.zeros((rows, at.EVENT_COLUMNS + 2 * n))
         self._spare = np.zeros((window, n + 1))
-        self._progress = np.zeros((points, at.PROGRESS), dtype=np.int64)
         self._scratch = scratch_of(system, m, numerics.method)
         self._quadratures = q
         self._pin(np.arange(points))
@@ -259,13 +259,15 @@ class Batch:
             self.times = np.zeros((points, len(ends)))
         stretches = np.array([transient, *np.diff(ends)], dtype=np.int64)
         self.ends = np.asarray(ends)
-        if self.counts_returns:
+        if self.method == "taylor":
+            self._step_in_lanes(which, stretches)
+        elif self.counts_returns:
             self._step_to_the_section(which, stretches)
         else:
-            if self.method == "taylor":
-                self._step_in_lanes(which, stretches)
-            else:
-                self._step_alone(which, stretches)
+            self._step_alone(which, stretches)
+        if self.counts_returns:
+            self.times[which] -= self.times[which, :1]
+        else:
             self.times[which] = ends * self.period[which, np.newaxis]
         self.length[which] = self.times[which, -1]
         ended = which[self.outcome[which] != Outcome.OK]
@@ -337,7 +339,7 @@ class Batch:
                     in_python(keep)(row, 0, n, row[-1], window, taken)
                     taken += 1
                 for row in table[: run["event_rows"]]:
-                    if self._section[int(row[at.EVENT_KIND])] == 1:
+                    if self._section[int(row[at.EVENT_KIND])] > 0:
                         in_python(keep)(row, at.EVENT_COLUMNS, n, row[at.EVENT_MODE], window, taken)
                         taken += 1
             self.outcome[p] = code
@@ -355,10 +357,7 @@ class Batch:
         self.integrals[p, s] = states.sums[p].sum(axis=0)
 
     def _step_to_the_section(self, which: np.ndarray, stretches: np.ndarray) -> None:
-        """Run points whose lengths are counted by the events of the section, which ends every stretch.
-
-        Time is looked at where it is a whole multiple of the longest return, so that no step depends on the stretches.
-        """
+        """Run points whose lengths are counted by the events of the section, as ``lane_flow`` does eight."""
         await_part(ONE_RUN)
         from chaosdrill.engine.revival import forget_run
         from chaosdrill.engine.uncompiled import in_python
@@ -370,25 +369,23 @@ class Batch:
             run, taken = self._states.run[p], 0
             self.sums[p, 0] = self.integrals[p, 0] = 0.0
             self.window[p] = np.nan
-            begin = 0.0
             for s, stretch in enumerate(stretches.tolist()):
                 if self.outcome[p] == Outcome.OK:
                     taken = self._to_the_section(machine, p, stretch, taken)
+                self.times[p, s] = run["strobes"] * run["period"] + run["time"]
                 if s:
                     self._note_averages(p, s)
-                    self.times[p, s] = run["strobes"] * run["period"] + run["time"] - begin
                 else:
                     forget_run(self._states, p, self._frame, self._tables.pins)
-                    begin = run["strobes"] * run["period"] + run["time"]
-                    self.times[p, 0], taken = 0.0, 0
-                    self.window[p] = np.nan
+                    self.window[p], taken = np.nan, 0
             in_python(bring_in_order)(self.window[p], taken, self._spare)
 
     def _to_the_section(self, machine: "Record", p: int, count: int, taken: int) -> int:
         """Run on until the section was met so many times; returns how many of its points were kept in all."""
         from chaosdrill.engine.flow import flow
 
-        run, n, cell = self._states.run[p], self.x.shape[1], int(self._cell[p])
+        run, n, progress = self._states.run[p], self.x.shape[1], self._progress[p]
+        cell = int(progress[at.CELL])
         first = at.EVENT_COLUMNS + (n if self._after else 0)
         none = np.zeros((0, n + self._quadratures + 1))
         left = count
@@ -398,10 +395,10 @@ class Batch:
             code = flow(machine, p, none, self._events[: min(left, len(self._events))])
             self.outcome[p] = Outcome.OK if code == at.FULL else code
             rows = self._events[: run["event_rows"]]
-            rows = rows[self._section[rows[:, at.EVENT_KIND].astype(np.int64)] == 1]
+            rows = rows[self._section[rows[:, at.EVENT_KIND].astype(np.int64)] > 0]
             left, taken = left - len(rows), taken + len(rows)
             if len(rows):
-                self._met[p] = rows[-1, at.EVENT_STROBES]
+                progress[at.MET] = rows[-1, at.EVENT_STROBES]
             if len(rows) and (size := len(self.window[p])):
                 kept = rows[-size:]
                 modes = kept[:, at.EVENT_MODE]
@@ -409,7 +406,7 @@ class Batch:
                     modes = self._tables.transitions[kept[:, at.EVENT_KIND].astype(np.int64), at.TO_MODE]
                 places = np.arange(taken - len(kept), taken) % size
                 self.window[p, places] = np.column_stack([kept[:, first : first + n], modes])
-            if code == at.DONE and self._met[p] < target - cell:
+            if code == at.DONE and progress[at.MET] < target - cell:
                 self.outcome[p] = Outcome.NO_RETURN
         if self.outcome[p] == Outcome.OK:
             # the tangents of a run that is at its goal are orthonormalised
@@ -448,7 +445,7 @@ class Batch:
         return machine(functions, self.method, self._settings, self._tables, self._states, self._scratch, **search)
 
     def _results(self) -> at.Results:
-        return at.Results(self._progress, self.sums, self.integrals, self.window, self.outcome)
+        return at.Results(self._progress, self.sums, self.integrals, self.times, self.window, self.outcome)
 
     def continue_from(self, other: "Batch") -> None:
         """Take over state, mode and standing of the guards, point by point, of another batch of the same system.

@@ -11,20 +11,25 @@ from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
-from chaosdrill.engine.lane_runs import begin, is_over
+from chaosdrill.engine.lane_runs import at_goal, begin, is_over
 from chaosdrill.engine.lane_series import value_in_lane
 from chaosdrill.engine.lanes import LANES, row_of, some
 from chaosdrill.engine.layout import (
+    BEHIND,
     DONE,
     EVENT_COLUMNS,
     EVENT_KIND,
+    EVENT_STROBES,
     GOAL,
     INVALID_START,
     LAST,
+    LEFT,
+    MET,
     NONFINITE,
     STAGE,
     STEP_UNDERFLOW,
     TAKEN,
+    TO_MODE,
 )
 from chaosdrill.engine.records import (
     SMALLEST_STEP,
@@ -95,14 +100,22 @@ def _move(lane, live, state, block):
 
 
 @inlined
-def _note_section(p, run, section, row, results, n, mode):
-    """Keep the state before an event of the section, which ``row`` holds if there was one."""
+def _note_section(p, run, tables, section, row, results, n, mode):
+    """Count an event of the section, which ``row`` holds if there was one, and keep the state before or after it."""
     if run.event_rows > 0:
         run.event_rows = 0
         progress = results.progress[p]
-        if section[int(row[0, EVENT_KIND])] == 1 and progress[STAGE] > 0:
-            keep(row[0], EVENT_COLUMNS, n, mode, results.window[p], progress[TAKEN])
-            progress[TAKEN] += 1
+        kind = int(row[0, EVENT_KIND])
+        if section[kind] > 0:
+            progress[MET] = int(row[0, EVENT_STROBES])
+            progress[LEFT] -= 1
+            if progress[STAGE] > 0 and results.window.shape[1] > 0:
+                first = EVENT_COLUMNS
+                if section[kind] == BEHIND:
+                    first += n
+                    mode = tables.transitions[kind, TO_MODE]
+                keep(row[0], first, n, mode, results.window[p], progress[TAKEN])
+                progress[TAKEN] += 1
 
 
 @inlined
@@ -179,7 +192,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         ends[lane, OUTCOME] = end_step(
             functions, tables, settings, te, strobe, j, ends[lane, TIES], scratch.backs, outcome, state, row, scratch
         )
-        _note_section(p, state.run[0], section, row, results, n, mode)
+        _note_section(p, state.run[0], tables, section, row, results, n, mode)
 
 
 @inlined
@@ -197,12 +210,12 @@ def _enqueue(queues, key, p):
     loops=False,
 )
 def lane_flow(place, lane_functions, which, stretches, results, frame, section, varying, room):
-    """Run the points ``which`` over a transient, ``stretches[0]`` periods, then over the other stretches.
+    """Run the points ``which`` over a transient, ``stretches[0]`` strobes or points, then over the other stretches.
 
     ``place`` is the address of the `chaosdrill.engine.layout.Machine`. ``results.growth[p, b]`` gets the sums of
     logarithms up to the end of stretch b, -inf for tangents that are lost; ``results.window[p]`` the last section
-    points: at the strobe, or before the transitions that ``section`` marks. ``varying`` says which constants are not
-    the same at all points.
+    points: at the strobe, or before or after the transitions that ``section`` marks. ``varying`` says which constants
+    are not the same at all points.
     """
     machine = machine_at(place)
     tables, states, scratch = machine.tables, machine.states, machine.scratch
@@ -241,9 +254,9 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
             p = places[lane]
             run = states.run[p]
             outcome[p] = ends[lane, OUTCOME]
-            at_goal = outcome[p] == DONE and run.strobes >= results.progress[p, GOAL]
             if outcome[p] != DONE or (
-                at_goal and is_over(p, tables, states, results, frame, stretches, scratch.image, spare)
+                at_goal(results.progress[p], run)
+                and is_over(p, tables, states, results, frame, stretches, scratch.image, spare)
             ):
                 under_way -= 1
             else:

@@ -3,7 +3,7 @@
 import math
 
 from chaosdrill.engine.jit import inlined, inner
-from chaosdrill.engine.layout import GOAL, LAST, STAGE, TAKEN
+from chaosdrill.engine.layout import CELL, GOAL, LAST, LEFT, MET, NO_RETURN, STAGE, TAKEN
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.revival import forget
 from chaosdrill.engine.tangents import log_growth, orthonormalise
@@ -15,12 +15,35 @@ def begin(p, states, results, stretches):
     progress = results.progress[p]
     strobes = states.run[p].strobes
     progress[STAGE] = 0
-    progress[GOAL] = strobes + stretches[0]
-    progress[LAST] = strobes + stretches.sum()
     progress[TAKEN] = 0
+    if progress[CELL] > 0:
+        progress[LEFT] = stretches[0]
+        progress[GOAL] = _next_look(progress, strobes)
+    else:
+        progress[LEFT] = -1
+        progress[GOAL] = strobes + stretches[0]
+        progress[LAST] = strobes + stretches.sum()
     results.growth[p, 0, :] = 0.0
     results.integrals[p, 0, :] = 0.0
     results.window[p, :, :] = math.nan
+
+
+@inlined
+def _next_look(progress, strobes):
+    """The next whole multiple of the longest return, so that no step depends on the stretches."""
+    return (strobes // progress[CELL] + 1) * progress[CELL]
+
+
+@inlined
+def at_goal(progress, run):
+    """Whether a run stands where its stretch may end, or where it is looked at."""
+    return progress[LEFT] == 0 or run.strobes >= progress[GOAL]
+
+
+@inner
+def _orthonormalise(m, shifts, state, image):
+    if m > 0:
+        orthonormalise(state, shifts, image)
 
 
 @inner
@@ -28,10 +51,17 @@ def is_over(p, tables, states, results, frame, stretches, image, spare):
     """Note what a run has reached where it stands at a goal, until it has one ahead; whether there is none left."""
     progress = results.progress[p]
     state = state_of(states, p)
+    run = state.run[0]
     m = frame.shape[0]
-    while state.run[0].strobes >= progress[GOAL]:
-        if m > 0:
-            orthonormalise(state, tables.shifts, image)
+    counts_points = progress[CELL] > 0
+    if counts_points and run.strobes >= progress[GOAL]:
+        _orthonormalise(m, tables.shifts, state, image)
+        if progress[MET] < progress[GOAL] - progress[CELL]:
+            results.outcome[p] = NO_RETURN
+            return True
+        progress[GOAL] = _next_look(progress, run.strobes)
+    while at_goal(progress, run):
+        _orthonormalise(m, tables.shifts, state, image)
         stage = progress[STAGE]
         if stage == 0:
             forget(state, frame, tables.pins)
@@ -40,9 +70,13 @@ def is_over(p, tables, states, results, frame, stretches, image, spare):
                 results.growth[p, stage, i] = -math.inf if state.dead[i] == 1 else log_growth(state, i)
             for i in range(state.sums.shape[1]):
                 results.integrals[p, stage, i] = state.sums[0, i] + state.sums[1, i]
+        results.times[p, stage] = run.strobes * run.period + run.time
         if stage == stretches.size - 1:
             bring_in_order(results.window[p], progress[TAKEN], spare)
             return True
         progress[STAGE] = stage + 1
-        progress[GOAL] += stretches[stage + 1]
+        if counts_points:
+            progress[LEFT] = stretches[stage + 1]
+        else:
+            progress[GOAL] += stretches[stage + 1]
     return False

@@ -291,11 +291,13 @@ class Results(NamedTuple):
     """What a batch of P runs is for, and how far each is."""
 
     progress: Any
-    """(P, 4): STAGE, GOAL, LAST, TAKEN"""
+    """(P, PROGRESS): STAGE, GOAL, LAST, TAKEN, LEFT, CELL, MET"""
     growth: Any
     """(P, stretches, m): sums of logarithms at the ends of the stretches"""
     integrals: Any
     """(P, stretches, q): quadratures there"""
+    times: Any
+    """(P, stretches): times there, of runs whose stretches are counted in section points"""
     window: Any
     """(P, size, n + 1): the last section points and their modes, a ring"""
     outcome: Any
@@ -325,9 +327,14 @@ def method_code(name: str) -> int:
     return RK4 if METHODS[name].fixed_step else ADAPTIVE
 
 
-# columns of how far a run of a batch is
-STAGE, GOAL, LAST, TAKEN = range(4)
-PROGRESS = 4
+# columns of how far a run of a batch is: its stretch, the strobe where it is looked at and the last of all stretches,
+# section points kept; where stretches are counted in these, those left in this one, the strobes between two looks (else
+# 0), and the strobe before the last point
+STAGE, GOAL, LAST, TAKEN, LEFT, CELL, MET = range(7)
+PROGRESS = 7
+
+BEFORE, BEHIND = 1, 2
+"""Which state of an event is a section point."""
 
 WIDTH = 28
 """Coefficients of a series, at most; beyond the order a row holds zeros, so that all sums have one length."""
@@ -338,6 +345,7 @@ COLUMNS = WIDTH + 4
 # what a call of the engine ends with; values from 4 on are those of dataset.Outcome
 DONE, FULL = range(2)
 ESCAPED, EVENT_LIMIT, STALLED, NONFINITE, STEP_UNDERFLOW, INVALID_START, FAILED = range(4, 11)
+NO_RETURN = 17
 
 # what a guard does in a step: it is on the side from which it can be crossed; it must come back first; it fires at the
 # start of the step; it cannot be started from; it is zero all along; its slope is zero, too

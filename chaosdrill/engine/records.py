@@ -58,7 +58,7 @@ block_type = named_tuple(
     ),
     Block,
 )
-results_type = named_tuple((integer_matrix, cube, cube, cube, integers), Results)
+results_type = named_tuple((integer_matrix, cube, cube, matrix, cube, integers), Results)
 lane_room_type = named_tuple((integer_matrix, integer_matrix, matrix, matrix, block_type), LaneRoom)
 
 STEPPER_SIGNATURES = {
