@@ -12,7 +12,7 @@ import numpy as np
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence
 from chaosdrill.analysis.regularity import only_grows, rests
-from chaosdrill.analysis.statistics import SINKS, STAYS, leading, standard_error
+from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
@@ -73,7 +73,8 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
             # blocks that last longer count more
             apart = rates - (sums[:, -1] / length[:, np.newaxis])[:, np.newaxis]
             rates = apart * (spans / spans.mean(axis=1, keepdims=True))[..., np.newaxis]
-        errors = standard_error(np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2))
+        rates = np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2)
+        errors = error_of_exponents(rates, plan.numerics, batch.steps[which], length)
     order = np.argsort(-exponents, axis=1, kind="stable")
     exponents, errors = np.take_along_axis(exponents, order, 1), np.take_along_axis(errors, order, 1)
     neutral, winds = _known(plan, batch, which)

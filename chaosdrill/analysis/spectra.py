@@ -13,13 +13,14 @@ from chaosdrill.analysis.statistics import (
     SINKS,
     block_ends,
     classify,
+    error_of_exponents,
     error_of_mean_rate,
     kaplan_yorke,
     leading,
-    standard_error,
 )
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.schema import names_of_errors
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
 from chaosdrill.engine.structure import Structure, examine
 from chaosdrill.model import HybridSystem
@@ -64,7 +65,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     values = errors = np.full(m, np.nan)
     history = np.full((len(ends) - 1, m), np.nan)
     if complete and m:
-        values, errors, history = mean_exponents(sums, ends, plan.unit)
+        values, errors, history = mean_exponents(sums, ends, plan.unit, job.numerics, run.steps)
         flow = flow_of(run)
         every = m == len(system.states)
         lead, margin = leading(
@@ -133,8 +134,10 @@ def _by_its_path(
     return Outcome(int(tell(window, structure.frame[: structure.shifts], lead, margin, flow)[0][0]))
 
 
-def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Exponents, standard errors and history in descending order, from logarithms summed up to the end of each block.
+def mean_exponents(
+    sums: np.ndarray, ends: np.ndarray, unit: float, numerics: Numerics, steps: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Exponents, their errors and history in descending order, from logarithms summed up to the end of each block.
 
     Parameters
     ----------
@@ -144,13 +147,16 @@ def mean_exponents(sums: np.ndarray, ends: np.ndarray, unit: float) -> tuple[np.
         Ends of the blocks in units.
     unit : float
         Length of a unit.
+    numerics : Numerics
+    steps : int
+        Steps that the run took.
     """
     times = ends[1:, np.newaxis] * unit
     history = sums[1:] / times
     finite = np.isfinite(sums[-1])
     errors = np.full(sums.shape[1], np.nan)
     rates = np.diff(sums[:, finite], axis=0) / (np.diff(ends)[:, np.newaxis] * unit)
-    errors[finite] = standard_error(rates)
+    errors[finite] = error_of_exponents(rates, numerics, steps, times[-1, 0])
     order = np.argsort(-history[-1], kind="stable")
     return history[-1, order], errors[order], history[:, order]
 

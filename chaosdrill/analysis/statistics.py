@@ -1,8 +1,13 @@
 """Means with honest error bars, dimensions, and what exponents say about an attractor."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from chaosdrill.dataset import Outcome
+
+if TYPE_CHECKING:
+    from chaosdrill.engine.numerics import Numerics
 
 _FREQUENCIES = (4, 8)
 """Fewest and most frequencies from which the error of a mean is taken. Fewer make the error itself uncertain; more make
@@ -78,6 +83,29 @@ def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:
     """
     whole = np.flatnonzero((ends[-1] - ends) % max(cycle, 1) == 0)
     return whole if len(whole) > 2 else np.arange(len(ends))
+
+
+def error_of_exponents(rates: np.ndarray, numerics: "Numerics", steps: Any, length: Any) -> np.ndarray:
+    """Error of exponents: that of the mean over blocks, and that of the method.
+
+    On a cycle blocks of whole periods are alike, and what is left is the method's: each step may change the logarithm
+    of a tangent's length by what the tolerance lets it.
+
+    Parameters
+    ----------
+    rates : ndarray, shape (blocks, ..., m)
+        As in `standard_error`.
+    numerics : Numerics
+    steps, length : ndarray, shape (...), or numbers
+        Steps of the runs over all blocks, and the time that these take.
+
+    Returns
+    -------
+    ndarray, shape (..., m)
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        of_method = numerics.step_error * np.where(np.asarray(length) > 0.0, steps / length, np.nan)[..., np.newaxis]
+        return np.hypot(standard_error(rates), of_method)
 
 
 def error_of_mean_rate(totals: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -191,7 +219,7 @@ def free_exponents(
 def margin(errors: np.ndarray, length: np.ndarray | float) -> np.ndarray:
     """How far from zero an exponent is told from zero: three standard errors, and 4 / length at least."""
     with np.errstate(divide="ignore"):
-        return np.asarray(np.maximum(3 * np.nan_to_num(errors), 4 / np.asarray(length)))
+        return np.asarray(np.maximum(3 * np.nan_to_num(errors, posinf=np.inf), 4 / np.asarray(length)))
 
 
 def leading(

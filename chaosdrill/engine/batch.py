@@ -199,6 +199,12 @@ class Batch:
         return modes
 
     @property
+    def steps(self) -> np.ndarray:
+        """Steps since the averages began, shape (P,)."""
+        taken: np.ndarray = self._states.run["steps"]
+        return taken
+
+    @property
     def counts(self) -> np.ndarray:
         """How often each transition was taken since the averages began, shape (P, transitions)."""
         numbers: np.ndarray = self._states.counts

@@ -61,6 +61,13 @@ class Numerics:
             raise SettingsError(f"max_stalls is {self.max_stalls!r}; it must lie between 1 and {MOST}, whole")
 
     @property
+    def step_error(self) -> float:
+        """Error that a step may make, as a part of what it moves: the tolerance, but for rounding."""
+        if self.method == "rk4":
+            return float((2 * math.pi / (self.steps or 200)) ** 5)
+        return max(self.tolerance, _ROUNDING)
+
+    @property
     def order(self) -> int:
         """Degree of a guard's polynomial on a step.
 
@@ -75,6 +82,10 @@ class Numerics:
     def batch_order(self) -> int:
         """The same for runs that are stepped in lanes: there the series is the smaller part of a step's cost."""
         return self.order if self.method != "taylor" else _nearest_order(12.5 - 0.42 * math.log(self.tolerance))
+
+
+_ROUNDING = 4e-15
+"""What rounding adds to a step, however small the tolerance."""
 
 
 def _nearest_order(wanted: float) -> int:

@@ -164,3 +164,40 @@ def test_a_round_that_ends_on_an_event_keeps_its_rank(count):
     assert int(found["outcome"]) == cd.Outcome.PERIODIC
     expected = np.array([0.0, -1.0, -np.inf])[:count]
     np.testing.assert_allclose(found["lyapunov_exponent"].values, expected, atol=1e-2)
+
+
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-8, 1e-5])
+def test_on_a_cycle_the_error_is_that_of_the_method(tolerance):
+    """Real multipliers of the impact oscillator's period-1 orbit, trace and determinant in closed form.
+
+    Blocks of whole periods are alike there, to the last bit: their spread says nothing.
+    """
+    oscillator = cd.HybridSystem(
+        name="wall-at-rest",
+        states="x v",
+        time="t",
+        parameters={"w": 2.7},
+        modes={"free": {"x": "v", "v": "cos(w*t) - x"}},
+        transitions=[
+            cd.Transition("hit", "free", "free", guard="x", direction=1, reset={"v": "-0.3*v"}, kind="impact")
+        ],
+        period="2*pi/w",
+        initial={"mode": "free", "x": -0.3},
+    )
+    w, r = np.linspace(2.56, 2.67, 120), 0.3
+    period = 2 * np.pi / w
+    c = np.cos(period)
+    trace = -2 * r * c + (1 + r) ** 2 * (1 - w**2) * (1 + c) / 2
+    squared = trace**2 - 4 * r**2
+    size = (np.abs(trace) + np.sqrt(np.maximum(squared, 0))) / 2
+    real = (squared > 0.01) & (size < 0.97)
+    found = cd.bifurcation_diagram(
+        oscillator, {"w": w[real]}, transient=1500, periods=64, exponents=2, tolerance=tolerance
+    ).isel(seed=0)
+    once = (found["period"].values == 1) & (found["impacts_per_period"].values == 1)
+    exact = np.log(np.stack([size[real], r**2 / size[real]], axis=-1)) / period[real, np.newaxis]
+    gap = np.abs(found["lyapunov_exponent"].values - exact)[once]
+    error = found["lyapunov_error"].values[once]
+    assert gap.size >= 150
+    assert np.mean(gap <= 2 * error) >= 0.95
+    assert np.median(error) < 10 * tolerance
