@@ -27,6 +27,11 @@ class Known:
     parameters: Mapping[str, float] = field(default_factory=dict)  # those that are given other values
     states: tuple[str, ...] | None = None  # None as long as they cannot be told
 
+    @classmethod
+    def of(cls, system: Any) -> "Known":
+        """What a system that is built tells of itself."""
+        return Known() if system is None else Known(known=dict(system.parameters), states=tuple(system.state_names))
+
     def refuses(self, name: str, value: Any) -> str | None:
         """Why a parameter cannot have a value; None for one that it can."""
         return None
@@ -35,27 +40,29 @@ class Known:
 class Value:
     """What a setting may be."""
 
-    @property
-    def plural(self) -> str:
-        """What several are called where a list of them is asked for."""
-        return "values"
-
     def read(self, name: str, value: Any, system: Any) -> Any:
-        """An argument as the analysis takes it.
+        """An argument as the analysis takes it, checked as a scene is.
 
         Raises
         ------
         SettingsError
             With the name of the argument, the value, and what it must be.
         """
+        plain = self.plain(value)
+        for path, text in (*self.faults(plain), *self.misfits(plain, Known.of(system))):
+            raise SettingsError(_of_an_argument(name, plain, path, text))
+        return plain
+
+    def plain(self, value: Any) -> Any:
+        """An argument as a scene has it: numbers of other packages are Python's, and sequences lists."""
         return value
 
     def faults(self, value: Any) -> Faults:
-        """What is wrong with a value in a scene, whatever the system."""
+        """What is wrong with a value, whatever the system."""
         raise NotImplementedError
 
     def misfits(self, value: Any, known: Known) -> Faults:
-        """What of a value in a scene, sound or not, does not fit the system."""
+        """What of a value, sound or not, does not fit the system."""
         yield from ()
 
     def argument(self, value: Any) -> Any:
@@ -70,12 +77,9 @@ class Whole(Value):
     least: int = 0
     most: int = LONGEST
 
-    @property
-    def plural(self) -> str:
-        return f"integers >= {self.least}"
-
-    def read(self, name: str, value: Any, system: Any) -> int:
-        return whole(name, value, self.least, self.most)
+    def plain(self, value: Any) -> Any:
+        number = real(value)
+        return int(value) if isfinite(number) and number == number // 1 else value
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, int) or isinstance(value, bool):
@@ -92,16 +96,9 @@ class Number(Value):
     most: float = inf
     above: float = -inf
 
-    @property
-    def plural(self) -> str:
-        return f"numbers between {self.least:g} and {self.most:g}"
-
-    def read(self, name: str, value: Any, system: Any) -> Any:
+    def plain(self, value: Any) -> Any:
         number = real(value)
-        if not (isfinite(number) and self.least <= number <= self.most and number > self.above):
-            bound = f" > {self.above:g}" * (self.above > -inf)
-            raise SettingsError(f"{name} is {value!r}; it must be a finite number{bound}")
-        return value if isinstance(value, int) else number
+        return value if isinstance(value, int) or number != number else number
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, int | float) or isinstance(value, bool):
@@ -137,15 +134,9 @@ class Choice(Value):
     words: tuple[str, ...]
     hint: str = ""
 
-    def read(self, name: str, value: Any, system: Any) -> str:
-        if not isinstance(value, str) or value not in self.words:
-            raise SettingsError(f"{name} is {value!r}; expected one of {list(self.words)}{self.hint}")
-        return value
-
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, str) or value not in self.words:
-            *first, last = map(repr, self.words)
-            yield (), told(f"Input should be {', '.join(first)} or {last}", value)
+            yield (), told(f"expected one of {list(self.words)}{self.hint}", value)
 
 
 @dataclass(frozen=True)
@@ -157,15 +148,9 @@ class ListOf(Value):
     least: int = 1
     most: int = 1_000_000
 
-    def read(self, name: str, value: Any, system: Any) -> list[Any]:
-        try:
-            found = [self.item.read(name, one, system) for one in entries(value)]
-        except SettingsError:
-            found = []
-        if not found or (self.distinct and len(set(found)) < len(found)):
-            different = "different " * self.distinct
-            raise SettingsError(f"{name} is {value!r}; it must be a list of {different}{self.item.plural}")
-        return found
+    def plain(self, value: Any) -> Any:
+        found = listed(value)
+        return [self.item.plain(one) for one in found] if isinstance(found, list) else value
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, list):
@@ -327,6 +312,15 @@ def told(words: str, value: Any) -> str:
     return words if isinstance(value, Mapping) else f"{words}, received {value!r:.60}"
 
 
+def _of_an_argument(name: str, value: Any, path: Path, text: str) -> str:
+    """A fault of an argument: its place and value, and then what it must be."""
+    for key in path:
+        name += f"[{key}]" if isinstance(key, int) else f".{key}"
+        value = value.get(key) if isinstance(value, Mapping) else value[key]
+    words = text.removesuffix(received := told("", value))
+    return f"{name} is {value!r:.60}; {words}" if received and words != text else f"{name}: {text}"
+
+
 def _beyond(value: Any, *, least: float = -inf, most: float = inf, above: float = -inf) -> Faults:
     if value < least:
         yield (), told(f"must be at least {least:g}", value)
@@ -344,21 +338,22 @@ def long(value: Any, least: int, most: int) -> Faults:
         yield (), told(f"must have at most {most} entries", value)
 
 
+def listed(value: Any) -> Any:
+    """A tuple, an array or another such thing as a list; what is no such thing as it is."""
+    if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:
+        return value
+    return list(value)
+
+
 def entries(value: Any) -> list[Any]:
     """The entries of a list, a tuple or an array; none of what is no such thing."""
-    if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:
-        return []
-    return list(value)
+    found = listed(value)
+    return found if isinstance(found, list) else []
 
 
 def whole(name: str, value: Any, least: int, most: int = LONGEST) -> int:
     """An integer from ``least`` to ``most``, or an error that names the argument."""
-    number = real(value)
-    if number != number // 1 or not least <= number < inf:
-        raise SettingsError(f"{name} is {value!r}; it must be an integer >= {least}")
-    if number > most:
-        raise SettingsError(f"{name} is {value!r}; it must be an integer from {least} to {most}")
-    return int(value)
+    return int(Whole(least, most).read(name, value, None))
 
 
 def positive(name: str, value: Any) -> float:

@@ -10,6 +10,7 @@ from chaosdrill.declared import METHODS, unfit
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.settings import (
+    LONGEST,
     Amount,
     Faults,
     Known,
@@ -21,7 +22,6 @@ from chaosdrill.settings import (
     Value,
     Whole,
     entries,
-    long,
     positive,
     real,
     setting,
@@ -139,10 +139,7 @@ def settling(system: "HybridSystem", transient: Any) -> int:
 
 
 def _time(name: str, value: Any) -> float:
-    time = real(value)
-    if not 0 <= time < inf:
-        raise SettingsError(f"{name} is {value!r}; it must be a finite time >= 0")
-    return time
+    return real(Number(least=0.0).read(name, value, None))
 
 
 def check_record(samples: int, columns: int, names: str) -> None:
@@ -171,11 +168,7 @@ def check_record(samples: int, columns: int, names: str) -> None:
 
 def tangent_count(system: "HybridSystem", exponents: Any) -> int:
     """Number of exponents asked for; all by default."""
-    n = len(system.states)
-    count = n if exponents is None else whole("exponents", exponents, 0)
-    if count > n:
-        raise SettingsError(f"exponents is {exponents!r}; {system.name} has {n} states, so at most {n}")
-    return count
+    return len(system.states) if exponents is None else int(Exponents().read("exponents", exponents, system))
 
 
 class At(Text):
@@ -232,9 +225,6 @@ class Time(Amount):
 class Exponents(Whole):
     """How many Lyapunov exponents; a system has as many as states."""
 
-    def read(self, name: str, value: Any, system: Any) -> int:
-        return tangent_count(system, value)
-
     def misfits(self, value: Any, known: Known) -> Faults:
         if known.states is not None and isinstance(value, int) and value > len(known.states):
             yield (), f"the system has {len(known.states)} states and as many exponents, received {value}"
@@ -242,15 +232,6 @@ class Exponents(Whole):
 
 class Method(Text):
     """A numerical method."""
-
-    @property
-    def plural(self) -> str:
-        return f"ones of {list(METHODS)}"
-
-    def read(self, name: str, value: Any, system: Any) -> str:
-        if not isinstance(value, str) or value not in METHODS:
-            raise SettingsError(f"{name} is {value!r}; expected one of {sorted(METHODS)}")
-        return value
 
     def faults(self, value: Any) -> Faults:
         if isinstance(value, str) and value not in METHODS:
@@ -276,19 +257,16 @@ class Times(Value):
     """Times of output, in ascending order."""
 
     def read(self, name: str, value: Any, system: Any) -> list[float]:
-        times = [real(one) for one in entries(value)]
-        if not times or not all(map(isfinite, times)) or any(b <= a for a, b in pairwise(times)):
-            raise SettingsError(f"{name} is {value!r:.60}; it must be a list of finite times, each later than the last")
-        return times
+        return self.argument(super().read(name, value, system))
+
+    def plain(self, value: Any) -> Any:
+        return _LIST.plain(value)
 
     def faults(self, value: Any) -> Faults:
-        if not isinstance(value, list):
-            yield from Range.faults(value)
-            return
-        yield from _LIST.faults(value)
-        times = [one for one in value if isinstance(one, int | float)]
+        yield from _values(value)
+        times = [one for one in value if isinstance(one, int | float)] if isinstance(value, list) else []
         if any(b < a for a, b in pairwise(times)):
-            yield (), "times must ascend"
+            yield (), told("must ascend", value)
 
     def argument(self, value: Any) -> list[float]:
         return [float(time) for time in (value if isinstance(value, list) else _spread(value))]
@@ -307,7 +285,17 @@ class Between(Settings):
             yield (), "start and stop are equal; a branch needs a range between them"
 
 
-_LIST = ListOf(Number(), distinct=True)
+_LIST = ListOf(Number(), distinct=True, most=LONGEST)
+
+
+def _values(value: Any) -> Faults:
+    """Faults of a list of numbers, or of a `Range`."""
+    if isinstance(value, Mapping):
+        yield from Range.faults(value)
+    elif isinstance(value, list):
+        yield from _LIST.faults(value)
+    else:
+        yield (), told("expected a list of numbers, or a table with start, stop and num", value)
 
 
 def _spread(values: Mapping[str, Any]) -> Any:
@@ -327,48 +315,25 @@ class Axes(Value):
     rule: str  # what is said of another number of them
 
     def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
-        names = system.parameters if self.of == "parameter" else system.state_names
-        example = self._example(list(names))
-        if not isinstance(value, Mapping):
-            raise SettingsError(f"{name} is {value!r}; it must be {self._words()}, as in {example}")
-        if not self.least <= len(value) <= self.most:
-            raise SettingsError(f"{name} names {sorted(map(str, value))}; {self.rule}, as in {example}")
-        found = {}
-        for key, values in value.items():
-            if (axis := str(key)) not in names:
-                raise SettingsError(f"{name} names {axis!r}, which is no {self.of} of {system.name}: {sorted(names)}")
-            if reason := unfit(axis):
-                raise SettingsError(f"{name} names {axis!r:.60}, which {reason}; rename the {self.of}")
-            found[axis] = self._read(f"{name} of {axis!r}", axis, values, system, example)
-        return found
+        return self.argument(super().read(name, value, system))
 
-    def _words(self) -> str:
-        return "one parameter with its values" if self.most == 1 else f"two {self.of}s with their values"
+    def plain(self, value: Any) -> Any:
+        return {str(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 
-    def _example(self, names: list[str]) -> dict[str, Any]:
-        values = [0.5, 0.6] if self.of == "parameter" else [-1.0, 0.0, 1.0]
-        return dict.fromkeys(names[: self.most], values)
-
-    def _read(self, place: str, name: str, given: Any, system: Any, example: dict[str, Any]) -> Any:
-        import numpy as np
-
-        values = np.array([real(one) for one in entries(given)])
-        if not len(values) or not np.isfinite(values).all():
-            raise SettingsError(f"{place} is {given!r}; it must be a list of finite numbers, at least one")
-        if len(np.unique(values)) != len(values):
-            raise SettingsError(f"{place} holds a value twice; every value may stand there once")
-        return values
+    def _plain(self, values: Any) -> Any:
+        return _LIST.plain(values)
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
-            yield (), told("expected a table", value)
+            yield (), told(f"expected a table of values by name: {self.rule}", value)
             return
-        yield from long(value, self.least, self.most)
+        if not self.least <= len(value) <= self.most:
+            yield (), f"names {sorted(value)}; {self.rule}"
         for name, values in value.items():
             yield from within((name,), self._faults(values))
 
     def _faults(self, values: Any) -> Faults:
-        return _LIST.faults(values) if isinstance(values, list) else Range.faults(values)
+        return _values(values)
 
     def misfits(self, value: Any, known: Known) -> Faults:
         names = known.known if self.of == "parameter" else known.states
@@ -395,31 +360,24 @@ class Axes(Value):
         }
 
 
+_LIMITS = ListOf(Number(), least=2, most=2)
+
+
 class Ranges(Axes):
     """One parameter or two, each with the limits within which it is followed from the system's own value."""
 
-    def _words(self) -> str:
-        return "a parameter with its two limits"
+    def read(self, name: str, value: Any, system: Any) -> dict[str, Any]:
+        return {key: sorted(limits) for key, limits in super().read(name, value, system).items()}
 
-    def _example(self, names: list[str]) -> dict[str, Any]:
-        return dict.fromkeys(names[:1], (0.4, 0.9))
-
-    def _read(self, place: str, name: str, given: Any, system: Any, example: dict[str, Any]) -> list[float]:
-        ends = [real(one) for one in entries(given)]
-        if len(ends) != 2 or not all(map(isfinite, ends)):
-            raise SettingsError(f"{place} is {given!r}; it must be two finite numbers, as in {example}")
-        low, high = sorted(ends)
-        if low == high:
-            raise SettingsError(f"{place} is {given!r}; its two limits must differ")
-        if not low <= system.parameters[name] <= high:
-            raise SettingsError(
-                f"{name} is {system.parameters[name]:g}, where the branch starts, but its limits are {given!r}; "
-                "give the system a value between them"
-            )
-        return [low, high]
+    def _plain(self, values: Any) -> Any:
+        ends = _LIMITS.plain(values)
+        return dict(zip(("start", "stop"), ends, strict=True)) if isinstance(ends, list) and len(ends) == 2 else values
 
     def _faults(self, values: Any) -> Faults:
-        return Between.faults(values)
+        if isinstance(values, Mapping):
+            yield from Between.faults(values)
+        else:
+            yield (), told("expected two limits, start and stop", values)
 
     def misfits(self, value: Any, known: Known) -> Faults:
         yield from super().misfits(value, known)
@@ -480,50 +438,20 @@ class Seeds(ListOf):
 
 SEEDS = Seeds(Start())
 
-_BOX = ListOf(Number(), least=2, most=2)
-
 
 class Random(Value):
     """Random initial states: how many, the number of their generator, and the range of each state that is drawn."""
 
     _own: ClassVar[dict[str, Value]] = {"count": Whole(1, MOST_SEEDS), "seed": Whole(0, 2**53), "mode": Text()}
 
-    def read(self, name: str, value: Any, system: Any) -> Any:
-        return {str(key): one for key, one in value.items()} if isinstance(value, Mapping) else value
+    def plain(self, value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        return {str(key): self._plain(str(key), one) for key, one in value.items()}
 
-    def box(self, system: "HybridSystem", random: Any) -> dict[str, Any]:
-        """Count, seed, mode if there is one, and the pair of bounds of each state.
-
-        Raises
-        ------
-        SettingsError
-            If something is missing, or is no range of a state.
-        """
-        example = {"count": 4, "seed": 1, system.state_names[0]: (-1, 1)}
-        if not isinstance(random, Mapping):
-            raise SettingsError(f"random is {random!r}; it must be a mapping, as in {example}")
-        given = {str(key): value for key, value in random.items()}
-        for key in ("count", "seed"):
-            if key not in given:
-                raise SettingsError(f"random lacks {key!r}; give it as in {example}")
-        found: dict[str, Any] = {
-            key: whole(f"random: {key}", given.pop(key), least, 2**53) for key, least in (("count", 1), ("seed", 0))
-        }
-        if found["count"] > MOST_SEEDS:
-            raise SettingsError(f"random: count is {found['count']}; at most {MOST_SEEDS} random seeds can be drawn")
-        found |= {"mode": given.pop("mode")} if "mode" in given else {}
-        for name, bounds in given.items():
-            if name not in system.state_names:
-                raise SettingsError(f"random names {name!r}; expected count, seed, mode or one of {system.state_names}")
-            pair = [real(bound) for bound in entries(bounds)] if hasattr(bounds, "__getitem__") else []
-            if len(pair) != 2 or not all(map(isfinite, pair)) or pair[0] >= pair[1]:
-                raise SettingsError(
-                    f"random: {name} is {bounds!r}; it must be a pair of numbers (low, high), low < high"
-                )
-            found[name] = pair
-        if not given:
-            raise SettingsError(f"random names no state; give the range of at least one, as in {example}")
-        return found
+    def _plain(self, name: str, one: Any) -> Any:
+        # a set has no order
+        return self._own.get(name, _LIMITS).plain(one) if name in self._own or hasattr(one, "__getitem__") else one
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
@@ -531,7 +459,7 @@ class Random(Value):
             return
         found: list[tuple[Path, str]] = [((key,), "missing") for key in ("count", "seed") if key not in value]
         for name, one in value.items():
-            found += within((name,), self._own.get(name, _BOX).faults(one))
+            found += within((name,), self._own.get(name, _LIMITS).faults(one))
         yield from found
         boxes = {name: one for name, one in value.items() if name not in self._own}
         if found:

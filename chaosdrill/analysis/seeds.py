@@ -38,7 +38,7 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
         A seed that cannot be used.
     """
     fixed = [] if seeds is None and (random is not None or not needed) else [{}] if seeds is None else seeds
-    drawn = [] if random is None else _draw(system, RANDOM.box(system, random))
+    drawn = [] if random is None else _draw(system, RANDOM.read("random", random, system))
     systems = [system.with_initial(**values) for values in (*fixed, *drawn)]
     names = [f"{kind} {k}" for kind, some in (("fixed", fixed), ("random", drawn)) for k in range(1, len(some) + 1)]
     starts = np.array([[s.initial[x] for x in system.state_names] for s in systems], dtype=float)

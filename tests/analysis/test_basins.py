@@ -122,9 +122,9 @@ def test_a_state_that_the_mode_holds_spans_no_grid():
 @pytest.mark.parametrize(
     ("grid", "words"),
     [
-        ({"x": [0.0]}, r"grid names \['x'\]; basins are drawn over two states"),
-        ({"x": [0.0], "a": [0.0]}, "grid names 'a', which is no state of bistable"),
-        ({"x": [0.0, 0.0], "y": [1.0]}, "grid of 'x' holds a value twice"),
+        ({"x": [0.0]}, r"grid: names \['x'\]; basins are drawn over two states"),
+        ({"x": [0.0], "a": [0.0]}, "grid.a: unknown state; known here: x, y"),
+        ({"x": [0.0, 0.0], "y": [1.0]}, "grid.x is .*; contains a value twice"),
         (None, "grid is None; it must be two states with their values"),
     ],
 )

@@ -84,7 +84,7 @@ def test_the_chart_is_its_points_whatever_the_chunks(bistable, monkeypatch):
 
 
 def test_a_chart_is_wide(logistic):
-    with pytest.raises(cd.SettingsError, match=r"sweep names \['r'\]; a parameter chart sweeps two"):
+    with pytest.raises(cd.SettingsError, match=r"sweep: names \['r'\]; a parameter chart sweeps two"):
         cd.parameter_chart(logistic, {"r": [3.0]}, transient=1, periods=4)
 
 

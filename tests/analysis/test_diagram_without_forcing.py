@@ -36,7 +36,7 @@ def test_what_to_do_is_said(roessler):
     with pytest.raises(cd.SceneError, match=r"lorenz has no forcing period, and so no strobe; give at = 'x > 0'"):
         cd.check(parse_scene(SCENE))
     # a length that the named section does not count
-    with pytest.raises(cd.SettingsError, match=r"transient is 0.5; it must be an integer"):
+    with pytest.raises(cd.SettingsError, match=r"transient is 0.5; expected a whole number"):
         cd.bifurcation_diagram(roessler, sweep={"c": [2.5]}, transient=0.5, periods=8, at="x > 0")
 
 

@@ -84,16 +84,16 @@ def test_events_that_differ_make_the_error_infinite():
 
 def test_settings_are_refused_by_name(duffing):
     for options, text in [
-        ({"methods": ["tailor"]}, "methods is"),
+        ({"methods": ["tailor"]}, r"methods\[0\]: unknown method 'tailor'"),
         ({"methods": []}, "methods is"),
         ({"methods": "taylor"}, "methods is"),
         ({"methods": ["rk4", "rk4"]}, "methods is"),
-        ({"tolerances": [1.0]}, "tolerances is"),
+        ({"tolerances": [1.0]}, r"tolerances\[0\] is 1.0; must be at most 0.01"),
         ({"tolerances": []}, "tolerances is"),
-        ({"tolerances": ["1e-4"]}, "tolerances is"),
+        ({"tolerances": ["1e-4"]}, r"tolerances\[0\] is '1e-4'; expected a number"),
         ({"tolerances": [1e-4, 1e-4]}, "tolerances is"),
         ({"steps": [100]}, "steps is"),
-        ({"steps": [100, 3]}, "steps is"),
+        ({"steps": [100, 3]}, r"steps\[1\] is 3; must be at least 4"),
         ({"repeats": 0}, "repeats is 0"),
         ({"periods": None}, "give periods="),
     ]:

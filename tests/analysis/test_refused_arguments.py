@@ -37,13 +37,13 @@ def test_a_duration_for_a_system_with_a_period(duffing, duration):
 
 @pytest.mark.parametrize("duration", ["ten", float("inf"), float("nan"), [3.0], np.array([3.0]), True, 3j])
 def test_a_duration_that_is_no_time(bouncer, duration):
-    with pytest.raises(cd.SettingsError, match=r"duration is .*; it must be a finite number > 0"):
+    with pytest.raises(cd.SettingsError, match=r"duration is .*; (expected a number|must be finite)"):
         cd.trajectory(bouncer, duration=duration)
 
 
 @pytest.mark.parametrize("transient", ["a", None, [1], True])
 def test_a_transient_that_is_no_time(bouncer, transient):
-    with pytest.raises(cd.SettingsError, match=r"transient is .*; it must be a finite time >= 0"):
+    with pytest.raises(cd.SettingsError, match=r"transient is .*; expected a number"):
         cd.trajectory(bouncer, duration=1.0, transient=transient)
 
 
@@ -74,9 +74,7 @@ def test_a_section_at_nothing(bouncer, duffing, at):
 
 @pytest.mark.parametrize("sweep", [0.4, "gamma", None, ["gamma"], [("gamma", 0.4)]])
 def test_a_sweep_that_names_no_parameter(duffing, sweep):
-    with pytest.raises(
-        cd.SettingsError, match=r"sweep is .*; it must be one parameter with its values, as in {'delta'"
-    ):
+    with pytest.raises(cd.SettingsError, match=r"sweep is .*; expected a table of values by name: .* one parameter"):
         cd.bifurcation_diagram(duffing, sweep, transient=1, periods=2)
 
 
@@ -97,7 +95,7 @@ VALUES = [
 
 @pytest.mark.parametrize("values", VALUES, ids=repr)
 def test_a_sweep_without_values(duffing, values):
-    with pytest.raises(cd.SettingsError, match=r"sweep of 'gamma' is .*; it must be a list of finite numbers"):
+    with pytest.raises(cd.SettingsError, match=r"sweep\.gamma(.* is .*; expected a|\.0\.4: unknown key)"):
         cd.bifurcation_diagram(duffing, {"gamma": values}, transient=1, periods=2)
 
 
