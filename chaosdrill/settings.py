@@ -79,7 +79,8 @@ class Whole(Value):
 
     def plain(self, value: Any) -> Any:
         number = real(value)
-        return int(value) if isfinite(number) and number == number // 1 else value
+        # of larger ones not every whole number is one of these
+        return int(value) if abs(number) <= 2**53 and number == number // 1 else value
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, int) or isinstance(value, bool):

@@ -193,7 +193,7 @@ def test_what_cannot_be_the_name_of_a_variable_of_an_archive_is_refused_before_a
     calls = (cd.bifurcation_diagram, {name: [1.0, 2.0]}), (cd.continue_orbit, {name: (1.0, 2.0)})
     for function, sweep in calls:
         lengths = {"transient": 1, "periods": 2} if function is cd.bifurcation_diagram else {}
-        with pytest.raises(cd.SettingsError, match=r"sweep names .*; rename the parameter"):
+        with pytest.raises(cd.SettingsError, match=r"(?s)sweep\..*; rename the parameter"):
             function(system, sweep, **lengths)
 
 
@@ -201,7 +201,7 @@ def test_what_cannot_be_the_name_of_a_variable_of_an_archive_is_refused_before_a
 def test_a_parameter_of_a_reserved_name_can_be_set_but_not_swept(name):
     system = build(parameters={"k": 2.0, "omega": 3.0, name: 1.0})
     assert system.with_parameters(**{name: 2.0}).parameters[name] == 2.0
-    with pytest.raises(cd.SettingsError, match=f"sweep names '{name}', which is reserved for results"):
+    with pytest.raises(cd.SettingsError, match=f"sweep.{name}: is reserved for results, and cannot be swept"):
         cd.bifurcation_diagram(system, {name: [1.0, 2.0]}, transient=1, periods=2)
 
 
