@@ -120,14 +120,25 @@ def _block(heading: str, rows: Any) -> list[str]:
     "Default: next to the archive.",
 )
 @click.option("--group", metavar="NAME", help="Only this group of the archive.")
+@click.option(
+    "--state",
+    metavar="NAME",
+    multiple=True,
+    help="State that is shown where pictures show one; given twice, two against each other.",
+)
 @click.option("--animate", is_flag=True, help="An animation (gif, or mp4 by ffmpeg) of each trajectory instead.")
 @json_option
-def plot(archive: str, output: str | None, group: str | None, animate: bool, as_json: bool) -> None:
+def plot(
+    archive: str, output: str | None, group: str | None, state: tuple[str, ...], animate: bool, as_json: bool
+) -> None:
     """Draw every plot that suits the contents of OUT.nc, and print the files written."""
     from chaosdrill.plots import plot_archive
 
     named = None if group is None else given_text(group)
-    paths = [str(path) for path in plot_archive(archive, output, group=named, animated=animate)]
+    names = [given_text(name) for name in state]
+    # one name stands for itself, as in Python
+    shown = names[0] if len(names) == 1 else names or None
+    paths = [str(path) for path in plot_archive(archive, output, group=named, animated=animate, state=shown)]
     if as_json:
         emit({"archive": archive, "pictures": paths})
     else:

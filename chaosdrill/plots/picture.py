@@ -60,6 +60,11 @@ class Picture:
     values: int = 0
     over: str = ""
 
+    @property
+    def shows_states(self) -> bool:
+        """Whether it shows states of which one can be chosen."""
+        return "state" in signature(self.function).parameters
+
     def draw(
         self,
         *datasets: "xr.Dataset",
@@ -88,7 +93,7 @@ class Picture:
         taken = signature(self.function).parameters
         if "ax" in given and "ax" not in taken:
             raise SettingsError(f"ax is one, but the panels of the picture {self.name!r} belong together; leave it out")
-        if "state" in given and "state" not in taken:
+        if "state" in given and not self.shows_states:
             raise SettingsError(f"state is {state!r:.60}, but the picture {self.name!r} shows no single states")
         return self.function(*datasets, **given, **({"over": over} if self.over else {}))
 

@@ -1,6 +1,7 @@
 """Which pictures a result and an archive give, and the functions that draw them."""
 
 from collections import Counter
+from functools import partial
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -97,12 +98,13 @@ def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
     return ds
 
 
-@expecting(SettingsError, path=PATH, output=PATH, group=TEXT, animated=SWITCH)
+@expecting(SettingsError, path=PATH, output=PATH, group=TEXT, animated=SWITCH, state=NAMED)
 def plot_archive(
     path: str | PathLike[str],
     output: str | PathLike[str] | None = None,
     group: str | None = None,
     animated: bool = False,
+    state: "str | Sequence[str] | None" = None,
 ) -> list[Path]:
     """Draw every picture that suits the contents of an archive.
 
@@ -117,6 +119,9 @@ def plot_archive(
         Only this group of the archive.
     animated : bool, default False
         An animation of each run instead, as by `animate`: gif, the default, or mp4.
+    state : str or pair of str, optional
+        State that is shown, or two that are shown against each other. Pictures of another number of states, or of none,
+        are drawn as without it. Default: as in `plot`.
 
     Returns
     -------
@@ -129,12 +134,13 @@ def plot_archive(
         The archive cannot be read, has no such group, or holds nothing that a picture suits; or a picture cannot be
         written.
     SettingsError
-        The suffix of ``output`` names no known format.
+        The suffix of ``output`` names no known format; or a name that no state has, or a number of states that none of
+        the pictures shows.
     """
     from chaosdrill.archive import check_writable, writing
     from chaosdrill.archive import open as open_archive
     from chaosdrill.archive.digest import error_context
-    from chaosdrill.plots.style import style
+    from chaosdrill.plots.style import OtherCountError, style
 
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")
@@ -155,22 +161,53 @@ def plot_archive(
         kinds = ", ".join(f"{name} ({ds.attrs['kind']})" for name, ds in wanted.items())
         raise ArchiveError(f"{path}: there is no {what} for {kinds or 'an archive without analyses'}")
 
+    if state is not None:
+        _check_names(state, [wanted[name] for names, picture in planned if picture.shows_states for name in names])
     stems = stems_of(target.stem, planned) if output is None or len(planned) > 1 else [target.stem]
     files = [target.with_name(stem + target.suffix) for stem in stems]
     for file in files:
         check_writable(file, target.suffix)
+    shown, other = False, None
     for (names, picture), file in zip(planned, files, strict=True):
+        chosen = state if picture.shows_states and _has_states(wanted[names[0]], state) else None
         if animated:
             with error_context(path, groups.values(), "drawn"):
-                animate(wanted[names[0]], file)
+                animate(wanted[names[0]], file, chosen)
             continue
         with error_context(path, groups.values(), "drawn"), style():
-            figure = picture.draw(*(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups))
+            drawn = partial(
+                picture.draw, *(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups)
+            )
+            try:
+                figure = drawn(state=chosen)
+                shown = shown or chosen is not None
+            except OtherCountError as fault:
+                other = fault
+                figure = drawn()
             with writing(file, "picture") as draft:
                 figure.savefig(draft, format=target.suffix.lstrip(".").lower())
             # it holds itself in circles, and a million cells would wait for the collector
             figure.clear()
+    if other is not None and not shown:
+        raise other
     return files
+
+
+def _check_names(state: "str | Sequence[str]", datasets: "list[xr.Dataset]") -> None:
+    """Raise a SettingsError if no dataset has a state of a name."""
+    known = dict.fromkeys(name for ds in datasets for name in ds["state"].values.tolist())
+    if not known:
+        raise SettingsError(f"state is {state!r:.60}, but there is no picture that shows single states")
+    if unknown := [name for name in _listed(state) if name not in known]:
+        raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(known)}")
+
+
+def _has_states(dataset: "xr.Dataset", state: "str | Sequence[str] | None") -> bool:
+    return set(_listed(state)) <= set(dataset["state"].values.tolist())
+
+
+def _listed(state: "str | Sequence[str] | None") -> list[str]:
+    return [state] if isinstance(state, str) else list(state or ())
 
 
 def plan(wanted: "dict[str, xr.Dataset]") -> list[tuple[list[str], Picture]]:

@@ -119,6 +119,10 @@ def owner(ax: "Axes") -> "Figure":
     return figure
 
 
+class OtherCountError(SettingsError):
+    """Another number of states was asked for than the picture shows."""
+
+
 def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count: int) -> tuple[int, ...]:
     """Return the places of the states that a picture is asked for.
 
@@ -133,7 +137,7 @@ def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count:
     Raises
     ------
     SettingsError
-        A name that no state has, or another number of them.
+        A name that no state has, or another number of them, which is an `OtherCountError`.
     """
     names = [str(name) for name in dataset["state"].values]
     wanted = names[:count] if state is None else [state] if isinstance(state, str) else list(state)
@@ -141,7 +145,7 @@ def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count:
         raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(names)}")
     if len(wanted) != min(count, len(names)):
         example = f"state={tuple(names[:count])!r}" if count > 1 else f"state={names[0]!r}"
-        raise SettingsError(f"state is {state!r:.60}, but this picture shows {count}; give {example}")
+        raise OtherCountError(f"state is {state!r:.60}, but this picture shows {count}; give {example}")
     return tuple(names.index(name) for name in wanted)
 
 

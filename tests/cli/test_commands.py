@@ -539,6 +539,18 @@ def test_pictures(folder, capsys):
             assert file.read(8) == b"\x89PNG\r\n\x1a\n"
 
 
+def test_the_state_of_pictures(folder, capsys):
+    command = ["plot", str(folder / "1.nc"), "-o", str(folder / "state.svg"), "--group", "diagram"]
+    labels = {"y": "stretch of the spring y", "u": "speed of the bit u"}
+    for state in labels:
+        assert main([*command, "--state", state]) == 0
+        drawn = (folder / "state.svg").read_text(encoding="utf-8")
+        assert {name for name, label in labels.items() if label in drawn} == {state}
+    capsys.readouterr()
+    assert main([*command, "--state", "z"]) == 2
+    assert "state names 'z'; states are y, u, w" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("words", "expected"), [("chaosdrill ver", "verify"), ("chaosdrill list eff", "effects")])
 def test_a_shell_completes_commands_and_topics(monkeypatch, capsys, words, expected):
     """As the documentation says; click answers through these variables."""

@@ -146,6 +146,29 @@ def test_unknown_group_is_refused_with_the_names_of_the_others(archive):
         plot_archive(archive, group="orbid")
 
 
+def _texts(file):
+    """What a picture says; svg files hold it as text."""
+    return re.findall(r">([^<>\n]+)</text>", file.read_text(encoding="utf-8"))
+
+
+def test_a_state_is_shown_where_a_picture_shows_one_or_so_many(archive, tmp_path):
+    history, portrait, convergence = plot_archive(archive, tmp_path / "a.svg", state="v")
+    assert {"v"} == {"x", "v", "penetration (mm)"} & set(_texts(history))
+    assert {"x", "v"} <= set(_texts(portrait)), "a plane needs two"
+    assert convergence.exists()
+    history, portrait, _ = plot_archive(archive, tmp_path / "b.svg", state=("v", "x"))
+    for name in (history, portrait):
+        assert {"x", "v"} == {"x", "v", "penetration (mm)"} & set(_texts(name))
+
+
+def test_a_state_that_nothing_shows_is_refused(archive, tmp_path):
+    with pytest.raises(SettingsError, match=r"^state names 'z'; states are x, v$"):
+        plot_archive(archive, tmp_path / "a.png", state="z")
+    with pytest.raises(SettingsError, match=r"no picture that shows single states"):
+        plot_archive(archive, tmp_path / "a.png", group="spectrum", state="x")
+    assert not list(tmp_path.glob("a*.png"))
+
+
 def test_an_archive_without_a_suitable_picture_says_what_it_holds(tmp_path, ball):
     path = tmp_path / "other.nc"
     ball.attrs["kind"] = "unheard-of"
