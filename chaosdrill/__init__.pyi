@@ -1,6 +1,8 @@
 import os
 from typing import Any
+
 import xarray as xr
+
 from chaosdrill.archive import cut as cut
 from chaosdrill.archive import join as join
 from chaosdrill.archive import open as open

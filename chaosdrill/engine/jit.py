@@ -98,6 +98,14 @@ class Compiled:
         return found if len(found) > 1 else found[0] if found else None
 
 
+class Layout:
+    """How named tuples of a numba type stand in memory, told once: to look a type up takes as long as a short run."""
+
+    def __init__(self, kind: Any) -> None:
+        self.write = _writer(kind)
+        self.words = struct.Struct(_format(kind))
+
+
 class Record:
     """A named tuple in memory as compiled functions read it there; its arrays stay where they are.
 
@@ -105,15 +113,15 @@ class Record:
 
     Parameters
     ----------
-    kind : numba type
+    layout : Layout
     value : tuple
     """
 
-    def __init__(self, kind: Any, value: Any) -> None:
+    def __init__(self, layout: Layout, value: Any) -> None:
         self.value = value
         flat: list[Any] = []
-        _writer(kind)(value, flat)
-        self._words = ctypes.create_string_buffer(struct.pack(_format(kind), *flat))
+        layout.write(value, flat)
+        self._words = ctypes.create_string_buffer(layout.words.pack(*flat))
         self._address = ctypes.addressof(self._words)
 
     def __int__(self) -> int:

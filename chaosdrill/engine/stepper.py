@@ -16,7 +16,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from chaosdrill.engine.jit import Record, compiled
+from chaosdrill.engine.jit import Layout, Record, compiled
 from chaosdrill.engine.layout import Functions, Machine, Stepper
 from chaosdrill.engine.records import STEPPER_SIGNATURES, machine_type
 
@@ -25,6 +25,9 @@ class _Absent:
     """A function that is never called."""
 
     address = 0
+
+
+_MACHINE = Layout(machine_type)
 
 
 def offered(function: Any) -> Any:
@@ -46,4 +49,4 @@ def machine(
 ) -> Record:
     """What compiled functions need for runs of a system, in memory; ``flow`` needs no ``search``, see `Machine`."""
     held = Machine(Functions(*functions), stepper(method), search, settings, tables, states, scratch)
-    return Record(machine_type, held)
+    return Record(_MACHINE, held)
