@@ -170,10 +170,11 @@ def axis_label(dataset: "xr.Dataset", name: str) -> str:
 
 
 def _with_symbol(text: str, name: str) -> str:
-    """A long name and the symbol, once where the one has the other as a word."""
+    """A long name and the symbol, if the name is one: a word such as ``amplitude`` says less than the long name."""
     if text in ("", name):
         return symbol(name)
-    return text if len(name) > 1 and name in text.split() else f"{text} {symbol(name)}"
+    word = name.isalpha() and name.islower() and len(name) > 3 and symbol(name) == name
+    return text if word or (len(name) > 1 and name in text.split()) else f"{text} {symbol(name)}"
 
 
 def progression(dataset: "xr.Dataset") -> "xr.DataArray":

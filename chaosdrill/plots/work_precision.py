@@ -1,5 +1,6 @@
 """Work-precision diagram: the cost of each further digit, by method."""
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,11 +18,9 @@ if TYPE_CHECKING:
 # colours, markers and dashes each tell the methods apart, also on grey paper
 _DASHES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D")
-_FLAT: tuple[dict[str, Any], ...] = (
-    {"xytext": (0, -6), "ha": "center", "va": "top"},
-    {"xytext": (0, 6), "ha": "center", "va": "bottom"},
-)
 _MOST_DIGITS, _WIDTH = 16.5, 17
+_LETTERS = 54
+"""Letters in a line of a panel's title."""
 
 
 @picture("work-precision", "work-precision", "errors against time, over methods and tolerances")
@@ -37,8 +36,8 @@ def work_precision(dataset: "xr.Dataset") -> "Figure":
     -------
     matplotlib.figure.Figure
         One panel a quantity, and one for the time over which a chaotic trajectory can be trusted. A line is a method, a
-        point a tolerance, which stands at the point; a ring marks the cell to use for 8 digits. The titles say what a
-        further digit costs.
+        point a tolerance; a ring marks the cell to use for 8 digits, with its tolerance. The titles say what a further
+        digit costs.
     """
     quantities = shown_quantities(dataset)
     horizon = bool(np.isfinite(dataset["horizon"]).any())
@@ -63,6 +62,9 @@ def work_precision(dataset: "xr.Dataset") -> "Figure":
     for panel in panels[:count:columns]:
         panel.set_ylabel(f"time per {what} (µs)")
     figure.suptitle(_heading(dataset), x=0.01, ha="left")
+    shown = [line for panel in panels for line in panel.get_lines()]
+    if lines := {line.get_label(): line for line in shown if line.get_label() in dataset["method"].values}:
+        figure.legend(handles=list(lines.values()), loc="outside lower center", ncols=len(lines), handlelength=3.0)
     return figure
 
 
@@ -72,42 +74,32 @@ def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     for i, (method, error) in enumerate(zip(dataset["method"].values, errors.values, strict=True)):
         with np.errstate(divide="ignore"):
             digits = np.clip(-np.log10(error), 0, _MOST_DIGITS)
-        price = _line(panel, dataset, i, np.where(np.isfinite(error), digits, np.nan), _WIDTH)
+        price = _line(panel, dataset, i, np.where(np.isfinite(error), digits, np.nan))
         if np.isfinite(price):
             prices.append(f"{method} +{max(price, 0.0):.0%}".replace("%", " %"))
     _ring(panel, dataset, quantity)
     _limit(panel, dataset, quantity)
     panel.set_xlim(0, _WIDTH)
     panel.set_xticks(range(0, 17, 2))
-    panel.set_xlabel("correct digits (error $10^{-digits}$)")
+    panel.set_xlabel(r"correct digits (error $10^{-\mathrm{digits}}$)")
     name = NAMES[quantity].removeprefix("the ").capitalize()
-    panel.set_title(f"{name}\neach digit: {', '.join(prices)}" if prices else name, fontsize=8)
+    # a price is one word
+    told = fill(f"each digit: {', '.join(prices)}".replace(" +", "\u00a0+").replace(" %", "\u00a0%"), _LETTERS)
+    panel.set_title(f"{name}\n{told}".replace("\u00a0", " ") if prices else name, fontsize=8)
 
 
-def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray, width: float) -> float:
-    """Draw one method on an axis from 0 to ``width``; returns the mean growth of its time for a unit of x, less one."""
+def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> float:
+    """Draw one method; returns the mean growth of its time for a unit of x, less one."""
     method = str(dataset["method"].values[number])
     tolerances, time = dataset["tolerance"].values, 1e6 * dataset["wall_time"].values[number]
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(time))
     if not known.size:
         return float("nan")
     known = known[np.argsort(-tolerances[known], kind="stable")]
-    x, time, tolerances = x[known], time[known], tolerances[known]
+    x, time = x[known], time[known]
     colour, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
-    panel.plot(x, time, _DASHES[number % len(_DASHES)], marker=marker, color=colour, markersize=4)
+    panel.plot(x, time, _DASHES[number % len(_DASHES)], marker=marker, color=colour, markersize=4, label=method)
     panel.set_yscale("log")
-    # labels stand beside a steep line, and above or below a flat one
-    steep = np.ptp(np.log10(time)) > 1.0
-    side = {"xytext": (7, -2), "ha": "left", "va": "top"} if steep else _FLAT[number % len(_FLAT)]
-    for i, tolerance in enumerate(tolerances):
-        if steep or i == 0 or abs(x[i] - x[i - 1]) > 0.08 * width:
-            place = {"textcoords": "offset points", "fontsize": 6, "color": "0.35", **side}
-            panel.annotate(_power(tolerance), (x[i], time[i]), **place)
-    # the name stands before the first point where there is room, else above the last one
-    room = x[0] > 0.22 * width
-    name_style: dict[str, Any] = {"textcoords": "offset points", "color": colour, "fontweight": "bold", "ha": "right"}
-    name_style |= {"xytext": (-8, 0) if room or steep else (-16, 13), "va": "center"}
-    panel.annotate(method, (x[0 if room else -1], time[0 if room else -1]), **name_style)
     return float(np.exp(np.polyfit(x, np.log(time), 1)[0]) - 1) if np.ptp(x) > 1 else float("nan")
 
 
@@ -121,6 +113,8 @@ def _ring(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
         error = float(dataset["error"].sel({"quantity": quantity, "method": method, "tolerance": tolerance}))
         digits = min(-np.log10(max(error, 1e-300)), _MOST_DIGITS)
         panel.plot([digits], [1e6 * time], "o", markersize=11, markerfacecolor="none", markeredgecolor="black")
+        above: dict[str, Any] = {"xytext": (0, 7), "textcoords": "offset points", "ha": "center"}
+        panel.annotate(_power(tolerance), (digits, 1e6 * time), fontsize=7, **above)
 
 
 def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
@@ -135,11 +129,9 @@ def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
 
 def _horizon(panel: "Axes", dataset: "xr.Dataset") -> None:
     unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
-    lengths = dataset["horizon"].values
-    width = float(lengths[np.isfinite(lengths)].max()) / unit
     for i in range(dataset.sizes["method"]):
         times = dataset["horizon"].values[i] / unit
-        _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan), width)
+        _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan))
     what = "forcing periods" if "forcing_period" in dataset.variables else "units of time"
     panel.set_xlabel(f"{what} within 1e-6 of the truth")
     panel.set_title("One trajectory in chaos\nbeyond this time only averages mean something", fontsize=8)
@@ -156,9 +148,11 @@ def _heading(dataset: "xr.Dataset") -> str:
     where = f"on a cycle of period {period}" if period else "from a state of the attractor"
     system = str(dataset.attrs.get("system", "")) or "the system"
     missing = "; ".join(_missing(dataset))
+    tolerances = dataset["tolerance"].values.tolist()
     return (
         f"What a digit costs: {system}, {where}{f' (not measured: {missing})' if missing else ''}\n"
-        f"Lower is cheaper, right is more exact. Points: tolerances. Ring: use this for {MANY} digits."
+        f"Lower is cheaper, right is more exact. Points: tolerances {_power(max(tolerances))} to "
+        f"{_power(min(tolerances))}. Ring: use this for {MANY} digits."
     )
 
 

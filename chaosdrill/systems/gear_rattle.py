@@ -17,7 +17,7 @@ PARAMETERS = {
     "beta": (0.1, "oil drag over inertia"),
     "drag": (0.1, "torque of drag over inertia"),
     "amplitude": (1.0, "acceleration of the driving gear"),
-    "omega": (1.0, "frequency of its unevenness"),
+    "omega": (1.0, "frequency of the unevenness"),
     "e": (0.9, "coefficient of restitution"),
 }
 BODIES = {"idler gear": "s", "driving flank": "0", "coast flank": "backlash"}

@@ -7,6 +7,7 @@ direction. All programs carry that derivative along. A time is that of the integ
 interleaved rounds.
 """
 
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -176,7 +177,7 @@ Program = Callable[[float], Measured]
 def problems() -> dict[str, dict[str, tuple[Program, tuple[float, ...]]]]:
     """Return problem -> program -> what computes errors at a tolerance, and the tolerances."""
     made: dict[str, dict[str, tuple[Program, tuple[float, ...]]]] = {
-        "van der Pol, 1e6": {
+        "van der Pol, stiffness 1e6": {
             "radau": (lambda tolerance: _oscillator("radau", tolerance), TOLERANCES),
             "dop853": (lambda tolerance: _oscillator("dop853", tolerance), FEW),
             "taylor": (lambda tolerance: _oscillator("taylor", tolerance), FEW),
@@ -252,8 +253,8 @@ def draw(found: list[Way]) -> Figure:
                 if ways:
                     ax.loglog(seconds, errors, marker + "-", color=colour, markersize=4, label=program)
     for ax, name in zip(axes[0], names, strict=True):
-        ax.set_title(name)
+        ax.set_title(re.sub(r"\b1e(\d+)", r"$10^{\1}$", name).replace("k =", "$k$ ="))
     for ax in axes[1]:
-        ax.set_xlabel("processor time in s")
+        ax.set_xlabel("processor time (s)")
     axes[0, 1].legend(*axes[0, 0].get_legend_handles_labels(), loc="center")
     return figure

@@ -28,7 +28,10 @@ from pathlib import Path
 
 import cascades
 import cost
+import xarray as xr
 from confirm import confirm
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from reading import read
 
 HERE = Path(__file__).resolve().parent
@@ -70,6 +73,10 @@ PICTURES = (
 """Pictures that the page shows."""
 
 
+ENLARGED = {"drill_cascade": ((0.6238, 0.62383), (0.71, 0.757))}
+"""Scenes whose picture has a second panel, and the part that it shows: parameter and state."""
+
+
 def scenes() -> int:
     """Run every scene; return the exit code of the first that fails, else 0."""
     for number, scene in enumerate(SCENES, 1):
@@ -94,13 +101,39 @@ def pictures() -> int:
             if not group:
                 continue
             found = read(OUT / f"{scene}.nc", group)
-            branches(found, over=read(OUT / f"{scene}.nc", "diagram")).savefig(OUT / f"{scene}.png")
+            diagram = read(OUT / f"{scene}.nc", "diagram")
+            figure = enlarged(found, diagram, ENLARGED[scene]) if scene in ENLARGED else branches(found, over=diagram)
+            figure.savefig(OUT / f"{scene}.png")
             multipliers(found).savefig(OUT / f"{scene}-multipliers.png")
             if group == "cascade":
                 cascade(found).savefig(OUT / f"{scene}-cascade.png")
         drawn = [read(OUT / f"{scene}.nc", group) for scene, group in CURVES]
         curves(*drawn, over=read(OUT / "curves_one.nc", "chart")).savefig(OUT / "curves.png")
     return 0
+
+
+def enlarged(found: xr.Dataset, diagram: xr.Dataset, part: tuple[tuple[float, float], ...]) -> Figure:
+    """Branches over a diagram, and below them a part of both, which a frame shows above."""
+    from chaosdrill.plots.branches import branches
+    from chaosdrill.plots.marks import named_once
+    from chaosdrill.plots.style import legend_outside, new_figure
+
+    (left, right), (low, high) = part
+    figure = new_figure(8.4)
+    above, below = figure.subplots(2, 1)
+    for axes in (above, below):
+        branches(found, over=diagram, ax=axes)
+    above.get_legend().remove()
+    below.get_legend().remove()
+    below.set(xlim=(left, right), ylim=(low, high))
+    below.ticklabel_format(axis="x", useOffset=False)
+    above.set_xlabel("")
+    frame = Rectangle(
+        (left, low), right - left, high - low, fill=False, edgecolor="0.25", label="shown below", zorder=5
+    )
+    above.add_patch(frame)
+    legend_outside(figure, named_once(above), handlelength=2.0)
+    return figure
 
 
 def confirmed() -> int:

@@ -194,12 +194,24 @@ def test_a_panel_a_quantity_with_the_price_of_a_digit(table):
     assert figure.get_suptitle().startswith("What a digit costs: oscillator, on a cycle of period 1\n")
 
 
-def test_lines_are_named_and_points_carry_their_tolerance(table):
-    panel = work_precision(table).axes[0]
-    assert [text for text in texts(panel) if not text.startswith("1e")] == ["series", "steps"]
-    assert texts(panel).count("1e-8") == 2
+def test_one_legend_names_the_lines_and_the_ring_its_tolerance(table):
+    figure = work_precision(table)
+    panel = figure.axes[0]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["series", "steps"]
+    assert "Points: tolerances 1e-4 to 1e-14." in figure.get_suptitle()
+    (tolerance,) = texts(panel)
+    assert tolerance in {f"1e-{n}" for n in range(4, 15, 2)}
     assert len({line.get_linestyle() for line in panel.lines[:2]}) == 2
     assert len({line.get_marker() for line in panel.lines[:2]}) == 2
+
+
+def test_titles_of_many_methods_stay_over_their_panels(table):
+    figure = work_precision(
+        table.isel(method=[0, 1, 0, 1]).assign_coords(method=["series", "steps", "third", "fourth"])
+    )
+    figure.canvas.draw()
+    left, right = (panel._left_title if panel.get_title(loc="left") else panel.title for panel in figure.axes[:2])
+    assert left.get_window_extent().x1 < right.get_window_extent().x0
 
 
 def test_points_stand_at_digits_and_microseconds(table):
