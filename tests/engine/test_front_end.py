@@ -16,7 +16,7 @@ from numba.np import arrayobj
 
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import front_end
-from chaosdrill.engine.jit import Record, compiled, inner, rare
+from chaosdrill.engine.jit import Layout, Record, compiled, inner, rare
 from chaosdrill.engine.layout import LaneFunctions
 
 # What the engine takes of numba's inner parts: a new numba that has changed one of them is named here.
@@ -127,7 +127,7 @@ def test_a_record_in_memory_is_read_with_its_functions():
         return record.jacobian_jet.size
 
     values = np.zeros(4)
-    record = Record(kind, LaneFunctions(compiled(float64(float64))(doubled), values, 1.25))
+    record = Record(Layout(kind), LaneFunctions(compiled(float64(float64))(doubled), values, 1.25))
     assert compiled(int64(int64))(apply)(record) == 4
     assert values[0] == 2.5
 
