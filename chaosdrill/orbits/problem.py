@@ -424,9 +424,12 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
     largest[largest == 0] = 1.0
     rows, right = rows / largest[:, np.newaxis], right / largest
     if len(rows) == n:
-        factors, pivots, _ = dgetrf(rows)
+        # an unknown that all equations know little of is no free one
+        widest = np.abs(rows).max(axis=0)
+        widest[widest == 0] = 1.0
+        factors, pivots, _ = dgetrf(rows / widest)
         if np.abs(np.diagonal(factors)).min() > SETTINGS.smallest_pivot:
-            return np.asarray(dgetrs(factors, pivots, right)[0]) / weights
+            return np.asarray(dgetrs(factors, pivots, right)[0]) / widest / weights
     shortest = lstsq(rows, right, SETTINGS.smallest_pivot, lapack_driver="gelsy", check_finite=False)[0]
     return np.asarray(shortest) / weights
 

@@ -266,3 +266,16 @@ def test_noise_covers_the_round_off_of_determinants():
         arcs += 1
         assert abs(np.linalg.det(product) - 1) < noise_of(product, arcs)
     assert abs(np.linalg.det(product) - 1) > 1e-6
+
+
+@pytest.mark.parametrize("end", [0.01835, 0.0188, 0.019])
+def test_a_cascade_does_not_depend_on_how_far_it_is_followed(end):
+    """The gaits of the simplest walker (Garcia et al. 1998, doi:10.1115/1.2798313) double towards chaos near 0.019.
+
+    What all equations know little of, in units of the range, is no unknown that they leave free.
+    """
+    found = cd.continue_orbit(cd.build("simplest-walker"), {"gamma": (0.009, end)}, doublings=4)
+    assert found["doubling_period"].values.tolist() == [1, 2, 4, 8]
+    np.testing.assert_allclose(found["doubling_value"].values[0], 0.0151, atol=1e-4)
+    distances = np.diff(found["doubling_value"].values)
+    assert distances[-2] / distances[-1] == pytest.approx(4.669201609, rel=0.01)
