@@ -25,7 +25,8 @@ def alone(chart: Chart, workers: int) -> tuple[float, float]:
     if workers == 1:
         return clock - waited, clock
     before_and_after = clock - seen["clock"] - (waited - seen["waited"])
-    beside = sum(seen["clock"] - value for value in seen["workers"]) / workers
+    # an executor starts a thread when none is idle: what was never started never waited
+    beside = seen["clock"] - sum(seen["workers"]) / workers
     # the thread that hands out chunks needs a core, too
     return before_and_after + beside + seen["processor"] / workers, clock
 
