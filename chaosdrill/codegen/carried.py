@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import carray, njit, types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
 from numba.extending import (
@@ -373,3 +373,9 @@ def _interpolated(x: Any, xp: Any, fp: Any) -> Any:
         return fp[j] + (fp[j + 1] - fp[j]) / (xp[j + 1] - xp[j]) * (x - xp[j])
 
     return impl
+
+
+@overload(carray, strict=False)
+def _as_array(pointer: Any, shape: Any, dtype: Any = None) -> Any:
+    """A tuple is what the functions of cfuncs are given in place of a pointer."""
+    return (lambda pointer, shape, dtype=None: pointer) if isinstance(pointer, types.BaseTuple) else None

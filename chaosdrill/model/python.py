@@ -53,9 +53,10 @@ class Source(sympy.Atom):
         cls, function: Any, states: Sequence[str], parameters: Sequence[str], count: int, digest: str | None = None
     ) -> "Source":
         made: Source = super().__new__(cls)
-        made.function, made.name = function, plain_function(function).__name__
+        made.function = function if hasattr(function, "py_func") else plain_function(function)
+        made.name = plain_function(function).__name__
         made.states, made.parameters, made.count = tuple(states), tuple(parameters), count
-        made._seen = list(_content(function, []))
+        made._seen = list(_content(made.function, []))
         told = [repr((made.name, made.states, made.parameters, count)), *made._seen]
         # what is not known to be the same is another one
         told += [uuid4().hex for part in made._seen if part == UNKNOWN]
@@ -167,11 +168,13 @@ MOST_SHOWN = 6
 
 def is_python(value: Any) -> bool:
     """Whether a value is a function of Python, compiled by numba or not."""
-    return inspect.isfunction(value) or inspect.isfunction(getattr(value, "py_func", None))
+    return inspect.isfunction(plain_function(value))
 
 
 def plain_function(function: Any) -> Any:
-    """The function that numba compiles."""
+    """The function that numba compiles, of what ``numba.njit`` or ``numba.cfunc`` has made as well."""
+    if type(function).__module__ == "numba.core.ccallback":
+        return function.__wrapped__
     return getattr(function, "py_func", function)
 
 

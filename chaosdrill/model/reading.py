@@ -579,6 +579,11 @@ class Reader:
         try:
             found = sympy.sympify(value, strict=True)
         except (sympy.SympifyError, TypeError, ValueError, AttributeError):
+            if callable(value) and not is_python(value):
+                raise ExpressionError(
+                    f"{value!r:.60} can be called, but numba cannot read its code, of which derivatives are made; "
+                    "pass a Python function, or what numba.njit or numba.cfunc has made of one"
+                ) from None
             raise ExpressionError(
                 f"expected an expression, as text in quotes or of sympy, received {value!r:.60}"
             ) from None

@@ -1,5 +1,6 @@
 """Systems of Python functions, against closed forms, derivatives of many digits, and the same systems as text."""
 
+import ctypes
 import math
 import pickle
 import subprocess
@@ -9,7 +10,7 @@ from math import pi
 import mpmath
 import numpy as np
 import pytest
-from numba import njit
+from numba import carray, cfunc, njit, types
 
 import chaosdrill as cd
 from chaosdrill import ChaosdrillError
@@ -61,6 +62,29 @@ def test_a_branch_doubles_its_period_where_the_closed_form_does():
     branch = cd.continue_orbit(impact(), {"omega": (2.6, 2.85)}, **METHOD)
     special = branch["special_point"].values > 0
     np.testing.assert_allclose(branch["omega"].values[special], [2.65334772785532], rtol=1e-9)
+
+
+POINTER = types.CPointer(types.float64)
+NUMBER = types.float64(types.float64, POINTER, POINTER)
+
+
+def test_cfuncs_are_taken_by_their_code():
+    """They give one number each; derivatives are those of the closed form, of a guard that is one, too."""
+
+    @cfunc(NUMBER)
+    def acceleration(t, x, p):
+        state = carray(x, (2,))
+        return -state[0] + math.cos(p[0] * t)
+
+    @cfunc(NUMBER)
+    def rebound(t, x, p):
+        return -p[1] * x[1]
+
+    stop = cd.Transition("impact", "free", "free", cfunc(NUMBER)(lambda t, x, p: x[0]), +1, reset={"v": rebound})
+    system = impact(modes={"free": {"x": "v", "v": acceleration}}, transitions=[stop])
+    orbit = cd.periodic_orbit(system, **METHOD)
+    np.testing.assert_allclose(np.sort(orbit["multiplier_real"]), closed_multipliers(2.8, 0.8), rtol=1e-9)
+    assert sources(pickle.loads(pickle.dumps(system))) == sources(system)
 
 
 def test_a_smooth_flow_contracts_as_its_divergence_says():
@@ -322,6 +346,10 @@ def array(t, x, p):
     return made[0], 0.0
 
 
+def fill(t, x, p, out):
+    out[0], out[1] = x[1], -x[0]
+
+
 REFUSED = {
     "takes .*; it is to be f": lambda: impact(modes={"free": lambda t, x: x}),
     "expected a table of names": lambda: impact(modes={"free": print}),
@@ -330,6 +358,12 @@ REFUSED = {
     "expected an expression": lambda: cd.driven(impact(), "r", {0: wall}),
     r"method is 'taylor', .* 'oscillator' at modes.free; pass method='dop853' or 'radau' or 'rk4'": lambda: (
         cd.trajectory(impact(), periods=1)
+    ),
+    "can be called, but numba cannot read its code.*numba.cfunc": lambda: impact(
+        modes={"free": {"x": "v", "v": ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(math.sin)}}
+    ),
+    r"takes \(t, x, p, out\); it is to be f": lambda: impact(
+        modes={"free": cfunc(types.void(types.float64, POINTER, POINTER, POINTER))(fill)}
     ),
     "of which no reference of more digits": lambda: cd.work_precision(impact(), periods=1),
     "returns 3 numbers; it is to return 2": lambda: kernels_of(impact(modes={"free": lambda t, x, p: (x.v, 0.0, 0.0)})),
