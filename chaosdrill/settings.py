@@ -217,13 +217,18 @@ class Settings:
         SettingsError
             An argument that cannot be used.
         """
-        read = {}
+        read, table = {}, {}
         for one in fields(cls):
-            value = given[one.name]
+            value, rule = given[one.name], one.metadata["value"]
             if value is None and isinstance(one.default, tuple):
                 value = one.default
             left_out = value is None and one.default is None
-            read[one.name] = None if left_out else one.metadata["value"].read(one.name, value, system)
+            read[one.name] = None if left_out else rule.read(one.name, value, system)
+            if not left_out and not _is_default(one, value):
+                table[one.name] = rule.plain(value)
+        for path, text in (*cls.beside(table), *cls.together(table, Known.of(system))):
+            name, *rest = path or ("",)
+            raise SettingsError(_of_an_argument(str(name), table.get(str(name)), tuple(rest), text) if name else text)
         settings = cls(**read)
         settings.agree(system)
         return settings
@@ -300,6 +305,11 @@ def _parameter(one: "Field[Any]") -> Parameter:
 
 def _is_needed(one: "Field[Any]") -> bool:
     return one.default is MISSING
+
+
+def _is_default(one: "Field[Any]", value: Any) -> bool:
+    """Whether a sound argument says no more than leaving it out does."""
+    return value is one.default or (isinstance(one.default, int | float | str) and bool(value == one.default))
 
 
 def within(place: Path, faults: Faults) -> Faults:

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import Parameter, Signature, cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -24,7 +24,7 @@ from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.progress import Progress, teller, watched
-from chaosdrill.settings import LONGEST, Faults, Number, Settings, Whole, setting, whole
+from chaosdrill.settings import LONGEST, Faults, Known, Number, Settings, Whole, setting, told, whole
 from chaosdrill.typed import LISTENER, PATH, refuse
 
 if TYPE_CHECKING:
@@ -51,6 +51,9 @@ class AnalysisSettings(Settings):
 class _Lengths(AnalysisSettings):
     """How long runs are: in points of a section, or in time units for a system without a forcing."""
 
+    ends: ClassVar[tuple[str, ...]] = ()
+    """Other settings that tell how long a run is."""
+
     periods: int | None = setting(Periods(1), None)
     duration: float | None = setting(Time(above=0, most=LONGEST), None)
     transient: float = setting(Time(least=0, most=LONGEST), 0)
@@ -71,9 +74,11 @@ class _Lengths(AnalysisSettings):
         return counted(system, self.at, self.periods, self.duration, self.transient)
 
     @classmethod
-    def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """Both lengths, or none."""
-        if ("periods" in table) == ("duration" in table):
+    def faults(cls, table: Any, known: Known | None = None, also: Sequence[str] | None = None) -> Faults:
+        """As for all settings; both lengths, or none, which for arguments `counted` refuses, who knows the system."""
+        yield from super().faults(table, known, also)
+        given = {"periods", "duration"} & table.keys() if isinstance(table, Mapping) else {"periods"}
+        if len(given) == 2 or not (given or set(cls.ends) & table.keys()):
             yield (), "give either periods (points of the section) or duration (time units)"
 
 
@@ -162,7 +167,7 @@ class NumericsSettings(Settings):
         method = table.get("method", cls.default("method"))
         if "steps" in table and isinstance(method, str) and method in METHODS and not METHODS[method].fixed_step:
             others = " or ".join(name for name, one in METHODS.items() if one.fixed_step)
-            yield ("steps",), f"{method} chooses its own steps; leave it out, or choose {others}"
+            yield ("steps",), told(f"{method} chooses its own steps; leave it out, or choose {others}", table["steps"])
 
 
 @dataclass(frozen=True)
@@ -284,7 +289,7 @@ class Analysis:
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
         settings = self.settings.read(given, system)
-        numerics = {} if self.settings.own_numerics else {name: given[name] for name in NumericsSettings.values()}
+        numerics = {} if self.settings.own_numerics else vars(NumericsSettings.read(given, system))
         execution = {name: given[name] for name in _EXECUTION if name in given}
         if execution:
             execution["workers"] = whole("workers", execution["workers"], 1)

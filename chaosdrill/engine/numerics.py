@@ -2,16 +2,10 @@
 
 import math
 from dataclasses import dataclass
-from numbers import Real
 
 import numpy as np
 
-from chaosdrill.declared import METHODS
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE
-from chaosdrill.errors import SettingsError
-
-MOST = 1_000_000_000
-"""Largest limit of events."""
 
 ORDERS = np.arange(7, 28, 4)
 """Orders of the Taylor series: its coefficients are computed four at a time."""
@@ -46,20 +40,6 @@ class Numerics:
     max_events: int | None = None
     max_stalls: int = 50
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.method, str) or self.method not in METHODS:
-            raise SettingsError(f"method is {self.method!r}; expected one of {sorted(METHODS)}")
-        if not _is_real(self.tolerance) or not 1e-16 <= self.tolerance <= 1e-2:
-            raise SettingsError(f"tolerance is {self.tolerance!r}; it must lie between 1e-16 and 1e-2")
-        if self.steps is not None and not METHODS[self.method].fixed_step:
-            raise SettingsError(f"steps is {self.steps!r}, but method {self.method!r} chooses its own; leave steps out")
-        if self.steps is not None and not _is_whole(self.steps, 4, 10_000_000):
-            raise SettingsError(f"steps is {self.steps!r}; it must lie between 4 and 10000000 a period, whole")
-        if self.max_events is not None and not _is_whole(self.max_events, 1, MOST):
-            raise SettingsError(f"max_events is {self.max_events!r}; it must lie between 1 and {MOST}, whole")
-        if not _is_whole(self.max_stalls, 1, MOST):
-            raise SettingsError(f"max_stalls is {self.max_stalls!r}; it must lie between 1 and {MOST}, whole")
-
     @property
     def step_error(self) -> float:
         """Error that a step may make, as a part of what it moves: the tolerance, but for rounding."""
@@ -90,11 +70,3 @@ _ROUNDING = 4e-15
 
 def _nearest_order(wanted: float) -> int:
     return int(ORDERS[np.argmin(np.abs(ORDERS - wanted))])
-
-
-def _is_real(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
-
-
-def _is_whole(value: object, least: int, most: int) -> bool:
-    return _is_real(value) and least <= value <= most and value == int(value)  # type: ignore[operator,call-overload]

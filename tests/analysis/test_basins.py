@@ -125,7 +125,7 @@ def test_a_state_that_the_mode_holds_spans_no_grid():
         ({"x": [0.0]}, r"grid: names \['x'\]; basins are drawn over two states"),
         ({"x": [0.0], "a": [0.0]}, "grid.a: unknown state; known here: x, y"),
         ({"x": [0.0, 0.0], "y": [1.0]}, "grid.x is .*; contains a value twice"),
-        (None, "grid is None; it must be two states with their values"),
+        (None, "grid: missing; give two states with their values"),
     ],
 )
 def test_grids_that_cannot_be_used(bistable, grid, words):

@@ -123,7 +123,7 @@ def test_times_that_cannot_be(oscillator, times, told):
 
 
 def test_samples_beside_times_are_refused(oscillator):
-    with pytest.raises(SettingsError, match="samples is 7, but times are given"):
+    with pytest.raises(SettingsError, match="samples is 7; times are given"):
         cd.trajectory(oscillator, times=[0.0, 1.0], samples=7)
     with pytest.raises(SceneError, match="samples: times are given"):
         cd.parse_scene(SCENE.format(times="[0, 1]") + "samples = 7\n")

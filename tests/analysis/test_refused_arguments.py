@@ -8,14 +8,14 @@ import chaosdrill as cd
 from chaosdrill.analysis.arguments import MOST_NUMBERS, check_record
 
 NUMERICS = [
-    ({"tolerance": "fine"}, "tolerance is 'fine'; it must lie between 1e-16 and 1e-2"),
+    ({"tolerance": "fine"}, "tolerance is 'fine'; expected a number"),
     ({"tolerance": None}, "tolerance is None"),
     ({"tolerance": [1e-9]}, r"tolerance is \[1e-09\]"),
     ({"tolerance": float("nan")}, "tolerance is nan"),
     ({"tolerance": 1e-9j}, "tolerance is 1e-09j"),
-    ({"method": ["taylor"]}, r"method is \['taylor'\]; expected one of \['dop853', 'radau', 'rk4', 'taylor'\]"),
+    ({"method": ["taylor"]}, r"method is \['taylor'\]; expected text"),
     ({"method": None}, "method is None"),
-    ({"method": "rk4", "steps": "many"}, "steps is 'many'; it must lie between 4"),
+    ({"method": "rk4", "steps": "many"}, "steps is 'many'; expected a whole number"),
     ({"method": "rk4", "steps": True}, "steps is True"),
     ({"method": "rk4", "steps": [100]}, r"steps is \[100\]"),
     ({"method": "rk4", "steps": 100.5}, "steps is 100.5"),

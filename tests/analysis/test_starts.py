@@ -134,7 +134,7 @@ def test_lists_of_a_scene_that_cannot_be(initial, told):
         ([{"w": 1.0}], "names 'w', which is no state"),
         ([{"mode": "onn"}], "run 1 has the mode 'onn'; did you mean 'on'"),
         ({"x": [1.0, 2.0], "y": [0.0]}, "columns of lengths"),
-        (None, "grid is None; it must be two states .* or give a list"),
+        (None, "grid: missing; give two states .* or a list"),
     ],
 )
 def test_lists_that_cannot_be(wells, initial, told):

@@ -339,21 +339,6 @@ def test_order_grows_as_tolerance_falls():
     assert orders[0] < orders[-1] <= 38
 
 
-FAULTS = [
-    ({"method": "euler"}, "method is 'euler'; expected one of"),
-    ({"tolerance": 0.0}, "tolerance is 0.0; it must lie between 1e-16 and 1e-2"),
-    ({"tolerance": float("nan")}, "tolerance is nan"),
-    ({"steps": 100}, "steps is 100, but method 'taylor' chooses its own"),
-    ({"method": "rk4", "steps": 3}, "steps is 3; it must lie between 4 and"),
-]
-
-
-@pytest.mark.parametrize(("settings", "words"), FAULTS)
-def test_numbers_that_cannot_be_used_are_refused(settings, words):
-    with pytest.raises(cd.SettingsError, match=words):
-        Numerics(**settings)
-
-
 # The coefficients of order 8: scipy's, and of the order that they claim, with the step and with the dense output.
 
 

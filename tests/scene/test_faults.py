@@ -131,10 +131,10 @@ follow = "grazing"
 
 ORBITS_CASES = [
     ("period = 2", "period = 0", "6: analysis.orbit.period: must be at least 1, received 0"),
-    ("period = 2", "max_period = 2", '4: analysis.orbit: max_period applies only with start = "search"'),
+    ("period = 2", "max_period = 2", '6: analysis.orbit.max_period: applies with start = "search" only; leave it'),
     ('"guess"', '"rest"', "7: analysis.orbit.start: expected one of ['attractor', 'guess', 'search'], received 'rest'"),
-    ("max_period = 4", "", '8: analysis.all: start = "search" needs max_period'),
-    ("max_period = 4", "max_period = 4\nperiod = 1", '8: analysis.all: start = "search" looks for all periods'),
+    ("max_period = 4", "", '8: analysis.all.max_period: missing; start = "search" needs the longest period'),
+    ("max_period = 4", "max_period = 4\nperiod = 1", '12: analysis.all.period: start = "search" looks for all up'),
     ("x = [-1, 0.2]", "z = [-1, 0.2]", "12: analysis.all.random.z: unknown state; known here: x, v"),
     ("sweep.omega = { start = 2.6", "sweep.omeg = { start = 2.6", "15: analysis.branch.sweep.omeg: unknown parameter"),
     ("stop = 2.4 }", "stop = 2.6 }", "15: analysis.branch.sweep.omega: start and stop are equal"),
@@ -159,10 +159,14 @@ ORBITS_CASES = [
     ),
     ("doublings = 3", "doublings = 40", "16: analysis.branch.doublings: must be at most 12, received 40"),
     ("step = 1e-3", "step = 0.0", "17: analysis.branch.step: must be greater than 0, received 0.0"),
-    ("step = 1e-3", "step = 0.25", "13: analysis.branch: step exceeds the range"),
-    ("step = 1e-3", 'follow = "fold"', "13: analysis.branch: follow needs a second parameter"),
-    ('follow = "grazing"', "", "18: analysis.curve: sweep names two parameters: set follow"),
-    ('follow = "grazing"', 'follow = "fold"\ndoublings = 1', "18: analysis.curve: a curve in two parameters has no"),
+    ("step = 1e-3", "step = 0.25", "17: analysis.branch.step: is longer than the whole range of 'omega'"),
+    ("step = 1e-3", 'follow = "fold"', "17: analysis.branch.follow: sweep names only 'omega'; name the second"),
+    ('follow = "grazing"', "", "18: analysis.curve.follow: missing, though sweep names two parameters"),
+    (
+        'follow = "grazing"',
+        'follow = "fold"\ndoublings = 1',
+        "23: analysis.curve.doublings: a curve in two",
+    ),
     ('"grazing"', '"torus"', "22: analysis.curve.follow: expected one of ['fold', 'period_doubling', 'grazing']"),
 ]
 
@@ -344,7 +348,7 @@ WORK_PRECISION_CASES = [
     ("[1e-4, 1e-8]", "[1e-4, 1e-18]", "8: analysis.cost.tolerances[1]: must be at least 1e-16, received 1e-18"),
     ("[1e-4, 1e-8]", "[1e-4, 1]", "8: analysis.cost.tolerances[1]: must be at most 0.01, received 1"),
     ("[1e-4, 1e-8]", "[1e-4, 1e-4]", "8: analysis.cost.tolerances: contains a value twice"),
-    ("[100, 1000]", "[100]", "9: analysis.cost.steps: give tolerances too, one for each entry of steps"),
+    ("[100, 1000]", "[100]", "9: analysis.cost.steps: expected a list of 2 counts, one for each of tolerances"),
     ("[100, 1000]", "[100, 2]", "9: analysis.cost.steps[1]: must be at least 4, received 2"),
     ("repeats = 3", "repeats = 0", "10: analysis.cost.repeats: must be at least 1, received 0"),
     ("repeats = 3", "repeat = 3", "10: analysis.cost.repeat: unknown key; did you mean 'repeats'?"),

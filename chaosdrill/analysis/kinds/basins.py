@@ -75,10 +75,9 @@ class Basins(Points):
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """A length, and initial states in one way at least."""
+        """Initial states in one way at least."""
         if not {"grid", "initial"} & table.keys():
-            yield ("grid",), "missing; or give a list of initial states (initial)"
-        yield from super().beside(table)
+            yield ("grid",), "missing; give two states with their values, or a list of initial states (initial)"
 
     def agree(self, system: "HybridSystem") -> None:
         """Refuse a state that the initial mode holds at one value."""
@@ -87,12 +86,6 @@ class Basins(Points):
 
         mode = str(system.initial["mode"])
         held = [system.state_names[i] for i in pinned_states(system, mode)]
-        if self.grid is None and self.initial is None:
-            example = {name: [-1.0, 0.0, 1.0] for name in system.state_names[:2]}
-            raise SettingsError(
-                f"grid is {self.grid!r}; it must be two states with their values, as in {example}, or give a list of "
-                "initial states (initial)"
-            )
         for name in self.grid or {}:
             if name in held:
                 raise SettingsError(

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.analysis.arguments import Ranges
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
 from chaosdrill.dataset.schema import ITERATE, MULTIPLIER, STATES, SWEEP, axis, grazing, may, need, table
-from chaosdrill.errors import SettingsError
-from chaosdrill.settings import LONGEST, Choice, Faults, Known, Number, Whole, setting
+from chaosdrill.settings import LONGEST, Choice, Faults, Known, Number, Whole, setting, told
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,36 +83,20 @@ class Continuation(Orbit):
     step: float | None = setting(Number(above=0.0, most=LONGEST), None)
     max_points: int = setting(Whole(2, 1_000_000), 2000)
 
-    def agree(self, system: "HybridSystem") -> None:
-        """Refuse a curve without two parameters and something to follow, or a branch with them; and too long a step."""
-        super().agree(system)
-        names, follow = list(self.sweep), self.follow
-        if follow is not None and len(names) != 2:
-            raise SettingsError(
-                f"follow is {follow!r}, but sweep names only {names[0]!r}; name the second parameter too"
-            )
-        if follow is None and len(names) == 2:
-            raise SettingsError(f"sweep names {names}, but follow is missing; expected one of {list(FOLLOW)}")
-        if follow is not None and self.doublings:
-            raise SettingsError(f"doublings is {self.doublings}, but a curve in two parameters has none; leave it out")
-        if self.step is not None and self.step > self.room:
-            raise SettingsError(
-                f"step is {self.step!r}, longer than the whole range of {names[0]!r}, which is {self.room:g}"
-            )
-
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
-        """As for arguments."""
-        sweep, follow = table["sweep"], table.get("follow")
-        if follow is None and len(sweep) == 2:
-            yield (), "sweep names two parameters: set follow to the kind of special point to continue"
-        elif follow is not None and len(sweep) == 1:
-            yield (), "follow needs a second parameter: name it in sweep too"
+        """A curve without two parameters and something to follow, a branch with them, and too long a step."""
+        names, follow = list(table["sweep"]), table.get("follow")
+        if follow is None and len(names) == 2:
+            yield ("follow",), f"missing, though sweep names two parameters; expected one of {list(FOLLOW)}"
+        elif follow is not None and len(names) == 1:
+            yield ("follow",), told(f"sweep names only {names[0]!r}; name the second parameter too", follow)
         elif follow is not None and table.get("doublings"):
-            yield (), "a curve in two parameters has no doublings; leave it out"
-        first = next(iter(sweep.values()))
-        if table.get("step", 0) > abs(first["stop"] - first["start"]):
-            yield (), "step exceeds the range of the (first) parameter"
+            yield ("doublings",), told("a curve in two parameters has none; leave it out", table["doublings"])
+        first = table["sweep"][names[0]]
+        room = abs(first["stop"] - first["start"])
+        if table.get("step", 0) > room:
+            yield ("step",), told(f"is longer than the whole range of {names[0]!r}, which is {room:g}", table["step"])
 
     @property
     def room(self) -> float:

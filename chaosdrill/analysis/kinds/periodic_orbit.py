@@ -21,8 +21,7 @@ from chaosdrill.dataset.schema import (
     rates,
     table,
 )
-from chaosdrill.errors import SettingsError
-from chaosdrill.settings import Choice, Faults, Known, Whole, setting
+from chaosdrill.settings import Choice, Faults, Known, Whole, setting, told
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
-_OF_A_SEARCH = ("max_period", "seeds", "random")
 
 VARIABLES = table(
     *STATES,
@@ -87,34 +85,16 @@ class PeriodicOrbit(Orbit):
     seeds: list[dict[str, Any]] | None = setting(SEEDS, None)
     random: dict[str, Any] | None = setting(RANDOM, None)
 
-    def agree(self, system: "HybridSystem") -> None:
-        """Refuse what only a search takes, or one that is not told how far to look."""
-        super().agree(system)
-        if self.start != "search":
-            for name in _OF_A_SEARCH:
-                if (value := getattr(self, name)) is not None:
-                    raise SettingsError(
-                        f'{name} is {value!r}, but start is {self.start!r}; give it with start="search" only'
-                    )
-        elif self.max_period is None:
-            raise SettingsError('max_period is missing; with start="search" give the longest period to look for')
-        elif self.at is not None:
-            raise SettingsError(f'at is {self.at!r}, but start is "search", which looks for all rounds; drop it')
-        elif self.period != 1:
-            raise SettingsError(
-                f'period is {self.period}, but start is "search", which looks for all up to max_period; drop it'
-            )
-
     @classmethod
     def together(cls, table: Mapping[str, Any], known: Known) -> Faults:
-        """As for arguments."""
-        if table.get("start") == "search":
-            if "max_period" not in table:
-                yield (), 'start = "search" needs max_period, the longest period to look for'
-            elif "period" in table:
-                yield (), 'start = "search" looks for all periods: give max_period, no period'
-        elif given := [name for name in _OF_A_SEARCH if name in table]:
-            yield (), f'{given[0]} applies only with start = "search"'
+        """What only a search takes, or does not take, and one that is not told how far to look."""
+        searches = table.get("start") == "search"
+        if searches and "max_period" not in table:
+            yield ("max_period",), 'missing; start = "search" needs the longest period to look for'
+        words = 'start = "search" looks for all up to max_period' if searches else 'applies with start = "search" only'
+        for name in ("period", "at") if searches else ("max_period", "seeds", "random"):
+            if name in table:
+                yield (name,), told(f"{words}; leave it out", table[name])
 
 
 @analysis(

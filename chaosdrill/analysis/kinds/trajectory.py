@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from chaosdrill.analysis.arguments import Span, Times, counted
 from chaosdrill.analysis.base import Record, analysis
@@ -24,7 +24,7 @@ from chaosdrill.dataset.schema import (
     table,
 )
 from chaosdrill.errors import SettingsError
-from chaosdrill.settings import Faults, Whole, setting
+from chaosdrill.settings import Faults, Whole, setting, told
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,6 +77,8 @@ VARIABLES = table(
 class Trajectory(Record):
     """Settings of `trajectory`."""
 
+    ends: ClassVar[tuple[str, ...]] = ("times",)
+
     samples: int | None = setting(Whole(1), None)
     times: Any = setting(Times(), None)
     initial: Any = setting(STARTS, None)
@@ -84,17 +86,13 @@ class Trajectory(Record):
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """A length, which the last of given times is too, and samples or times."""
+        """Samples and times."""
         if "times" in table and "samples" in table:
-            yield ("samples",), f"{_EITHER}; leave one of them out"
-        if "times" not in table or {"periods", "duration"} & table.keys():
-            yield from super().beside(table)
+            yield ("samples",), told(f"{_EITHER}; leave one of them out", table["samples"])
 
     def agree(self, system: "HybridSystem") -> None:
-        """As for every run; and refuse times in a run that is counted in something else, or has samples."""
+        """As for every run; and refuse times in a run that is counted in something else."""
         super().agree(system)
-        if self.times is not None and self.samples is not None:
-            raise SettingsError(f"samples is {self.samples!r}, but {_EITHER}; leave one of them out")
         if self.times is not None and self.counts(system) == "section":
             raise SettingsError(f"times and at={self.at!r} exclude each other; leave one of them out")
         if self.initial is not None and self.counts(system) == "section":

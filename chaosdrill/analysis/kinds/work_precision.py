@@ -10,7 +10,7 @@ from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import STATES, axis, clocked, forcing, need, outcome, table
 from chaosdrill.declared import METHODS
 from chaosdrill.errors import SettingsError
-from chaosdrill.settings import Faults, ListOf, Number, Whole, setting
+from chaosdrill.settings import Faults, ListOf, Number, Whole, setting, told
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,20 +59,12 @@ class WorkPrecision(Record):
     steps: list[int] | None = setting(ListOf(Whole(4, 10_000_000)), None)
     repeats: int = setting(Whole(1, 1000), 5)
 
-    def agree(self, system: "HybridSystem") -> None:
-        """Refuse another number of steps than of tolerances."""
-        if self.steps is not None and len(self.steps) != len(self.tolerances):
-            raise SettingsError(
-                f"steps is {self.steps!r}; it must be a list of {len(self.tolerances)} counts, one for each tolerance"
-            )
-
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """As for arguments."""
-        yield from super().beside(table)
-        steps, tolerances = table.get("steps"), table.get("tolerances")
-        if isinstance(steps, list) and not (isinstance(tolerances, list) and len(steps) == len(tolerances)):
-            yield ("steps",), "give tolerances too, one for each entry of steps"
+        """Another number of steps than of tolerances."""
+        steps, tolerances = table.get("steps"), table.get("tolerances", list(TOLERANCES))
+        if isinstance(steps, list) and isinstance(tolerances, list) and len(steps) != len(tolerances):
+            yield ("steps",), told(f"expected a list of {len(tolerances)} counts, one for each of tolerances", steps)
 
 
 @analysis(
