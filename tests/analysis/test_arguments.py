@@ -1,5 +1,7 @@
 """An argument that cannot be used is refused; the text names it, the value and the remedy."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -162,9 +164,7 @@ SAME_RULES = [
 ]
 
 
-@pytest.mark.parametrize(("line", "arguments", "words"), SAME_RULES)
-def test_scenes_and_arguments_are_refused_in_the_same_words(duffing, line, arguments, words):
-    scene = """
+DUFFING = """
 [system]
 parameters = { gamma = 0.1, k = 0.2 }
 initial = { x = 0.0, v = 0.1 }
@@ -174,14 +174,37 @@ modes.free = { x = "v", v = "-k*v - x + gamma*cos(t)" }
 time = "t"
 period = "2*pi"
 [analysis.a]
-kind = "bifurcation-diagram"
-transient = 1
-periods = 4
-sweep.gamma = [0.1]
 """
+
+
+@pytest.mark.parametrize(("line", "arguments", "words"), SAME_RULES)
+def test_scenes_and_arguments_are_refused_in_the_same_words(duffing, line, arguments, words):
+    scene = f"{DUFFING}kind = 'bifurcation-diagram'\ntransient = 1\nperiods = 4\nsweep.gamma = [0.1]\n{line}\n"
     with pytest.raises(cd.SceneError) as of_scene:
-        cd.parse_scene(f"{scene}{line}\n")
+        cd.parse_scene(scene)
     with pytest.raises(cd.SettingsError) as of_arguments:
         cd.bifurcation_diagram(duffing, **{"sweep": {"gamma": [0.1]}, **DIAGRAM, **arguments})
+    assert words in str(of_scene.value)
+    assert words in str(of_arguments.value)
+
+
+EXCLUDED = [
+    ("periodic-orbit", 'start = "search"\nmax_period = 2\nat = "x > 0"', 'start = "search" looks for all'),
+    ("periodic-orbit", "max_period = 2", 'applies with start = "search" only'),
+    ("continuation", 'sweep.gamma = { start = 0.1, stop = 0.9 }\nfollow = "fold"', "sweep names only 'gamma'"),
+    ("trajectory", "times = [1.0]\nsamples = 4", "times are given"),
+    ("work-precision", "periods = 8\ntolerances = [1e-6]\nsteps = [100, 200]", "expected a list of 1 counts"),
+]
+
+
+@pytest.mark.parametrize(("kind", "settings", "words"), EXCLUDED)
+def test_settings_that_exclude_each_other_do_so_in_scenes_and_arguments(duffing, kind, settings, words):
+    with pytest.raises(cd.SceneError) as of_scene:
+        cd.parse_scene(f"{DUFFING}kind = '{kind}'\n{settings}\n")
+    arguments = tomllib.loads(settings)
+    if sweep := arguments.get("sweep"):
+        arguments["sweep"] = {name: tuple(ends.values()) for name, ends in sweep.items()}
+    with pytest.raises(cd.SettingsError) as of_arguments:
+        getattr(cd, analyses()[kind].function)(duffing, **arguments)
     assert words in str(of_scene.value)
     assert words in str(of_arguments.value)
