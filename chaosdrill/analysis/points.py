@@ -454,7 +454,8 @@ def rate_errors(plan: Plan, batch: Batch, which: np.ndarray, cycle: np.ndarray) 
         blocks = whole_cycles(batch.ends, length)
         totals, times = (values[which[here]][:, blocks].swapaxes(0, 1) for values in (batch.integrals, batch.times))
         with np.errstate(invalid="ignore", divide="ignore"):
-            found[here] = error_of_mean_rate(totals, times[..., np.newaxis])
+            pace = batch.moved[which[here]] / batch.length[which[here], np.newaxis]
+            found[here] = error_of_mean_rate(totals, times[..., np.newaxis], plan.numerics, pace)
     return dict(zip(names_of_errors(plan.system.quadratures), found.T, strict=True))
 
 

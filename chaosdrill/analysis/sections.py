@@ -323,7 +323,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     errors = np.full(len(system.quadratures), np.nan)
     if outcome == Outcome.OK:
         chosen = whole_cycles(blocks.points, period)
-        errors = error_of_mean_rate(blocks.totals[chosen], blocks.times[chosen, np.newaxis])
+        errors = error_of_mean_rate(blocks.totals[chosen], blocks.times[chosen, np.newaxis], numerics, blocks.pace)
     rates |= dict(zip(names_of_errors(system.quadratures), errors, strict=True))
     variables = {
         "section": (("iterate", "state"), points[:, :n]),
@@ -350,11 +350,13 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
 
 @dataclass(frozen=True)
 class _Blocks:
-    """Quadratures, shape (B + 1, q), and times since a record began, when it had so many points of the section."""
+    """Quadratures, shape (B + 1, q), and times since a record began, when it had so many points of the section; and how
+    far quadratures move per unit of time, up or down, shape (q,)."""
 
     points: np.ndarray
     times: np.ndarray
     totals: np.ndarray
+    pace: np.ndarray
 
 
 def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run, Record, _Blocks]:
@@ -373,7 +375,8 @@ def _recorded(where: Section, given: Any, job: "Job") -> tuple[int, Outcome, Run
         found = record(run, count, events=where.transitions is not None, report=job.report(plan.count))
         ends = block_ends(len(found.samples), BLOCKS)
         totals = np.vstack([np.zeros((1, q)), found.samples[:, n : n + q]])[ends]
-        blocks = _Blocks(ends, ends * plan.unit, totals)
+        times = ends * plan.unit
+        blocks = _Blocks(ends, times, totals, run.moved / (times[-1] or plan.unit))
     return first, found.outcome if outcome == Outcome.OK else outcome, run, found, blocks
 
 
@@ -392,7 +395,8 @@ def _recorded_returns(where: Section, run: Run, count: int, job: "Job") -> tuple
             break
     events, at_times = (np.concatenate(rows) for rows in ([one.events for one in parts], [one.times for one in parts]))
     found = Record(parts[-1].outcome, parts[-1].samples, events, at_times)
-    return found, _Blocks(ends[: len(times)], np.array(times), np.array(totals))
+    pace = run.moved / (times[-1] or where.unit)
+    return found, _Blocks(ends[: len(times)], np.array(times), np.array(totals), pace)
 
 
 def cycle_rates(

@@ -98,7 +98,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
             "block_time": ("block", ends[1:] * plan.unit),
         },
     )
-    return ds.assign(_averages(system, run, plan, ends, drilled, complete))
+    return ds.assign(_averages(system, run, plan, job.numerics, ends, drilled, complete))
 
 
 def computed_exponents(structure: Structure, count: int) -> int:
@@ -162,7 +162,13 @@ def mean_exponents(
 
 
 def _averages(
-    system: HybridSystem, run: Run, plan: Span, ends: np.ndarray, drilled: np.ndarray, complete: bool
+    system: HybridSystem,
+    run: Run,
+    plan: Span,
+    numerics: Numerics,
+    ends: np.ndarray,
+    drilled: np.ndarray,
+    complete: bool,
 ) -> dict[str, Any]:
     """What the run counted besides the exponents, without rates if it came to an early end; the closest grazing stays.
 
@@ -177,7 +183,8 @@ def _averages(
         "tie_count": ((), np.int64(run.ties)),
         **{name: ((), value) for name, value in rates.items()},
     }
-    errors = error_of_mean_rate(drilled, (ends * plan.unit)[:, np.newaxis])
+    times = ends * plan.unit
+    errors = error_of_mean_rate(drilled, times[:, np.newaxis], numerics, run.moved / times[-1])
     variables |= {name: ((), error) for name, error in zip(names_of_errors(system.quadratures), errors, strict=True)}
     if len(run.vectors):
         all_of_them = len(run.vectors) == len(system.states)

@@ -108,10 +108,11 @@ def error_of_exponents(rates: np.ndarray, numerics: "Numerics", steps: Any, leng
         return np.hypot(standard_error(rates), of_method)
 
 
-def error_of_mean_rate(totals: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Standard error of the mean rate of what has come to some totals by the ends of blocks.
+def error_of_mean_rate(totals: np.ndarray, times: np.ndarray, numerics: "Numerics", pace: np.ndarray) -> np.ndarray:
+    """Error of the mean rate of what has come to some totals by the ends of blocks: of the mean, and of the method.
 
     Blocks that last longer count more: what a block has beyond its time's share of the whole is an error of the mean.
+    The method's is the part of the totals' way that its steps may be wrong by.
 
     Parameters
     ----------
@@ -119,18 +120,22 @@ def error_of_mean_rate(totals: np.ndarray, times: np.ndarray) -> np.ndarray:
         Totals at the beginning of the first block and at the end of each.
     times : ndarray, shape (blocks + 1, ...)
         Times there, of a shape that goes with that of the totals.
+    numerics : Numerics
+    pace : ndarray, shape (...)
+        How far the totals move, up or down, per unit of time.
 
     Returns
     -------
     ndarray, shape (...)
-        As `standard_error`; NaN with fewer than two blocks.
+        NaN with fewer than two blocks.
     """
     spans = np.diff(times, axis=0)
     if len(spans) < 2:
         return np.full(totals.shape[1:], np.nan)
     length = times[-1] - times[0]
     mean = (totals[-1] - totals[0]) / length
-    return standard_error((np.diff(totals, axis=0) - mean * spans) / (length / len(spans)))
+    of_mean = standard_error((np.diff(totals, axis=0) - mean * spans) / (length / len(spans)))
+    return np.asarray(np.hypot(of_mean, numerics.global_error * pace))
 
 
 def _least_fall(apart: np.ndarray, orders: np.ndarray) -> np.ndarray:

@@ -205,6 +205,12 @@ class Batch:
         return taken
 
     @property
+    def moved(self) -> np.ndarray:
+        """How far quadratures have moved in all, up or down, since the averages began, shape (P, q)."""
+        way: np.ndarray = self._states.sums[:, 2]
+        return way
+
+    @property
     def counts(self) -> np.ndarray:
         """How often each transition was taken since the averages began, shape (P, transitions)."""
         numbers: np.ndarray = self._states.counts
@@ -360,7 +366,7 @@ class Batch:
         states = self._states
         growth = states.logs[p] + np.log(states.grown[p])
         self.sums[p, s] = np.where(states.dead[p] == 1, -np.inf, growth)[: len(self._frame)]
-        self.integrals[p, s] = states.sums[p].sum(axis=0)
+        self.integrals[p, s] = states.sums[p, :2].sum(axis=0)
 
     def _step_to_the_section(self, which: np.ndarray, stretches: np.ndarray) -> None:
         """Run points whose lengths are counted by the events of the section, as ``lane_flow`` does eight."""

@@ -81,7 +81,7 @@ class States(NamedTuple):
     scale: Any
     """(P, n + q): sizes that states have had of late, and what integrals have moved in a step"""
     sums: Any
-    """(P, 2, q): quadratures as compensated sums"""
+    """(P, 3, q): quadratures as compensated sums, and how far they have moved in all"""
     vectors: Any
     """(P, m, n): tangents, one a row"""
     slots: Any

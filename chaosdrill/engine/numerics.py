@@ -48,6 +48,14 @@ class Numerics:
         return max(self.tolerance, _ROUNDING)
 
     @property
+    def global_error(self) -> float:
+        """Error that the steps of a forcing period make together, as a part of what they move.
+
+        Adaptive methods are more accurate than their tolerance where motion contracts; fixed steps lose an order.
+        """
+        return self.step_error * ((self.steps or 200) / (2 * math.pi) if self.method == "rk4" else 1.0)
+
+    @property
     def order(self) -> int:
         """Degree of a guard's polynomial on a step.
 

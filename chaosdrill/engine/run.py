@@ -179,8 +179,14 @@ class Run:
 
     def integrals(self) -> np.ndarray:
         """Quadratures since the start of the run, shape (q,)."""
-        total: np.ndarray = self.states.sums[0].sum(axis=0)
+        total: np.ndarray = self.states.sums[0, :2].sum(axis=0)
         return total
+
+    @property
+    def moved(self) -> np.ndarray:
+        """How far quadratures have moved in all, up or down, since the last ``forget``, shape (q,)."""
+        way: np.ndarray = self.states.sums[0, 2]
+        return way
 
     @property
     def ties(self) -> int:

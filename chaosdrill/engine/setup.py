@@ -174,7 +174,7 @@ def states_of(
         c=constants,
         x=np.array(starts, dtype=float),
         scale=np.zeros((points, n + q)),
-        sums=np.zeros((points, 2, q)),
+        sums=np.zeros((points, 3, q)),
         vectors=np.repeat(tangents[np.newaxis], points, axis=0),
         slots=np.repeat(np.arange(max(m, 1))[np.newaxis], points, axis=0),
         dead=np.zeros((points, max(m, 1)), dtype=np.int64),

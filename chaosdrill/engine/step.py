@@ -137,11 +137,12 @@ def pass_strobe(settings, run):
 
 @inlined
 def add_to(sums, i, term):
-    """Add to a compensated sum (Neumaier 1974): row 0 holds the sum, row 1 what it has lost."""
+    """Add to a compensated sum (Neumaier 1974): row 0 holds the sum, row 1 what it has lost, row 2 the terms' sizes."""
     old = sums[0, i]
     new = old + term
     sums[1, i] += (old - new) + term if abs(old) >= abs(term) else (term - new) + old
     sums[0, i] = new
+    sums[2, i] += abs(term)
 
 
 @inlined

@@ -168,7 +168,7 @@ def test_a_round_that_ends_on_an_event_keeps_its_rank(count):
 
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-8, 1e-5])
 def test_on_a_cycle_the_error_is_that_of_the_method(tolerance):
-    """Real multipliers of the impact oscillator's period-1 orbit, trace and determinant in closed form.
+    """Real multipliers of the impact oscillator's period-1 orbit, its mean place and power, in closed form.
 
     Blocks of whole periods are alike there, to the last bit: their spread says nothing.
     """
@@ -183,6 +183,7 @@ def test_on_a_cycle_the_error_is_that_of_the_method(tolerance):
         ],
         period="2*pi/w",
         initial={"mode": "free", "x": -0.3},
+        quadratures={"place": "x", "work": "v*cos(w*t)"},
     )
     w, r = np.linspace(2.56, 2.67, 120), 0.3
     period = 2 * np.pi / w
@@ -201,3 +202,11 @@ def test_on_a_cycle_the_error_is_that_of_the_method(tolerance):
     assert gap.size >= 150
     assert np.mean(gap <= 2 * error) >= 0.95
     assert np.median(error) < 10 * tolerance
+    # x = cos(wt + f)/(1 - w^2) + a cos t + b sin t between impacts at 0 and the period
+    b = -1 / ((w**2 - 1) * np.hypot(1 / np.tan(period / 2), (1 - r) / ((1 + r) * w)))
+    means = {"place": 2 * b / period, "work": 2 * (1 - r) / (1 + r) * b**2 / period}
+    for name, mean in means.items():
+        gap = np.abs(found[f"{name}_rate"].values - mean[real])[once]
+        error = found[f"{name}_rate_error"].values[once]
+        assert np.mean(gap <= 2 * error) >= 0.95
+        assert np.median(error) < 10 * tolerance
