@@ -275,22 +275,23 @@ def frozen_states(system: "HybridSystem | Definition") -> list[Any]:
     return [x for x in system.states if x not in reset and all(f[x] == 0 for f in system.modes.values())]
 
 
-def pinned_states(system: "HybridSystem", mode: str) -> tuple[int, ...]:
+def pinned_states(system: "HybridSystem", mode: str, known: Set[Any] = frozenset()) -> tuple[int, ...]:
     """States that a mode holds at a constant or leads along a function of time.
 
     Every way in resets them to a number, or to a function of time whose derivative is their rate there, so that they
     follow it whenever the mode began: the state has no freedom in that direction, so no tangent either. A state whose
-    value is carried into the mode is frozen, not pinned.
+    value is carried into the mode is frozen, not pinned. States that are ``known`` count as numbers.
     """
+    unknown = set(system.states) - known
     ways_in = [t for t in system.transitions if t.target == mode and set(t.source) != {mode}]
     within = [t for t in system.transitions if t.target == mode and t not in ways_in]
 
     def follows(x: Any, t: "Transition") -> bool:
         value = t.reset.get(x)
-        if value is None or value.free_symbols & set(system.states):
+        if value is None or value.free_symbols & unknown:
             return False
         gap = time_derivative(system, value) - system.modes[mode][x]
-        return bool(gap == 0 or (not gap.free_symbols & set(system.states) and sympy.simplify(gap) == 0))
+        return bool(gap == 0 or (not gap.free_symbols & unknown and sympy.simplify(gap) == 0))
 
     return tuple(
         i

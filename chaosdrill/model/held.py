@@ -1,0 +1,197 @@
+"""Surfaces that a mode holds: its field does not leave them, and whatever leads into the mode ends on them.
+
+A state that a mode pins is the simplest one. On a surface the motion has lost a direction, wherever a record begins.
+"""
+
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from chaosdrill.model.derive import differentiate, frozen_states, pinned_states, rate
+from chaosdrill.model.places import TIME, parameter
+from chaosdrill.model.python import Called
+from chaosdrill.model.special import SPECIAL
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from chaosdrill.model.reading import Transition
+    from chaosdrill.model.system import HybridSystem
+
+_SAMPLES = 12
+_NEWTON = 25
+_FEWEST = 4
+"""Samples that must lie where all expressions are numbers."""
+
+_ROUNDING = 1e-12
+"""Part of its terms that round-off may leave of an expression that is zero; a rounded number such as 1/0.6 stands for
+the exact one."""
+
+_ON = 1e-13
+"""Part of its terms that is left of a surface where a sample lies on it."""
+
+
+def held_surfaces(system: "HybridSystem") -> dict[str, tuple[Any, ...]]:
+    """Expressions of states and time that each mode holds at zero, without those of pinned states alone.
+
+    They are guards of the transitions that lead there, or say what these reset, x - R(x). A mode also holds what the
+    modes before it held. All this is the same for all values of the parameters, and of states that never change.
+    """
+    frozen = set(frozen_states(system))
+    moving = set(system.states) - frozen
+    ways = [(source, t) for t in system.transitions if not t.marks_only() for source in t.source]
+    zero = _Trial(system).zero
+    established = {t.name: _established(t, zero, moving) for source, t in ways if source != t.target}
+    together = [tuple(surfaces) for surfaces in established.values()]
+    groups = dict.fromkeys([*((surface,) for surfaces in together for surface in surfaces), *filter(None, together)])
+    held: dict[str, list[Any]] = {mode: [] for mode in system.modes}
+    settled = False
+    while not settled:
+        settled = True
+        for group in groups:
+            for mode in _modes_on(system, group, ways, held, zero):
+                for surface in group:
+                    if not (held[mode] and zero(surface, tuple(held[mode]))):
+                        held[mode].append(surface)
+                        settled = False
+    for mode, surfaces in held.items():
+        free = moving - {system.states[i] for i in pinned_states(system, mode, frozen)} if surfaces else moving
+        held[mode] = [surface for surface in surfaces if surface.free_symbols & free]
+    return {mode: tuple(surfaces) for mode, surfaces in held.items()}
+
+
+def _established(t: "Transition", zero: Callable[..., bool], moving: set[Any]) -> list[Any]:
+    """Surfaces on which an event ends: its guard, and x - R(x), unless its reset leads away from them."""
+    found = [t.guard, *(sympy.numer(sympy.cancel(x - image)) for x, image in t.reset.items() if not _opaque(image))]
+    return _after(t, zero, [surface for surface in found if surface.free_symbols & moving])
+
+
+def _after(t: "Transition", zero: Callable[..., bool], surfaces: Iterable[Any], on: Iterable[Any] = ()) -> list[Any]:
+    """Those of some surfaces on which an event ends that happens on others."""
+    return [surface for surface in surfaces if zero(surface.xreplace(dict(t.reset)), (t.guard, *on))]
+
+
+def _modes_on(
+    system: "HybridSystem",
+    group: tuple[Any, ...],
+    ways: list[tuple[str, "Transition"]],
+    held: dict[str, list[Any]],
+    zero: Callable[..., bool],
+) -> list[str]:
+    """Modes that hold surfaces together, beside what they are known to hold.
+
+    None of them leaves the surfaces, every way in ends there, and one at least does so by itself, or leads there from a
+    mode into which one does.
+    """
+    whole, modes, count = len(group), list[str](), -1
+    entered = {t.target for source, t in ways if source != t.target and len(_after(t, zero, group)) == whole}
+    seen, waiting = set[str](), [mode for mode in system.modes if mode in entered]
+    while waiting:
+        mode = waiting.pop()
+        on = tuple(dict.fromkeys([*group, *held[mode]]))
+        if mode not in seen and all(zero(rate(system, mode, surface), on) for surface in group):
+            modes.append(mode)
+            waiting += [t.target for source, t in ways if source == mode]
+        seen.add(mode)
+    while len(modes) != count:
+        count = len(modes)
+        for source, t in ways:
+            known = [*held[source], *(group if source in modes else ())]
+            if t.target in modes and len(_after(t, zero, group, known)) < whole:
+                modes.remove(t.target)
+        founded = entered & set(modes)
+        for _ in modes:
+            founded |= {t.target for source, t in ways if source in founded and t.target in modes}
+        modes = [mode for mode in modes if mode in founded]
+    return modes
+
+
+class _Trial:
+    """Says of expressions whether they are zero wherever surfaces are, whatever the time and the parameters.
+
+    They are tried at random numbers; what a special or a Python function gives is a number of its own.
+    """
+
+    def __init__(self, system: "HybridSystem") -> None:
+        self.states = system.states
+        self.moving = set(system.states) - set(frozen_states(system))
+        self.symbols = [system.time or TIME, *system.states, *map(parameter, system.parameters)]
+        self.points = cache(self._points)
+        self.zero = cache(self._zero)
+
+    def _zero(self, expression: Any, surfaces: tuple[Any, ...]) -> bool:
+        import numpy as np
+
+        if expression == 0 or any(expression in (surface, -surface) for surface in surfaces):
+            return True
+        surfaces = tuple(surface for surface in surfaces if surface.free_symbols & self.moving)
+        if any(_opaque(surface) for surface in surfaces):
+            return False
+        off, on = self.points(surfaces)
+        if on.shape[1] < _FEWEST:
+            return False
+        unknown = {e: sympy.Dummy(real=True) for e in _opaque(expression)}
+        symbols = [*self.symbols, *unknown.values()]
+        more = np.random.default_rng(20260108).uniform(0.1, 1.5, (len(unknown), on.shape[1]))
+        off, on = np.vstack([off, more]), np.vstack([on, more])
+        terms = sympy.Add.make_args(expression.xreplace(unknown))
+        if not _small(*([_numbers(terms, symbols, values[:, 0])] for values in (on, off))):
+            return False
+        function = sympy.lambdify(symbols, terms, modules="numpy")
+        with np.errstate(all="ignore"):
+            return _small(*(zip(*_rows(function, values), strict=True) for values in (on, off)))
+
+    def _points(self, surfaces: tuple[Any, ...]) -> "tuple[np.ndarray, np.ndarray]":
+        """Values of the symbols, one column a point: at random, and where all surfaces are zero near there."""
+        import numpy as np
+
+        n, k = len(self.states), len(surfaces)
+        rng = np.random.default_rng(20260107)
+        off = rng.uniform(0.1, 1.5, (len(self.symbols), _SAMPLES))
+        off[1 : n + 1] *= rng.choice([-1.0, 1.0], (n, _SAMPLES))
+        values = off.copy()
+        x, on = values[1 : n + 1], np.full(_SAMPLES, not k)
+        gradients = [differentiate(surface, x) for surface in surfaces for x in self.states]
+        function = sympy.lambdify(self.symbols, [*surfaces, *gradients], modules="numpy")
+        with np.errstate(all="ignore"):
+            for _ in range(_NEWTON if k else 0):
+                rows = _rows(function, values).T
+                heights, slopes = rows[:, :k], rows[:, k:].reshape(_SAMPLES, k, n)
+                on = (np.abs(heights) <= _ON * np.einsum("ska,as->sk", np.abs(slopes), np.abs(x))).all(axis=1)
+                if on.all():
+                    break
+                known = np.isfinite(rows).all(axis=1)[:, np.newaxis, np.newaxis]
+                x -= (np.linalg.pinv(np.where(known, slopes, 0.0)) @ heights[:, :, np.newaxis])[:, :, 0].T
+        return off[:, on], values[:, on]
+
+
+def _rows(function: Callable[..., Any], values: "np.ndarray") -> "np.ndarray":
+    """Values of some expressions, one a row, at points, one a column."""
+    import numpy as np
+
+    return np.array([np.broadcast_to(np.asarray(row, dtype=float), values.shape[1]) for row in function(*values)])
+
+
+def _numbers(terms: tuple[Any, ...], symbols: list[Any], values: "np.ndarray") -> list[float]:
+    """Terms at one point, NaN if they are no numbers there."""
+    here = {symbol: sympy.Float(value) for symbol, value in zip(symbols, values.tolist(), strict=True)}
+    found = [term.xreplace(here) for term in terms]
+    return [float(number) if number.is_number and number.is_real else float("nan") for number in found]
+
+
+def _small(on: Iterable[Iterable[float]], off: Iterable[Iterable[float]]) -> bool:
+    """Whether terms add up to nothing but round-off at all points where they are numbers on and off the surfaces."""
+    import numpy as np
+
+    here, there = np.array(list(on)), np.array(list(off))
+    sizes = np.abs(here).sum(axis=1) + np.abs(there).sum(axis=1)
+    good = np.isfinite(sizes)
+    zero = np.abs(here.sum(axis=1)) <= _ROUNDING * sizes
+    return bool(zero[good].all() and (good.sum() >= _FEWEST or len(good) == 1))
+
+
+def _opaque(expression: Any) -> set[Any]:
+    """Calls of functions that numpy does not know."""
+    return {f for f in expression.atoms(sympy.Function) if isinstance(f, Called) or type(f).__name__ in SPECIAL}

@@ -1,0 +1,171 @@
+"""Which surfaces a mode holds: its field does not leave them, and every way in ends on them."""
+
+import pytest
+
+import chaosdrill as cd
+from chaosdrill import systems
+from chaosdrill.codegen import kernels_of
+from chaosdrill.model.held import held_surfaces
+
+HIT = {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": -1}
+
+
+def relay(on="-v/tau", up="x + tau*v", reset=None, more=(), modes=None, parameters=None, drift="v"):
+    return cd.HybridSystem(
+        name="relay",
+        states="x v",
+        parameters={"tau": 0.6, **(parameters or {})},
+        modes={"above": {"x": "v", "v": "-1"}, "below": {"x": "v", "v": "1"}, "on": {"x": drift, "v": on}}
+        | (modes or {}),
+        transitions=[
+            {"name": "down", "source": "above", "target": "on", "guard": "x + tau*v", "direction": -1},
+            {"name": "up", "source": "below", "target": "on", "guard": up, "direction": 1, "reset": reset or {}},
+            *more,
+        ],
+        time="t",
+    )
+
+
+def held(system, mode="on"):
+    return [str(surface) for surface in held_surfaces(system)[mode]]
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"on": "-v/tau - 1e6*(x + tau*v)"},
+        {"on": "-v/tau + sin(x + tau*v)*exp(v)"},
+        {"on": "x/tau**2"},
+        {"up": "-x - tau*v"},
+        {"up": "x/tau + v"},
+        {"up": "x - 2", "reset": {"v": "-x/tau"}},
+        {"up": "(x + tau*v)*(1 + x**2)"},
+    ],
+    ids=str,
+)
+def test_a_field_that_does_not_leave_a_guard_holds_it(more):
+    assert held(relay(**more)) == ["tau*v + x"]
+
+
+def test_rounded_numbers_stand_for_exact_ones():
+    system = cd.HybridSystem(
+        name="rounded",
+        states="x v",
+        parameters={},
+        modes={"off": {"x": "v", "v": "-1"}, "on": {"x": "v", "v": f"-{1 / 0.6}*v"}},
+        transitions=[{"name": "in", "source": "off", "target": "on", "guard": "x + 0.6*v", "direction": -1}],
+    )
+    assert held(system) == ["0.6*v + x"]
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"on": "-3*v"},
+        {"on": "-v/tau + 1e-6"},
+        {"on": "-k*v", "parameters": {"k": 1 / 0.6}},
+        {"up": "x - 5"},
+        {"up": "x - 2", "reset": {"v": "-x"}},
+        {
+            "more": [
+                {"name": "hit", "source": "on", "target": "on", "guard": "x", "direction": -1, "reset": {"v": "-v + 1"}}
+            ]
+        },
+        {
+            "modes": {"other": {"x": "v", "v": "0"}},
+            "more": [{"name": "beside", "source": "other", "target": "on", "guard": "v - 1", "direction": 1}],
+        },
+    ],
+    ids=str,
+)
+def test_a_direction_that_may_be_there_is_not_lost(more):
+    assert held(relay(**more)) == []
+
+
+def test_what_was_held_before_is_held_on():
+    """Between two modes on the surface the motion changes by another guard; none of them loses it."""
+    system = relay(
+        modes={"on too": {"x": "-x/tau", "v": "-v/tau"}},
+        more=[
+            {"name": "there", "source": "on", "target": "on too", "guard": "x - 1", "direction": -1},
+            {"name": "back", "source": "on too", "target": "on", "guard": "x - 0.5", "direction": -1},
+        ],
+    )
+    assert held(system) == held(system, "on too") == ["tau*v + x"]
+    assert held(system, "above") == held(system, "below") == []
+
+
+def test_what_nothing_establishes_is_not_held():
+    """Two modes keep the energy, and an event between them too: it may have any value."""
+    system = cd.HybridSystem(
+        name="energy",
+        states="x v",
+        parameters={"e": 1.0},
+        modes={"one": {"x": "v", "v": "-x"}, "two": {"x": "-v", "v": "x"}, "end": {"x": "0", "v": "0"}},
+        transitions=[
+            {"name": "there", "source": "one", "target": "two", "guard": "x", "direction": 1},
+            {"name": "back", "source": "two", "target": "one", "guard": "v", "direction": 1},
+            {"name": "out", "source": "one", "target": "end", "guard": "x**2 + v**2 - e", "direction": 1},
+        ],
+    )
+    assert held(system, "one") == held(system, "two") == []
+    assert held(system, "end") == ["-e + v**2 + x**2"]
+
+
+def test_a_pinned_state_is_no_surface():
+    system = relay(on="0", drift="0", up="v", reset={"v": 0, "x": 2})
+    assert held(system) == []
+
+
+def test_a_capture_that_is_no_guard():
+    """Two masses that stick together where they meet: their speeds are one."""
+    system = cd.HybridSystem(
+        name="capture",
+        states="a u b w",
+        parameters={"m": 2.0},
+        modes={
+            "apart": {"a": "u", "u": "-a", "b": "w", "w": "1"},
+            "together": {"a": "u", "u": "-a/(1 + m)", "b": "w", "w": "-b/(1 + m)"},
+        },
+        transitions=[
+            {
+                "name": "meet",
+                "source": "apart",
+                "target": "together",
+                "guard": "a - b",
+                "direction": 1,
+                "reset": {"u": "(u + m*w)/(1 + m)", "w": "(u + m*w)/(1 + m)"},
+            }
+        ],
+    )
+    found = [{str(x) for x in s.free_symbols} - {"m"} for s in held_surfaces(system)["together"]]
+    assert sorted(map(sorted, found)) == [["a", "b"], ["u", "w"]]
+
+
+@pytest.mark.parametrize("names", ["x v", "v x", "z0 a9"])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_whatever_names_and_order(names, reverse):
+    x, v = names.split()
+    order = -1 if reverse else 1
+    modes = {"off": {x: v, v: "-1"}, "on": {x: v, v: f"-{v}/tau"}, "out": {x: v, v: "1"}}
+    transitions = [
+        {"name": "in", "source": "off", "target": "on", "guard": f"{x} + tau*{v}", "direction": -1},
+        {"name": "leave", "source": "on", "target": "out", "guard": f"{x} - 2", "direction": 1},
+    ]
+    system = cd.HybridSystem(
+        name="named",
+        states=names.split()[::order],
+        parameters={"tau": 0.6},
+        modes=dict(list(modes.items())[::order]),
+        transitions=transitions[::order],
+    )
+    counts = dict(zip(system.mode_names, kernels_of(system).held, strict=True))
+    assert counts == {"off": 0, "on": 1, "out": 0}
+
+
+@pytest.mark.parametrize("free", [["b"], ["xi", "a"]])
+def test_parameters_among_the_states_add_none(free):
+    system = systems.build("percussive-drill")
+    wide = system.augmented(parameters=free)
+    assert kernels_of(wide).held == kernels_of(system).held
