@@ -2,8 +2,8 @@
 
 The arcs come from extrapolation of the modified midpoint rule, the event times from Newton's method, and the tangents
 from differences of the flow itself at starts 1e-25 apart: neither a variational equation nor a saltation matrix enters.
-From a run in double precision it only takes which events come one after another, and checks that against the guards and
-conditions.
+From a run in double precision it only takes which directions the first mode leaves, and which events come one after
+another, which it checks against the guards and conditions.
 
 Gragg's rule has an error expansion in even powers of the step, so that each further column of the extrapolation adds
 two orders (Gragg 1965, doi:10.1137/0702030; Bulirsch and Stoer 1966, doi:10.1007/BF02165234). It needs nothing but the
@@ -19,8 +19,10 @@ import mpmath
 import numpy as np
 import sympy
 
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
-from chaosdrill.model.derive import pinned_states, reset_map
+from chaosdrill.model.derive import reset_map
 from chaosdrill.model.places import arguments
 from chaosdrill.model.special import SPECIAL
 
@@ -423,13 +425,13 @@ def find_truth(system: HybridSystem, unit: float, start: Point, itinerary: Itine
         exact = Exact(system, unit)
         base = exact.follow(start, itinerary, count, COLUMNS, TOLERANCE)
         other = exact.follow(start, itinerary, count, OTHER_COLUMNS, OTHER_TOLERANCE)
-        pinned = pinned_states(system, str(system.initial["mode"]))
+        run = Run(system, unit, Numerics(), tangents=np.eye(n), orthonormalise=False)
+        run.advance(0)
         tangent = mpmath.zeros(n, n)
-        for j in range(n):
-            if j not in pinned:
-                unit_vector = [mpmath.mpf(int(i == j)) for i in range(n)]
-                tangent[:, j] = mpmath.matrix(_difference(exact, start, base, unit_vector, COLUMNS, APART))
-        diagonal = [mpmath.mpf(int(i not in pinned)) for i in range(n)]
+        for j in np.flatnonzero(run.vectors.any(axis=1)).tolist():
+            direction = [mpmath.mpf(entry) for entry in run.vectors[j]]
+            tangent[:, j] = mpmath.matrix(_difference(exact, start, base, direction, COLUMNS, APART))
+        diagonal = [mpmath.mpf(entry) for entry in run.vectors.sum(axis=0)]
         image = _difference(exact, start, other, diagonal, OTHER_COLUMNS, APART - 1)
         expected = tangent * mpmath.matrix(diagonal)
         error = float(max(abs(a - b) for a, b in zip(image, expected, strict=True)))

@@ -20,6 +20,7 @@ from chaosdrill.codegen.pointwise import Pointwise
 from chaosdrill.codegen.series import ModeSeries
 from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, LANES, POINTWISE, SIGNATURES
 from chaosdrill.model.exponents import specialise
+from chaosdrill.model.held import held_surfaces
 from chaosdrill.model.places import parameter, places_of
 from chaosdrill.model.python import sources
 
@@ -62,6 +63,8 @@ class Written:
     rows: int
     own_jacobian: bool
     constants: int
+    held: tuple[int, ...]
+    """How many surfaces each mode holds."""
 
     def lanes(self) -> Code:
         """The same series for several trajectories in SIMD lanes."""
@@ -78,13 +81,15 @@ def write(system: "HybridSystem") -> Written:
         if not sources(system)
     )
     filled = len(system.states) + len(system.quadratures) + max(map(len, events))
+    held = tuple(held_surfaces(system).values())
     return Written(
-        single=(*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, modes)),
+        single=(*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, held, modes)),
         modes=modes,
         events=events,
         rows=max((m.row_count for m in modes), default=filled),
         own_jacobian=any(m.in_jacobian for m in modes),
         constants=len(constants.places),
+        held=tuple(map(len, held)),
     )
 
 
@@ -141,6 +146,7 @@ def _pointwise(
     system: "HybridSystem",
     constants: Constants,
     events: tuple[tuple[Event, ...], ...],
+    held: tuple[tuple[Any, ...], ...],
     series: tuple[ModeSeries, ...],
 ) -> Code:
     """The functions of one point."""
@@ -148,7 +154,6 @@ def _pointwise(
     tables = {mode: one.tables for mode, one in zip(system.modes, series, strict=False) if one.tables is not None}
     large = {mode: f"field_{i}" for i, mode in enumerate(system.modes) if mode in tables}
     modes = [Pointwise(module, system, constants, mode, large) for mode in system.modes]
-    most = max((len(watched) for watched in events), default=0)
 
     def passed(f: Function, arguments: Sequence[Any]) -> list[Any]:
         return [a if a.type in (INT, DOUBLE) else f.row(a).data for a in arguments]
@@ -162,16 +167,21 @@ def _pointwise(
         _by_number(f, f.arguments[0], calls, passed(f, f.arguments[1:]))
 
     def of_guards(
-        name: str, more: dict[str, Any], write_one: Callable[[Pointwise, str, Event], Any], otherwise: Any = None
+        name: str,
+        more: dict[str, Any],
+        write_one: Callable[[Pointwise, str, Any], Any],
+        guards: Sequence[Sequence[Any]],
+        otherwise: Any = None,
     ) -> None:
         """A function of mode, number of the guard in it, and point."""
+        most = max(map(len, guards), default=0)
         types = {"mode": INT, "j": INT, **point, **more}
         f = Function(module, name, types, None if otherwise is None else otherwise.type)
         mode, j, *rest = f.arguments
         calls = {
-            i * most + k: write_one(m, f"{name}_{i}_{k}", event)
+            i * most + k: write_one(m, f"{name}_{i}_{k}", guard)
             for i, m in enumerate(modes)
-            for k, event in enumerate(events[i])
+            for k, guard in enumerate(guards[i])
         }
         number = f.builder.add(f.builder.mul(mode, INT(most)), j)
         _by_number(f, number, calls, passed(f, rest), otherwise)
@@ -179,10 +189,11 @@ def _pointwise(
     of_modes("field", {"out": _VECTOR}, lambda i, name: tables.get(modes[i].mode, modes[i]).field(module, name))
     varied = {"d": _VECTOR, "out": _VECTOR}
     of_modes("variation", varied, lambda i, name: (series[i] if series else modes[i]).variation(module, name))
-    of_guards("guard", {"gradient": _VECTOR}, Pointwise.guard, DOUBLE(0.0))
-    of_guards("guard_error", {"out": _VECTOR}, Pointwise.guard_error)
+    guards = [[*(event.guard for event in watched), *more] for watched, more in zip(events, held, strict=True)]
+    of_guards("guard", {"gradient": _VECTOR}, Pointwise.guard, guards, DOUBLE(0.0))
+    of_guards("guard_error", {"out": _VECTOR}, Pointwise.guard_error, events)
     event = {"tangents": INT, "scale": _VECTOR, "tolerance": DOUBLE, "event": _VECTOR}
-    of_guards("transit", event, Pointwise.transit, INT(-1))
+    of_guards("transit", event, Pointwise.transit, events, INT(-1))
     _constants(module, constants)
     for name in (*POINTWISE, "constants"):
         _from_python(module, name)
@@ -255,6 +266,11 @@ class Kernels:
     def events(self) -> tuple[tuple[Event, ...], ...]:
         """Guards that each mode watches."""
         return self.written.events
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """How many surfaces each mode holds; ``guard`` numbers them behind the guards."""
+        return self.written.held
 
     @property
     def rows(self) -> int:

@@ -97,13 +97,13 @@ class Pointwise:
         f.end()
         return f.made
 
-    def guard(self, name: str, event: "Event") -> Any:
+    def guard(self, name: str, guard: Any) -> Any:
         """Write ``(t, c, x, gradient)``: a guard's value; its gradient and, last, its time derivative."""
         f, x, (out,) = self._begin(name, {"gradient": _ROW}, DOUBLE)
-        gradient, target = guard_gradient(self.system, event.guard), f.row(out)
-        values = self._expressions(f, x, [event.guard, *gradient], {})
+        gradient, target = guard_gradient(self.system, guard), f.row(out)
+        values = self._expressions(f, x, [guard, *gradient], {})
         self._store_sparse(f, target, gradient, values)
-        f.give(values[event.guard])
+        f.give(values[guard])
         f.end()
         return f.made
 

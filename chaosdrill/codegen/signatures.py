@@ -26,7 +26,8 @@ SIGNATURES = {
 * ``tangent(mode, order, c, first, second, ws, row)`` coefficients of two tangent vectors, one after the other
 * ``field(mode, t, c, x, out)`` time derivatives of states, then integrands of quadratures
 * ``variation(mode, t, c, x, d, out)`` Jacobian times a vector
-* ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative
+* ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative;
+  behind the guards come the surfaces that the mode holds
 * ``guard_error(mode, j, t, c, x, out)`` how far rounding may take that value, and the rate of the guard along the flow,
   from the exact ones, in units of the rounding unit
 * ``transit(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the

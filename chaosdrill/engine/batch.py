@@ -479,8 +479,18 @@ class Batch:
             here = {name: values[there] for name, values in self._parameters.items()}
             for state, value in values_of_pins(self.system, here, mode).items():
                 self.x[there, state] = value
+        self._put(alive)
         self._states.vectors[alive] = self._frame
         self._pin(alive)
+
+    def _put(self, which: np.ndarray) -> None:
+        """Put the states onto the surfaces that their modes hold."""
+        from chaosdrill.engine.revival import put_run
+
+        holding = which[self._tables.held[self.mode[which]] > 0]
+        machine = self._machine() if len(holding) else None
+        for p in holding.tolist():
+            put_run(machine, p)
 
     def _pin(self, which: np.ndarray) -> None:
         """Drop the tangents that the modes leave no freedom."""

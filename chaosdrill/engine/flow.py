@@ -33,7 +33,7 @@ from chaosdrill.engine.step import (
     record,
     record_instants,
 )
-from chaosdrill.engine.tangents import orthonormalise
+from chaosdrill.engine.tangents import begin_tangents, orthonormalise
 
 
 @inlined
@@ -62,6 +62,7 @@ def flow(place, p, samples, events):
     state = state_of(machine.states, p)
     run = state.run[0]
     row = state.x.size + settings.quadratures
+    begin_tangents(functions, tables, state, scratch)
     while run.strobes < settings.target:
         if settings.recording == EVENLY and run.sample_rows + settings.samples + 1 > samples.shape[0]:
             return FULL
@@ -109,5 +110,5 @@ def flow(place, p, samples, events):
         if outcome != DONE:
             return outcome
     if settings.orthonormalise == 1:
-        orthonormalise(state, tables.shifts, scratch.image)
+        orthonormalise(functions, tables, state, scratch)
     return DONE

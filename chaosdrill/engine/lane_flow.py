@@ -218,7 +218,7 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
     are not the same at all points.
     """
     machine = machine_at(place)
-    tables, states, scratch = machine.tables, machine.states, machine.scratch
+    states = machine.states
     queues, ends, spare = room.queues, room.ends, room.spare
     tangents = frame.shape[0] + 1
     places = ends[LANES]
@@ -229,8 +229,8 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
         while under_way < ACTIVE and begun < which.size:
             p = which[begun]
             begun += 1
-            begin(p, states, results, stretches)
-            if outcome[p] == DONE and not is_over(p, tables, states, results, frame, stretches, scratch.image, spare):
+            begin(p, machine, results, stretches)
+            if outcome[p] == DONE and not is_over(p, machine, results, frame, stretches, spare):
                 _enqueue(queues, states.run[p].mode * tangents + states.run[p].live, p)
                 under_way += 1
         if under_way == 0:
@@ -255,8 +255,7 @@ def lane_flow(place, lane_functions, which, stretches, results, frame, section, 
             run = states.run[p]
             outcome[p] = ends[lane, OUTCOME]
             if outcome[p] != DONE or (
-                at_goal(results.progress[p], run)
-                and is_over(p, tables, states, results, frame, stretches, scratch.image, spare)
+                at_goal(results.progress[p], run) and is_over(p, machine, results, frame, stretches, spare)
             ):
                 under_way -= 1
             else:

@@ -6,14 +6,15 @@ from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import CELL, GOAL, LAST, LEFT, MET, NO_RETURN, STAGE, TAKEN
 from chaosdrill.engine.records import state_of
 from chaosdrill.engine.revival import forget
-from chaosdrill.engine.tangents import log_growth, orthonormalise
+from chaosdrill.engine.tangents import begin_tangents, log_growth, orthonormalise
 from chaosdrill.engine.window import bring_in_order
 
 
 @inlined
-def begin(p, states, results, stretches):
+def begin(p, machine, results, stretches):
     progress = results.progress[p]
-    strobes = states.run[p].strobes
+    strobes = machine.states.run[p].strobes
+    begin_tangents(machine.functions, machine.tables, state_of(machine.states, p), machine.scratch)
     progress[STAGE] = 0
     progress[TAKEN] = 0
     if progress[CELL] > 0:
@@ -41,30 +42,31 @@ def at_goal(progress, run):
 
 
 @inner
-def _orthonormalise(m, shifts, state, image):
+def _orthonormalise(m, machine, state):
     if m > 0:
-        orthonormalise(state, shifts, image)
+        orthonormalise(machine.functions, machine.tables, state, machine.scratch)
 
 
 @inner
-def is_over(p, tables, states, results, frame, stretches, image, spare):
+def is_over(p, machine, results, frame, stretches, spare):
     """Note what a run has reached where it stands at a goal, until it has one ahead; whether there is none left."""
     progress = results.progress[p]
-    state = state_of(states, p)
+    state = state_of(machine.states, p)
     run = state.run[0]
     m = frame.shape[0]
     counts_points = progress[CELL] > 0
     if counts_points and run.strobes >= progress[GOAL]:
-        _orthonormalise(m, tables.shifts, state, image)
+        _orthonormalise(m, machine, state)
         if progress[MET] < progress[GOAL] - progress[CELL]:
             results.outcome[p] = NO_RETURN
             return True
         progress[GOAL] = _next_look(progress, run.strobes)
     while at_goal(progress, run):
-        _orthonormalise(m, tables.shifts, state, image)
+        _orthonormalise(m, machine, state)
         stage = progress[STAGE]
         if stage == 0:
-            forget(state, frame, tables.pins)
+            forget(state, frame, machine.tables.pins)
+            begin_tangents(machine.functions, machine.tables, state, machine.scratch)
         else:
             for i in range(m):
                 results.growth[p, stage, i] = -math.inf if state.dead[i] == 1 else log_growth(state, i)

@@ -67,6 +67,8 @@ class Tables(NamedTuple):
     """(k, n): directions in which nothing ever changes"""
     pins: Any
     """(modes, n): states that a mode leaves no freedom"""
+    held: Any
+    """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
 
 
 class States(NamedTuple):
@@ -171,6 +173,8 @@ class Scratch(NamedTuple):
     event: Any
     jump: Any
     stages: Any
+    normals: Any
+    """(surfaces, n + 2): gradients of surfaces that a mode holds, then their time derivative and value"""
     implicit: Any
     """`Implicit`"""
 

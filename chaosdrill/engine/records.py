@@ -41,7 +41,7 @@ settings_record = numba.from_dtype(SETTINGS)
 run_record = numba.from_dtype(RUN)
 settings_type = types.Array(settings_record, 1, "C")
 
-tables_type = named_tuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix), Tables)
+tables_type = named_tuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix, integers), Tables)
 states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
@@ -50,7 +50,9 @@ states_type = named_tuple(
     States,
 )
 implicit_type = named_tuple((matrix, cube, *[matrix] * 3, vector, matrix, *[integers] * 3), Implicit)
-scratch_type = named_tuple((matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, implicit_type), Scratch)
+scratch_type = named_tuple(
+    (matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, matrix, implicit_type), Scratch
+)
 block_type = named_tuple(
     (
         *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, vector),

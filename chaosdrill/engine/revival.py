@@ -1,4 +1,4 @@
-"""Once a transient is over averages start anew, and so do tangents that were lost."""
+"""Once a transient is over averages start anew, and so do tangents that were lost; states are put where a mode is."""
 
 import math
 
@@ -6,10 +6,14 @@ from numba import int64, void
 
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine.jit import compiled, inner
-from chaosdrill.engine.records import integer_matrix, state_of, states_type
+from chaosdrill.engine.records import integer_matrix, machine_at, state_of, states_type, time_of
+from chaosdrill.engine.tangents import normals_of
 
 INDEPENDENT = 1e-6
 """A direction counts as new if more than this part of it is orthogonal to the live tangents."""
+
+NEWTON = 20
+"""Steps onto the surfaces that a mode holds: one is exact where they are flat."""
 
 
 @inner
@@ -86,3 +90,21 @@ def forget(state, frame, pins):
 def forget_run(states, p, frame, pins):
     """The same for run p of many."""
     forget(state_of(states, p), frame, pins)
+
+
+@compiled(void(int64, int64))
+def put_run(place, p):
+    """Put run p onto the surfaces that its mode holds, by the shortest way in the scales of the states.
+
+    ``place`` is the address of the `chaosdrill.engine.layout.Machine`.
+    """
+    machine = machine_at(place)
+    state, scratch, normals = state_of(machine.states, p), machine.scratch, machine.scratch.normals
+    run, x, n = state.run[0], state.x, state.x.size
+    for _ in range(NEWTON):
+        for a in range(n):
+            scratch.metric[a] = state.scale[a]
+        found = normals_of(machine.functions, machine.tables, run.mode, time_of(run), state, n, scratch)
+        for j in range(found):
+            for a in range(n):
+                x[a] -= normals[j, n + 1] * normals[j, a] * scratch.metric[a]

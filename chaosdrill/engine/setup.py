@@ -79,6 +79,7 @@ def tables_of(
         bounds=bounds_of(system),
         shifts=np.array(shifts, dtype=float),
         pins=pins(system),
+        held=np.array(kernels.held, dtype=np.int64),
     )
 
 
@@ -209,6 +210,7 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         event=np.zeros(event_places(n).size),
         jump=np.zeros(n),
         stages=np.zeros((stage_rows(m), n + q)),
+        normals=np.zeros((max(kernels_of(system).held), n + 2)),
         implicit=_implicit(n if METHODS[method].implicit else 0),
     )
 

@@ -186,9 +186,9 @@ def keep_time(settings, run, te, strobe):
 
 
 @rare
-def _orthonormalise_before(tables, state, scratch):
+def _orthonormalise_before(functions, tables, state, scratch):
     """What an event that may lose rank finds; a call, so that the code of every step has the other one alone."""
-    orthonormalise(state, tables.shifts, scratch.image)
+    orthonormalise(functions, tables, state, scratch)
 
 
 @inlined
@@ -216,7 +216,7 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
             return STALLED
         run.ties += ties
         if orthonormal and tables.marks[run.mode, j] & LOSES_RANK:
-            _orthonormalise_before(tables, state, scratch)
+            _orthonormalise_before(functions, tables, state, scratch)
         largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
         if run.events_in_period > settings.max_events:
             return EVENT_LIMIT
@@ -225,5 +225,5 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
         if largest > LARGE_GROWTH:
             run.qr_since = run.qr_wait
     if orthonormal and (run.rank_check == 1 or run.qr_since >= run.qr_wait):
-        orthonormalise(state, tables.shifts, scratch.image)
+        orthonormalise(functions, tables, state, scratch)
     return DONE

@@ -285,10 +285,13 @@ def _is_regular(matrix: np.ndarray) -> bool:
 
 
 def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> frozenset[int]:
-    """Transitions seen to lose rank somewhere, those never seen, and those whose reset has branches."""
+    """Transitions seen to lose rank somewhere, those never seen, and those whose reset has branches or whose target
+    holds a surface.
+    """
     branching = (sympy.Piecewise, sympy.Max, sympy.Min)
     found = {i for i, t in enumerate(system.transitions) if any(v.has(*branching) for v in t.reset.values())}
     found |= {t for t, matrix in jumps if not _has_full_rank(matrix)}
+    found |= {i for i, t in enumerate(system.transitions) if kernels_of(system).held[system.mode_names.index(t.target)]}
     return frozenset(found | (set(range(len(system.transitions))) - {t for t, _ in jumps}))
 
 

@@ -6,7 +6,8 @@ rank has removed is dropped, so that its exponent is -inf and no invented number
 
 import math
 
-from chaosdrill.engine.jit import inlined, inner
+from chaosdrill.engine.jit import inlined, inner, rare
+from chaosdrill.engine.records import time_of
 
 RANK_TOLERANCE = 1e-13
 """At an event of deficient rank a tangent is lost if less than this part of its image is new."""
@@ -38,6 +39,78 @@ def _project(v, basis, scratch):
         v[a] = scratch[a]
 
 
+@rare
+def normals_of(functions, tables, mode, t, state, n, scratch):
+    """Orthonormal normals of the surfaces that a mode holds, in the first n states by ``scratch.metric``; how many.
+
+    Their time derivatives and values, behind them, are combined like them.
+    """
+    normals, gradient, metric, size = scratch.normals, scratch.gradient, scratch.metric, state.x.size
+    found = 0
+    for k in range(tables.held[mode]):
+        row = normals[found]
+        row[size + 1] = functions.guard(mode, tables.watch[mode, 0] + k, t, state.c, state.x, gradient)
+        for a in range(size + 1):
+            row[a] = gradient[a]
+        before = 0.0
+        for a in range(n):
+            row[a] = 0.0 if tables.pins[mode, a] == 1 else row[a] * metric[a]
+            before += row[a] * row[a]
+        for _ in range(2):
+            for j in range(found):
+                dot = 0.0
+                for a in range(n):
+                    dot += normals[j, a] * row[a]
+                for a in range(size + 2):
+                    row[a] -= dot * normals[j, a]
+        length = 0.0
+        for a in range(n):
+            length += row[a] * row[a]
+        if RANK_TOLERANCE**2 * before < length < math.inf:
+            length = math.sqrt(length)
+            for a in range(size + 2):
+                row[a] /= length
+            found += 1
+    return found
+
+
+@rare
+def keep_to_surfaces(functions, tables, state, scratch):
+    """Keep tangents in the surfaces that the present mode holds; a call, since few modes hold any.
+
+    In exact arithmetic they stay there. But what rounding leaves across a surface may never decay, and outlives
+    tangents that do.
+    """
+    run, vectors, normals = state.run[0], state.vectors, scratch.normals
+    n = vectors.shape[1]
+    scratch.metric[:] = 1.0
+    found = normals_of(functions, tables, run.mode, time_of(run), state, n, scratch)
+    for i in range(vectors.shape[0]):
+        before = 0.0
+        for a in range(n):
+            before += vectors[i, a] * vectors[i, a]
+        for j in range(found):
+            dot = 0.0
+            for a in range(n):
+                dot += normals[j, a] * vectors[i, a]
+            for a in range(n):
+                vectors[i, a] -= dot * normals[j, a]
+        after = 0.0
+        for a in range(n):
+            after += vectors[i, a] * vectors[i, a]
+        if after <= RANK_TOLERANCE**2 * before:
+            for a in range(n):
+                vectors[i, a] = 0.0
+
+
+@rare
+def begin_tangents(functions, tables, state, scratch):
+    """Put tangents into the surfaces that the mode holds in which a run begins, or its averages do."""
+    run = state.run[0]
+    if tables.held[run.mode] > 0 and run.steps == 0 and run.live > 0:
+        keep_to_surfaces(functions, tables, state, scratch)
+
+
 @inlined
 def log_growth(state, i):
     """Logarithm of the growth of the tangents of exponent i."""
@@ -45,19 +118,22 @@ def log_growth(state, i):
 
 
 @inlined
-def orthonormalise(state, shifts, scratch):
+def orthonormalise(functions, tables, state, scratch):
     """Orthonormalise the live tangents of a run, and keep the product of their lengths, as `log_growth` says it.
 
     ``slots[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose independent
-    part vanishes is dropped and its slot marked in ``dead``. The first rows stay in the span of ``shifts``, directions
+    part vanishes is dropped and its slot marked in ``dead``. The first rows stay in the span of the shifts, directions
     along which nothing ever changes: exactly they would, but chaos amplifies the round-off by which they leave it.
     """
+    if tables.held[state.run[0].mode] > 0:
+        keep_to_surfaces(functions, tables, state, scratch)
+    shifts = tables.shifts
     run, vectors, slots, dead = state.run[0], state.vectors, state.slots, state.dead
     logs, grown = state.logs, state.grown
     n = vectors.shape[1]
     live = run.live
     for i in range(shifts.shape[0]):
-        _project(vectors[i], shifts, scratch)
+        _project(vectors[i], shifts, scratch.image)
     kept = 0
     growth = 1.0
     for i in range(live):

@@ -186,6 +186,28 @@ def held(system, source):
     return [i for i, s in enumerate(system.states) if system.modes[source][s] == 0 and s.name in names]
 
 
+FLOOR = "amplitude*sin(omega*t)", "amplitude*omega*cos(omega*t)"
+SURFACES = {
+    ("percussive-drill", "slip-held"): ["u - w"],
+    ("bouncing-ball", "contact"): [f"x - {FLOOR[0]}", f"v - {FLOOR[1]}"],
+}
+"""Combinations of states, time among them, that a mode holds."""
+
+
+def directions(name, system, source, x):
+    """What a mode leaves of the directions of the states, one a row, at a state."""
+    left = np.eye(len(x))
+    left[held(system, source)] = 0.0
+    symbols = {str(s): s for s in system.states}
+    rows = [sympy.sympify(text, locals=symbols) for text in SURFACES.get((name, source), [])]
+    if not rows:
+        return left
+    values = {**dict(zip(system.states, x, strict=True)), **system.parameters}
+    gradients = [[float(sympy.diff(row, s).subs(values)) for s in system.states] for row in rows]
+    normals = np.linalg.qr((np.array(gradients) @ left).T)[0].T
+    return left - left @ normals.T @ normals
+
+
 def candidates(system, source, event):
     """Random states near the guard, on the side from which it is reached."""
     rng = np.random.default_rng(5)
@@ -218,8 +240,9 @@ def test_tangents_are_the_derivative_of_the_flow(augmented, name, event, source)
             continue
         columns = []
         free = [j for j in range(n) if j not in held(system, source)]
+        left = directions(name, system, source, x)
         for j in free:
-            found = [moved(system, source, x + s * h * np.eye(n)[j], LENGTH) for h in (2e-4, 1e-4) for s in (1, -1)]
+            found = [moved(system, source, x + s * h * left[j], LENGTH) for h in (2e-4, 1e-4) for s in (1, -1)]
             if any(f is None or f[2] != index for f in found):
                 break
             coarse, fine = (found[0][0] - found[1][0]) / 4e-4, (found[2][0] - found[3][0]) / 2e-4
