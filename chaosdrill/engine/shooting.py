@@ -20,6 +20,7 @@ from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, FAILED, Method
 from chaosdrill.engine.records import integer_matrix, integers, machine_at, state_of
 from chaosdrill.engine.segment import begin, follow
+from chaosdrill.engine.tangents import normals_of
 
 cube = float64[:, :, ::1]
 
@@ -105,10 +106,20 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
         sensitivity[0, r, r] = 1.0
     for j in range(q):
         sensitivity[0, d + j, d + 1 + count + j] = 1.0
+    t = phase
+    surfaces = 0
+    if tables.held[segments[0, SEGMENT_MODE]] > 0:
+        scratch.metric[:] = 1.0
+        for r in range(n):
+            x[r] = starts[0, r]
+        surfaces = normals_of(functions, tables, segments[0, SEGMENT_MODE], t, state, d, scratch)
+    normals = scratch.normals
     for r in range(n):
         for v in range(n):
             monodromy[r, v] = 1.0 if r == v else 0.0
-    t = phase
+            if r < d and v < d:
+                for j in range(surfaces):
+                    monodromy[r, v] -= normals[j, r] * normals[j, v]
     residual = 0.0
     total = 0.0
     events = 0
@@ -251,6 +262,24 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
                     for u in range(columns):
                         equations[count + r, u] = 1.0 if u == r else 0.0
                     equations[count + r, columns] = 0.0
+            for j in range(surfaces):
+                # across a surface that its first mode holds it comes back whatever it is: it lies on the surface
+                for u in range(columns + 1):
+                    across = 0.0
+                    for r in range(d):
+                        across += normals[j, r] * equations[count + r, u]
+                    here = 0.0
+                    if u < d:
+                        here = normals[j, u]
+                    elif u == d:
+                        here = normals[j, n]
+                    elif u == columns:
+                        here = normals[j, n + 1]
+                    elif u > d + count:
+                        here = normals[j, u - 1 - count]
+                    for r in range(d):
+                        equations[count + r, u] += normals[j, r] * (here - across)
+                residual = max(residual, abs(normals[j, n + 1]) / scale)
         t = te
         if sizes[FORCED] == 1:
             whole = math.floor(te / period)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import pins
@@ -113,9 +114,14 @@ def is_stable(values: np.ndarray, neutral: int) -> np.ndarray:
 
 def based(problem: "Problem", orbit: "Orbit") -> "Orbit":
     """The orbit written from the segment with the fewest degrees of freedom, where lost directions are exactly zero."""
-    table = pins(problem.plain)
-    first = int(np.argmax([table[mode].sum() for mode in orbit.segments[:, at.SEGMENT_MODE]]))
+    first = int(np.argmin([freedom(problem, mode) for mode in orbit.segments[:, at.SEGMENT_MODE]]))
     return orbit.rotated(first, problem.period_at(orbit)) if first else orbit
+
+
+def freedom(problem: "Problem", mode: int) -> int:
+    """How many directions a mode leaves."""
+    system = problem.plain
+    return len(system.states) - int(pins(system)[mode].sum()) - kernels_of(system).held[mode]
 
 
 def structure_of(system: "HybridSystem") -> Structure:
@@ -129,12 +135,12 @@ def structure_of(system: "HybridSystem") -> Structure:
 def structural_rank(problem: "Problem", orbit: "Orbit") -> int:
     """Rank that the tangent map keeps however often the orbit is gone through, by what its events remove exactly.
 
-    Where no event may remove any, it is full but for what the mode pins. Else the ordinary engine carries as many
+    Where no event may remove any, it is full but for what the mode holds. Else the ordinary engine carries as many
     independent tangents around the orbit as there are states, from within a segment, so that every round holds all
     events.
     """
     d = problem.states
-    free = d - int(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]].sum())
+    free = freedom(problem, orbit.segments[0, at.SEGMENT_MODE])
     structure = structure_of(problem.plain)
     if not structure.deficient:
         return free
@@ -230,7 +236,10 @@ def pieces(problem: "Problem", orbit: "Orbit") -> list[np.ndarray]:
 def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int) -> None:
     """Tangent maps of a segment, halved until they are well conditioned."""
     matrix = problem.shoot(one, False).monodromy
-    if depth == SETTINGS.piece_halvings or np.linalg.cond(matrix) < SETTINGS.piece_condition:
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    # across the surfaces that the mode holds it is zero
+    smallest = sizes[-1 - kernels_of(problem.plain).held[one.segments[0, at.SEGMENT_MODE]]]
+    if depth == SETTINGS.piece_halvings or sizes[0] < SETTINGS.piece_condition * smallest:
         found.append(matrix)
         return
     half = one.durations / 2
