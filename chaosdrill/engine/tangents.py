@@ -10,7 +10,7 @@ from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.records import time_of
 
 RANK_TOLERANCE = 1e-13
-"""At an event of deficient rank a tangent is lost if less than this part of its image is new."""
+"""At an event of deficient rank a tangent is lost if less than this part of its image, by sizes of states, is new."""
 
 ONCE = 0.25
 """Part of its squared length that a tangent must keep for one projection to be enough (Kahan; Parlett 1998, 6.9)."""
@@ -37,6 +37,19 @@ def _project(v, basis, scratch):
             scratch[a] += dot * basis[i, a]
     for a in range(n):
         v[a] = scratch[a]
+
+
+@rare
+def _by_size(v, scale):
+    """Square of a tangent's length, in units of the sizes that the states have had of late."""
+    widest = 0.0
+    for a in range(v.size):
+        widest = max(widest, scale[a])
+    found = 0.0
+    for a in range(v.size):
+        part = v[a] / (scale[a] if scale[a] > 0.0 else widest if widest > 0.0 else 1.0)
+        found += part * part
+    return found
 
 
 @rare
@@ -86,19 +99,14 @@ def keep_to_surfaces(functions, tables, state, scratch):
     scratch.metric[:] = 1.0
     found = normals_of(functions, tables, run.mode, time_of(run), state, n, scratch)
     for i in range(vectors.shape[0]):
-        before = 0.0
-        for a in range(n):
-            before += vectors[i, a] * vectors[i, a]
+        before = _by_size(vectors[i], state.scale)
         for j in range(found):
             dot = 0.0
             for a in range(n):
                 dot += normals[j, a] * vectors[i, a]
             for a in range(n):
                 vectors[i, a] -= dot * normals[j, a]
-        after = 0.0
-        for a in range(n):
-            after += vectors[i, a] * vectors[i, a]
-        if after <= RANK_TOLERANCE**2 * before:
+        if _by_size(vectors[i], state.scale) <= RANK_TOLERANCE**2 * before:
             for a in range(n):
                 vectors[i, a] = 0.0
 
@@ -141,6 +149,8 @@ def orthonormalise(functions, tables, state, scratch):
         for a in range(n):
             before += vectors[i, a] * vectors[i, a]
         length = before
+        checked = run.rank_check == 1
+        image = _by_size(vectors[i], state.scale) if checked else 0.0
         for _ in range(2 if kept > 0 else 0):
             for j in range(kept):
                 dot = 0.0
@@ -154,7 +164,7 @@ def orthonormalise(functions, tables, state, scratch):
             if length > ONCE * before:
                 break
         length = math.sqrt(length)
-        if length == 0.0 or (run.rank_check == 1 and length <= RANK_TOLERANCE * math.sqrt(before)):
+        if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= RANK_TOLERANCE**2 * image):
             dead[slots[i]] = 1
             continue
         shorter = 1.0 / length
