@@ -5,13 +5,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import brentq
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.continuation import Border, Continued, Curve, Point, SpecialCurve, continue_curve
-from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, what_changed
+from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
@@ -180,6 +181,8 @@ def trace_branch(
         if room < 1:
             return branch
         part = continue_curve(curve, first, step, room, home=home)
+        if home is None:
+            _to_no_speed(curve, part)
         _append(branch, curve, part)
         last = branch.segments[-1]
         if part.border is None:
@@ -205,6 +208,39 @@ def _append(branch: Branch, curve: Curve, part: Continued) -> None:
         segment, marks = _marked(segment, len(segment) - int(part.border is not None and not part.lost))
         branch.marks += [replace(mark, segment=len(branch.segments)) for mark in marks]
     branch.segments.append(segment)
+
+
+def _to_no_speed(curve: Curve, part: Continued) -> None:
+    """Move the last point to where an event loses its speed, if it ends there.
+
+    A run tells two events in a row from none only if the guard is passed by more than its rounding error, which goes
+    with the square of the speed; in the equations of the orbit the speed goes through zero like any other number.
+    """
+    problem, points = curve.problem, part.points
+    if part.border is None or len(points) < 2:
+        return
+    before, last = points[-2:]
+    slow = slowness(problem, last.orbit, problem.shoot(last.orbit, False))
+    event = int(slow.argmin())
+    if not slow[event] <= SETTINGS.touching:
+        return
+
+    def speed(share: float) -> float:
+        tried.append(curve.between(before, beyond, share))
+        return float(tried[-1].shot.speeds[event])
+
+    tried: list[Point] = []
+    try:
+        h = 2 * curve.gap(before.orbit, last.orbit, last.weights)
+        beyond = curve.after(points[-1 - SETTINGS.predictor_points : -1], h)[0]
+        if speed(0.0) * speed(1.0) >= 0:
+            return
+        speed(brentq(speed, 0.0, 1.0, xtol=1e-15, rtol=1e-15))
+    except LostError:
+        return
+    found = tried[-1]
+    if abs(float(curve.change(last.orbit, found.orbit)[-1])) > part.border.error:
+        points[-1] = replace(found, arclength=before.arclength + curve.gap(before.orbit, found.orbit, last.weights))
 
 
 def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) -> tuple[Curve, Point] | None:
