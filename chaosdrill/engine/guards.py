@@ -113,15 +113,13 @@ def is_moved(key, tables, state):
 
 
 @rare
-def _height(functions, state, j, t, gradient):
-    """By how much a guard differs between places as far apart as the largest state is large."""
+def _off(functions, tables, state, j, t, gradient):
+    """By how much a guard may be off zero where the state is off it by no more than its slack."""
     functions.guard(state.run[0].mode, j, t, state.c, state.x, gradient)
-    steep = 0.0
-    largest = 0.0
+    found = 0.0
     for i in range(state.x.size):
-        steep = max(steep, abs(gradient[i]))
-        largest = max(largest, abs(state.x[i]))
-    return steep * largest
+        found += abs(gradient[i]) * tables.slack[i]
+    return found
 
 
 @inlined
@@ -144,8 +142,8 @@ def look(functions, tables, state, j, here, slope, t, scratch):
         functions.guard_error(run.mode, j, t, state.c, state.x, scratch.errors)
     if read and not crossed:
         bound = ROUNDING * scratch.errors[0] + (2.0 * run.residual if on_surface else 0.0)
-        if run.slack > 0.0:
-            bound += run.slack * _height(functions, state, j, t, scratch.gradient)
+        if tables.slack[0] > 0.0:
+            bound += _off(functions, tables, state, j, t, scratch.gradient)
         zero = abs(here) <= (bound if math.isfinite(bound) else 0.0)
     order = 0
     side = 1 if here > 0.0 else -1

@@ -30,7 +30,7 @@ RUN = np.dtype(
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
-        *((name, np.float64) for name in ("next_step", "tried", "strength", "residual", "slack")),
+        *((name, np.float64) for name in ("next_step", "tried", "strength", "residual")),
     ],
     align=True,
 )
@@ -39,8 +39,7 @@ RUN = np.dtype(
 The time is ``origin + whole + rest + time``: whole periods as an exact sum of two doubles, then the time since the last
 strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``moved_by`` the transition that
 was then taken, ``residual`` what the guard's value was at the event. ``turning`` says whether a guard that was passed
-comes back in the step, ``slack`` how far, in parts of the largest state, a state may lie off the guards on which it
-begins.
+comes back in the step.
 """
 
 
@@ -69,6 +68,8 @@ class Tables(NamedTuple):
     """(modes, n): states that a mode leaves no freedom"""
     held: Any
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
+    slack: Any
+    """(n,): how far states may lie off the guards on which a run begins"""
 
 
 class States(NamedTuple):

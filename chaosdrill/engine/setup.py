@@ -80,6 +80,7 @@ def tables_of(
         shifts=np.array(shifts, dtype=float),
         pins=pins(system),
         held=np.array(kernels.held, dtype=np.int64),
+        slack=np.zeros(len(system.states)),
     )
 
 

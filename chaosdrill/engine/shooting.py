@@ -46,12 +46,12 @@ FOUND = types.Tuple((matrix, cube, matrix, vector, integer_matrix, vector))
 crossings since the start of the segment"""
 
 SIGNATURE = types.Tuple((int64, float64))(
-    *(int64, int64, integers, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
+    *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
 )
 
 
 @compiled(SIGNATURE)
-def shooting_residual(place, resting, sizes, segments, plane, starts, phase, durations, watched, found, room):
+def shooting_residual(place, resting, sizes, extent, segments, plane, starts, phase, durations, watched, found, room):
     """Follow all segments; returns (DONE or the outcome that ended a segment, residual).
 
     Parameters
@@ -60,6 +60,8 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
         Addresses of the `chaosdrill.engine.layout.Machine`, and of one that watches no guard.
     sizes, segments
         See the names above; ``segments`` has shape (N, 3).
+    extent : ndarray, shape (d,)
+        What distances between states are relative to at least, above zero; else it is the state where a segment ends.
     plane : ndarray, shape (2, d)
         State and normal of the plane on which an orbit without events and without a period begins.
     starts : ndarray, shape (N, d + q)
@@ -73,7 +75,7 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
         Filled: equations (N + d + 1 + .., columns + 1), sensitivities (N, d + q, columns), monodromy (d + q, d + q),
         speeds (N,), positive in the guard's direction, crossings and outcomes (N, 2), times of crossings (N,).
 
-    The residual is the largest violation of an equation: distances relative to max(1, |x|), time to the period.
+    The residual is the largest violation of an equation: distances relative to ``extent``, time to the period.
     """
     machine = machine_at(place)
     functions, settings, tables, scratch = machine.functions, machine.settings[0], machine.tables, machine.scratch
@@ -158,24 +160,21 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
                 moved[r, u] = value
             moved[r, d + 1 + i] += after[r]
         clock_row[d + 1 + i] += 1.0
-        scale = 1.0
-        for r in range(d):
-            scale = max(scale, abs(x[r]))
         following = starts[i + 1] if i + 1 < count else starts[0]
         if end >= 0:
             events += 1
             value = functions.guard(mode, end, te, c, x, gradient)
             steep = 0.0
             for r in range(d):
-                steep = max(steep, abs(gradient[r]))
-            steep = steep if steep > 0.0 else abs(gradient[n])
+                steep = max(steep, abs(gradient[r]) * max(extent[r], abs(x[r])))
+            steep = steep if steep > 0.0 else abs(gradient[n]) * period
             for u in range(columns + 1):
                 sum_ = gradient[n] * clock_row[u]
                 for r in range(n):
                     sum_ += gradient[r] * moved[r, u]
                 equations[i, u] = sum_
             equations[i, columns] += value
-            residual = max(residual, abs(value) / (steep * scale))
+            residual = max(residual, abs(value) / steep)
             for r in range(n):
                 step[0, r] = x[r]
             # a guess may end far from its guard
@@ -209,7 +208,7 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
                         reset += event[row + k] * vectors[v, k]
                     stretch[r, v] = reset + (jump[r] * across / speed if jump[r] != 0.0 and across != 0.0 else 0.0)
                 if r < d:
-                    residual = max(residual, abs(shift) / scale)
+                    residual = max(residual, abs(shift) / max(extent[r], abs(x[r])))
         else:
             speeds[i] = math.inf
             for r in range(n):
@@ -219,7 +218,7 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
                 for v in range(n):
                     stretch[r, v] = vectors[v, r]
                 if r < d:
-                    residual = max(residual, abs(x[r] - following[r]) / scale)
+                    residual = max(residual, abs(x[r] - following[r]) / max(extent[r], abs(x[r])))
             if end == SHARE:
                 equations[i, d + 1 + i] = 1.0
                 for j in range(q):
@@ -232,9 +231,9 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
                 for r in range(d):
                     equations[i, r] = plane[1, r]
                     away += plane[1, r] * (starts[0, r] - plane[0, r])
-                    size = max(size, abs(plane[1, r]))
+                    size = max(size, abs(plane[1, r]) * max(extent[r], abs(x[r])))
                 equations[i, columns] = away
-                residual = max(residual, abs(away) / (size * scale))
+                residual = max(residual, abs(away) / size)
         for r in range(n):
             for v in range(n):
                 value = 0.0
@@ -279,7 +278,10 @@ def shooting_residual(place, resting, sizes, segments, plane, starts, phase, dur
                         here = normals[j, u - 1 - count]
                     for r in range(d):
                         equations[count + r, u] += normals[j, r] * (here - across)
-                residual = max(residual, abs(normals[j, n + 1]) / scale)
+                across = 0.0
+                for r in range(d):
+                    across = max(across, abs(normals[j, r]) * max(extent[r], abs(starts[0, r])))
+                residual = max(residual, abs(normals[j, n + 1]) / across)
         t = te
         if sizes[FORCED] == 1:
             whole = math.floor(te / period)

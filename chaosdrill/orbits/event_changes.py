@@ -349,7 +349,7 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
         code, orbit, seen, _ = problem.newton(start, conditions, SETTINGS.reach_beside)
         if code != CONVERGED or distance(problem, orbit, border.good, weights) > SETTINGS.border_near:
             continue
-        if orbit.repeats() or at_rest(problem, orbit):
+        if orbit.repeats(problem.sizes) or at_rest(problem, orbit):
             continue
         if not admissible(orbit, seen):
             if length and admissible(orbit, replace(seen, crossed=np.full(len(orbit), -1))):

@@ -80,7 +80,7 @@ def at_rest(problem: Problem, orbit: Orbit) -> bool:
         return False
     total = float(orbit.durations.sum())
     path = problem.at([orbit], np.linspace(0, total, 33)[np.newaxis, :-1])[0][0]
-    return bool(np.ptp(path, axis=0).max() <= SETTINGS.at_rest * max(1.0, np.abs(path).max()))
+    return bool((np.ptp(path, axis=0) <= SETTINGS.at_rest * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all())
 
 
 def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbitError:
@@ -97,9 +97,9 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
             words = f"{failure.message}; and the motion from the start ends: {outcome.advice}"
             return NoOrbitError(outcome, words, failure.residuals)
         points.append(run.x.copy())
-    if not problem.forced and _rests(run):
+    if not problem.forced and _rests(problem, run):
         return NoOrbitError(Outcome.EQUILIBRIUM, "the motion from the start comes to rest", failure.residuals)
-    growing = _growing(np.array(points))
+    growing = _growing(np.array(points), problem.sizes)
     if not growing.any():
         return failure
     each = "a period" if problem.forced else "a unit of time"
@@ -113,21 +113,22 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
     )
 
 
-def _rests(run: Run) -> bool:
+def _rests(problem: Problem, run: Run) -> bool:
     """Whether the run has come to rest."""
     system = run.system
     rates = np.zeros(len(run.x) + len(system.quadratures))
     mode = system.mode_names.index(run.mode)
     kernels_of(system).functions[3](mode, run.elapsed, run.c, run.x, rates)
-    return bool(np.abs(rates[: len(run.x)]).max() <= SETTINGS.at_rest * max(1.0, float(np.abs(run.x).max())))
+    moved = np.abs(rates[: len(run.x)]) * run.period
+    return bool((moved <= SETTINGS.at_rest * np.maximum(problem.sizes, np.abs(run.x))).all())
 
 
-def _growing(points: np.ndarray) -> np.ndarray:
-    """Which states grow or fall monotonically and evenly, shape (n,)."""
+def _growing(points: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Which states grow or fall monotonically and evenly, shape (n,), by more than a part of their sizes."""
     steps = np.diff(points, axis=0)
     way = np.abs(steps).sum(axis=0)
     halves = np.abs(steps.reshape(2, -1, points.shape[1]).sum(axis=1))
-    size = np.maximum(np.abs(points).max(axis=0), 1.0)
+    size = np.maximum(np.abs(points).max(axis=0), sizes)
     return (halves.min(axis=0) > SETTINGS.evenly * way) & (way > 1e-3 * size)
 
 
@@ -277,7 +278,7 @@ def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:
         if count % times or (problem.forced and periods % times):
             continue
         step = count // times
-        if orbit.comes_again(step, SETTINGS.same_point):
+        if orbit.comes_again(step, SETTINGS.same_point, problem.sizes):
             least = replace(
                 orbit,
                 segments=orbit.segments[:step],
@@ -295,6 +296,6 @@ def _one_turn(problem: Problem, orbit: Orbit) -> Orbit:
     turns = np.arange(SETTINGS.most_turns, 1, -1)
     ends = float(orbit.durations[0]) / turns
     states = problem.at([orbit], ends[np.newaxis])[0][0]
-    size = np.maximum(np.abs(orbit.starts[0, :d]), 1e-6)
+    size = np.maximum(np.abs(orbit.starts[0, :d]), 1e-6 * problem.sizes)
     back = np.flatnonzero((np.abs(states - orbit.starts[0, :d]) / size).max(axis=1) < SETTINGS.same_point)
     return replace(orbit, durations=ends[back[:1]]) if len(back) else orbit

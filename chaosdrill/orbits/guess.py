@@ -290,7 +290,7 @@ def returns(problem: "Problem", run: Run, periods: int) -> list[InitialGuess]:
     states = record.states
     if len(states) <= periods:
         return [lambda: (record.outcome, None)]
-    spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), 1.0))
+    spread = np.maximum(np.ptp(states, axis=0), 1e-9 * np.maximum(np.abs(states).max(axis=0), problem.sizes))
     last = len(states) - periods
 
     def away(steps: int) -> np.ndarray:
@@ -407,7 +407,7 @@ def guess_of_autonomous(
     segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
     starts = np.concatenate([state, values])[np.newaxis]
     extent = np.ptp(path, axis=0)
-    if (extent <= 1e-9 * np.maximum(1.0, np.abs(path).max(axis=0))).all():
+    if (extent <= 1e-9 * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all():
         return outcome, None
     if expected is not None:
         return outcome, Orbit(segments, 1, starts, 0.0, np.array([expected]))

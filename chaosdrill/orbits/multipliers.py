@@ -229,7 +229,8 @@ def pieces(problem: "Problem", orbit: "Orbit") -> list[np.ndarray]:
         if one.segments[0, at.SEGMENT_END] >= 0:
             time = one.phase + float(one.durations[0])
             starts = np.concatenate([before, one.starts[0, problem.states :]])[np.newaxis]
-            found.append(problem.shoot(replace(one, starts=starts, phase=time, durations=np.zeros(1)), False).monodromy)
+            event = replace(one, starts=starts, phase=time, durations=np.zeros(1))
+            found.append(problem.shoot(event, False).monodromy)
     return found
 
 
@@ -246,4 +247,5 @@ def _cut(problem: "Problem", one: "Orbit", found: list[np.ndarray], depth: int) 
     middle = problem.at([replace(one, durations=half)], half[np.newaxis])[0][0, 0]
     starts = np.concatenate([middle, one.starts[0, problem.states :]])[np.newaxis]
     _cut(problem, replace(one, durations=half), found, depth + 1)
-    _cut(problem, replace(one, starts=starts, phase=one.phase + float(half[0]), durations=half), found, depth + 1)
+    rest = replace(one, starts=starts, phase=one.phase + float(half[0]), durations=half)
+    _cut(problem, rest, found, depth + 1)

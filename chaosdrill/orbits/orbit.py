@@ -71,17 +71,18 @@ class Orbit:
             np.tile(self.durations, times),
         )
 
-    def comes_again(self, step: int, within: float) -> bool:
-        """Whether the path is the same from so many segments later on, within a part of the size of the states."""
-        size = np.maximum(np.abs(self.starts).max(axis=0), 1e-6)
-        turned = np.abs(np.roll(self.starts, step, axis=0) - self.starts) / size
+    def comes_again(self, step: int, within: float, sizes: np.ndarray) -> bool:
+        """Whether the path is the same from so many segments later on, within a part of the sizes of the states."""
+        starts = self.starts[:, : len(sizes)]
+        size = np.maximum(np.abs(starts).max(axis=0), 1e-6 * sizes)
+        turned = np.abs(np.roll(starts, step, axis=0) - starts) / size
         return bool(np.array_equal(np.roll(self.segments, step, axis=0), self.segments) and turned.max() < within)
 
-    def repeats(self) -> bool:
-        """Whether it goes through the same path several times."""
+    def repeats(self, sizes: np.ndarray) -> bool:
+        """Whether it goes through the same path several times; states are compared by their sizes."""
         count, periods = len(self), self.periods
         parts = [times for times in range(2, periods + 1) if count % times == 0 and periods % times == 0]
-        return any(self.comes_again(count // times, SETTINGS.repeated) for times in parts)
+        return any(self.comes_again(count // times, SETTINGS.repeated, sizes) for times in parts)
 
     def rotated(self, first: int, period: float | None) -> "Orbit":
         """The same path, starting from another segment."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from chaosdrill.engine.first_event import first_event
 from chaosdrill.engine.layout import DONE
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import forcing_periods
+from chaosdrill.engine.run import Run
 from chaosdrill.engine.sample_orbit import sample_orbit
 from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
 from chaosdrill.engine.stepper import machine
@@ -46,7 +48,8 @@ class Shot:
     residual: float  # largest violation of an equation
     equations: np.ndarray  # (N + d + 1, columns + 1): linearised equations; their constants last
     sensitivity: np.ndarray  # (N, d + q, columns + 1): starts of the segments by the reduced unknowns
-    monodromy: np.ndarray  # (d, d): tangent map around the orbit from its first start, saltation included
+    monodromy: np.ndarray
+    """(d, d): tangent map around the orbit from its first start, saltation included, in the units of `Problem.sizes`"""
     speeds: np.ndarray
     """(N,): speeds at which the guards are crossed, positive in their direction; infinite where there is none."""
     crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none
@@ -97,8 +100,7 @@ class Problem:
             np.zeros((n, n)),
             self.numerics,
         )
-        # the starts of segments are solutions, as exact as the equations are
-        self._states.run["slack"] = SETTINGS.residual
+        self._slack = tables.slack
         scratch, functions = scratch_of(self.system, n, self.numerics.method), kernels.functions
         # the second one watches no guard
         self._machines = tuple(
@@ -146,6 +148,20 @@ class Problem:
         """Number of reduced unknowns."""
         return self.states + 1 + len(orbit) + len(self.free)
 
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Largest value of every state on the motion from the system's own start, shape (d,): its unit, so to speak.
+
+        1 for a state that stays zero.
+        """
+        d, parts = self.states, SETTINGS.characteristic_samples
+        run = Run(self.plain, self.unit or SETTINGS.unit, self.numerics, samples=parts)
+        path = np.zeros((2 + SETTINGS.sized_units * parts, d + len(self.plain.quadratures) + 1))
+        path[-1, :d] = run.x
+        run.advance(SETTINGS.sized_units, path[:-1])
+        largest = np.abs(path[:, :d]).max(axis=0)
+        return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
+
     def shoot(self, orbit: Orbit, watched: bool = True, section: Orbit | None = None) -> Shot:
         """The shooting residual of an orbit, and its derivatives.
 
@@ -157,14 +173,19 @@ class Problem:
             The one through whose start, across the flow there, the plane goes on which an orbit without events and
             without a period begins; by default the orbit itself.
         """
+        d = self.states
+        # the starts of segments are solutions, as exact as the equations are
+        self._slack[:d] = SETTINGS.residual * np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
         found, room = self._room(len(orbit))
         outcome, residual = at.shooting_residual(
-            *self._machines, self._sizes(orbit), orbit.segments, self._plane(section or orbit),
+            *self._machines, self._counts(orbit), self.sizes, orbit.segments, self._plane(section or orbit),
             np.ascontiguousarray(orbit.starts), orbit.phase, orbit.durations, int(watched), found, room,
         )  # fmt: skip
         equations, sensitivity, monodromy, speeds, seen, met = (a.copy() for a in found)
-        d = self.states
-        return Shot(outcome, residual, equations, sensitivity, monodromy[:d, :d], speeds, seen[:, 0], seen[:, 1], met)
+        # in units of powers of two no digit is lost
+        units = 2.0 ** np.round(np.log2(self.sizes))
+        monodromy = monodromy[:d, :d] * units / units[:, np.newaxis]
+        return Shot(outcome, residual, equations, sensitivity, monodromy, speeds, seen[:, 0], seen[:, 1], met)
 
     def newton(
         self,
@@ -245,7 +266,7 @@ class Problem:
         they are followed, and then so much more that a step along a branch is one in them.
         """
         d, count = self.states, len(orbit)
-        size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), 0.1)
+        size = np.maximum(np.abs(orbit.starts[:, :d]).max(axis=0), SETTINGS.smallest_size * self.sizes)
         unit = self.period_at(orbit) or float(orbit.durations.sum())
         part = 1.0 if spans is None else SETTINGS.states_to_parameters
         values = np.ones(len(self.free)) if spans is None else 1 / spans
@@ -330,7 +351,7 @@ class Problem:
         states = np.zeros((*instants.shape, len(self.system.states)))
         modes = np.zeros(instants.shape, dtype=np.int64)
         sample_orbit(
-            *self._machines, self._sizes(orbits[0]), orbits[0].segments, starts, phases, durations,
+            *self._machines, self._counts(orbits[0]), orbits[0].segments, starts, phases, durations,
             np.ascontiguousarray(instants), states, modes,
         )  # fmt: skip
         return states[:, :, : self.states], modes
@@ -381,7 +402,7 @@ class Problem:
         kernels_of(self.system).functions[3](mode, orbit.phase, self._states.c[0], orbit.starts[0].copy(), rate)
         return np.array([orbit.starts[0, : self.states], rate[: self.states]])
 
-    def _sizes(self, orbit: Orbit) -> np.ndarray:
+    def _counts(self, orbit: Orbit) -> np.ndarray:
         return np.array([self.states, len(self.free), orbit.periods, self._clock, self.forced], dtype=np.int64)
 
     def _room(self, count: int) -> tuple[Any, Any]:

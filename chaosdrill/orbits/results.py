@@ -21,7 +21,7 @@ class Checks:
     determinant_difference: float
     """Difference between the product of the multipliers and the product of the contractions (divergence of the field,
     determinants at the events), relative to the larger of the two."""
-    recurrence_difference: float  # largest distance after one more period, relative to max(1, |x|)
+    recurrence_difference: float  # largest distance after one more period, relative to the sizes of the states
     consistent: bool  # whether all of them are within what round-off and the tolerance explain
     disagreements: str = ""  # what is not, in words; empty if all is well
 
@@ -47,8 +47,8 @@ class FoundOrbit:
     lost."""
     rank: int  # rank of the tangent map
     residual: float
-    """Largest difference after one period in a run of the engine, relative to max(1, |x|); where small deviations grow
-    very much over it, after parts of it, from each of which the run begins anew on the orbit."""
+    """Largest difference after one period in a run of the engine, relative to the sizes of the states; where small
+    deviations grow very much over it, after parts of it, from each of which the run begins anew on the orbit."""
     newton: np.ndarray  # (iterations,): residual after each step of Newton's method, the start's first
     event_times: np.ndarray  # (E,): times since the first of the strobes
     event_speeds: np.ndarray  # (E,): rates of the guards as they are met

@@ -68,7 +68,7 @@ class CloseReturns:
         self.records = [self._record(system, SETTINGS.record) for system in systems]
         known = np.vstack([record.states for record in self.records])
         spread = np.ptp(known, axis=0) if len(known) else 0.0
-        self.extent = np.maximum(spread, 1e-9 * np.maximum(np.abs(known).max(axis=0, initial=0), 1.0))
+        self.extent = np.maximum(spread, 1e-9 * np.maximum(np.abs(known).max(axis=0, initial=0), problem.sizes))
         for system in self._scattered(known):
             self.records.append(self._record(system, SETTINGS.short_record * longest))
 

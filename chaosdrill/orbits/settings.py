@@ -7,6 +7,11 @@ from dataclasses import dataclass
 class Settings:
     """What steers the numerics of this package; distances of orbits are in the norm of `Problem.weights`."""
 
+    sized_units: int = 4
+    """Forcing periods, or characteristic times, over which it is looked how large the states are."""
+    smallest_size: float = 0.1
+    """Part of that size by which a state counts at least, where it is smaller along an orbit."""
+
     # Newton's method
     residual: float = 3e-13
     """Residual at which an orbit is found: what is left when all equations hold to rounding."""

@@ -110,9 +110,9 @@ class Repeated:
     """Results of runs around an orbit."""
 
     outcome: Outcome  # ``Outcome.OK``, or what ended the run
-    residual: float  # largest difference after one period, relative to max(1, |x|)
+    residual: float  # largest difference after one period, relative to the sizes of the states
     recurrence: float  # the same after two periods
-    growth: float  # largest factor by which a small deviation grows over a period
+    growth: float  # largest factor by which a small deviation, relative to these, grows over a period
     differs: str  # how the events differ from those of the orbit, in words; empty if they do not
 
     def explained(self, tolerance: float, rounds: int = 1) -> float:
@@ -147,7 +147,7 @@ def _repeated(problem: "Problem", orbit: "Orbit", parts: int) -> Repeated:
     ends = np.zeros((parts, d))
     ends[order] = problem.at([orbit], instants[np.newaxis, order])[0][0]
     ends[-1] = state
-    size = np.maximum(1.0, np.abs(ends).max(axis=1))
+    sizes = np.maximum(problem.sizes, np.abs(ends).max(axis=0))
     units = orbit.periods if forcing and parts == 1 else 1
     buffer = np.zeros((8 * len(orbit) + 64, layout.EVENT_COLUMNS + 2 * d))
     differences, rows = np.zeros((2, parts)), []
@@ -160,9 +160,9 @@ def _repeated(problem: "Problem", orbit: "Orbit", parts: int) -> Repeated:
             if full:
                 return Repeated(outcome, np.inf, np.inf, np.inf, "many more events than the orbit has")
             rows.append(buffer[: run.filled()[1]].copy())
-            differences[turn, part] = np.abs(run.x - ends[part]).max() / size[part]
+            differences[turn, part] = (np.abs(run.x - ends[part]) / sizes).max()
             if turn == 0:
-                growth = max(growth, float(np.linalg.norm(run.vectors, 2)))
+                growth = max(growth, float(np.linalg.norm(run.vectors * sizes[:, np.newaxis] / sizes, 2)))
             if parts > 1:
                 run.put(ends[part], np.eye(d))
                 if forcing:

@@ -45,7 +45,9 @@ VARIABLES = table(
     need("multiplier_imag", f"{ORBIT} multiplier", "f8", "multiplier, imaginary part", "NaN where there is no orbit."),
     need("rank", ORBIT, "i4", "rank", "Rank of the tangent map over one period, and number of finite exponents."),
     need("stable", ORBIT, "i1", "stable", "Whether small deviations from the orbit die out.", flags="truth"),
-    need("residual", ORBIT, "f8", "residual", "Largest difference after one period, relative to max(1, |x|)."),
+    need(
+        "residual", ORBIT, "f8", "residual", "Largest difference after one period, relative to the sizes of the states."
+    ),
     need("newton_residual", f"{ORBIT} iteration", "f8", "residual of Newton's method", "NaN after the last step."),
     need("event_count", ORBIT, "i4", "events in one period", "The entries of event beyond it are empty."),
     need("event_time", f"{ORBIT} event", "f8", "time of the event", "Since the orbit's state, within one period."),

@@ -1,0 +1,130 @@
+"""Branches in other units: one state that is a million times as large moves no special point and hides none."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+
+BY_METHOD = [("taylor", 1e-8), ("dop853", 1e-12), ("dop853", 1e-13), ("radau", 1e-13)]
+
+
+def specials(branch):
+    return [branch[name].values for name in ("special_kind", "special_value", "special_error")]
+
+
+def contact(unit):
+    """A damper of its own behind a spring that is met; z in another unit."""
+    free = {"x": "v", "v": f"-x-2*zeta*v+cos(omega*t)-c*z/{unit}", "z": f"-z+{unit}*v"}
+    pressed = {
+        "x": "v",
+        "v": f"-x-2*zeta*v-k*(x-gap)+cos(omega*t)-c*z/{unit}",
+        "z": f"-2*z+{unit}*x",
+    }
+    return cd.HybridSystem(
+        states="x v z",
+        parameters={"zeta": 0.113, "omega": 1.893, "k": 4.477, "gap": 0.132, "c": 0.283},
+        modes={"free": free, "pressed": pressed},
+        transitions=[
+            cd.Transition("on", "free", "pressed", guard="x-gap", direction=1),
+            cd.Transition("off", "pressed", "free", guard="x-gap", direction=-1),
+        ],
+        period="2*pi/omega",
+        initial={"v": 0.3},
+    )
+
+
+def stop(unit):
+    """A spring that is met; v in another unit."""
+    free = {"x": f"v/{unit}", "v": f"{unit}*(-x-2*zeta*v/{unit}+cos(omega*t))"}
+    pressed = {"x": f"v/{unit}", "v": f"{unit}*(-x-2*zeta*v/{unit}-k*(x-gap)+cos(omega*t))"}
+    return cd.HybridSystem(
+        states="x v",
+        parameters={"zeta": 0.051, "omega": 1.979, "k": 20.986, "gap": 0.59},
+        modes={"free": free, "pressed": pressed},
+        transitions=[
+            cd.Transition("on", "free", "pressed", guard="x-gap", direction=1),
+            cd.Transition("off", "pressed", "free", guard="x-gap", direction=-1),
+        ],
+        period="2*pi/omega",
+        initial={"v": 0.3 * float(eval(unit))},
+    )
+
+
+@pytest.mark.parametrize(("build", "span"), [(contact, (1.85, 2.33)), (stop, (1.6, 2.0))])
+def test_special_points_are_the_same_ones(build, span):
+    usual = specials(cd.continue_orbit(build("(1)"), {"omega": span}, transient=60))
+    assert len(usual[0])
+    for unit in ("(10**6)", "(10**-6)"):
+        kinds, values, errors = specials(cd.continue_orbit(build(unit), {"omega": span}, transient=60))
+        np.testing.assert_array_equal(kinds, usual[0])
+        assert (np.abs(values - usual[1]) <= 2 * np.hypot(errors, usual[2])).all()
+        assert (errors < 1e3 * usual[2]).all()
+
+
+@pytest.mark.parametrize("unit", ["(1)", "(10**3)", "(10**6)"])
+@pytest.mark.parametrize("tolerance", [1e-13, 1e-10])
+def test_events_fall_together_where_the_closed_form_has_it(unit, tolerance):
+    system = cd.HybridSystem(
+        states="x v",
+        parameters={"zeta": 0.044, "omega": 2.157, "e": 0.517, "w": 0.128},
+        modes={"free": {"x": f"v/{unit}", "v": f"{unit}*(-x-2*zeta*v/{unit}+cos(omega*t))"}},
+        transitions=[
+            cd.Transition("hit", "free", "free", guard="x-w", direction=1, reset={"v": "-e*v"}),
+            cd.Transition("kick", "free", "free", guard="sin(omega*t-1)", direction=1, reset={"v": f"v+{unit}/10"}),
+        ],
+        period="2*pi/omega",
+        initial={"v": 0.3 * float(eval(unit))},
+    )
+    branch = cd.continue_orbit(system, {"omega": (1.7256, 2.2)}, transient=60, tolerance=tolerance)
+    _, values, errors = specials(branch)
+    # linear flow between the kick and the impact that follows it at once, in 60 digits
+    assert abs(values[0] - 1.78568736229855407673) <= 2 * errors[0] < 1e4 * tolerance
+
+
+@pytest.mark.parametrize("time", ["(1)", "(10**-6)"])
+def test_a_section_at_an_event_loses_no_multiplier(time):
+    """The determinant of a linear oscillator's round with one impact is e^2 exp(-2 zeta T)."""
+    rate, place = "(10**6)", f"(10**-6)*{time}"
+    system = cd.HybridSystem(
+        states="x v",
+        parameters={"zeta": 0.039, "omega": 2.26, "e": 0.57, "w": 0.031},
+        modes={"free": {"x": f"{place}*v/{rate}", "v": f"{rate}*(-x/({place})-2*zeta*v/{rate}+cos(omega*t))"}},
+        transitions=[cd.Transition("hit", "free", "free", guard=f"x/({place})-w", direction=1, reset={"v": "-e*v"})],
+        period="2*pi/omega",
+        initial={"v": 3e5},
+    )
+    section = cd.poincare_section(system, periods=64, transient=100, at="hit")
+    found = np.prod(section["multiplier_real"].values + 1j * section["multiplier_imag"].values)
+    assert found == pytest.approx(0.57**2 * np.exp(-2 * 0.039 * 2 * np.pi / 2.26), rel=1e-9)
+
+
+def test_an_event_loses_its_speed_at_one_parameter_by_every_method():
+    """A run cannot tell impacts slower than the root of round-off from none; the equations can."""
+    system = cd.HybridSystem(
+        states="x v z y",
+        parameters={"zeta": 0.144, "omega": 2.626, "e": 0.423, "w": 0.111, "c": 0.35, "b": 1.809, "d": 0.812},
+        modes={
+            "free": {
+                "x": "v",
+                "v": "-x-2*zeta*v+cos(omega*t)+c*z-0.1*y",
+                "z": "-b*z+x*v",
+                "y": "-d*y+sin(x)*z",
+            }
+        },
+        transitions=[cd.Transition("hit", "free", "free", guard="x-w", direction=1, reset={"v": "-e*v"})],
+        period="2*pi/omega",
+        initial={"v": 0.3},
+    )
+    found = {}
+    for method, tolerance in BY_METHOD:
+        branch = cd.continue_orbit(
+            system, {"omega": (2.5, 3.2825)}, transient=60, max_points=300, method=method, tolerance=tolerance
+        )
+        _, values, errors = specials(branch)
+        found[method, tolerance] = values[-1], errors[-1]
+    value, error = found.pop(BY_METHOD[0])
+    for other, its in found.values():
+        assert abs(value - other) <= 2 * np.hypot(error, its)
+    # those that are told to 1e-12 agree to that
+    values = [other for other, _ in found.values()]
+    assert np.ptp(values) < 1e-11
