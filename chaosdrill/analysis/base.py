@@ -108,7 +108,7 @@ class Points(_Lengths):
     periods: int | None = setting(Periods(2), None)
     exponents: int | None = setting(Exponents(), None)
     max_period: int = setting(Whole(1, 10_000), 64)
-    patience: int = setting(Whole(0), 8)
+    max_extension: int = setting(Whole(0), 8)
 
     def agree(self, system: "HybridSystem") -> None:
         """As for every run; and refuse a single period, which shows nothing."""

@@ -44,7 +44,9 @@ class Plan:
     periods: int  # units of the averages
     part: float  # time between strobes of a system without a forcing period
     max_period: int  # longest period looked for
-    patience: int  # how many times as long as ``periods`` a point may run on that is undecided; 0: it is taken as it is
+    max_extension: (
+        int  # how many times as long as ``periods`` a point may run on that is undecided; 0: it is taken as it is
+    )
     numerics: Numerics
     exponents: int  # number of exponents that are asked for
     computed: int
@@ -148,7 +150,7 @@ class Plan:
             "part": self.part,
             "section": None if self.section is None else sorted(self.section),
             "max_period": self.max_period,
-            "patience": self.patience,
+            "max_extension": self.max_extension,
             "exponents": self.exponents,
             "section_points": self.rows,
             "numerics": asdict(self.numerics),
@@ -187,7 +189,7 @@ def make_plan(
         periods=int(cast(int, periods)),
         part=part,
         max_period=given.max_period,
-        patience=given.patience,
+        max_extension=given.max_extension,
         numerics=numerics,
         exponents=count,
         computed=enough,

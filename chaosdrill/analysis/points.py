@@ -1,8 +1,8 @@
 """Points of a grid: each is a run of its own, measured until it is decided what it is on.
 
 A point that is undecided after its record is not believed. First the cycle to which it seems to lead is looked for
-(`chaosdrill.analysis.cycles`); if there is none it goes on, over records twice as long every time, up to ``patience``
-times the length asked for. Only undecided points pay for that.
+(`chaosdrill.analysis.cycles`); if there is none it goes on, over records twice as long every time, up to
+``max_extension`` times the length asked for. Only undecided points pay for that.
 """
 
 from abc import ABC, abstractmethod
@@ -260,7 +260,7 @@ def measure(
 
 
 def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arrays: Arrays, places: np.ndarray) -> None:
-    """Run a batch until every point is decided or its patience has come to an end."""
+    """Run a batch until every point is decided or has been extended as far as it may be."""
     ends, before = plan.ends, batch.x.copy()
     batch.run(plan.transient, ends)
     which = np.arange(len(places))
@@ -272,11 +272,11 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     lead, margin, open_ = verdict.lead.copy(), verdict.margin.copy(), verdict.outcome == Outcome.OPEN
     moves = verdict.moves.copy()
     which, times = which[~verdict.decided], 2
-    while len(which) and plan.patience:
+    while len(which) and plan.max_extension:
         for cycles in search(plan, batch, which[moves[which]], parameters):
             _write(plan, cycles.batch, cycles.places, cycles.verdict, cycles.places, arrays, places[cycles.which])
             which = np.setdiff1d(which, cycles.which)
-        if times > plan.patience or not len(which):
+        if times > plan.max_extension or not len(which):
             break
         ends, before = block_ends(plan.periods * times, BLOCKS), batch.x.copy()
         batch.proceed(which, 0, ends)
@@ -290,12 +290,12 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         _average_over_cycles(plan, parameters, batch, *of_cycles)
         lead[which], margin[which], open_[which], moves[which] = verdict.lead, verdict.margin, grows, verdict.moves
         which, times = which[~verdict.decided & ~known], 2 * times
-    if moves[which].any() and plan.patience and plan.maps:
+    if moves[which].any() and plan.max_extension and plan.maps:
         left = _displace(plan, parameters, batch, which[moves[which]], arrays, places)
         which = np.union1d(left, which[~moves[which]])
     unclear = np.isin(arrays["outcome"][places[which]], (Outcome.OPEN, Outcome.UNDECIDED))
     follows = plan.maps or plan.structure.autonomous
-    if plan.patience and plan.exponents and follows and unclear.any():
+    if plan.max_extension and plan.exponents and follows and unclear.any():
         which = which[unclear]
         found, followed = _tell(plan, parameters, batch, which, lead[which], margin[which])
         arrays["outcome"][places[which[followed]]] = found[followed]

@@ -135,7 +135,7 @@ _ADVICE = {
     ),
     Outcome.UNDECIDED: (
         "The record is too short to tell the largest exponent from zero, and too short or too uneven to show a torus; "
-        "take a longer record (more periods, a longer duration, or patience)."
+        "take a longer record (more periods, a longer duration, or max_extension)."
     ),
     Outcome.NO_RETURN: (
         "The motion goes on but does not meet the section again, or only touches it, which tells no period; take "

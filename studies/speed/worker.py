@@ -55,7 +55,9 @@ def chart(eta: float, side: int, tolerance: float, periods: int) -> float:
     system = chart_system()
     sweep = {"eta": np.linspace(eta - 5e-4, eta + 5e-4, side), "b": np.linspace(0.6995, 0.7005, side)}
     begin = time.process_time()
-    cd.parameter_chart(system, sweep, transient=SETTLE, periods=periods, exponents=2, patience=0, tolerance=tolerance)
+    cd.parameter_chart(
+        system, sweep, transient=SETTLE, periods=periods, exponents=2, max_extension=0, tolerance=tolerance
+    )
     return (time.process_time() - begin) / (side**2 * (SETTLE + periods)) * 1e6
 
 

@@ -78,7 +78,7 @@ DIAGRAM = (
 def diagram():
     start = time.process_time()
     values = {"f": np.linspace(1.5, 2.0, 8)}
-    more = {"exponents": exponents, "patience": 0, "workers": 1}
+    more = {"exponents": exponents, "max_extension": 0, "workers": 1}
     cd.bifurcation_diagram(chain(1.5), values, transient=5, periods=10, **more)
     return time.process_time() - start
 

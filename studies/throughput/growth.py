@@ -19,7 +19,7 @@ def measure(say: Callable[[str], None]) -> list[Row]:
     for i in range(1, ROUNDS + 1):
         for side in SIDES:
             say(f"{side} x {side} points, round {i}")
-            spent = spend(Chart((0.55, 0.9), side, 50, 50, patience=0))
+            spent = spend(Chart((0.55, 0.9), side, 50, 50, max_extension=0))
             rows.append(
                 {"points": side**2, "round": i, "processor_s": spent.processor_s, "stepping_s": spent.stepping_s}
             )

@@ -28,7 +28,7 @@ def measure(say: Callable[[str], None]) -> list[Row]:
     for side in SIDES:
         for workers in WORKERS:
             say(f"{side} x {side} points, {workers} workers")
-            rows.append(_command(Chart((0.55, 0.9), side, 0, 32, 1e-4, patience=0), workers))
+            rows.append(_command(Chart((0.55, 0.9), side, 0, 32, 1e-4, max_extension=0), workers))
     return rows
 
 

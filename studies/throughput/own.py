@@ -31,7 +31,7 @@ class Chart:
     transient, periods : int
         Forcing periods of a point.
     tolerance : float
-    patience : int
+    max_extension : int
         How many times as long an undecided point may run on; 8 is what a scene has that says nothing.
     """
 
@@ -40,7 +40,7 @@ class Chart:
     transient: int = 300
     periods: int = 300
     tolerance: float = TOLERANCE
-    patience: int = 8
+    max_extension: int = 8
 
     @property
     def points(self) -> int:
@@ -71,7 +71,8 @@ class Chart:
                     f"sweep.{name} = {{ start = {first!r}, stop = {last!r}, num = {self.side} }}"
                     for name, (first, last) in sweeps.items()
                 ),
-                f"transient = {self.transient}\nperiods = {self.periods}\nexponents = 2\npatience = {self.patience}",
+                f"transient = {self.transient}\nperiods = {self.periods}\nexponents = 2",
+                f"max_extension = {self.max_extension}",
             ]
         )
 

@@ -22,7 +22,7 @@ DRILL = cd.drill(
     lam=0.6,
     phi=np.pi / 2,
 )
-BRIEF = {"transient": 20, "periods": 40, "max_period": 16, "patience": 2}
+BRIEF = {"transient": 20, "periods": 40, "max_period": 16, "max_extension": 2}
 
 
 def diagram(**keywords):

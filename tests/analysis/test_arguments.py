@@ -155,7 +155,7 @@ def test_how_a_run_is_cut_does_not_decide_whether_it_meets_a_limit_of_events(bou
 
 
 SAME_RULES = [
-    ("patience = -1", {"patience": -1}, "must be at least 0"),
+    ("max_extension = -1", {"max_extension": -1}, "must be at least 0"),
     ("exponents = 3", {"exponents": 3}, "the system has 2 states and as many exponents"),
     ('follow = "up"', {"follow": "up"}, "expected one of ['forward', 'backward', 'both'], or leave it out"),
     ("random = { count = 2, seed = 1 }", {"random": {"count": 2, "seed": 1}}, "names no state; give the range"),

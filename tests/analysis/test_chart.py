@@ -33,7 +33,12 @@ def test_a_third_of_the_points_escapes(lossy):
 
 def test_points_without_a_forcing_period_fail_alone(duffing):
     chart = cd.parameter_chart(
-        duffing, {"omega": [0.0, -1.0, 1.0], "gamma": [0.1, 0.2]}, transient=20, periods=16, max_period=4, patience=0
+        duffing,
+        {"omega": [0.0, -1.0, 1.0], "gamma": [0.1, 0.2]},
+        transient=20,
+        periods=16,
+        max_period=4,
+        max_extension=0,
     )
     failed = chart["outcome"].values[..., 0] == cd.Outcome.FAILED
     np.testing.assert_array_equal(failed, [[True, True], [True, True], [False, False]])

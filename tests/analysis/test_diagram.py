@@ -12,7 +12,7 @@ SWEEP = {"growth": np.array([-0.2, 0.0, 0.05, 3.0])}
 @pytest.fixture(scope="module")
 def spiral(circle):
     seeds = [{}, {"x": 0.5, "y": 0.1}, {"x": 0.0}]
-    return cd.bifurcation_diagram(circle, SWEEP, transient=10, periods=40, seeds=seeds, patience=0)
+    return cd.bifurcation_diagram(circle, SWEEP, transient=10, periods=40, seeds=seeds, max_extension=0)
 
 
 def test_outcomes(spiral):

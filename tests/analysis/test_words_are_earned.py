@@ -116,14 +116,16 @@ def neuron():
     )
 
 
-@pytest.mark.parametrize("patience", [0, 8])
+@pytest.mark.parametrize("max_extension", [0, 8])
 @pytest.mark.parametrize("at", ["strobe", "spike"])
-def test_a_run_that_only_grows_is_open(neuron, patience, at):
-    found = cd.bifurcation_diagram(neuron, {"I": [5.0, 10.0]}, transient=50, periods=64, patience=patience, at=at)
+def test_a_run_that_only_grows_is_open(neuron, max_extension, at):
+    found = cd.bifurcation_diagram(
+        neuron, {"I": [5.0, 10.0]}, transient=50, periods=64, max_extension=max_extension, at=at
+    )
     assert words(found) == ["open", "open"]
     assert np.isfinite(found["lyapunov_exponent"].values).all()
     grid = {"v": [-65.0, -60.0], "u": [-13.0, -12.0]}
-    basins = cd.basins(neuron, grid, transient=50, periods=64, patience=patience, at=at)
+    basins = cd.basins(neuron, grid, transient=50, periods=64, max_extension=max_extension, at=at)
     assert set(words(basins)) == {"open"}
     assert not basins["attractor"].values.any()
 
@@ -133,7 +135,7 @@ def test_a_spectrum_of_a_run_that_only_grows_is_open(neuron):
 
 
 def test_exponents_that_are_no_numbers_have_an_outcome(circle):
-    given = Points(transient=0, periods=20, max_period=4, patience=0)
+    given = Points(transient=0, periods=20, max_period=4, max_extension=0)
     plan = make_plan(circle, given, Numerics(), swept=("growth",))
     values = {"growth": np.array([-0.1, 0.1])}
     batch = plan.batch(values, np.tile([1.0, 0.0], (2, 1)), np.zeros(2, dtype=int))

@@ -242,7 +242,7 @@ def test_a_clock_starts_on_either_side_of_its_guard_in_a_sweep():
         periods=20,
         seeds=[{"x": x, "v": v} for x, v in starts],
         exponents=0,
-        patience=0,
+        max_extension=0,
         max_period=1,
         at="kick",
     )

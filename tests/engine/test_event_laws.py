@@ -218,7 +218,7 @@ def test_the_order_of_declaration_of_guards_that_commute_does_not_matter(method,
 def test_neighbours_and_workers_do_not_change_a_list_in_lanes(name):
     family, numbers, _ = drawn(name, 7)
     axes = {axis: np.unique([numbers[axis] * k for k in (1.0, 1.5, 2.0, 3.0, 5.0)]) for axis in family.axes}
-    settings = {"transient": 0, "periods": family.periods, "exponents": 0, "patience": 0, "max_period": 1}
+    settings = {"transient": 0, "periods": family.periods, "exponents": 0, "max_extension": 0, "max_period": 1}
     charts = [
         cd.parameter_chart(family.at(numbers), swept, **settings, at="event", section_points=40, workers=workers)
         for swept, workers in ((axes, 1), (axes, 2), ({k: v[::2] for k, v in axes.items()}, 1))
@@ -233,7 +233,7 @@ def test_an_interruption_does_not_change_a_list(tmp_path):
     """Guards of a clock, stopped after the first chunk and gone on with."""
     family, numbers, _ = drawn("kicks", 7)
     axes = {"scale": numbers["scale"] * np.linspace(1, 2, 40), "d1": np.linspace(-3, 3, 49)}
-    settings = {"transient": 0, "periods": family.periods, "exponents": 0, "patience": 0, "max_period": 1}
+    settings = {"transient": 0, "periods": family.periods, "exponents": 0, "max_extension": 0, "max_period": 1}
     settings |= {"at": "event", "section_points": 40}
     calls = {"store": tmp_path / "chart", **settings}
 

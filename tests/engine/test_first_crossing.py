@@ -332,13 +332,13 @@ def test_a_guard_that_has_no_value_ends_the_run(guard, outcome):
     """Alone, and stepped in lanes."""
     system = oscillator(guard)
     assert int(cd.trajectory(system, periods=5)["outcome"]) == outcome
-    diagram = cd.bifurcation_diagram(system, {"e": [0.8, 0.9]}, transient=4, periods=4, max_period=1, patience=0)
+    diagram = cd.bifurcation_diagram(system, {"e": [0.8, 0.9]}, transient=4, periods=4, max_period=1, max_extension=0)
     assert (diagram["outcome"].values == outcome).all()
 
 
 def test_lanes_meet_the_same_events():
     swept = {"e": np.linspace(0.8, 0.95, 9)}
-    settings = {"transient": 0, "periods": 4, "max_period": 1, "patience": 0}
+    settings = {"transient": 0, "periods": 4, "max_period": 1, "max_extension": 0}
     linear, steep = (
         cd.bifurcation_diagram(oscillator(guard), swept, **settings)["section"].values
         for guard in (x - WALL, SAME_EVENTS["slope"])

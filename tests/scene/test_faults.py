@@ -216,14 +216,14 @@ def keywords(text):
 
 
 def test_a_chart_sweeps_two_parameters_in_their_order():
-    given = keywords(CHART + "sweep.b = { start = 0.5, stop = 0.9, num = 5 }\nexponents = 2\npatience = 4\n")
+    given = keywords(CHART + "sweep.b = { start = 0.5, stop = 0.9, num = 5 }\nexponents = 2\nmax_extension = 4\n")
     assert list(given["sweep"]) == ["eta", "b"]
     np.testing.assert_array_equal(given["sweep"]["b"], np.linspace(0.5, 0.9, 5))
-    assert {key: given[key] for key in ("transient", "periods", "exponents", "patience")} == {
+    assert {key: given[key] for key in ("transient", "periods", "exponents", "max_extension")} == {
         "transient": 10,
         "periods": 20,
         "exponents": 2,
-        "patience": 4,
+        "max_extension": 4,
     }
 
 
@@ -271,7 +271,7 @@ SWEEPS_FAULTS = [
     (DIAGRAM + "random = { count = 2, seed = 1, y = 3 }\n", "9: analysis.a.random.y: expected a list, received 3"),
     (DIAGRAM + "random = { count = 2, seed = 1, y = [0, 1, 2] }\n", "9: analysis.a.random.y: must have at most 2"),
     (DIAGRAM + "random = { count = 2, seed = 1, z = [0, 1] }\n", "9: analysis.a.random.z: unknown state; known here: "),
-    (DIAGRAM + "patience = -1\n", "9: analysis.a.patience: must be at least 0, received -1"),
+    (DIAGRAM + "max_extension = -1\n", "9: analysis.a.max_extension: must be at least 0, received -1"),
 ]
 
 

@@ -65,7 +65,7 @@ def test_the_gain_of_two_workers_is_the_median_of_rounds(module):
 @pytest.mark.skipif(not Path("/proc/self/schedstat").is_file(), reason="needs Linux's count of waiting")
 def test_waiting_for_a_core_is_taken_off(module, monkeypatch):
     waiting, own = module("waiting"), module("own")
-    chart = own.Chart((0.6, 0.7), 6, 5, 20, 1e-6, patience=0)
+    chart = own.Chart((0.6, 0.7), 6, 5, 20, 1e-6, max_extension=0)
     waited = iter(range(1000))
     monkeypatch.setattr(waiting, "_waited", lambda thread: next(waited))
     seconds, clock = waiting.alone(chart, 1)
@@ -110,10 +110,10 @@ def test_a_chart_is_the_scene_that_it_says(module, tmp_path):
 
 def test_periods_of_undecided_points_are_counted(module):
     own = module("own")
-    short = own.Chart((0.45, 0.9), 3, 5, 20, 1e-6, patience=0)
+    short = own.Chart((0.45, 0.9), 3, 5, 20, 1e-6, max_extension=0)
     spent = own.spend(short)
     assert spent.periods == short.asked
-    assert own.spend(own.Chart((0.45, 0.9), 3, 5, 20, 1e-6, patience=2)).periods > short.asked
+    assert own.spend(own.Chart((0.45, 0.9), 3, 5, 20, 1e-6, max_extension=2)).periods > short.asked
     assert 0 < spent.stepping_s < spent.processor_s
 
 

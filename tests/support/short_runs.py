@@ -21,7 +21,7 @@ def drill(method):
 def vector():
     """The same for points side by side, two of which hold the contact."""
     eta = [0.8, 0.75, 0.7]
-    found = cd.bifurcation_diagram(cd.drill(), {"eta": eta}, transient=2, periods=3, patience=0, exponents=2)
+    found = cd.bifurcation_diagram(cd.drill(), {"eta": eta}, transient=2, periods=3, max_extension=0, exponents=2)
     return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values[..., -3:, :].ravel()]
 
 
@@ -91,14 +91,14 @@ def section():
 def alone(method):
     """Points of a sweep by a method that steps them one by one, and follows the state."""
     eta = [0.8, 0.75]
-    given = {"transient": 1, "periods": 2, "patience": 0, "exponents": 1, "follow": "forward", "tolerance": 1e-9}
+    given = {"transient": 1, "periods": 2, "max_extension": 0, "exponents": 1, "follow": "forward", "tolerance": 1e-9}
     found = cd.bifurcation_diagram(cd.drill(), {"eta": eta}, method=method, **given)
     return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values.ravel()]
 
 
 def counted():
     """Points of a sweep whose lengths count events."""
-    given = {"at": "hit", "transient": 1, "periods": 3, "patience": 0, "exponents": 1}
+    given = {"at": "hit", "transient": 1, "periods": 3, "max_extension": 0, "exponents": 1}
     found = cd.bifurcation_diagram(cd.drill(), {"eta": [0.8]}, **given)
     return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values.ravel()]
 
@@ -114,7 +114,7 @@ def steep():
         initial={"mode": "on", "x": 0.0, "v": 1.0},
     )
     one = cd.lyapunov_spectrum(switch, periods=2, **TWO)
-    many = cd.bifurcation_diagram(switch, {"steep": [20.0, 40.0]}, transient=1, periods=2, patience=0, exponents=1)
+    many = cd.bifurcation_diagram(switch, {"steep": [20.0, 40.0]}, transient=1, periods=2, max_extension=0, exponents=1)
     return [*one["lyapunov_exponent"].values, *many["section"].values.ravel()]
 
 

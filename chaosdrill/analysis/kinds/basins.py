@@ -119,7 +119,7 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
         ``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.
     periods, duration, transient : int or float
         As in `parameter_chart`; no section is kept.
-    at, max_return, exponents, max_period, patience : optional
+    at, max_return, exponents, max_period, max_extension : optional
         As in `bifurcation_diagram`.
     initial : array, list, mapping, DataFrame or Dataset, optional
         Initial states in any number of dimensions: an array (run, state) or a list of rows, in the order of the states;

@@ -61,7 +61,8 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
     continues.
 
     Attractors are classified by exponents and recurrence together (see "Period detection" in the theory). An undecided
-    run is extended by up to ``patience`` times ``periods``, or until it settles on a cycle; its last record is stored.
+    run is extended by up to ``max_extension`` times ``periods``, or until it settles on a cycle; its last record is
+    stored.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
         Number of exponents; default all; 0 for none, so that recurrence alone classifies, without extension.
     max_period : int, default 64
         Longest period to detect, in iterates of the section; the record must contain two.
-    patience : int, default 8
+    max_extension : int, default 8
         How many times ``periods`` an undecided run may be extended by; 0 for no extension.
     seeds : sequence of mappings, optional
         Initial values (and ``mode``) of each fixed seed; default: the system's own initial state, unless other seeds

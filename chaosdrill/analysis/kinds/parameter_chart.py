@@ -52,7 +52,7 @@ def parameter_chart(system: "HybridSystem", given: ParameterChart, job: "Job") -
         ``{"eta": np.linspace(0.4, 0.9, 500), "b": np.linspace(0.5, 0.9, 400)}``.
     periods, duration, transient : int or float
         As in `bifurcation_diagram`. Without forcing a ``duration`` needs no section; there is no period then.
-    at, max_return, exponents, max_period, patience : optional
+    at, max_return, exponents, max_period, max_extension : optional
         As in `bifurcation_diagram`.
     seeds, random : optional
         As in `bifurcation_diagram`.
