@@ -133,7 +133,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
 def _known(plan: Plan, batch: Batch, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How many exponents are zero whatever the attractor, and whether nothing but phases moves, point by point."""
     structure = plan.structure
-    if not (structure.autonomous and structure.shifts):
+    if not (structure.autonomous and structure.symmetries):
         return np.full(len(which), structure.most_neutral), np.zeros(len(which), dtype=bool)
     flow = batch.flow(which)
     return structure.neutral(flow), structure.winds(flow)
@@ -160,12 +160,14 @@ def _at_rest(
 
 
 def _only_grow(plan: Plan, batch: Batch, which: np.ndarray, before: np.ndarray | None) -> np.ndarray:
-    """Whether a state only grows along the sections of some points, the shifts aside."""
-    shifts = plan.structure.frame[: plan.structure.shifts]
+    """Whether a state only grows along the sections of some points, the symmetries aside."""
+    symmetries = plan.structure.frame[: plan.structure.symmetries]
     states = batch.window[which][:, :, :-1]
     begin = states[:, 0] if before is None else before[which]
     return np.asarray(
-        only_grows(states - (states @ shifts.T) @ shifts, begin - (begin @ shifts.T) @ shifts).any(axis=1)
+        only_grows(states - (states @ symmetries.T) @ symmetries, begin - (begin @ symmetries.T) @ symmetries).any(
+            axis=1
+        )
     )
 
 

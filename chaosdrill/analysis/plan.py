@@ -90,7 +90,7 @@ class Plan:
         self, parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray, *, of_map: bool = False
     ) -> Batch:
         """Runs that measure what the plan asks for; ``of_map`` lets lengths count steps of the map."""
-        frame, shifts = self.structure.tangents(self.computed) if self.computed else (None, 0)
+        frame, symmetries = self.structure.tangents(self.computed) if self.computed else (None, 0)
         returns = self.at_events if of_map else self.where.counts == "section"
         return Batch(
             self.system,
@@ -99,7 +99,7 @@ class Plan:
             modes,
             self.numerics,
             tangents=frame,
-            shifts=shifts,
+            symmetries=symmetries,
             deficient=self.deficient,
             section=None if self.section is None else set(self.section),
             window=self.window,

@@ -375,12 +375,13 @@ def _tell(
     here = at_points(parameters, which)
     runs = continued(plan, batch, which, here).mapped(plan, LENGTH)
     runs.run(0, np.array([0, LENGTH]))
-    shifts = plan.structure.frame[: plan.structure.shifts]
+    symmetries = plan.structure.frame[: plan.structure.symmetries]
     if plan.maps:
-        found, irregular = tell(runs.window, shifts, lead, margin)
+        found, irregular = tell(runs.window, symmetries, lead, margin)
     else:
         each = [
-            tell(runs.window[[p]], shifts, lead[[p]], margin[[p]], partial(runs.rates, p)) for p in range(len(which))
+            tell(runs.window[[p]], symmetries, lead[[p]], margin[[p]], partial(runs.rates, p))
+            for p in range(len(which))
         ]
         found, irregular = (np.concatenate(parts) for parts in zip(*each, strict=True))
     found[(lead > 0) & irregular] = int(Outcome.CHAOTIC)

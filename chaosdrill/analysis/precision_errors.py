@@ -149,7 +149,7 @@ def growth(found: Survey, unit: float, numerics: Numerics) -> np.ndarray:
     for i in found.restarts():
         run = Run(found.start(i), unit, numerics, tangents=found.tangents[i : i + 1])
         outcome, _ = run.advance(1)
-        rates.append(run.logs[0] / unit if outcome == Outcome.OK and not run.dead[0] else np.nan)
+        rates.append(run.logs[0] / unit if outcome == Outcome.OK and not run.lost[0] else np.nan)
     return np.array(rates)
 
 

@@ -114,7 +114,7 @@ def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
             states.append(state)
             modes.append(mode)
             tangents.append(tangent / max(np.linalg.norm(tangent), 1e-300))
-            rates.append(-np.inf if run.dead[0] else (run.logs[0] - before) / plan.unit)
+            rates.append(-np.inf if run.lost[0] else (run.logs[0] - before) / plan.unit)
             events.append(_unit_events(found, found.times - (run.elapsed - plan.unit), plan.unit))
     rows = (np.array(vectors).reshape(-1, n) for vectors in (states, tangents))
     return Survey(system, outcome, next(rows), modes, next(rows), np.array(rates), events, numerics)

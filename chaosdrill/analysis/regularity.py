@@ -139,7 +139,7 @@ def _apart(values: np.ndarray, length: int) -> np.ndarray:
 
 def tell(
     windows: np.ndarray,
-    shifts: np.ndarray,
+    symmetries: np.ndarray,
     lead: np.ndarray,
     margin: np.ndarray,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
@@ -150,7 +150,7 @@ def tell(
     ----------
     windows : ndarray, shape (P, W, n + 1)
         States and modes at equal intervals of time: strobes, or, of a system without forcing, instants of any kind.
-    shifts : ndarray, shape (s, n)
+    symmetries : ndarray, shape (s, n)
         Orthonormal directions in which nothing ever changes: what happens along them is left out.
     lead, margin : ndarray, shape (P,)
         Largest exponents, and from where on they would be told from zero.
@@ -166,7 +166,7 @@ def tell(
     irregular : ndarray of bool, shape (P,)
         Of the undecided ones those whose averages do not agree.
     """
-    paths = _aside(windows, shifts)
+    paths = _aside(windows, symmetries)
     states = paths[:, :, :-1]
     found = np.full(len(windows), int(Outcome.UNDECIDED))
     open_ = only_grows(states).any(axis=1)
@@ -177,34 +177,36 @@ def tell(
         return found, found == Outcome.UNDECIDED
     smooth, converging = agreement(states)
     for k in np.flatnonzero(~open_ & ~cycle & smooth & (converging | (lead <= LIKELY * margin))):
-        found[k] = int(Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], flow, shifts))
+        found[k] = int(
+            Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], flow, symmetries)
+        )
     return found, (found == Outcome.UNDECIDED) & ~smooth
 
 
-def repeats_exactly(windows: np.ndarray, shifts: np.ndarray) -> np.ndarray:
+def repeats_exactly(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
     """Whether motions come back as exactly as a run allows, so that a positive exponent is that of an unstable cycle.
 
     Parameters
     ----------
-    windows, shifts
+    windows, symmetries
         As in `tell`.
 
     Returns
     -------
     ndarray of bool, shape (P,)
     """
-    found = recurrence(_aside(windows, shifts), windows.shape[1] // REPEATS)
+    found = recurrence(_aside(windows, symmetries), windows.shape[1] // REPEATS)
     return (found.period > 0) & (found.residual <= ROUND_OFF)
 
 
-def _aside(windows: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """States and modes without what happens along the shifts."""
+def _aside(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
+    """States and modes without what happens along the symmetries."""
     states = windows[:, :, :-1]
-    return np.concatenate([states - (states @ shifts.T) @ shifts, windows[:, :, -1:]], axis=2)
+    return np.concatenate([states - (states @ symmetries.T) @ symmetries, windows[:, :, -1:]], axis=2)
 
 
 def _by_neighbours(
-    window: np.ndarray, path: np.ndarray, flow: Callable[[np.ndarray, int], np.ndarray], shifts: np.ndarray
+    window: np.ndarray, path: np.ndarray, flow: Callable[[np.ndarray, int], np.ndarray], symmetries: np.ndarray
 ) -> Outcome:
     """Whether instants of a regular motion lie on a closed curve or on a torus.
 
@@ -214,8 +216,8 @@ def _by_neighbours(
     Parameters
     ----------
     window, path : ndarray, shape (W, n + 1)
-        States and modes, and the same without what happens along the shifts.
-    flow, shifts
+        States and modes, and the same without what happens along the symmetries.
+    flow, symmetries
         As in `tell`.
     """
     extent = np.ptp(path[:, :-1], axis=0).max()
@@ -228,7 +230,7 @@ def _by_neighbours(
         distance[max(0, k - near) : k + near + 1] = np.inf
         nearest = int(distance.argmin())
         rate = flow(window[k, :-1], mode)
-        rate = rate - (rate @ shifts.T) @ shifts
+        rate = rate - (rate @ symmetries.T) @ symmetries
         square = rate @ rate
         if CLOSE * extent < distance[nearest] < np.inf and square > 0:
             aside = apart[nearest] - (apart[nearest] @ rate) / square * rate

@@ -34,14 +34,14 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     count = tangent_count(system, exponents)
     structure = examine(system)
     m = computed_exponents(structure, count)
-    frame, shifts = structure.tangents(m) if m else (None, 0)
+    frame, symmetries = structure.tangents(m) if m else (None, 0)
     samples = 1 if plan.periodic else -(-LENGTH // plan.count)
     run = Run(
         system,
         plan.unit,
         job.numerics,
         tangents=frame,
-        shifts=shifts,
+        symmetries=symmetries,
         deficient=structure.deficient,
         samples=samples,
     )
@@ -57,7 +57,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         kept = m and (plan.count - ends[block]) * samples < LENGTH
         outcome = _advance(run, int(length), path) if kept else run.advance(int(length))[0]
         if outcome == Outcome.OK:
-            sums[block] = np.where(run.dead[:m] == 1, -np.inf, run.logs[:m])
+            sums[block] = np.where(run.lost[:m] == 1, -np.inf, run.logs[:m])
             drilled[block] = run.integrals()
         if job.progress:
             job.progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
@@ -83,7 +83,7 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
             outcome = _by_its_path(run, structure, window, lead, margin, plan.periodic)
         elif outcome == Outcome.PERIODIC and structure.winds(flow):
             outcome = Outcome.QUASIPERIODIC
-        elif outcome == Outcome.CHAOTIC and repeats_exactly(window, structure.frame[: structure.shifts])[0]:
+        elif outcome == Outcome.CHAOTIC and repeats_exactly(window, structure.frame[: structure.symmetries])[0]:
             outcome = Outcome.PERIODIC
     ds = xr.Dataset(
         {
@@ -131,7 +131,7 @@ def _by_its_path(
 ) -> Outcome:
     """What the samples of a run say of a motion whose largest exponent is not told from zero."""
     flow = None if periodic else lambda state, mode: flow_of(run, state, mode)
-    return Outcome(int(tell(window, structure.frame[: structure.shifts], lead, margin, flow)[0][0]))
+    return Outcome(int(tell(window, structure.frame[: structure.symmetries], lead, margin, flow)[0][0]))
 
 
 def mean_exponents(

@@ -193,7 +193,7 @@ def _pointwise(
     of_guards("guard", {"gradient": _VECTOR}, Pointwise.guard, guards, DOUBLE(0.0))
     of_guards("guard_error", {"out": _VECTOR}, Pointwise.guard_error, events)
     event = {"tangents": INT, "scale": _VECTOR, "tolerance": DOUBLE, "event": _VECTOR}
-    of_guards("transit", event, Pointwise.transit, events, INT(-1))
+    of_guards("event_map", event, Pointwise.event_map, events, INT(-1))
     _constants(module, constants)
     for name in (*POINTWISE, "constants"):
         _from_python(module, name)

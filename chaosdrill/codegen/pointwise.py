@@ -115,7 +115,7 @@ class Pointwise:
             if e != 0:
                 target[i] = values[e]
 
-    def transit(self, name: str, event: "Event") -> Any:
+    def event_map(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, tangents, scale, tolerance, event)``: one guard's event, whole."""
         return _Transit(self, name, event).write()
 

@@ -17,7 +17,7 @@ SIGNATURES = {
     "variation": void(int64, float64, vector, vector, vector, vector),
     "guard": float64(int64, int64, float64, vector, vector, vector),
     "guard_error": void(int64, int64, float64, vector, vector, vector),
-    "transit": int64(int64, int64, float64, vector, vector, int64, vector, float64, vector),
+    "event_map": int64(int64, int64, float64, vector, vector, int64, vector, float64, vector),
 }
 """name -> signature of the eight functions that make a system, in the order in which the engine takes them
 
@@ -30,13 +30,13 @@ SIGNATURES = {
   behind the guards come the surfaces that the mode holds
 * ``guard_error(mode, j, t, c, x, out)`` how far rounding may take that value, and the rate of the guard along the flow,
   from the exact ones, in units of the rounding unit
-* ``transit(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
+* ``event_map(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
   with it stands in ``event``, see `event_places`. Where ``tangents`` is 0 that is not all: what only tangents need is
   left out
 """
 
-POINTWISE = ("field", "variation", "guard", "guard_error", "transit")
+POINTWISE = ("field", "variation", "guard", "guard_error", "event_map")
 """Those that are no series."""
 
 

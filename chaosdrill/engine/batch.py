@@ -13,7 +13,7 @@ from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
 from chaosdrill.engine.run import STANDING
-from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of, values_of_pins
+from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of, values_of_constrained
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class Batch:
         Method and tolerance.
     tangents : ndarray, shape (m, n), optional
         Initial tangent vectors, one a row; none by default.
-    shifts : int
+    symmetries : int
         How many of the first tangents lie along directions in which nothing ever changes.
     deficient : collection of int
         Transitions at which rank may be lost.
@@ -136,7 +136,7 @@ class Batch:
         numerics: Numerics,
         *,
         tangents: np.ndarray | None = None,
-        shifts: int = 0,
+        symmetries: int = 0,
         deficient: Collection[int] = (),
         section: set[int] | None = None,
         window: int = 0,
@@ -161,7 +161,7 @@ class Batch:
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
         self._settings = settings_of(system, numerics, numerics.batch_order, orthonormalise=m > 0)
-        self._tables = tables_of(system, deficient, frame[:shifts], through)
+        self._tables = tables_of(system, deficient, frame[:symmetries], through)
         c = _constants(system, parameters, points)
         self._states = states_of(system, c, starts, modes, self.period, frame, numerics)
         self._frame = frame
@@ -358,14 +358,14 @@ class Batch:
             if s:
                 self._note_averages(p, s)
             else:
-                forget_run(self._states, p, self._frame, self._tables.pins)
+                forget_run(self._states, p, self._frame, self._tables.constrained)
         in_python(bring_in_order)(window, taken, self._spare)
 
     def _note_averages(self, p: int, s: int) -> None:
         """Keep what run p has summed up by the end of stretch s."""
         states = self._states
         growth = states.logs[p] + np.log(states.grown[p])
-        self.sums[p, s] = np.where(states.dead[p] == 1, -np.inf, growth)[: len(self._frame)]
+        self.sums[p, s] = np.where(states.lost[p] == 1, -np.inf, growth)[: len(self._frame)]
         self.integrals[p, s] = states.sums[p, :2].sum(axis=0)
 
     def _step_to_the_section(self, which: np.ndarray, stretches: np.ndarray) -> None:
@@ -388,7 +388,7 @@ class Batch:
                 if s:
                     self._note_averages(p, s)
                 else:
-                    forget_run(self._states, p, self._frame, self._tables.pins)
+                    forget_run(self._states, p, self._frame, self._tables.constrained)
                     self.window[p], taken = np.nan, 0
             in_python(bring_in_order)(self.window[p], taken, self._spare)
 
@@ -477,7 +477,7 @@ class Batch:
         for mode in np.unique(self.mode[alive]).tolist():
             there = alive[self.mode[alive] == mode]
             here = {name: values[there] for name, values in self._parameters.items()}
-            for state, value in values_of_pins(self.system, here, mode).items():
+            for state, value in values_of_constrained(self.system, here, mode).items():
                 self.x[there, state] = value
         self._put(alive)
         self._states.vectors[alive] = self._frame
@@ -494,7 +494,7 @@ class Batch:
 
     def _pin(self, which: np.ndarray) -> None:
         """Drop the tangents that the modes leave no freedom."""
-        held = self._tables.pins[self.mode[which]][:, np.newaxis] == 1
+        held = self._tables.constrained[self.mode[which]][:, np.newaxis] == 1
         self._states.vectors[which] = np.where(held, 0.0, self._states.vectors[which])
         self._states.run["rank_check"][which] = 1
 

@@ -88,7 +88,7 @@ def expand(place, p, t):
             h *= factor
             rejected = True
             continue
-        if tables.watch[mode, 0] > 0:
+        if tables.active[mode, 0] > 0:
             dense_output(functions, t, state.c, x, h, run, stages, scratch.workspace)
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
             if left == math.inf or (left > 1.0 and halvings < MOST_HALVINGS):

@@ -96,7 +96,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     elif settings.method == RK4:
         scale = scratch.image
         scale[:] = FAR
-    transition = functions.transit(
+    transition = functions.event_map(
         mode,
         j,
         t,

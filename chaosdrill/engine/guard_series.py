@@ -25,7 +25,7 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
     n = x.size
     first = n + settings.quadratures
     left = 0.0
-    for j in range(tables.watch[mode, 0]):
+    for j in range(tables.active[mode, 0]):
         g = ws[first + j]
         g[0] = functions.guard(mode, j, t, c, x, gradient)
         slope = gradient[n]

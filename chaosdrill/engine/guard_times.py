@@ -76,7 +76,7 @@ def exact_times(arrive: Any) -> Callable[..., None]:
         state = state_of(machine.states, p)
         times, mode = scratch.times, state.run[0].mode
         first = state.x.size + settings.quadratures
-        for j in range(tables.watch[mode, 0]):
+        for j in range(tables.active[mode, 0]):
             if times[j] > te + NEAR * h:
                 times[j] = -1.0
             elif times[j] > 0.0 and tables.marks[mode, j] & TIMED == 0:

@@ -127,7 +127,7 @@ def look(functions, tables, state, j, here, slope, t, scratch):
     """How guard j stands by its value and slope: (how, side, vanishing order); UNSURE where both vanish."""
     run = state.run[0]
     key = tables.keys[run.mode, j]
-    direction = tables.watch[run.mode, 1 + j]
+    direction = tables.active[run.mode, 1 + j]
     old = state.sides[key]
     moved = is_moved(key, tables, state)
     on_surface = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface
@@ -170,7 +170,7 @@ def stand_at_rest(tables, state, j, order, side):
         side,
         order,
         state.sides[key],
-        tables.watch[run.mode, 1 + j],
+        tables.active[run.mode, 1 + j],
         run.fresh,
         after and run.fired == key,
         crossed,
@@ -457,12 +457,12 @@ def first_event(functions, tables, settings, state, ws, row, h, t, scratch):
     """
     run = state.run[0]
     n, mode, fresh = settings.order, run.mode, run.fresh
-    count = tables.watch[mode, 0]
+    count = tables.active[mode, 0]
     run.turning = 0
     for j in range(count):
         i = row + j
         g = ws[i]
-        direction = tables.watch[mode, 1 + j]
+        direction = tables.active[mode, 1 + j]
         key = tables.keys[mode, j]
         side = state.sides[key]
         order = 0
@@ -539,9 +539,9 @@ def pass_sides(functions, tables, state, backs, s, t, gradient):
     if state.run[0].turning == 0:
         return
     mode = state.run[0].mode
-    for j in range(tables.watch[mode, 0]):
+    for j in range(tables.active[mode, 0]):
         if 0.0 <= backs[j] <= s:
-            direction = tables.watch[mode, 1 + j]
+            direction = tables.active[mode, 1 + j]
             at_end = s - backs[j] <= NEAR * s
             if not at_end or functions.guard(mode, j, t, state.c, state.x, gradient) * direction <= 0.0:
                 state.sides[tables.keys[mode, j]] = -direction
@@ -552,7 +552,7 @@ def cross(tables, state, j):
     """Let guard j be on the side to which its event leads; whether a reset threw the state across it."""
     mode = state.run[0].mode
     key = tables.keys[mode, j]
-    direction = tables.watch[mode, 1 + j]
+    direction = tables.active[mode, 1 + j]
     before = state.sides[key]
     if direction != 0:
         state.sides[key] = direction

@@ -103,10 +103,10 @@ def _plan(tables, states, mode, places, first, block):
     wanted, signs, shifts, times = row_of(block.wanted), row_of(block.sign), row_of(block.shift), row_of(block.times)
     nothing = spread(0.0)
     plain = nothing <= 0.0
-    for j in range(tables.watch[mode, 0]):
+    for j in range(tables.active[mode, 0]):
         side = gathered(states.sides, places, tables.keys[mode, j])
         known = (series[first + j][0] * side > 0.0) & (side * side <= 1.0)
-        plain = plain & known & (side * float(tables.watch[mode, 1 + j]) <= 0.0)
+        plain = plain & known & (side * float(tables.active[mode, 1 + j]) <= 0.0)
         wanted[j] = spread(1.0)
         signs[j] = -side
         shifts[j] = nothing
@@ -118,7 +118,7 @@ def _plan(tables, states, mode, places, first, block):
 def _plan_anew(functions, tables, state, first, lane, block, scratch):
     """The same for one lane whose step begins otherwise; returns whether it is plain."""
     mode = state.run[0].mode
-    count = tables.watch[mode, 0]
+    count = tables.active[mode, 0]
     for j in range(count):
         g = block.ws[first + j, 0, lane]
         slope = block.ws[first + j, 1, lane]
@@ -356,7 +356,7 @@ def _first_of(count, block):
 def first_events(machine, place, settings, mode, lanes, places, first, ends, block):
     """First event of every lane's step: its time (or -1, or -2) goes into ``block``, guard and ties into ``ends``."""
     functions, tables, states, scratch = machine.functions, machine.tables, machine.states, machine.scratch
-    count = tables.watch[mode, 0]
+    count = tables.active[mode, 0]
     scale(first, count, settings.order, block)
     _plan(tables, states, mode, places, first, block)
     for lane in range(LANES):
@@ -401,7 +401,7 @@ def coincides(functions, tables, settings, state, first, j, te, instant, lane, b
     """As ``guards.coincides`` for one lane."""
     if instant - te > guards.NEAR * block.h[lane]:
         return False
-    count = tables.watch[state.run[0].mode, 0]
+    count = tables.active[state.run[0].mode, 0]
     copy_lane(block.ws, 0, first + count, lane, settings.order, scratch.workspace)
     return guards.coincides(
         functions,

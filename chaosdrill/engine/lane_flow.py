@@ -54,13 +54,13 @@ def _proven(functions, tables, settings, mode, unproven, lane, state, block, scr
     h = block.h[lane]
     suspicious = not block.gap[0, lane] <= 0.0
     overruns = not block.gap[1, lane] <= 0.0
-    rows = block.out.shape[0] + tables.watch[mode, 0]
+    rows = block.out.shape[0] + tables.active[mode, 0]
     if suspicious or overruns or unproven:
         lane_step.copy_lane(block.ws, 0, rows, lane, settings.order, scratch.workspace)
     if suspicious:
         h = taylor.proven_step(functions, settings, h, block.t[lane], state, scratch.workspace, scratch)
     if suspicious or overruns:
-        n, marks, count = state.x.size, tables.marks[mode], tables.watch[mode, 0]
+        n, marks, count = state.x.size, tables.marks[mode], tables.active[mode, 0]
         h = taylor.restrain(scratch.workspace, n, settings.quadratures, count, marks, settings, h)
     if unproven:
         h = taylor.proven_guards(functions, tables, settings, h, block.t[lane], state, scratch.workspace, scratch)
@@ -127,7 +127,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     m, n = states.vectors.shape[1], states.x.shape[1]
     mode = states.run[places[0]].mode
     live = states.run[places[0]].live
-    guard_count = tables.watch[mode, 0]
+    guard_count = tables.active[mode, 0]
     first = block.out.shape[0]
     lane_step.gather(places, live, states, varying, block)
     lane_step.expand(lane_functions, mode, live, m, settings, block, scratch.polynomial)

@@ -65,11 +65,11 @@ def is_over(p, machine, results, frame, stretches, spare):
         _orthonormalise(m, machine, state)
         stage = progress[STAGE]
         if stage == 0:
-            forget(state, frame, machine.tables.pins)
+            forget(state, frame, machine.tables.constrained)
             begin_tangents(machine.functions, machine.tables, state, machine.scratch)
         else:
             for i in range(m):
-                results.growth[p, stage, i] = -math.inf if state.dead[i] == 1 else log_growth(state, i)
+                results.growth[p, stage, i] = -math.inf if state.lost[i] == 1 else log_growth(state, i)
             for i in range(state.sums.shape[1]):
                 results.integrals[p, stage, i] = state.sums[0, i] + state.sums[1, i]
         results.times[p, stage] = run.strobes * run.period + run.time

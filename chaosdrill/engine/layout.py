@@ -46,7 +46,7 @@ comes back in the step.
 class Tables(NamedTuple):
     """What is known of a system's events and states, whatever the run."""
 
-    watch: Any
+    active: Any
     """(modes, 1 + guards): number of guards, then their directions"""
     keys: Any
     """(modes, guards): number of a guard with its direction, the same in all modes"""
@@ -62,9 +62,9 @@ class Tables(NamedTuple):
     """(transitions, keys): whether the reset may change the guard's value"""
     bounds: Any
     """(2, n): lower and upper bounds of the states"""
-    shifts: Any
+    symmetries: Any
     """(k, n): directions in which nothing ever changes"""
-    pins: Any
+    constrained: Any
     """(modes, n): states that a mode leaves no freedom"""
     held: Any
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
@@ -87,9 +87,9 @@ class States(NamedTuple):
     """(P, 3, q): quadratures as compensated sums, and how far they have moved in all"""
     vectors: Any
     """(P, m, n): tangents, one a row"""
-    slots: Any
+    exponent_of: Any
     """(P, m): the exponent to which a live tangent belongs"""
-    dead: Any
+    lost: Any
     """(P, m): whether an exponent's tangent is lost"""
     logs: Any
     """(P, m): logarithms of the tangents' growth, but for its last factors"""
@@ -113,8 +113,8 @@ class State(NamedTuple):
     scale: Any
     sums: Any
     vectors: Any
-    slots: Any
-    dead: Any
+    exponent_of: Any
+    lost: Any
     logs: Any
     grown: Any
     sides: Any
@@ -190,7 +190,7 @@ class Functions(NamedTuple):
     variation: Any
     guard: Any
     guard_error: Any
-    transit: Any
+    event_map: Any
 
 
 class LaneFunctions(NamedTuple):

@@ -128,7 +128,7 @@ def expand(place, p, t):
             error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))
         error /= tolerance
         resolved = plain <= tolerance
-        watching = tables.watch[mode, 0] > 0
+        watching = tables.active[mode, 0] > 0
         if error <= 1.0 and watching and run.fresh != ONGOING and not resolved:
             error = plain / tolerance
         if not error <= 1.0:

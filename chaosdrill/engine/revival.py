@@ -17,9 +17,9 @@ NEWTON = 20
 
 
 @inner
-def pin(state, pins):
-    """Drop the tangents that the present mode leaves no freedom; ``pins`` holds 1 for a state that a mode pins."""
-    row = pins[state.run[0].mode]
+def pin(state, constrained):
+    """Drop the tangents that the present mode leaves no freedom; ``constrained`` is 1 for a state that a mode pins."""
+    row = constrained[state.run[0].mode]
     for i in range(state.vectors.shape[0]):
         for a in range(state.vectors.shape[1]):
             if row[a] == 1:
@@ -33,20 +33,20 @@ def _revive(state, frame):
 
     A rank that was lost once in a transient says nothing about the attractor.
     """
-    vectors, slots, dead = state.vectors, state.slots, state.dead
+    vectors, exponent_of, lost = state.vectors, state.exponent_of, state.lost
     m, n = vectors.shape
     live = state.run[0].live
-    for slot in range(m):
-        if dead[slot] == 0:
+    for exponent in range(m):
+        if lost[exponent] == 0:
             continue
-        slots[live] = slot
+        exponent_of[live] = exponent
         row = vectors[live]
         length = 1.0
         for candidate in range(n + 1):
             before = 0.0
             for a in range(n):
                 unit = 1.0 if a == candidate - 1 else 0.0
-                row[a] = frame[slot, a] if candidate == 0 else unit
+                row[a] = frame[exponent, a] if candidate == 0 else unit
                 before += row[a] * row[a]
             for _ in range(2):
                 for j in range(live):
@@ -63,13 +63,13 @@ def _revive(state, frame):
                 break
         for a in range(n):
             row[a] /= length
-        dead[slot] = 0
+        lost[exponent] = 0
         live += 1
     state.run[0].live = m
 
 
 @inner
-def forget(state, frame, pins):
+def forget(state, frame, constrained):
     """Start all averages of a run anew, and the tangents that were lost before."""
     run = state.run[0]
     state.logs[:] = 0.0
@@ -83,13 +83,13 @@ def forget(state, frame, pins):
     run.evaluations = 0
     if run.live < frame.shape[0]:
         _revive(state, frame)
-        pin(state, pins)
+        pin(state, constrained)
 
 
 @compiled(void(states_type, int64, matrix, integer_matrix))
-def forget_run(states, p, frame, pins):
+def forget_run(states, p, frame, constrained):
     """The same for run p of many."""
-    forget(state_of(states, p), frame, pins)
+    forget(state_of(states, p), frame, constrained)
 
 
 @compiled(void(int64, int64))

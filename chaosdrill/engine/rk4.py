@@ -77,7 +77,7 @@ def _settle(functions, tables, state, j, ahead, t, scratch):
     value = ahead if zero else here
     fired = zero and run.fresh == AFTER and run.fired == key
     return stand(
-        zero, 1 if value > 0.0 else -1, 1, old, tables.watch[mode, 1 + j], run.fresh, fired, on_surface and not moved,
+        zero, 1 if value > 0.0 else -1, 1, old, tables.active[mode, 1 + j], run.fresh, fired, on_surface and not moved,
         tables.marks[mode, j],
     )  # fmt: skip
 
@@ -100,7 +100,7 @@ def locate(place, p, te, h, t):
     run, c, x, sides = state.run[0], state.c, state.x, state.sides
     stages, gradient, times, backs, out = scratch.stages, scratch.gradient, scratch.times, scratch.backs, scratch.out
     mode = run.mode
-    count = tables.watch[mode, 0]
+    count = tables.active[mode, 0]
     if run.fresh != ONGOING:
         move(functions, run, t, c, x, _PROBE * h, stages, 0, out, stages)
         fires = -1
@@ -126,7 +126,7 @@ def locate(place, p, te, h, t):
         side = sides[tables.keys[mode, j]]
         if not times[j] * side <= 0.0:
             continue
-        direction = tables.watch[mode, 1 + j]
+        direction = tables.active[mode, 1 + j]
         if direction == side and direction != 0:
             backs[j] = h
             run.turning = 1

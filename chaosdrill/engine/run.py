@@ -36,7 +36,7 @@ class Run:
         Method and tolerance.
     tangents : ndarray, optional
         Initial tangent vectors, shape (m, n), one a row.
-    shifts : int
+    symmetries : int
         How many of the first tangents lie along directions in which nothing ever changes.
     orthonormalise : bool
         Whether growth is taken out of the tangents and kept in ``logs``.
@@ -53,7 +53,7 @@ class Run:
         numerics: Numerics,
         *,
         tangents: np.ndarray | None = None,
-        shifts: int = 0,
+        symmetries: int = 0,
         orthonormalise: bool = True,
         deficient: Collection[int] = (),
         samples: int = 1,
@@ -72,7 +72,7 @@ class Run:
         self.settings = settings_of(
             system, numerics, numerics.order, samples=samples, orthonormalise=orthonormalise and m > 0
         )
-        self.tables = tables_of(system, deficient, frame[:shifts], passes(system))
+        self.tables = tables_of(system, deficient, frame[:symmetries], passes(system))
         self.states = states_of(
             system,
             kernels.constants(system.parameters)[np.newaxis],
@@ -122,9 +122,9 @@ class Run:
         return sums
 
     @property
-    def dead(self) -> np.ndarray:
+    def lost(self) -> np.ndarray:
         """Whether an exponent's tangent is lost, shape (m,)."""
-        lost: np.ndarray = self.states.dead[0]
+        lost: np.ndarray = self.states.lost[0]
         return lost
 
     @property
@@ -197,7 +197,7 @@ class Run:
         """Start all averages anew: logarithms, counts, quadratures, smallest speeds; and tangents that were lost."""
         from chaosdrill.engine.revival import forget_run
 
-        forget_run(self.states, 0, self._frame, self.tables.pins)
+        forget_run(self.states, 0, self._frame, self.tables.constrained)
         self.forgotten = self.elapsed
 
     def continue_from(self, other: "Run") -> None:
@@ -238,7 +238,7 @@ class Run:
 
     def _pin(self) -> None:
         """Drop the tangents that the present mode leaves no freedom."""
-        self.vectors[:, self.tables.pins[self.standing["mode"]] == 1] = 0.0
+        self.vectors[:, self.tables.constrained[self.standing["mode"]] == 1] = 0.0
         self.states.run["rank_check"] = 1
 
     def change_period(self, period: float) -> None:

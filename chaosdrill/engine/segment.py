@@ -50,7 +50,7 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
         run.surface = tables.surfaces[last_mode, last_end]
         run.moved_by = last_outcome
         if tables.watched[mode, run.fired] == 1:
-            state.sides[run.fired] = tables.watch[last_mode, 1 + last_end]
+            state.sides[run.fired] = tables.active[last_mode, 1 + last_end]
 
 
 @inlined

@@ -54,11 +54,11 @@ def settings_of(
 
 
 def tables_of(
-    system: "HybridSystem", deficient: Collection[int], shifts: np.ndarray, through: Collection[tuple[int, int]]
+    system: "HybridSystem", deficient: Collection[int], symmetries: np.ndarray, through: Collection[tuple[int, int]]
 ) -> at.Tables:
     """Tables of a system.
 
-    Rank may be lost at the transitions in ``deficient``; ``shifts`` are rows (k, n); ``through`` is what
+    Rank may be lost at the transitions in ``deficient``; ``symmetries`` are rows (k, n); ``through`` is what
     `chaosdrill.engine.structure.passes` says.
     """
     kernels = kernels_of(system)
@@ -69,7 +69,7 @@ def tables_of(
     for row, events in zip(watched, kernels.events, strict=True):
         row[[e.key for e in events]] = 1
     return at.Tables(
-        watch=kernels.mode_table,
+        active=kernels.mode_table,
         keys=kernels.key_table,
         surfaces=kernels.surface_table,
         watched=watched,
@@ -77,8 +77,8 @@ def tables_of(
         transitions=transitions,
         moves=kernels.moves_table,
         bounds=bounds_of(system),
-        shifts=np.array(shifts, dtype=float),
-        pins=pins(system),
+        symmetries=np.array(symmetries, dtype=float),
+        constrained=constrained_states(system),
         held=np.array(kernels.held, dtype=np.int64),
         slack=np.zeros(len(system.states)),
     )
@@ -110,7 +110,7 @@ def bounds_of(system: "HybridSystem") -> np.ndarray:
     return np.array([system.bounds[s] for s in system.state_names]).T.copy()
 
 
-def pins(system: "HybridSystem") -> np.ndarray:
+def constrained_states(system: "HybridSystem") -> np.ndarray:
     """Which states each mode leaves no freedom, shape (modes, n)."""
     table: np.ndarray | None = system.shared.get("pins")
     if table is None:
@@ -122,11 +122,11 @@ def pins(system: "HybridSystem") -> np.ndarray:
     return table
 
 
-def values_of_pins(
+def values_of_constrained(
     system: "HybridSystem", parameters: Mapping[str, Any], mode: int, time: float = 0.0
 ) -> dict[int, Any]:
     """What a mode pins its states to, by default at the strobe: index -> value, an array if a parameter is one."""
-    known = system.shared.setdefault("values of pins", {})
+    known = system.shared.setdefault("values of constrained", {})
     if mode not in known:
         placed = system.placed
         symbols = [TIME, *(parameter(name) for name in placed.parameters)]
@@ -178,8 +178,8 @@ def states_of(
         scale=np.zeros((points, n + q)),
         sums=np.zeros((points, 3, q)),
         vectors=np.repeat(tangents[np.newaxis], points, axis=0),
-        slots=np.repeat(np.arange(max(m, 1))[np.newaxis], points, axis=0),
-        dead=np.zeros((points, max(m, 1)), dtype=np.int64),
+        exponent_of=np.repeat(np.arange(max(m, 1))[np.newaxis], points, axis=0),
+        lost=np.zeros((points, max(m, 1)), dtype=np.int64),
         logs=np.zeros((points, max(m, 1))),
         grown=np.ones((points, max(m, 1))),
         sides=np.zeros((points, keys), dtype=np.int64),

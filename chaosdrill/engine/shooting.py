@@ -179,12 +179,12 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
                 step[0, r] = x[r]
             # a guess may end far from its guard
             scratch.image[:] = FAR
-            came = functions.transit(mode, end, te, c, x, 1, scratch.image, settings.tolerance, event)
+            came = functions.event_map(mode, end, te, c, x, 1, scratch.image, settings.tolerance, event)
             seen[i, CAME] = came
             if came < 0:
                 return FAILED, math.inf
             speed = normal_speed(event, n)
-            direction = tables.watch[mode, 1 + end]
+            direction = tables.active[mode, 1 + end]
             speeds[i] = speed * direction if direction != 0 else abs(speed)
             saltation_jump(event, jump)
             for r in range(n):

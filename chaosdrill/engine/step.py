@@ -39,7 +39,7 @@ def locate(functions, method, tables, settings, te, j, ties, h, t, state, scratc
         te, j, ties = method.stepper.locate(method.place, method.p, te, h, t)
     if settings.method != TAYLOR and settings.method != RK4 and te > 0.0:
         row = state.x.size + settings.quadratures
-        count = tables.watch[state.run[0].mode, 0]
+        count = tables.active[state.run[0].mode, 0]
         te, j, ties = guards.earliest(functions, tables, settings, state, scratch.workspace, row, count, h, t, scratch)
     return te, j, ties
 

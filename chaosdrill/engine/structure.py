@@ -29,7 +29,7 @@ _RANK_TOLERANCE = 1e-13
 _REGULAR = 1e-6
 
 ALONG = 1e-6
-"""Part of the flow that may be left across the shifts where the motion counts as nothing but a shift."""
+"""Part of the flow that may be left across the symmetries where the motion counts as nothing but a shift."""
 
 MEASURES = 64
 """Turns of a phase after which phases that turn together have come back together, at most."""
@@ -38,7 +38,7 @@ MEASURES = 64
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
     kernels = kernels_of(system)
-    guard, transit = kernels.functions[5], kernels.functions[7]
+    guard, event_map = kernels.functions[5], kernels.functions[7]
     n = len(system.states)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
@@ -49,7 +49,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                 x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
                 if not _onto_guard(guard, mode, j, t, c, x, gradient):
                     continue
-                transition = transit(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
+                transition = event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
                 speed = in_python(normal_speed)(event, n)
                 if transition < 0 or speed * events[j].direction < 0 or speed == 0:
                     continue
@@ -121,7 +121,7 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
 def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np.random.Generator) -> bool:
     """Whether the motion goes on beyond a guard at one random state on it."""
     kernels = kernels_of(system)
-    field, guard, transit = kernels.functions[3], kernels.functions[5], kernels.functions[7]
+    field, guard, event_map = kernels.functions[3], kernels.functions[5], kernels.functions[7]
     n = len(system.states)
     place = event_places(n)
     event, gradient, rates = np.empty(place.size), np.empty(n + 1), np.empty(n + len(system.quadratures))
@@ -129,7 +129,7 @@ def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np
     x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
     if not _onto_guard(guard, mode, j, t, c, x, gradient):
         return False
-    transition = transit(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
+    transition = event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
     if not in_python(normal_speed)(event, n) * direction > 0:
         return False
     target, after = mode, x.copy()
@@ -164,7 +164,7 @@ class Structure:
         shifted come first, states that drive others without being driven last. Then the triangular form of the tangent
         map is that of the system, and the exponents which its structure makes exact come out exact, not only in the
         limit of a long run.
-    shifts : int
+    symmetries : int
         How many rows of the frame are such directions.
     autonomous : bool
         Whether the flow itself is a direction that neither grows nor decays.
@@ -172,11 +172,11 @@ class Structure:
 
     deficient: frozenset[int]
     frame: np.ndarray
-    shifts: int
+    symmetries: int
     autonomous: bool
 
     def tangents(self, count: int) -> tuple[np.ndarray, int]:
-        """Initial tangents for ``count`` exponents, and how many of them are shifts.
+        """Initial tangents for ``count`` exponents, and how many of them are symmetries.
 
         All of them are the frame. It is made of directions that the system keeps, and fewer of these would measure
         what happens to start first: what drives others without being driven never shows in a tangent of the others.
@@ -185,16 +185,16 @@ class Structure:
         """
         n = len(self.frame)
         if count == n:
-            return self.frame, self.shifts
+            return self.frame, self.symmetries
         return _general_position(n)[:count], 0
 
     @property
     def most_neutral(self) -> int:
         """Exponents that may be zero whatever the attractor."""
-        return min(self.shifts + self.autonomous, len(self.frame))
+        return min(self.symmetries + self.autonomous, len(self.frame))
 
     def neutral(self, flow: np.ndarray) -> np.ndarray:
-        """Exponents that are zero whatever the attractor: dimensions spanned by the shifts and the flow.
+        """Exponents that are zero whatever the attractor: dimensions spanned by the symmetries and the flow.
 
         Parameters
         ----------
@@ -206,7 +206,7 @@ class Structure:
         ndarray of int, shape (...)
         """
         across = np.linalg.norm(self._across(flow), axis=-1)
-        return self.shifts + (self.autonomous & (across > ALONG * np.linalg.norm(flow, axis=-1)))
+        return self.symmetries + (self.autonomous & (across > ALONG * np.linalg.norm(flow, axis=-1)))
 
     def winds(self, flow: np.ndarray) -> np.ndarray:
         """Whether nothing moves but phases that turn steadily, at rates without a common measure.
@@ -231,9 +231,9 @@ class Structure:
         return steady & (size > 0) & ~together
 
     def _across(self, flow: np.ndarray) -> np.ndarray:
-        """The part of the flow that is orthogonal to all shifts."""
-        shifts = self.frame[: self.shifts]
-        return np.asarray(flow - (flow @ shifts.T) @ shifts)
+        """The part of the flow that is orthogonal to all symmetries."""
+        symmetries = self.frame[: self.symmetries]
+        return np.asarray(flow - (flow @ symmetries.T) @ symmetries)
 
 
 @cache
@@ -258,24 +258,24 @@ def _examine(system: "HybridSystem") -> Structure:
     with np.errstate(all="ignore"):
         jumps = list(saltations(system))
     effects = [*_jacobians(system), *(m - np.eye(n) for _, m in jumps)]
-    shifts = shifts_of(system)
+    symmetries = symmetries_of(system)
     return Structure(
         deficient=_deficient(system, jumps),
-        frame=_frame(effects, shifts, n),
-        shifts=len(shifts),
+        frame=_frame(effects, symmetries, n),
+        symmetries=len(symmetries),
         autonomous=system.time is None,
     )
 
 
-def shifts_of(system: "HybridSystem") -> list[list[float]]:
+def symmetries_of(system: "HybridSystem") -> list[list[float]]:
     """Directions along which the whole system can be shifted, whatever its parameters: n numbers each.
 
     Where a Jacobian has an inverse there is none; else they are derived, once for all values of the parameters.
     """
-    if "shifts" not in system.shared:
+    if "symmetries" not in system.shared:
         regular = any(_is_regular(matrix) for matrix in _jacobians(system, 1))
-        system.shared["shifts"] = [] if regular else shift_directions(system.placed)
-    found: list[list[float]] = system.shared["shifts"]
+        system.shared["symmetries"] = [] if regular else shift_directions(system.placed)
+    found: list[list[float]] = system.shared["symmetries"]
     return found
 
 
@@ -304,8 +304,8 @@ def _has_full_rank(matrix: np.ndarray) -> bool:
     return bool(np.linalg.matrix_rank(block, tol=_RANK_TOLERANCE * largest) == len(block))
 
 
-def _frame(effects: list[np.ndarray], shifts: list[list[float]], n: int) -> np.ndarray:
-    rows = [np.array(v) for v in shifts]
+def _frame(effects: list[np.ndarray], symmetries: list[list[float]], n: int) -> np.ndarray:
+    rows = [np.array(v) for v in symmetries]
     rows += [np.eye(n)[i] for i in _downstream_first(np.any(np.reshape(effects, (-1, n, n)) != 0, axis=0))]
     frame: list[np.ndarray] = []
     for row in rows:

@@ -62,12 +62,12 @@ def normals_of(functions, tables, mode, t, state, n, scratch):
     found = 0
     for k in range(tables.held[mode]):
         row = normals[found]
-        row[size + 1] = functions.guard(mode, tables.watch[mode, 0] + k, t, state.c, state.x, gradient)
+        row[size + 1] = functions.guard(mode, tables.active[mode, 0] + k, t, state.c, state.x, gradient)
         for a in range(size + 1):
             row[a] = gradient[a]
         before = 0.0
         for a in range(n):
-            row[a] = 0.0 if tables.pins[mode, a] == 1 else row[a] * metric[a]
+            row[a] = 0.0 if tables.constrained[mode, a] == 1 else row[a] * metric[a]
             before += row[a] * row[a]
         for _ in range(2):
             for j in range(found):
@@ -129,19 +129,20 @@ def log_growth(state, i):
 def orthonormalise(functions, tables, state, scratch):
     """Orthonormalise the live tangents of a run, and keep the product of their lengths, as `log_growth` says it.
 
-    ``slots[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose independent
-    part vanishes is dropped and its slot marked in ``dead``. The first rows stay in the span of the shifts, directions
-    along which nothing ever changes: exactly they would, but chaos amplifies the round-off by which they leave it.
+    ``exponent_of[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose
+    independent part vanishes is dropped and its exponent marked in ``lost``. The first rows stay in the span of the
+    symmetries, directions along which nothing ever changes: exactly they would, but chaos amplifies the round-off by
+    which they leave it.
     """
     if tables.held[state.run[0].mode] > 0:
         keep_to_surfaces(functions, tables, state, scratch)
-    shifts = tables.shifts
-    run, vectors, slots, dead = state.run[0], state.vectors, state.slots, state.dead
+    symmetries = tables.symmetries
+    run, vectors, exponent_of, lost = state.run[0], state.vectors, state.exponent_of, state.lost
     logs, grown = state.logs, state.grown
     n = vectors.shape[1]
     live = run.live
-    for i in range(shifts.shape[0]):
-        _project(vectors[i], shifts, scratch.image)
+    for i in range(symmetries.shape[0]):
+        _project(vectors[i], symmetries, scratch.image)
     kept = 0
     growth = 1.0
     for i in range(live):
@@ -165,16 +166,16 @@ def orthonormalise(functions, tables, state, scratch):
                 break
         length = math.sqrt(length)
         if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= RANK_TOLERANCE**2 * image):
-            dead[slots[i]] = 1
+            lost[exponent_of[i]] = 1
             continue
         shorter = 1.0 / length
         growth = max(growth, length, shorter)
-        slot = slots[i]
-        grown[slot] *= length
-        if not 1.0 / MOST_GROWN < grown[slot] < MOST_GROWN:
-            logs[slot] += math.log(grown[slot])
-            grown[slot] = 1.0
-        slots[kept] = slots[i]
+        exponent = exponent_of[i]
+        grown[exponent] *= length
+        if not 1.0 / MOST_GROWN < grown[exponent] < MOST_GROWN:
+            logs[exponent] += math.log(grown[exponent])
+            grown[exponent] = 1.0
+        exponent_of[kept] = exponent_of[i]
         for a in range(n):
             vectors[kept, a] = vectors[i, a] * shorter
         kept += 1

@@ -229,7 +229,7 @@ def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
     first = n + settings.quadratures
     mode = state.run[0].mode
     marks = tables.marks[mode]
-    count = tables.watch[mode, 0]
+    count = tables.active[mode, 0]
     place = scratch.before[:n]
     for j in range(count):
         if marks[j] & UNPROVEN and not abs(ws[first + j, 0]) < math.inf:
@@ -262,7 +262,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     run, vectors, scale, weights = state.run[0], state.vectors, state.scale, scratch.weights
     n = state.x.size
     order, mode, live, reach = settings.order, run.mode, run.live, settings.reach
-    marks, count = tables.marks[mode], tables.watch[mode, 0]
+    marks, count = tables.marks[mode], tables.active[mode, 0]
     functions.jet(mode, order, t, state.c, state.x, ws)
     run.evaluations += order
     last = 0.0

@@ -134,8 +134,8 @@ def taken(problem: Problem, orbit: Orbit, segment: int, guard: int, after: float
     room = np.zeros(event_places(n).size)
     constants = kernels_of(system).constants(system.parameters)
     mode = int(orbit.segments[segment, at.SEGMENT_MODE])
-    transit = kernels_of(system).functions[7]
-    return int(transit(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
+    event_map = kernels_of(system).functions[7]
+    return int(event_map(mode, guard, orbit.phase + instant, constants, x, 0, np.ones(n), 0.0, room))
 
 
 def _guard(

@@ -14,7 +14,7 @@ from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-from chaosdrill.engine.setup import values_of_pins
+from chaosdrill.engine.setup import values_of_constrained
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.settings import SETTINGS
 
@@ -109,7 +109,7 @@ def place_on(problem: "Problem", orbit: Orbit, segment: int, time: float, state:
 def _pinned(system: "HybridSystem", mode: int, state: np.ndarray, time: float) -> np.ndarray:
     """A state with the constrained components of a mode at their values."""
     held = state.copy()
-    for i, value in values_of_pins(system, {}, mode, time).items():
+    for i, value in values_of_constrained(system, {}, mode, time).items():
         held[i] = value
     return held
 

@@ -8,8 +8,8 @@ import numpy as np
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import shooting as at
-from chaosdrill.engine.setup import pins
-from chaosdrill.engine.structure import Structure, examine, shifts_of
+from chaosdrill.engine.setup import constrained_states
+from chaosdrill.engine.structure import Structure, examine, symmetries_of
 from chaosdrill.model.derive import conserved_combinations
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.orbit import segment_by_segment
@@ -26,30 +26,30 @@ class Neutral:
     """Symmetry directions and conserved combinations of a system."""
 
     flow: bool  # whether nothing depends on time, so that an orbit shifted in time is an orbit
-    shifts: np.ndarray
+    symmetries: np.ndarray
     """(a, n): directions in which an orbit can be shifted as a whole: right eigenvectors of every tangent map."""
     conserved: np.ndarray
     """(b, n): combinations of states whose deviations are kept: left eigenvectors of every tangent map."""
 
     @property
     def paired(self) -> int:
-        """How many shifts change conserved sums: each and its sum share one multiplier."""
-        return int(np.linalg.matrix_rank(self.conserved @ self.shifts.T)) if self.shifts.size else 0
+        """How many symmetries change conserved sums: each and its sum share one multiplier."""
+        return int(np.linalg.matrix_rank(self.conserved @ self.symmetries.T)) if self.symmetries.size else 0
 
     @property
     def count(self) -> int:
         """How many multipliers of every orbit are 1."""
-        return int(self.flow) + len(self.shifts) + len(self.conserved) - self.paired
+        return int(self.flow) + len(self.symmetries) + len(self.conserved) - self.paired
 
     @property
     def held(self) -> np.ndarray:
         """Combinations of states, shape (m, n), which tell orbits of one family: conserved sums, if they tell all."""
-        return self.conserved if self.paired == len(self.shifts) else self.shifts
+        return self.conserved if self.paired == len(self.symmetries) else self.symmetries
 
     def words(self, system: "HybridSystem") -> str:
         """The neutral directions besides that of the flow, in words; empty if there are none."""
-        parts = [f"it can be shifted along {_combination(v, system)}" for v in self.shifts]
-        if not len(self.shifts):
+        parts = [f"it can be shifted along {_combination(v, system)}" for v in self.symmetries]
+        if not len(self.symmetries):
             parts = [f"deviations of {_combination(v, system)} are kept" for v in self.conserved]
         if not parts:
             return ""
@@ -63,7 +63,7 @@ def neutral_of(system: "HybridSystem") -> Neutral:
         n = len(system.states)
         known = system.shared["neutral"] = Neutral(
             flow=system.time is None or not _explicit(system),
-            shifts=np.reshape(np.array(shifts_of(system), dtype=float), (-1, n)),
+            symmetries=np.reshape(np.array(symmetries_of(system), dtype=float), (-1, n)),
             conserved=np.reshape(np.array(conserved_combinations(system.placed), dtype=float), (-1, n)),
         )
     return known
@@ -121,7 +121,7 @@ def based(problem: "Problem", orbit: "Orbit") -> "Orbit":
 def freedom(problem: "Problem", mode: int) -> int:
     """How many directions a mode leaves."""
     system = problem.plain
-    return len(system.states) - int(pins(system)[mode].sum()) - kernels_of(system).held[mode]
+    return len(system.states) - int(constrained_states(system)[mode].sum()) - kernels_of(system).held[mode]
 
 
 def structure_of(system: "HybridSystem") -> Structure:
@@ -169,7 +169,7 @@ def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank:
     ndarray of complex, shape (..., d)
         NaN where a map has no derivative, as at grazing.
     """
-    free = np.flatnonzero(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
+    free = np.flatnonzero(constrained_states(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
     values = np.zeros(monodromy.shape[:-1], dtype=complex)
     known = np.isfinite(monodromy).all(axis=(-2, -1))[..., np.newaxis]
     values[..., : len(free)] = np.linalg.eigvals(

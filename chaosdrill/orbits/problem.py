@@ -105,7 +105,7 @@ class Problem:
         # the second one watches no guard
         self._machines = tuple(
             machine(functions, self.numerics.method, settings, watching, self._states, scratch, search=first_event)
-            for watching in (tables, tables._replace(watch=np.zeros_like(tables.watch)))
+            for watching in (tables, tables._replace(active=np.zeros_like(tables.active)))
         )
         self._no_plane = np.zeros((2, self.states))
         self._rooms: dict[int, tuple[Any, Any]] = {}

@@ -11,7 +11,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
-from chaosdrill.engine.setup import bounds_of, pins
+from chaosdrill.engine.setup import bounds_of, constrained_states
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
 from chaosdrill.orbits.guess import Place, Strobed, orbit_of_events, started, strobed, unit_of
@@ -118,7 +118,7 @@ class CloseReturns:
 
     def _scattered(self, known: np.ndarray) -> Iterator[HybridSystem]:
         """Systems that start at random in the enlarged box of the known states, where their mode leaves freedom."""
-        table = pins(self.problem.plain)
+        table = constrained_states(self.problem.plain)
         rng = np.random.default_rng(20260106)
         modes = np.concatenate([self._modes(record) for record in self.records])
         for _ in range(SETTINGS.random_starts if len(known) else 0):

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
-from chaosdrill.engine.setup import pins
+from chaosdrill.engine.setup import constrained_states
 from chaosdrill.orbits.continuation import Border, Plane, plane_at
 from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event
 from chaosdrill.orbits.find import least_period
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 def doubling_test(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray) -> np.ndarray:
     """Function that vanishes where a multiplier is -1: the determinant of M + 1 in the free states."""
-    free = np.flatnonzero(pins(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
+    free = np.flatnonzero(constrained_states(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
     return np.linalg.det(monodromy[..., free[:, np.newaxis], free] + np.eye(len(free)))
 
 

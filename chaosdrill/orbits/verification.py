@@ -278,8 +278,10 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     segment, time, state = standpoint(problem, orbit)
     structure = structure_of(problem.plain)
     count = d - 1 if rank == d > 1 and moduli[-1] == 0 < moduli[-2] else d
-    frame, shifts = structure.tangents(count)
-    run = run_from(problem, orbit, segment, time, state, tangents=frame, shifts=shifts, deficient=structure.deficient)
+    frame, symmetries = structure.tangents(count)
+    run = run_from(
+        problem, orbit, segment, time, state, tangents=frame, symmetries=symmetries, deficient=structure.deficient
+    )
     outcome = Outcome.OK
     before = np.zeros(count)
     for _ in range(rounds + 1):
@@ -289,7 +291,7 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     values = np.full(d, np.nan)
     if outcome == Outcome.OK:
         found = (run.logs[:count] - before[:count]) / float(orbit.durations.sum())
-        found[run.dead[:count] == 1] = -np.inf
+        found[run.lost[:count] == 1] = -np.inf
         values[:count] = found[np.argsort(-found, kind="stable")]
         for first, end in zip([0, *ends[:-1]], ends, strict=True):
             values[first:end] = values[first:end].mean() if end > first else 0.0

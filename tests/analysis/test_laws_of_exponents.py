@@ -110,8 +110,8 @@ def test_fewer_tangents_measure_the_same(systems, points, monkeypatch, name, cou
 
 def test_fewer_tangents_start_in_general_position(systems):
     structure = examine(systems["driven first"])
-    some, shifts = structure.tangents(2)
-    assert shifts == 0
+    some, symmetries = structure.tangents(2)
+    assert symmetries == 0
     assert np.abs(some).min() > 1e-3
     np.testing.assert_allclose(some @ some.T, np.eye(2), atol=1e-14)
     np.testing.assert_array_equal(some, examine(systems["driven last"]).tangents(2)[0])
@@ -132,7 +132,7 @@ def test_fewer_tangents_start_in_general_position(systems):
 def test_large_systems_compute_what_is_asked_for_and_what_tells_the_motion(states, deficient, asked, computed):
     """A rank that an event may lower is known from all tangents alone."""
     lost = frozenset({0}) if deficient else frozenset()
-    structure = Structure(deficient=lost, frame=np.eye(states), shifts=0, autonomous=True)
+    structure = Structure(deficient=lost, frame=np.eye(states), symmetries=0, autonomous=True)
     assert computed_exponents(structure, asked) == computed
 
 

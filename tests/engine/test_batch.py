@@ -28,12 +28,12 @@ def drill():
 
 def batch(system, etas, method="taylor", window=8, starts=None, **more):
     structure = examine(system)
-    frame, shifts = structure.tangents(2)
+    frame, symmetries = structure.tangents(2)
     points = len(etas)
     starts = np.zeros((points, len(system.states))) if starts is None else starts
     modes = np.full(points, system.mode_names.index(system.initial["mode"]))
     numerics = Numerics(method, 1e-12)
-    tangents = {"tangents": frame, "shifts": shifts, "deficient": structure.deficient}
+    tangents = {"tangents": frame, "symmetries": symmetries, "deficient": structure.deficient}
     return Batch(system, {"eta": np.array(etas)}, starts, modes, numerics, window=window, **tangents, **more)
 
 
@@ -42,7 +42,7 @@ def test_points_are_runs_of_their_own(drill, method):
     together = batch(drill, REGULAR, method)
     together.run(40, ENDS)
     structure = examine(drill)
-    frame, shifts = structure.tangents(2)
+    frame, symmetries = structure.tangents(2)
     for p, eta in enumerate(REGULAR):
         system = drill.with_parameters(eta=float(eta))
         run = Run(
@@ -50,7 +50,7 @@ def test_points_are_runs_of_their_own(drill, method):
             system.forcing_period(),
             Numerics(method, 1e-12),
             tangents=frame,
-            shifts=shifts,
+            symmetries=symmetries,
             deficient=structure.deficient,
         )
         outcome, _ = run.advance(40)
@@ -63,7 +63,7 @@ def test_points_are_runs_of_their_own(drill, method):
         np.testing.assert_allclose(together.x[p], run.x, rtol=0, atol=1e-8)
         np.testing.assert_allclose(together.integrals[p, -1], run.integrals(), rtol=1e-8)
         np.testing.assert_array_equal(together.counts[p], run.counts)
-        expected = np.where(run.dead[:2] == 1, -np.inf, run.logs[:2])
+        expected = np.where(run.lost[:2] == 1, -np.inf, run.logs[:2])
         np.testing.assert_allclose(together.sums[p, -1], expected, rtol=1e-6, atol=1e-6)
         assert together.length[p] == pytest.approx(20 * run.period, rel=1e-15)
 

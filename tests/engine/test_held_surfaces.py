@@ -41,8 +41,8 @@ def kicked():
 
 def frame_of(system, count):
     structure = examine(system)
-    frame, shifts = structure.tangents(count)
-    return {"tangents": frame, "shifts": shifts, "deficient": structure.deficient}
+    frame, symmetries = structure.tangents(count)
+    return {"tangents": frame, "symmetries": symmetries, "deficient": structure.deficient}
 
 
 def batch(system, falls, numerics, transient, count):
@@ -68,7 +68,7 @@ def test_many_runs_are_those_runs_one_by_one(kicked, method, transient, count):
         run.advance(transient)
         run.forget()
         assert run.advance(PERIODS)[0] == together.outcome[p] == Outcome.OK
-        found = np.where(run.dead[:count] == 1, -np.inf, run.logs[:count])
+        found = np.where(run.lost[:count] == 1, -np.inf, run.logs[:count])
         assert together.sums[p, -1] == pytest.approx(found, abs=1e-6)
         assert np.isneginf(found).sum() == max(0, count - 2)
 

@@ -320,7 +320,7 @@ def put_on_guard(guard, mode, j, c, x, gradient):
 def test_the_flow_goes_over_into_the_flow(augmented_of_direction, name, mode, j, seed, size):
     system = augmented_of_direction(name)
     kernels = kernels_of(system)
-    guard, transit = kernels.functions[5], kernels.functions[7]
+    guard, event_map = kernels.functions[5], kernels.functions[7]
     mode = system.mode_names.index(mode)
     n = len(system.states)
     places = event_places(n)
@@ -328,7 +328,7 @@ def test_the_flow_goes_over_into_the_flow(augmented_of_direction, name, mode, j,
     x = np.random.default_rng(seed).normal(size=n) * size
     assume(put_on_guard(guard, mode, j, c, x, np.empty(n + 1)))
     event = np.empty(places.size)
-    taken = transit(mode, j, 0.0, c, x, 1, np.ones(n), 0.0, event)
+    taken = event_map(mode, j, 0.0, c, x, 1, np.ones(n), 0.0, event)
     assume(taken >= 0)
     assert taken in kernels.events[mode][j].outcomes
     assume(not system.transitions[taken].marks_only())
