@@ -9,10 +9,15 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.cells import legend_entry
 from chaosdrill.plots.charts import kind_panels
-from chaosdrill.plots.looks import ATTRACTED, FURTHER, UNRECOGNISED, attractor_look, outcomes, sort_out
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
+    ATTRACTED,
     EVENT_MARKERS,
+    FURTHER,
+    UNRECOGNISED,
+    attractor_category,
+    by_outcome,
+    classify,
     label,
     legend_outside,
     one_panel,
@@ -33,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from numpy.typing import NDArray
 
-    from chaosdrill.plots.looks import Look
+    from chaosdrill.plots.style import Category
 
 _MOST = 12
 """Most attractors that are distinguished; for more the legend has no room and the palette no colours."""
@@ -117,17 +122,17 @@ def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     return figure
 
 
-def _kinds(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Look]]":
+def _kinds(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
     """The kind of every cell: its attractor, or how its run ended on none."""
     reached = dataset["attractor"].values
     numbers = dataset["attractor_number"].values.tolist()
     table = [
-        (reached == number, attractor_look(place, _describe(dataset.isel(attractor_number=place), number)))
+        (reached == number, attractor_category(place, _describe(dataset.isel(attractor_number=place), number)))
         for place, number in enumerate(numbers[:_MOST])
     ]
     table.append((np.isin(reached, numbers[_MOST:]), FURTHER))
     lost = reached == 0
-    ended, others = outcomes(dataset)
+    ended, others = by_outcome(dataset)
     for code, look in enumerate(others):
         if look.name not in ATTRACTED:
             table.append((lost & (ended == code), look))
@@ -137,7 +142,7 @@ def _kinds(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Look]]":
         part = float(mask.mean())
         error = float(np.sqrt(part * (1 - part) / mask.size))
         table[place] = mask, replace(look, name=f"{look.name}; {_percent(part, error)}")
-    return sort_out(table)
+    return classify(table)
 
 
 def _describe(attractor: "xr.Dataset", number: int) -> str:
@@ -182,7 +187,7 @@ def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) 
     marks = []
     for place in np.flatnonzero(inside).tolist():
         x, y = points[place, names.index(across)], points[place, names.index(up)]
-        look = attractor_look(place, "")
+        look = attractor_category(place, "")
         # the number within tells them apart without colours
         layer = 10 + place
         marks += axes.plot(

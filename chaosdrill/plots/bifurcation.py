@@ -6,10 +6,15 @@ import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.cells import bounds, draw_kinds, legend_entry
-from chaosdrill.plots.looks import BACKGROUND, MOTIONS, NO_RESULT, SEED_COLOURS, Look, motions
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
+    BACKGROUND,
+    MOTIONS,
+    NO_RESULT,
+    SEED_COLOURS,
+    Category,
     axis_label,
+    by_period,
     label,
     legend_above,
     new_figure,
@@ -32,7 +37,7 @@ if TYPE_CHECKING:
 
 # exponents descend, so that their order tells them apart where colours do not
 _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#000000")
-_NOT_REACHED = Look("section not reached", "#E4E4E4", "....")
+_NOT_REACHED = Category("section not reached", "#E4E4E4", "....")
 _FLAT = 1e-6
 _JUMP = 12.0
 """A step this many times as long as those around it leads to another attractor."""
@@ -113,7 +118,7 @@ def _without_result(dataset: "xr.Dataset", sweep: str) -> "NDArray[np.bool_]":
     return lost
 
 
-def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", look: Look) -> None:
+def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", look: Category) -> None:
     turns = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
     for number, (first, last) in enumerate(turns.reshape(-1, 2)):
         panel.axvspan(
@@ -142,7 +147,7 @@ def _section(
     # a cloud has many small points, a cycle few that stand out
     cloud = float(np.sqrt(np.clip(4e4 / max(section.size, 1), 0.35, 2.0)))
     few = float(np.clip(120 / max(len(section), 1), 0.0, 3.0))
-    for seed, (colour, name, step) in enumerate(seed_looks(dataset)):
+    for seed, (colour, name, step) in enumerate(seed_lines(dataset)):
         cycle = period[:, seed] > 0
         # of a cycle one turn is enough; it is the last one of the points that there are
         known = np.isfinite(section[:, seed])
@@ -190,7 +195,7 @@ def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
         if known.any() and lost[known].all():
             panel.plot([], [], linestyle="none", label=f"{name} = −∞")
             continue
-        for seed, (_, _, step) in enumerate(seed_looks(dataset)):
+        for seed, (_, _, step) in enumerate(seed_lines(dataset)):
             _draw(panel, dataset, seed, np.where(lost[:, seed], np.nan, values[:, seed]), colour, step)
         panel.plot([], [], color=colour, label=name)
         if lost.any():
@@ -206,13 +211,13 @@ def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
 def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
     rate = progression(dataset)
     values = rate.transpose(sweep, "seed").values
-    for seed, (colour, _, step) in enumerate(seed_looks(dataset)):
+    for seed, (colour, _, step) in enumerate(seed_lines(dataset)):
         _draw(panel, dataset, seed, values[:, seed], colour, step)
     panel.set_ylabel(wrapped(label(rate), 12))
 
 
 def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", height: float) -> None:
-    kinds, looks = motions(dataset.transpose("seed", sweep, ...))
+    kinds, looks = by_period(dataset.transpose("seed", sweep, ...))
     names = seed_names(dataset)
     draw_kinds(panel, edges, np.arange(len(names) + 1.0), kinds, looks, (6.3, height), names=False)
     panel.invert_yaxis()
@@ -225,7 +230,7 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
     legend_above(panel, columns=5, handles=[legend_entry(look) for look in looks])
 
 
-def seed_looks(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
+def seed_lines(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
     """Return colour and name of each seed, and by how much wider than the last one it is drawn, from 0 to 2.
 
     Of more seeds than can be told apart only the sweeps up and down have colours; the others are grey and have no name:

@@ -7,10 +7,18 @@ import numpy as np
 
 from chaosdrill.plots.bifurcation import first_that_varies
 from chaosdrill.plots.companions import limits, swept
-from chaosdrill.plots.looks import BACKGROUND, Look
-from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, period_looks, room, specials, warn
+from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, period_categories, room, specials, warn
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import axis_label, legend_outside, new_figure, one_panel, places_of, state_label
+from chaosdrill.plots.style import (
+    BACKGROUND,
+    Category,
+    axis_label,
+    legend_outside,
+    new_figure,
+    one_panel,
+    places_of,
+    state_label,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,7 +89,7 @@ def branches(
         axes = panels[0]
         axes.axvspan(*crowd, color="0.93", linewidth=0, zorder=0, label="shown below")
         limits_of.append(crowd)
-    looks = period_looks(datasets)
+    looks = period_categories(datasets)
     for panel, (left, right) in zip(panels, limits_of, strict=True):
         panel.set_xlim(left, right)
         if over is not None:
@@ -120,7 +128,7 @@ def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)
 
 
-def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, looks: dict[int, Look]) -> None:
+def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, looks: dict[int, Category]) -> None:
     x, section = dataset[name].values, dataset["section"].values
     for number in np.unique(dataset["branch"].values):
         points = np.flatnonzero(dataset["branch"].values == number)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plots.looks import Look
+from chaosdrill.plots.style import Category
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,7 +41,7 @@ def draw_kinds(
     x: "NDArray[np.float64]",
     y: "NDArray[np.float64]",
     kinds: "NDArray[np.int64]",
-    looks: "Sequence[Look]",
+    looks: "Sequence[Category]",
     size: tuple[float, float],
     colours: "NDArray[np.float64] | None" = None,
     names: bool = True,
@@ -55,7 +55,7 @@ def draw_kinds(
         Bounds of the cells.
     kinds : ndarray, shape (m, n)
         Index of each cell's look; -1 for a cell that has a colour of its own.
-    looks : sequence of Look
+    looks : sequence of Category
     size : (float, float)
         Width and height of the axes in inches, for the finest detail that hatchings and names heed.
     colours : ndarray, shape (m, n, 3), optional
@@ -84,7 +84,7 @@ def hatch(
     x: "NDArray[np.float64]",
     y: "NDArray[np.float64]",
     mask: "NDArray[np.bool_]",
-    look: Look,
+    look: Category,
     size: tuple[float, float],
 ) -> None:
     """Draw the hatching of a look over the cells of a mask, shape (m, n); parameters as for `draw_kinds`.
@@ -114,7 +114,7 @@ def hatch(
     )
 
 
-def legend_entry(look: Look) -> "Patch":
+def legend_entry(look: Category) -> "Patch":
     """Return the legend's handle of a look."""
     from matplotlib.patches import Patch
 
@@ -140,7 +140,7 @@ def _even(
 
 
 def _name(
-    axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]", mask: "NDArray[np.bool_]", look: Look
+    axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]", mask: "NDArray[np.bool_]", look: Category
 ) -> None:
     """Write a look's short text into the largest connected regions of a mask, where its box fits."""
     from matplotlib.patheffects import withStroke

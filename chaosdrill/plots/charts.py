@@ -7,28 +7,26 @@ import numpy as np
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.plots.cells import bounds, draw_kinds, hatch, legend_entry
-from chaosdrill.plots.looks import (
+from chaosdrill.plots.picture import picture
+from chaosdrill.plots.style import (
     MINUS_INFINITY,
     MOTIONS,
     NO_ATTRACTOR,
     NO_RESULT,
     POSITIVE,
-    Look,
-    diverging,
-    motions,
-    outcomes,
-    sequential,
-    sort_out,
-)
-from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import (
+    Category,
     axis_label,
+    by_outcome,
+    by_period,
+    classify,
+    diverging,
     label,
     legend_outside,
     new_figure,
     owner,
     progression,
     seed_names,
+    sequential,
     shorten,
 )
 
@@ -77,7 +75,7 @@ class Chart:
     y: "NDArray[np.float64]"
     size: tuple[float, float]
 
-    def legend(self, looks: "Sequence[Look]", further: "Sequence[Artist]" = (), ax: "Axes | None" = None) -> None:
+    def legend(self, looks: "Sequence[Category]", further: "Sequence[Artist]" = (), ax: "Axes | None" = None) -> None:
         """Put one legend above all panels: looks, each named once, and what else is drawn over the cells."""
         handles = [*(legend_entry(look) for look in dict.fromkeys(looks)), *further]
         legend_outside(self.figure, handles, ax=ax, handlelength=1.6, handleheight=1.1, borderpad=0)
@@ -158,7 +156,7 @@ def _start(dataset: "xr.Dataset", seed: int) -> str:
 def kind_chart(
     dataset: "xr.Dataset",
     kinds: "NDArray[np.int64]",
-    looks: "Sequence[Look]",
+    looks: "Sequence[Category]",
     of: str,
     ax: "Axes | None" = None,
 ) -> "Figure":
@@ -170,7 +168,7 @@ def kind_chart(
         With ``outcome`` over the two parameters and ``seed``.
     kinds : ndarray
         Index of each point's look.
-    looks : sequence of Look
+    looks : sequence of Category
     of : str
         Variable whose dimensions ``kinds`` has; without ``seed`` there is one panel.
     ax : matplotlib.axes.Axes, optional
@@ -184,7 +182,7 @@ def kind_chart(
 def kind_panels(
     dataset: "xr.Dataset",
     kinds: "NDArray[np.int64]",
-    looks: "Sequence[Look]",
+    looks: "Sequence[Category]",
     of: str,
     ax: "Axes | None" = None,
 ) -> Chart:
@@ -201,9 +199,9 @@ def value_chart(
     values: "xr.DataArray",
     norm: "Normalize",
     colours: "Colormap",
-    apart: "Sequence[tuple[float, Look]]" = (),
+    apart: "Sequence[tuple[float, Category]]" = (),
     extend: str = "neither",
-    hatched: "tuple[NDArray[np.bool_], Look] | None" = None,
+    hatched: "tuple[NDArray[np.bool_], Category] | None" = None,
     ax: "Axes | None" = None,
 ) -> "Figure":
     """Draw a number over two parameters; points without one show how they ended.
@@ -215,18 +213,18 @@ def value_chart(
     values : xarray.DataArray
         The numbers, over the same dimensions.
     norm, colours : matplotlib norm and colormap
-    apart : sequence of (float, Look)
+    apart : sequence of (float, Category)
         Values that have looks of their own, such as minus infinity.
     extend : str
         At which ends the colour bar stands for more than it shows, in matplotlib's words.
-    hatched : (ndarray, Look), optional
+    hatched : (ndarray, Category), optional
         Points that are hatched over their colour, and the look that says what they are.
     ax : matplotlib.axes.Axes, optional
         Where it is drawn.
     """
     from matplotlib.cm import ScalarMappable
 
-    kinds, looks = outcomes(dataset)
+    kinds, looks = by_outcome(dataset)
     looks = [NO_RESULT if look.name in MOTIONS else look for look in looks]
     kinds[np.isfinite(values.values)] = -1
     for value, look in apart:
@@ -271,7 +269,7 @@ def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Fi
     matplotlib.figure.Figure
         A panel for each seed; large regions carry their period.
     """
-    kinds, looks = motions(dataset)
+    kinds, looks = by_period(dataset)
     return kind_chart(dataset, kinds, looks, "period", ax)
 
 
@@ -382,8 +380,8 @@ def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) ->
         last = number == _STEPS and counts.max() > _STEPS
         name = f"{number} or more attractors" if last else "1 attractor" if number == 1 else f"{number} attractors"
         mask = counts >= number if last else counts == number
-        table.append((mask, Look(name, shades[number - 1], short=f"≥ {number}" if last else str(number))))
-    kinds, looks = sort_out(table)
+        table.append((mask, Category(name, shades[number - 1], short=f"≥ {number}" if last else str(number))))
+    kinds, looks = classify(table)
     return kind_chart(dataset, kinds, looks, "attractor_count", ax)
 
 
@@ -403,5 +401,5 @@ def outcome_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure
     matplotlib.figure.Figure
         A panel for each seed.
     """
-    kinds, looks = outcomes(dataset)
+    kinds, looks = by_outcome(dataset)
     return kind_chart(dataset, kinds, looks, "outcome", ax)

@@ -7,10 +7,9 @@ import numpy as np
 
 from chaosdrill.plots.charts import kind_panels
 from chaosdrill.plots.companions import settings, swept
-from chaosdrill.plots.looks import LINE_COLOURS, motions
 from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, special_name, specials, warn
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import axis_label, legend_outside, one_panel
+from chaosdrill.plots.style import LINE_COLOURS, axis_label, by_period, legend_outside, one_panel
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +46,7 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes 
         happens have their shape, ends inside of the parameters' range a bar. Beside a chart nothing is drawn.
     """
     if over is not None:
-        kinds, looks = motions(over)
+        kinds, looks = by_period(over)
         drawn = kind_panels(over, kinds, looks, "period", ax)
         across, up = (str(name) for name in over["period"].dims if name != "seed")
         figure, panels = drawn.figure, [axes for axes, _ in drawn.panels]

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.looks import LINE_COLOURS, Look
-from chaosdrill.plots.style import owner, readable, wrapped
+from chaosdrill.plots.style import LINE_COLOURS, Category, owner, readable, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -119,14 +118,14 @@ def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":
     return np.array([point for point, _ in found], dtype=np.int64), [name for _, name in found]
 
 
-def period_looks(datasets: "Sequence[xr.Dataset]") -> dict[int, Look]:
+def period_categories(datasets: "Sequence[xr.Dataset]") -> dict[int, Category]:
     """Return the colour and the name of each period that occurs; where there are many, the longest ones share both."""
     periods = sorted({int(period) for dataset in datasets for period in np.unique(dataset["branch_period"].values)})
-    looks = {period: Look(f"period {period}", colour) for period, colour in zip(periods, LINE_COLOURS, strict=False)}
+    found = {n: Category(f"period {n}", colour) for n, colour in zip(periods, LINE_COLOURS, strict=False)}
     if len(periods) > len(LINE_COLOURS):
         longest = periods[len(LINE_COLOURS) - 1 :]
-        looks |= dict.fromkeys(longest, Look(f"periods {longest[0]} to {longest[-1]}", LINE_COLOURS[-1]))
-    return looks
+        found |= dict.fromkeys(longest, Category(f"periods {longest[0]} to {longest[-1]}", LINE_COLOURS[-1]))
+    return found
 
 
 def end_label(names: "Iterable[str]") -> str:

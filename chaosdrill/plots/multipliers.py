@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.plots.companions import swept
-from chaosdrill.plots.looks import sequential
-from chaosdrill.plots.marks import mark, named_once, period_looks, room, specials, unit_circle, warn
+from chaosdrill.plots.marks import mark, named_once, period_categories, room, specials, unit_circle, warn
 from chaosdrill.plots.picture import picture
-from chaosdrill.plots.style import PALETTE, axis_label, new_figure, subscript, uncertain, wrapped
+from chaosdrill.plots.style import PALETTE, axis_label, new_figure, sequential, subscript, uncertain, wrapped
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,7 +97,7 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
     from matplotlib.transforms import blended_transform_factory
 
     x, branch = dataset[name].values, dataset["branch"].values
-    looks = period_looks([dataset])
+    looks = period_categories([dataset])
     axes.axhline(1, color="0.35", linewidth=0.9, zorder=1)
     positive = np.where(moduli > 0, moduli, np.nan)
     for number in np.unique(branch):

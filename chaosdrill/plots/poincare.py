@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plots.bifurcation import first_that_varies, seed_looks
+from chaosdrill.plots.bifurcation import first_that_varies, seed_lines
 from chaosdrill.plots.companions import settings, swept
 from chaosdrill.plots.picture import picture
 from chaosdrill.plots.style import (
@@ -111,7 +111,7 @@ def return_map(
     index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
     periods = np.ravel(ordered["period"].values) if "period" in dataset.variables else np.zeros(1)
     figure, axes = one_panel(ax, 5.4)
-    looks = seed_looks(dataset) if varied else [(PALETTE[0], "", 0.0)]
+    looks = seed_lines(dataset) if varied else [(PALETTE[0], "", 0.0)]
     for values, period, (colour, name, _) in zip(states[..., index], periods.astype(int), looks, strict=True):
         last = int(np.flatnonzero(np.isfinite(values))[-1]) if np.isfinite(values).any() else 0
         axes.plot(*cobweb(values[: _STEPS + 1]), color=colour, linewidth=0.5, alpha=0.6)

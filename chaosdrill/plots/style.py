@@ -1,13 +1,18 @@
-"""Common style of all pictures: palette, line weights, and labels from the attributes of the dataset."""
+"""Common style of all pictures: palettes, figures, labels from the attributes of the dataset, and categories.
+
+Categories are distinct in colour, to colour-blind readers and in grey.
+"""
 
 import re
 import textwrap
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.dataset.outcomes import MEASURED, flag_names
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -16,7 +21,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 # Okabe and Ito's colours without yellow, which vanishes on white paper; told apart by all common kinds of colour vision
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
@@ -30,6 +37,38 @@ OUTCOME_COLOURS = {
     "escaped": "#000000",
 }
 OTHER_OUTCOME = "#CC79A7"
+# Equal steps of lightness between the black of escape and white, with that of chaos left free; a hue for each odd
+# factor, darker with every doubling: 1, 2, 4, 8 are blue and 3, 6 yellow.
+PERIOD_COLOURS = ("#EAF1FA", "#9BC9EE", "#F2DA6F", "#0E6FB7", "#AD8BCB", "#DCA438", "#1F6037", "#0D3B81")
+LONGER_COLOUR = "#281C37"
+# the same steps of lightness, the first ones farthest apart: there are seldom more than three
+ATTRACTOR_COLOURS = ("#F2DA6F", "#0E6FB7", "#9BC9EE", "#1F6037", "#AD8BCB", "#0D3B81", "#EAF1FA", "#D55E00")
+# of dots on white, which lie on each other: more than these are not told apart
+SEED_COLOURS = ("#DCA438", "#0D3B81", "#D55E00")
+# of lines on white and over the dots of a diagram, or with a white rim on any colour of a chart; even in lightness
+LINE_COLOURS = ("#000000", "#33208A", "#98105E", "#C9471B", "#2F9B72", "#E0A936")
+BACKGROUND = "#9E9E9E"
+"""Dots of a diagram that lies behind lines."""
+
+_OUTCOME_HATCHES = {
+    "ok": "---",
+    "quasiperiodic": "....",
+    "undecided": "..",
+    "open": "OO",
+    "event_limit": "xxx",
+    "stalled": "///",
+    "nonfinite": "\\\\\\",
+    "step_underflow": "|||",
+    "invalid_start": "+++",
+    "failed": "**",
+    "equilibrium": "o",
+    "no_return": "--",
+}
+
+# lightness in CIELAB falls evenly and alike on both sides, and so does chroma
+_BELOW = ("#00467D", "#005D9D", "#0D75B9", "#4F8DCB", "#7CA6D8", "#A5BFE3", "#CBD9EE")
+_ZERO = "#F4F3F4"
+_ABOVE = ("#EFD2C8", "#E2B3A2", "#D3947E", "#C1765C", "#AB5A3F", "#8E432A", "#6F2F1A")
 MODE_SHADES = ("#FFFFFF", "#DCE6F0", "#F5E6D3", "#E3EFE3", "#EFE3EC")
 DOTS = (0, (1, 2))
 """Dashes of jumps."""
@@ -283,3 +322,126 @@ def legend_above(axes: "Axes", columns: int = 6, **options: object) -> None:
     axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, handlelength=1.4, **options
     )
+
+
+@dataclass(frozen=True)
+class Category:
+    """How cells of one kind are drawn and named.
+
+    Parameters
+    ----------
+    name : str
+        Entry of the legend.
+    colour : str
+        Colour of the cells.
+    hatch : str, default ""
+        Hatching over them, in matplotlib's letters.
+    short : str, default ""
+        Text to write into large regions; none if empty.
+    """
+
+    name: str
+    colour: str
+    hatch: str = ""
+    short: str = ""
+
+    @property
+    def ink(self) -> str:
+        """Black or white, whichever is readable on the colour."""
+        from matplotlib.colors import to_rgb
+
+        red, green, blue = (part**2.2 for part in to_rgb(self.colour))
+        return "black" if 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.2 else "white"
+
+
+MINUS_INFINITY = Category("−∞ (all directions lost at events)", _BELOW[0], "ooo")
+POSITIVE = Category("positive", "#FFFFFF", "....")
+NO_RESULT = Category("no result", "#FFFFFF", "oo")
+"""Where a run has not reached its end, or has no such number: the same in every picture."""
+NO_ATTRACTOR = Category("none", "#FFFFFF", "xx")
+UNRECOGNISED = Category("attractor not recognised", "#FFFFFF", "oo")
+FURTHER = Category("further attractors", "#BBBBBB", "---")
+PERIOD_NOT_FOUND = Category("period not found", OUTCOME_COLOURS["periodic"], "ooo")
+MOTIONS = tuple(outcome.meaning for outcome in MEASURED)
+"""Outcomes of runs that reached their end."""
+ATTRACTED = tuple(name for name in MOTIONS if name != "open")
+"""Outcomes of runs that stay somewhere."""
+
+
+def diverging() -> "Colormap":
+    """Return the colours of a quantity whose sign matters: blue below zero, brown above, as dark at equal distance."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("diverging", [*_BELOW, _ZERO, *_ABOVE])
+
+
+def sequential() -> "Colormap":
+    """Return the colours of a quantity from little, light, to much, dark: viridis without its darkest end."""
+    import matplotlib as mpl
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0, 0.9, 256)), "sequential")
+
+
+def outcome_category(name: str) -> Category:
+    """Return the look of an outcome by its name."""
+    short = "" if name == "ok" else readable(name)
+    return Category(readable(name), outcome_colour(name), _OUTCOME_HATCHES.get(name, ""), short)
+
+
+def attractor_category(number: int, text: str) -> Category:
+    """Return the look of an attractor by its place in the legend, from 0: colours come again with a hatching."""
+    turn, place = divmod(number, len(ATTRACTOR_COLOURS))
+    return Category(text, ATTRACTOR_COLOURS[place], ("", "////", "....")[turn % 3], str(number + 1))
+
+
+def by_outcome(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+    """Sort points by how they ended.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With ``outcome`` of any shape.
+
+    Returns
+    -------
+    kinds : ndarray, the shape of ``outcome``
+        Index of each point's kind.
+    looks : list of Category
+        The kinds that occur.
+    """
+    codes = dataset["outcome"].values
+    return classify([(codes == code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()])
+
+
+def by_period(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+    """Sort points by period, and those without one by how they ended; parameters and results as for `by_outcome`."""
+    codes, period = dataset["outcome"].values, dataset["period"].values
+    names = {name: code for code, name in flag_names(dataset["outcome"]).items()}
+    cycle = (period > 0) & np.isin(codes, [names.get("ok", -1), names.get("periodic", -1)])
+    table: list[tuple[Any, Category]] = [
+        (cycle & (period == n), Category(f"period {n}", colour, short=str(n)))
+        for n, colour in enumerate(PERIOD_COLOURS, start=1)
+    ]
+    longer = cycle & (period > len(PERIOD_COLOURS))
+    if longer.any():
+        first, last = period[longer].min(), period[longer].max()
+        text = f"period {first}" if first == last else f"periods {first} to {last}"
+        table.append((longer, Category(text, LONGER_COLOUR, short=f"≥ {first}" if first < last else str(first))))
+    for name, code in names.items():
+        look = outcome_category(name)
+        if name == "periodic":
+            look = PERIOD_NOT_FOUND
+        elif name == "ok":
+            look = Category("no period found", look.colour, look.hatch)
+        table.append((~cycle & (codes == code), look))
+    return classify(table)
+
+
+def classify(table: "list[tuple[Any, Category]]") -> "tuple[NDArray[np.int64], list[Category]]":
+    """Return the index of each point's kind, and the kinds that occur, from a mask for each; masks do not overlap."""
+    present = [(mask, look) for mask, look in table if mask.any()]
+    kinds = np.zeros(table[0][0].shape, dtype=np.int64)
+    for index, (mask, _) in enumerate(present):
+        kinds[mask] = index
+    return kinds, [look for _, look in present]

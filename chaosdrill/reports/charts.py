@@ -101,8 +101,7 @@ def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, 
     """
     import numpy as np
 
-    from chaosdrill.plots.looks import LONGER_COLOUR, PERIOD_COLOURS
-    from chaosdrill.plots.style import axis_label, seed_names, state_label
+    from chaosdrill.plots.style import LONGER_COLOUR, PERIOD_COLOURS, axis_label, seed_names, state_label
 
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
     dataset = dataset.sortby(axes).transpose(*axes, "seed", ...)
@@ -187,7 +186,7 @@ def _scales() -> dict[str, list[str]]:
     import numpy as np
     from matplotlib.colors import to_hex
 
-    from chaosdrill.plots.looks import diverging, sequential
+    from chaosdrill.plots.style import diverging, sequential
 
     at = np.linspace(0, 1, 33)
     return {"diverging": [to_hex(c) for c in diverging()(at)], "sequential": [to_hex(c) for c in sequential()(at)]}

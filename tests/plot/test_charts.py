@@ -20,18 +20,19 @@ from chaosdrill.plots.charts import (
     outcome_chart,
     progression_chart,
 )
-from chaosdrill.plots.looks import (
+from chaosdrill.plots.pictures import PICTURES
+from chaosdrill.plots.style import (
     ATTRACTOR_COLOURS,
     LONGER_COLOUR,
+    OUTCOME_COLOURS,
     PERIOD_COLOURS,
     POSITIVE,
     UNRECOGNISED,
-    Look,
+    Category,
     diverging,
     sequential,
+    style,
 )
-from chaosdrill.plots.pictures import PICTURES
-from chaosdrill.plots.style import OUTCOME_COLOURS, style
 
 # Charts over two parameters: what each cell shows, what the legend says, and grids of every size.
 
@@ -340,7 +341,7 @@ def test_the_progression_is_told_where_there_is_one(basin):
 # Cells have their true bounds on any grid, hatchings cover what they should, and names stand inside their regions.
 
 
-PLAIN, HATCHED = Look("plain", "#FFFFFF", short="plain"), Look("hatched", "#009E73", "....", "h")
+PLAIN, HATCHED = Category("plain", "#FFFFFF", short="plain"), Category("hatched", "#009E73", "....", "h")
 
 
 def test_bounds_are_half_way_between_neighbours_and_as_far_outside():

@@ -12,7 +12,7 @@ from matplotlib.colors import to_rgb
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.plots import PICTURES, looks, plot_archive
+from chaosdrill.plots import PICTURES, plot_archive, style
 from chaosdrill.plots.convergence import convergence
 from chaosdrill.plots.curve import join, last_part, stops, strobe
 from chaosdrill.plots.joined import MOST_RUNS, runs_of
@@ -401,21 +401,21 @@ def lightness(colours):
 
 
 # most of those after "failed" are outcomes of looking for an orbit, which no chart shows
-SHOWN = (*looks.MOTIONS, "no_return")
-OUTCOMES = [looks.outcome_look(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in SHOWN]
+SHOWN = (*style.MOTIONS, "no_return")
+OUTCOMES = [style.outcome_category(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in SHOWN]
 
-PERIODS = [looks.Look(f"period {n}", colour) for n, colour in enumerate(looks.PERIOD_COLOURS, 1)]
+PERIODS = [style.Category(f"period {n}", colour) for n, colour in enumerate(style.PERIOD_COLOURS, 1)]
 
-PERIODS.append(looks.Look("longer", looks.LONGER_COLOUR))
+PERIODS.append(style.Category("longer", style.LONGER_COLOUR))
 
 TOGETHER = {
     "outcomes": OUTCOMES,
-    "periods": PERIODS + [look for look in OUTCOMES if look.name != "periodic"] + [looks.PERIOD_NOT_FOUND],
-    "attractors": [looks.attractor_look(n, str(n)) for n in range(12)]
-    + [look for look in OUTCOMES if look.name not in looks.ATTRACTED]
-    + [looks.UNRECOGNISED, looks.FURTHER],
-    "lines": [looks.Look(colour, colour) for colour in (*looks.LINE_COLOURS, looks.BACKGROUND)],
-    "seeds": [looks.Look(colour, colour) for colour in looks.SEED_COLOURS],
+    "periods": PERIODS + [one for one in OUTCOMES if one.name != "periodic"] + [style.PERIOD_NOT_FOUND],
+    "attractors": [style.attractor_category(n, str(n)) for n in range(12)]
+    + [one for one in OUTCOMES if one.name not in style.ATTRACTED]
+    + [style.UNRECOGNISED, style.FURTHER],
+    "lines": [style.Category(colour, colour) for colour in (*style.LINE_COLOURS, style.BACKGROUND)],
+    "seeds": [style.Category(colour, colour) for colour in style.SEED_COLOURS],
 }
 
 
@@ -436,19 +436,19 @@ def test_they_are_told_apart_in_grey(picture):
             assert abs(first - second) > 7, (a.name, b.name)
 
 
-@pytest.mark.parametrize("look", [look for group in TOGETHER.values() for look in group], ids=lambda look: look.name)
-def test_text_and_hatching_are_read_on_their_colour(look):
-    first, second = lightness([look.ink, look.colour])
+@pytest.mark.parametrize("category", [one for group in TOGETHER.values() for one in group], ids=lambda one: one.name)
+def test_text_and_hatching_are_read_on_their_colour(category):
+    first, second = lightness([category.ink, category.colour])
     assert abs(first - second) > 45
 
 
-@pytest.mark.parametrize("colours", [looks.SEED_COLOURS, looks.LINE_COLOURS])
+@pytest.mark.parametrize("colours", [style.SEED_COLOURS, style.LINE_COLOURS])
 def test_dots_and_lines_are_seen_on_white(colours):
     assert (lightness(colours) < 75).all()
 
 
 def test_the_diverging_scale_is_even_and_both_signs_alike():
-    shades = looks.diverging()(np.linspace(0, 1, 129))[:, :3]
+    shades = style.diverging()(np.linspace(0, 1, 129))[:, :3]
     light = lightness(shades)
     below, above = light[:64][::-1], light[65:]
     assert light[64] == light.max() > 95
@@ -462,7 +462,7 @@ def test_the_diverging_scale_is_even_and_both_signs_alike():
 
 @pytest.mark.parametrize("eyes", EYES)
 def test_signs_are_told_apart(eyes):
-    shades = looks.diverging()(np.linspace(0, 1, 129))[:, :3]
+    shades = style.diverging()(np.linspace(0, 1, 129))[:, :3]
     seen = lab(shades, eyes)
     apart = np.linalg.norm(seen[:64][::-1] - seen[65:], axis=1)
     assert (apart[8:] > 12).all()
@@ -470,12 +470,12 @@ def test_signs_are_told_apart(eyes):
 
 
 def test_eight_numbers_of_attractors_are_told_apart():
-    light = lightness(looks.diverging()(np.linspace(0.5, 0, 8))[:, :3])
+    light = lightness(style.diverging()(np.linspace(0.5, 0, 8))[:, :3])
     assert (np.diff(light) < -7).all()
 
 
 def test_the_sequential_scale_is_even():
-    light = lightness(looks.sequential()(np.linspace(0, 1, 17))[:, :3])
+    light = lightness(style.sequential()(np.linspace(0, 1, 17))[:, :3])
     steps = -np.diff(light)
     assert steps.min() > 0.8 * steps.mean()
     assert steps.max() < 1.2 * steps.mean()
@@ -484,19 +484,19 @@ def test_the_sequential_scale_is_even():
 
 
 def test_a_hatching_over_a_scale_means_one_thing():
-    others = [look for look in OUTCOMES if look.name not in looks.ATTRACTED] + [looks.NO_RESULT, looks.MINUS_INFINITY]
-    hatches = [look.hatch for look in [*others, looks.POSITIVE] if look.hatch]
+    others = [one for one in OUTCOMES if one.name not in style.ATTRACTED] + [style.NO_RESULT, style.MINUS_INFINITY]
+    hatches = [one.hatch for one in [*others, style.POSITIVE] if one.hatch]
     assert len(set(hatches)) == len(hatches)
 
 
 @pytest.mark.parametrize("eyes", EYES)
 def test_what_has_no_number_is_no_shade_of_the_scale(eyes):
     """Either the colour is far from all of the scale, or a hatching marks it."""
-    for scale in (looks.sequential(), looks.diverging()):
+    for scale in (style.sequential(), style.diverging()):
         shades = lab(scale(np.linspace(0, 1, 65))[:, :3], eyes)
-        for look in [*OUTCOMES, looks.NO_RESULT, looks.MINUS_INFINITY]:
-            if look.name not in looks.MOTIONS and not look.hatch:
-                assert np.linalg.norm(shades - lab([look.colour], eyes), axis=1).min() > 12, look.name
+        for category in [*OUTCOMES, style.NO_RESULT, style.MINUS_INFINITY]:
+            if category.name not in style.MOTIONS and not category.hatch:
+                assert np.linalg.norm(shades - lab([category.colour], eyes), axis=1).min() > 12, category.name
 
 
 def test_of_many_states_and_exponents_the_first_dozen_are_drawn_and_it_is_said():
