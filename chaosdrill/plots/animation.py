@@ -165,8 +165,8 @@ class _Scene:
         colours = ("#000000", PALETTE[0], "0.6")
         found = []
         for (name, height), colour in zip(heights.items(), colours * len(heights), strict=False):
-            look: dict[str, Any] = {"color": colour, "linewidth": 4, "solid_capstyle": "butt", "label": name}
-            (line,) = axes.plot([0.1, 0.9], height[[0, 0]], **look)
+            options: dict[str, Any] = {"color": colour, "linewidth": 4, "solid_capstyle": "butt", "label": name}
+            (line,) = axes.plot([0.1, 0.9], height[[0, 0]], **options)
             if np.ptp(height):
                 found.append((line, height))
                 self.moves(line)
@@ -217,8 +217,8 @@ class _Graph:
         for number, (code, name) in enumerate(flag_names(scene.run["event_kind"]).items() if kinds.size else ()):
             if (kinds == code).any():
                 marker, colour = EVENT_MARKERS[number % len(EVENT_MARKERS)], PALETTE[1 + number % (len(PALETTE) - 1)]
-                look: dict[str, Any] = {"linestyle": "none", "marker": marker, "color": colour, "label": readable(name)}
-                self.marks.append((*axes.plot([], [], markersize=9, **look), kinds == code))
+                options: dict[str, Any] = {"marker": marker, "markersize": 9, "color": colour, "label": readable(name)}
+                self.marks.append((*axes.plot([], [], linestyle="none", **options), kinds == code))
         self.sides = self.points[sides]
         (self.point,) = axes.plot([], [], "o", color="black", markersize=6)
         for line in (self.way, *(line for line, _ in self.marks), self.point):

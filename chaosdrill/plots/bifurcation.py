@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.cells import bounds, draw_kinds, legend_entry
 from chaosdrill.plots.picture import picture
+from chaosdrill.plots.plane import bounds, draw_cells, legend_entry
 from chaosdrill.plots.style import (
     BACKGROUND,
     MOTIONS,
@@ -118,18 +118,18 @@ def _without_result(dataset: "xr.Dataset", sweep: str) -> "NDArray[np.bool_]":
     return lost
 
 
-def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", look: Category) -> None:
+def _shade(panel: "Axes", edges: "NDArray[np.float64]", mask: "NDArray[np.bool_]", category: Category) -> None:
     turns = np.flatnonzero(np.diff(np.pad(mask.astype(np.int8), 1)))
     for number, (first, last) in enumerate(turns.reshape(-1, 2)):
         panel.axvspan(
             edges[first],
             edges[last],
-            facecolor=look.colour,
+            facecolor=category.colour,
             edgecolor="0.5",
             linewidth=0,
-            hatch=look.hatch,
+            hatch=category.hatch,
             zorder=0,
-            label=f"{look.name}: {mask.sum()} of {mask.size} points" if number == 0 else None,
+            label=f"{category.name}: {mask.sum()} of {mask.size} points" if number == 0 else None,
         )
 
 
@@ -217,9 +217,9 @@ def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
 
 
 def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", height: float) -> None:
-    kinds, looks = by_period(dataset.transpose("seed", sweep, ...))
+    codes, categories = by_period(dataset.transpose("seed", sweep, ...))
     names = seed_names(dataset)
-    draw_kinds(panel, edges, np.arange(len(names) + 1.0), kinds, looks, (6.3, height), names=False)
+    draw_cells(panel, edges, np.arange(len(names) + 1.0), codes, categories, (6.3, height), names=False)
     panel.invert_yaxis()
     panel.spines["left"].set_visible(False)
     named = 1 < len(names) <= _NAMED_ROWS
@@ -227,7 +227,7 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
     if len(names) > _NAMED_ROWS:
         panel.set_ylabel(f"{len(names)} seeds")
     panel.tick_params(axis="y", length=0, labelsize=7)
-    legend_above(panel, columns=5, handles=[legend_entry(look) for look in looks])
+    legend_above(panel, columns=5, handles=[legend_entry(category) for category in categories])
 
 
 def seed_lines(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
@@ -253,9 +253,9 @@ def _draw(
     """A line where neighbours belong together; dots where each of several seeds may fall on this attractor or that."""
     x = dataset[str(dataset["period"].dims[0])].values
     if dataset.sizes["seed"] == 1 or seed_names(dataset)[seed] in ("forward", "backward"):
-        look: dict[str, Any] = {"color": colour, "linewidth": 0.8 + step, "alpha": 1 if step == 0 else 0.5}
+        options: dict[str, Any] = {"color": colour, "linewidth": 0.8 + step, "alpha": 1 if step == 0 else 0.5}
         breaks = _breaks(dataset.isel(seed=seed), values)
-        panel.plot(np.insert(x, breaks, np.nan), np.insert(values, breaks, np.nan), **look)
+        panel.plot(np.insert(x, breaks, np.nan), np.insert(values, breaks, np.nan), **options)
     else:
         size = float(np.clip(300 / len(x), 1.0, 3.0))
         panel.plot(x, values, "o", color=colour, markersize=size + 0.8 * step, markeredgewidth=0)

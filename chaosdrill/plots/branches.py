@@ -1,18 +1,33 @@
-"""Branches of periodic orbits over a parameter, on top of the bifurcation diagram if there is one."""
+"""Branches of periodic orbits over a parameter, and curves of special points over two, on top of diagram or chart."""
 
+import json
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaosdrill.plots.bifurcation import first_that_varies
-from chaosdrill.plots.companions import limits, swept
-from chaosdrill.plots.marks import bar, end_label, ends, mark, named_once, period_categories, room, specials, warn
+from chaosdrill.plots.companions import limits, settings, swept
+from chaosdrill.plots.marks import (
+    bar,
+    end_label,
+    ends,
+    mark,
+    named_once,
+    period_categories,
+    room,
+    special_name,
+    specials,
+    warn,
+)
 from chaosdrill.plots.picture import picture
+from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.style import (
     BACKGROUND,
+    LINE_COLOURS,
     Category,
     axis_label,
+    by_period,
     legend_outside,
     new_figure,
     one_panel,
@@ -35,6 +50,7 @@ _JUMP = 12.0
 """A step of the section this many times as long as both its neighbours is a jump."""
 _SEEN = 0.01
 """Jumps below this part of the extent are not seen."""
+_DASHES = {"fold": "-", "period_doubling": (0, (5, 1.5)), "grazing": (0, (1.2, 1.2))}
 
 
 @picture(
@@ -89,15 +105,15 @@ def branches(
         axes = panels[0]
         axes.axvspan(*crowd, color="0.93", linewidth=0, zorder=0, label="shown below")
         limits_of.append(crowd)
-    looks = period_categories(datasets)
+    categories = period_categories(datasets)
     for panel, (left, right) in zip(panels, limits_of, strict=True):
         panel.set_xlim(left, right)
         if over is not None:
             _attractors(panel, over, index)
         for dataset in datasets:
-            _lines(panel, dataset, name, index, looks)
-        for look in dict.fromkeys(looks.values()):
-            panel.plot([], [], color=look.colour, linewidth=1.8, label=look.name)
+            _lines(panel, dataset, name, index, categories)
+        for category in dict.fromkeys(categories.values()):
+            panel.plot([], [], color=category.colour, linewidth=1.8, label=category.name)
         for dashes, text in (("-", "stable"), ((0, (4, 2)), "unstable")):
             panel.plot([], [], color="0.25", linestyle=dashes, linewidth=1.2, label=text)
         _fit(panel)
@@ -128,7 +144,7 @@ def _attractors(axes: "Axes", diagram: "xr.Dataset", index: int) -> None:
     axes.plot([], [], markersize=3, label="bifurcation diagram", **options)
 
 
-def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, looks: dict[int, Category]) -> None:
+def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, categories: dict[int, Category]) -> None:
     x, section = dataset[name].values, dataset["section"].values
     for number in np.unique(dataset["branch"].values):
         points = np.flatnonzero(dataset["branch"].values == number)
@@ -148,7 +164,7 @@ def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, looks: di
             axes.plot(
                 x[part],
                 section[part][:, used, index],
-                color=looks[period].colour,
+                color=categories[period].colour,
                 zorder=3 if stable[first] else 2,
                 **options,
             )
@@ -243,3 +259,101 @@ def _sizes(section: "NDArray[np.float64]", points: "NDArray[np.int64]") -> "list
 def _thinner(period: int) -> float:
     """Factor for lines and marks: the many ones of a long orbit would fill the picture."""
     return max(0.4, 1 - 0.12 * float(np.log2(max(period, 1))))
+
+
+@picture(
+    "continuation",
+    "curves",
+    "curves of special points over two parameters, over the chart of periods if there is one",
+    parameters=2,
+    over="parameter-chart",
+)
+def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes | None" = None) -> "Figure":
+    """Draw curves of special points in the plane of two parameters.
+
+    Parameters
+    ----------
+    *datasets : xarray.Dataset
+        Of kind ``continuation``, all over the same two parameters.
+    over : xarray.Dataset, optional
+        Of kind ``parameter-chart`` over these, whose periods are drawn behind, with a panel for each seed.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn; with a chart of one seed.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A colour for each kind of curve and period, and dashes by the kind. Points on a curve at which something else
+        happens have their shape, ends inside of the parameters' range a bar. Beside a chart nothing is drawn.
+    """
+    plane = None if over is None else Plane(over, "period", ax)
+    if over is not None and plane is not None:
+        plane.categorise(*by_period(over))
+        across, up, figure, panels = plane.across, plane.up, plane.figure, plane.panels
+    else:
+        across, up = swept(datasets[0])
+        figure, axes = one_panel(ax, 4.6)
+        panels = [axes]
+        axes.set(xlabel=axis_label(datasets[0], across), ylabel=axis_label(datasets[0], up))
+        axes.margins(0.03)
+    for axes in panels:
+        limits = (axes.get_xlim(), axes.get_ylim()) if plane else ((-np.inf, np.inf), (-np.inf, np.inf))
+        _curves(axes, [_Curve(dataset, across, up, limits) for dataset in datasets])
+        if plane:
+            axes.set(xlim=limits[0], ylim=limits[1])
+    handles = named_once(panels[0])
+    if plane:
+        plane.legend(handles)
+    else:
+        legend_outside(figure, handles, ax=ax, handlelength=2.4)
+    if ax is None:
+        warn(figure, datasets)
+    behind = ", over the chart of periods" if plane else ""
+    figure.set_label(f"curves of special points over two parameters{behind}")
+    return figure
+
+
+class _Curve:
+    """The points of a dataset over two parameters, and which of them are within limits: the rest is not named."""
+
+    def __init__(self, dataset: "xr.Dataset", across: str, up: str, limits: tuple[tuple[float, float], ...]) -> None:
+        self.dataset, self.kind = dataset, str(settings(dataset).get("follow") or "")
+        self.x, self.y = dataset[across].values, dataset[up].values
+        (left, right), (low, high) = limits
+        self.inside = (self.x >= left) & (self.x <= right) & (self.y >= low) & (self.y <= high)
+
+    def specials(self) -> "list[tuple[str, NDArray[np.int64]]]":
+        """Kinds of special points on the curve with their numbers, without the one that it was followed from."""
+        second = swept(self.dataset)[1]
+        own = json.loads(str(self.dataset.attrs["parameters"]))[second]
+        start = np.isclose(self.dataset[second].values, own, rtol=1e-12, atol=0.0)
+        kept = (
+            (kind, points[self.inside[points] & ~((kind == self.kind) & start[points])])
+            for kind, points in specials(self.dataset)
+        )
+        return [(kind, points) for kind, points in kept if points.size]
+
+
+def _curves(axes: "Axes", curves: "list[_Curve]") -> None:
+    from matplotlib.patheffects import Normal, Stroke
+
+    rim = [Stroke(linewidth=3.6, foreground="white"), Normal()]
+    named: dict[str, str] = {}
+    for curve in curves:
+        branch = curve.dataset["branch"].values
+        for number in np.unique(branch[curve.inside]):
+            points = branch == number
+            text = f"{special_name(curve.kind)}, period {int(curve.dataset['branch_period'].values[number])}"
+            colour = named.setdefault(text, LINE_COLOURS[len(named) % len(LINE_COLOURS)])
+            options: dict[str, Any] = {"color": colour, "linestyle": _DASHES.get(curve.kind, "-."), "linewidth": 1.6}
+            axes.plot(curve.x[points], curve.y[points], path_effects=rim, zorder=3, label=text, **options)
+    reasons: dict[str, None] = {}
+    for curve in curves:
+        for kind, points in curve.specials():
+            mark(axes, curve.x[points], curve.y[points], kind, 6.5)
+        for point, name in zip(*ends(curve.dataset), strict=True):
+            if curve.inside[point]:
+                reasons[name] = None
+                bar(axes, curve.x[point], curve.y[point], 11)
+    if reasons:
+        bar(axes, [], [], 11, end_label(reasons))

@@ -1,49 +1,51 @@
-"""Charts over two parameters, with a panel for each seed and a kind or a number in each cell."""
+"""Charts over two parameters, and basins of attraction over initial states."""
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+import json
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.errors import SettingsError
-from chaosdrill.plots.cells import bounds, draw_kinds, hatch, legend_entry
+from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.picture import picture
+from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.style import (
+    ATTRACTED,
+    EVENT_MARKERS,
+    FURTHER,
     MINUS_INFINITY,
-    MOTIONS,
     NO_ATTRACTOR,
-    NO_RESULT,
     POSITIVE,
+    UNRECOGNISED,
     Category,
-    axis_label,
+    attractor_category,
     by_outcome,
     by_period,
     classify,
     diverging,
     label,
     legend_outside,
-    new_figure,
-    owner,
+    one_panel,
+    places_of,
     progression,
-    seed_names,
+    readable,
     sequential,
     shorten,
+    state_label,
+    subscript,
+    uncertain,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
     from numpy.typing import NDArray
 
-_MOST_PANELS = 9
-_DARK = 0.45
-_SIDE = 6.3
-"""Width in inches that all panels of a row share."""
 # the few points beyond this percentile on either side, near superstable cycles above all, do not set the scale
 _EXPONENTS_COVERED = 99.0
 _ERRORS, _ROUND_OFF = 3.0, 1e-9
@@ -52,253 +54,50 @@ _ERRORS, _ROUND_OFF = 3.0, 1e-9
 _RATES_COVERED = 99.9
 # more steps of lightness than these are not told apart
 _STEPS = 8
+_MOST = 12
+"""Most attractors that are distinguished; for more the legend has no room and the palette no colours."""
+_HEIGHT = 5.5
+"""Height in inches of the figure without its legend."""
+_LETTERS = 54
+"""Letters of an entry of the legend of which two stand side by side."""
+_IN_PLANE = 1e-6
+"""Distance from the plane of the grid, relative to the state, at which a point still lies in it."""
 
 
-@dataclass(frozen=True)
-class Chart:
-    """A figure with a panel for each seed, or a single panel.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    panels : list of (Axes, Dataset)
-        Each with its part of the data, over the second and the first parameter in ascending order.
-    x, y : ndarray
-        Bounds of the cells.
-    size : (float, float)
-        Width and height of a panel in inches, about.
-    """
-
-    figure: "Figure"
-    panels: "list[tuple[Axes, xr.Dataset]]"
-    x: "NDArray[np.float64]"
-    y: "NDArray[np.float64]"
-    size: tuple[float, float]
-
-    def legend(self, looks: "Sequence[Category]", further: "Sequence[Artist]" = (), ax: "Axes | None" = None) -> None:
-        """Put one legend above all panels: looks, each named once, and what else is drawn over the cells."""
-        handles = [*(legend_entry(look) for look in dict.fromkeys(looks)), *further]
-        legend_outside(self.figure, handles, ax=ax, handlelength=1.6, handleheight=1.1, borderpad=0)
-
-
-def chart(dataset: "xr.Dataset", *, seeds: bool = True, ax: "Axes | None" = None) -> Chart:
-    """Lay out the panels of a picture over two parameters.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        With ``outcome`` over the two parameters, and ``seed``.
-    seeds : bool, default True
-        A panel for each seed, at most nine, the rest of which the title counts; otherwise one panel.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn; for one panel.
-
-    Raises
-    ------
-    SettingsError
-        Several panels, but one axes.
-    """
-    across, up = (str(name) for name in dataset["outcome"].dims if name != "seed")
-    ordered = dataset.sortby([across, up]).transpose(up, across, ...)
-    names = seed_names(dataset) if seeds else [""]
-    parts = [ordered.isel(seed=i) if seeds else ordered for i in range(min(len(names), _MOST_PANELS))]
-    columns = 1 if len(parts) == 1 else 2 if len(parts) <= 4 else 3
-    rows = -(-len(parts) // columns)
-    x, y = (bounds(ordered[name].values) for name in (across, up))
-    if ax is not None:
-        if len(names) > 1:
-            raise SettingsError(
-                f"ax is one, but there are {len(names)} seeds, each with a panel; choose one, as in ds.isel(seed=[0])"
-            )
-        figure = owner(ax)
-        ax.set(xlabel=axis_label(dataset, across), ylabel=axis_label(dataset, up))
-        box = ax.get_window_extent()
-        return Chart(figure, [(ax, parts[0])], x, y, (box.width / figure.dpi, box.height / figure.dpi))
-    width = _SIDE / columns
-    height = 4.4 if columns == 1 else 0.8 * width
-    figure = new_figure(1.0 + rows * (height + 0.15), max(dataset.sizes[across] / width, dataset.sizes[up] / height))
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for axes in grid.flat[len(parts) :]:
-        axes.set_axis_off()
-    for place, axes in enumerate(grid.flat[: len(parts)]):
-        if place + columns >= len(parts):
-            axes.tick_params(labelbottom=True)
-        if len(parts) > 1:
-            axes.set_title(names[place] + _start(dataset, place))
-        for name, set_ticks in ((across, axes.set_xticks), (up, axes.set_yticks)):
-            if dataset.sizes[name] == 1:
-                set_ticks(dataset[name].values)
-    if len(parts) == 1:
-        grid[0, 0].set(xlabel=axis_label(dataset, across), ylabel=axis_label(dataset, up))
-    else:
-        figure.supxlabel(axis_label(dataset, across), fontsize="medium")
-        figure.supylabel(axis_label(dataset, up), fontsize="medium")
-    if len(names) > len(parts):
-        figure.suptitle(f"seeds 1 to {len(parts)} of {len(names)}", x=0.01, ha="left", fontsize=9)
-    return Chart(figure, list(zip(grid.flat, parts, strict=False)), x, y, (width, height))
-
-
-def _frame(dataset: "xr.Dataset") -> "xr.Dataset":
-    """What a chart needs to know besides what it shows."""
-    return dataset[[name for name in ("outcome", "initial_state") if name in dataset.variables]]
-
-
-def _start(dataset: "xr.Dataset", seed: int) -> str:
-    """Where a seed starts, told by the states in which the seeds differ; nothing if the archive does not tell."""
-    if "initial_state" not in dataset.variables:
-        return ""
-    states = dataset["initial_state"].transpose("seed", "state").values
-    names = dataset["state"].values
-    apart = np.flatnonzero(np.ptp(states, axis=0) > 0)
-    return ": " * bool(apart.size) + ", ".join(f"{names[i]} = {shorten(float(states[seed, i]))}" for i in apart)
-
-
-def kind_chart(
+def _categories(
     dataset: "xr.Dataset",
-    kinds: "NDArray[np.int64]",
-    looks: "Sequence[Category]",
-    of: str,
-    ax: "Axes | None" = None,
+    variable: str,
+    found: "tuple[NDArray[np.int64], list[Category]]",
+    ax: "Axes | None",
 ) -> "Figure":
-    """Draw over two parameters what kind each point is of.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        With ``outcome`` over the two parameters and ``seed``.
-    kinds : ndarray
-        Index of each point's look.
-    looks : sequence of Category
-    of : str
-        Variable whose dimensions ``kinds`` has; without ``seed`` there is one panel.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    """
-    drawn = kind_panels(dataset, kinds, looks, of, ax)
-    drawn.legend(looks, ax=ax)
-    return drawn.figure
-
-
-def kind_panels(
-    dataset: "xr.Dataset",
-    kinds: "NDArray[np.int64]",
-    looks: "Sequence[Category]",
-    of: str,
-    ax: "Axes | None" = None,
-) -> Chart:
-    """Draw the cells of `kind_chart` without a legend, for a picture that lays something over them."""
-    dims = dataset[of].dims
-    drawn = chart(_frame(dataset).assign(_kinds=(dims, kinds)), seeds="seed" in dims, ax=ax)
-    for axes, part in drawn.panels:
-        draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size)
-    return drawn
-
-
-def value_chart(
-    dataset: "xr.Dataset",
-    values: "xr.DataArray",
-    norm: "Normalize",
-    colours: "Colormap",
-    apart: "Sequence[tuple[float, Category]]" = (),
-    extend: str = "neither",
-    hatched: "tuple[NDArray[np.bool_], Category] | None" = None,
-    ax: "Axes | None" = None,
-) -> "Figure":
-    """Draw a number over two parameters; points without one show how they ended.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        With ``outcome`` over the two parameters and ``seed``.
-    values : xarray.DataArray
-        The numbers, over the same dimensions.
-    norm, colours : matplotlib norm and colormap
-    apart : sequence of (float, Category)
-        Values that have looks of their own, such as minus infinity.
-    extend : str
-        At which ends the colour bar stands for more than it shows, in matplotlib's words.
-    hatched : (ndarray, Category), optional
-        Points that are hatched over their colour, and the look that says what they are.
-    ax : matplotlib.axes.Axes, optional
-        Where it is drawn.
-    """
-    from matplotlib.cm import ScalarMappable
-
-    kinds, looks = by_outcome(dataset)
-    looks = [NO_RESULT if look.name in MOTIONS else look for look in looks]
-    kinds[np.isfinite(values.values)] = -1
-    for value, look in apart:
-        kinds[values.values == value] = len(looks)
-        looks.append(look)
-    marked, over = hatched if hatched is not None else (np.zeros(kinds.shape, dtype=bool), NO_RESULT)
-    drawn = chart(
-        _frame(dataset).assign(_shown=values, _kinds=(values.dims, kinds), _over=(values.dims, marked)), ax=ax
-    )
-    for axes, part in drawn.panels:
-        numbers = part["_shown"].values
-        shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3].astype(np.float32)
-        draw_kinds(axes, drawn.x, drawn.y, part["_kinds"].values, looks, drawn.size, shades)
-        # black dots are not seen on the dark ends of a scale, nor white ones on the rest
-        dark = shades.mean(axis=-1) < _DARK
-        for ground, mask in (("#FFFFFF", ~dark), ("#000000", dark)):
-            hatch(axes, drawn.x, drawn.y, part["_over"].values & mask, replace(over, colour=ground), drawn.size)
-    drawn.legend(
-        [look for index, look in enumerate(looks) if (kinds == index).any()] + [over] * bool(marked.any()), ax=ax
-    )
-    bar = drawn.figure.colorbar(
-        ScalarMappable(norm, colours), ax=[axes for axes, _ in drawn.panels], extend=extend, aspect=30, pad=0.02
-    )
-    bar.set_label(label(values))
-    bar.outline.set_linewidth(0.5)
-    return drawn.figure
+    """A chart of the category of every point, over the dimensions of a variable."""
+    plane = Plane(dataset, variable, ax)
+    plane.categorise(*found)
+    plane.legend()
+    return plane.figure
 
 
 @picture("parameter-chart", "isoperiodic-chart", "periods, and what there is instead")
 def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw the periods found over two parameters.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``parameter-chart``.
-    ax : matplotlib.axes.Axes, optional
-        Where one panel is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each seed; large regions carry their period.
-    """
-    kinds, looks = by_period(dataset)
-    return kind_chart(dataset, kinds, looks, "period", ax)
+    """Draw the periods found over two parameters, a panel for each seed; large regions carry their period."""
+    return _categories(dataset, "period", by_period(dataset), ax)
 
 
 @picture("parameter-chart", "lyapunov-chart", "largest exponent", needs="lyapunov_exponent")
 def lyapunov_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw the largest exponent over two parameters.
+    """Draw the largest exponent over two parameters, a panel for each seed.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``parameter-chart`` with exponents.
-    ax : matplotlib.axes.Axes, optional
-        Where one panel is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each seed. Zero is the palest colour, and each sign has a scale of its own, which numbers within
-        three standard errors of zero do not set; minus infinity and points without a number stand apart. Dotted points
-        are positive by more than that.
+    Zero is the palest colour, and each sign has a scale of its own, which numbers within three standard errors of zero
+    do not set; minus infinity and points without a number stand apart. Dotted points are positive by more than that.
     """
     largest = dataset["lyapunov_exponent"].isel(exponent=0)
     largest.attrs["long_name"] = f"largest {largest.attrs['long_name']}"
     told = _told(dataset)
     norm, extend = _scale(np.where(told, largest.values, np.nan))
+    plane = Plane(dataset, "outcome", ax)
     positive = told & (largest.values > 0)
-    return value_chart(
-        dataset, largest, norm, diverging(), [(-np.inf, MINUS_INFINITY)], extend, (positive, POSITIVE), ax
-    )
+    plane.shade(largest, norm, diverging(), extend, [(-np.inf, MINUS_INFINITY)], (positive, POSITIVE))
+    return plane.figure
 
 
 def _told(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
@@ -330,45 +129,21 @@ def _scale(values: np.ndarray) -> "tuple[Normalize, str]":
 
 @picture("parameter-chart", "progression-chart", "mean progression rate", needs="progression_rate")
 def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw the mean progression rate over two parameters.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``parameter-chart`` of a system that progresses.
-    ax : matplotlib.axes.Axes, optional
-        Where one panel is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each seed; in SI units where the archive has them.
-    """
+    """Draw the mean progression rate over two parameters, a panel for each seed; in SI units where there are some."""
     from matplotlib.colors import Normalize
 
     rate = progression(dataset)
     finite = rate.values[np.isfinite(rate.values)]
     top = float(np.percentile(finite, _RATES_COVERED, method="higher"))
-    extend = "max" if finite.max() > top else "neither"
-    return value_chart(dataset, rate, Normalize(min(0.0, finite.min()), top or 1.0), sequential(), extend=extend, ax=ax)
+    plane = Plane(dataset, "outcome", ax)
+    norm = Normalize(min(0.0, finite.min()), top or 1.0)
+    plane.shade(rate, norm, sequential(), "max" if finite.max() > top else "neither")
+    return plane.figure
 
 
 @picture("parameter-chart", "attractor-count-chart", "number of attractors among the seeds", seeds=2)
 def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw how many attractors were found over two parameters.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of kind ``parameter-chart`` with several seeds.
-    ax : matplotlib.axes.Axes, optional
-        Where one panel is drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel; large regions carry their number.
-    """
+    """Draw how many attractors all seeds found over two parameters; large regions carry their number."""
     from matplotlib.colors import to_hex
 
     counts = dataset["attractor_count"].values
@@ -381,25 +156,153 @@ def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) ->
         name = f"{number} or more attractors" if last else "1 attractor" if number == 1 else f"{number} attractors"
         mask = counts >= number if last else counts == number
         table.append((mask, Category(name, shades[number - 1], short=f"≥ {number}" if last else str(number))))
-    kinds, looks = classify(table)
-    return kind_chart(dataset, kinds, looks, "attractor_count", ax)
+    return _categories(dataset, "attractor_count", classify(table), ax)
 
 
 @picture("parameter-chart", "outcome-chart", "how the run of each point ended")
 def outcome_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
-    """Draw the outcomes over two parameters.
+    """Draw the outcomes over two parameters, a panel for each seed."""
+    return _categories(dataset, "outcome", by_outcome(dataset), ax)
+
+
+@picture("basins", "basins", "the attractor that each initial state leads to", listed=False)
+def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the basins over a grid of initial states, a colour for each of the twelve attractors named first.
+
+    The legend says what each is, its largest exponent and its part of the grid. Points of attractors are marked where
+    they lie in the plane of the grid.
+    """
+    codes, categories = _attractors(dataset)
+    plane = Plane(dataset, "attractor", ax)
+    plane.categorise(codes, categories)
+    axes = plane.panels[0]
+    marks = _mark_attractors(axes, dataset, plane.across, plane.up)
+    if fixed := _fixed(dataset):
+        axes.set_title("at " + ", ".join(f"{name} = {shorten(value)}" for name, value in fixed.items()))
+    names = [*(category.name for category in categories), *(str(mark.get_label()) for mark in marks)]
+    columns = 2 if max(map(len, names)) <= _LETTERS else 1
+    if ax is None:
+        plane.figure.set_figheight(_HEIGHT + 0.18 * -(-len(names) // columns))
+    plane.legend(marks, ncols=columns)
+    return plane.figure
+
+
+@picture("basins", "starts", "initial states by the attractor that each leads to", listed=True)
+def starts(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequence[str] | None" = None) -> "Figure":
+    """Draw a list of initial states, each in the colour of the attractor to which it leads.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        Of kind ``parameter-chart``.
+        Of kind ``basins``, from initial states in a list.
     ax : matplotlib.axes.Axes, optional
-        Where one panel is drawn.
+        Where it is drawn.
+    state : str or pair of str, optional
+        States of the plane, the one across first; default: the first two. One alone is drawn against the number of the
+        attractor.
 
     Returns
     -------
     matplotlib.figure.Figure
-        A panel for each seed.
+        A marker for each start; the legend says what each attractor is, as in `basins`.
     """
-    kinds, looks = by_outcome(dataset)
-    return kind_chart(dataset, kinds, looks, "outcome", ax)
+    codes, categories = _attractors(dataset)
+    count = 1 if isinstance(state, str) or dataset.sizes["state"] == 1 else 2
+    places = places_of(dataset, state, count)
+    figure, axes = one_panel(ax, _HEIGHT)
+    states = dataset["initial_state"].transpose("run", "state").values
+    x, y = states[:, places[0]], states[:, places[1]] if count == 2 else dataset["attractor"].values
+    for index, category in enumerate(categories):
+        here = codes == index
+        marker = EVENT_MARKERS[index % len(EVENT_MARKERS)]
+        options: dict[str, Any] = {"color": category.colour, "marker": marker, "edgecolor": "0.3", "linewidth": 0.3}
+        axes.scatter(x[here], y[here], s=18, label=category.name, **options)
+    axes.set_xlabel(state_label(dataset, places[0]))
+    axes.set_ylabel(state_label(dataset, places[1]) if count == 2 else label(dataset["attractor"]))
+    legend_outside(figure, axes.get_legend_handles_labels()[0], ax=ax)
+    return figure
+
+
+def _attractors(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+    """The category of every start: its attractor, or how its run ended on none."""
+    reached = dataset["attractor"].values
+    numbers = dataset["attractor_number"].values.tolist()
+    table = [
+        (reached == number, attractor_category(place, _describe(dataset.isel(attractor_number=place), number)))
+        for place, number in enumerate(numbers[:_MOST])
+    ]
+    table.append((np.isin(reached, numbers[_MOST:]), FURTHER))
+    lost = reached == 0
+    ended, others = by_outcome(dataset)
+    for code, category in enumerate(others):
+        if category.name not in ATTRACTED:
+            table.append((lost & (ended == code), category))
+            lost &= ended != code
+    table.append((lost, UNRECOGNISED))
+    for place, (mask, category) in enumerate(table[len(numbers[:_MOST]) :], start=len(numbers[:_MOST])):
+        part = float(mask.mean())
+        error = float(np.sqrt(part * (1 - part) / mask.size))
+        table[place] = mask, replace(category, name=f"{category.name}; {_percent(part, error)}")
+    return classify(table)
+
+
+def _describe(attractor: "xr.Dataset", number: int) -> str:
+    """What an attractor is: its period or kind, its largest exponent, and its part of the grid."""
+    period = int(attractor["attractor_period"])
+    kind = flag_names(attractor["attractor_outcome"]).get(int(attractor["attractor_outcome"]), "")
+    parts = [f"period {period}" if period else "period not found" if kind in ("ok", "periodic") else readable(kind)]
+    exponent = float(attractor["attractor_exponent"][0]) if "attractor_exponent" in attractor.variables else np.nan
+    if not np.isnan(exponent):
+        error = float(attractor["attractor_error"][0]) if "attractor_error" in attractor.variables else np.nan
+        parts.append(f"{subscript('λ', 1)} = {uncertain(exponent, error)}")
+    if "attractor_rate" in attractor.variables and np.isfinite(attractor["attractor_rate"]):
+        spread = float(attractor.get("attractor_rate_error", np.nan))
+        parts.append(f"progression {uncertain(float(attractor['attractor_rate']), spread)}")
+    share = _percent(float(attractor["fraction"]), float(attractor["fraction_error"]))
+    return f"{number}: {', '.join(parts)}; {share}"
+
+
+def _percent(part: float, error: float) -> str:
+    return f"{uncertain(100 * part, 100 * error)} %"
+
+
+def _fixed(dataset: "xr.Dataset") -> dict[str, float]:
+    """The states that the grid does not vary, and their values, as far as the archive tells."""
+    initial = json.loads(dataset.attrs.get("initial", "{}"))
+    names = [str(name) for name in dataset["state"].values]
+    return {name: float(initial[name]) for name in names if name not in dataset["attractor"].dims and name in initial}
+
+
+def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) -> "list[Line2D]":
+    """Mark the attractors' points that lie in the plane and within the grid, and return a handle of the marks."""
+    from matplotlib.patheffects import withStroke
+
+    names = [str(name) for name in dataset["state"].values]
+    plane = np.array([_fixed(dataset).get(name, np.nan) for name in names])
+    points = dataset["attractor_state"].transpose("attractor_number", "state").values[:_MOST]
+    off = np.array([name not in (across, up) for name in names])
+    near = np.abs(points - plane) <= _IN_PLANE * (1 + np.abs(points))
+    inside = near[:, off].all(axis=1)
+    for axis, (low, high) in ((across, axes.get_xlim()), (up, axes.get_ylim())):
+        inside &= (points[:, names.index(axis)] >= low) & (points[:, names.index(axis)] <= high)
+    marks = []
+    for place in np.flatnonzero(inside).tolist():
+        x, y = points[place, names.index(across)], points[place, names.index(up)]
+        category, layer = attractor_category(place, ""), 10 + place
+        marks += axes.plot(
+            x,
+            y,
+            "o",
+            markersize=12,
+            color=category.colour,
+            markeredgecolor="black",
+            markeredgewidth=1.2,
+            path_effects=[withStroke(linewidth=3.0, foreground="white")],
+            linestyle="none",
+            label="points of attractors",
+            zorder=layer,
+        )
+        # the number within tells them apart without colours
+        text: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": 8, "color": category.ink}
+        axes.annotate(category.short, (x, y), zorder=layer, **text)
+    return marks[:1]

@@ -102,8 +102,8 @@ def room(axes: "Axes", places: "NDArray[np.float64]") -> "NDArray[np.float64]":
 
 def bar(axes: "Axes", x: "ArrayLike", y: "ArrayLike", size: float, text: str | None = None) -> None:
     """Draw upright bars at the ends of branches; parameters as for `mark`, with the text for the legend."""
-    look: dict[str, Any] = {"linestyle": "none", "marker": "|", "markeredgewidth": 1.4, "color": "black", "zorder": 3}
-    axes.plot(np.ravel(x), np.ravel(y), markersize=size, label=text, **look)
+    options: dict[str, Any] = {"marker": "|", "markeredgewidth": 1.4, "color": "black", "zorder": 3}
+    axes.plot(np.ravel(x), np.ravel(y), markersize=size, linestyle="none", label=text, **options)
 
 
 def ends(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[str]]":

@@ -97,13 +97,13 @@ def _moduli(axes: "Axes", dataset: "xr.Dataset", name: str, moduli: "NDArray[np.
     from matplotlib.transforms import blended_transform_factory
 
     x, branch = dataset[name].values, dataset["branch"].values
-    looks = period_categories([dataset])
+    categories = period_categories([dataset])
     axes.axhline(1, color="0.35", linewidth=0.9, zorder=1)
     positive = np.where(moduli > 0, moduli, np.nan)
     for number in np.unique(branch):
         points = branch == number
-        look = looks[int(dataset["branch_period"].values[number])]
-        axes.plot(x[points], positive[points], color=look.colour, label=look.name)
+        category = categories[int(dataset["branch_period"].values[number])]
+        axes.plot(x[points], positive[points], color=category.colour, label=category.name)
     for i in range(moduli.shape[1]):
         # at grazing there are no multipliers
         lost, known = moduli[:, i] == 0, ~np.isnan(moduli[:, i])

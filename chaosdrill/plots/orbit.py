@@ -140,16 +140,16 @@ def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...]) -> Non
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2, handlelength=1.2)
 
 
-def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: bool = False, **look: Any) -> None:
+def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: bool = False, **options: Any) -> None:
     """Draw the path of one orbit with a gap, or dots, at every jump, as far as the archive holds it."""
     if "path_time" in orbit.variables:
         own = np.isfinite(orbit["path_time"].values)
         time, path = orbit["path_time"].values[own], orbit["path_state"].values[own][:, states]
         across = path[:, 0] if len(states) > 1 else time
         flow, jumps = pieces(time, across, path[:, -1])
-        axes.plot(*flow.T, **look)
+        axes.plot(*flow.T, **options)
         if jumping:
-            axes.plot(*jumps.T, linestyle=DOTS, **look)
+            axes.plot(*jumps.T, linestyle=DOTS, **options)
 
 
 def _where(dataset: "xr.Dataset") -> str:
@@ -245,14 +245,14 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
             points = section[here]
             x = points[..., first] if plane else np.broadcast_to(here[:, None] + 1.0, points.shape[:2])
             y = points[..., second[0] if plane else first]
-            look: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 5, "color": colour}
-            look |= {} if attracts else {"markerfacecolor": "white"}
+            options: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 5, "color": colour}
+            options |= {} if attracts else {"markerfacecolor": "white"}
             count = f"{here.size} {'stable' if attracts else 'unstable'}"
             for number in here if plane else ():
                 _path(left, dataset.isel(orbit=number), (first, *second), True, color=colour, linewidth=0.6, zorder=2)
-            left.plot(x.ravel(), y.ravel(), zorder=3, label=f"period {length}: {count}", **look)
+            left.plot(x.ravel(), y.ravel(), zorder=3, label=f"period {length}: {count}", **options)
             for right in others:
-                right.plot(values[here].real.ravel(), values[here].imag.ravel(), zorder=3, **look)
+                right.plot(values[here].real.ravel(), values[here].imag.ravel(), zorder=3, **options)
     left.set_xlabel(state_label(dataset, first) if plane else "number of the orbit")
     left.set_ylabel(state_label(dataset, second[0] if plane else first))
     left.margins(0.08)

@@ -111,8 +111,8 @@ def return_map(
     index = first_that_varies(states) if state is None else places_of(dataset, state, 1)[0]
     periods = np.ravel(ordered["period"].values) if "period" in dataset.variables else np.zeros(1)
     figure, axes = one_panel(ax, 5.4)
-    looks = seed_lines(dataset) if varied else [(PALETTE[0], "", 0.0)]
-    for values, period, (colour, name, _) in zip(states[..., index], periods.astype(int), looks, strict=True):
+    lines = seed_lines(dataset) if varied else [(PALETTE[0], "", 0.0)]
+    for values, period, (colour, name, _) in zip(states[..., index], periods.astype(int), lines, strict=True):
         last = int(np.flatnonzero(np.isfinite(values))[-1]) if np.isfinite(values).any() else 0
         axes.plot(*cobweb(values[: _STEPS + 1]), color=colour, linewidth=0.5, alpha=0.6)
         if 0 < period <= last:

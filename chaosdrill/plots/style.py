@@ -290,9 +290,9 @@ def uncertain(value: float, error: float) -> str:
 
 
 def legend_outside(
-    figure: "Figure", handles: "Sequence[Artist]", most: int = 6, ax: "Axes | None" = None, **options: Any
+    figure: "Figure", handles: "Sequence[Artist]", ax: "Axes | None" = None, ncols: int = 0, **options: Any
 ) -> None:
-    """Put one legend above all panels of a figure, with as many columns as find room, up to ``most``.
+    """Put one legend above all panels of a figure, with ``ncols`` columns; default: as many as find room, up to six.
 
     The handles bring their labels. That of a picture on axes of somebody else, ``ax``, stands above these.
     """
@@ -302,8 +302,8 @@ def legend_outside(
         ax.legend(handles=handles)
         return
     labels = [str(handle.get_label()) for handle in handles]
-    columns = next((n for n in range(most, 1, -1) if _legend_width(labels, n) < 72 * WIDTH), 1)
-    figure.legend(handles=handles, loc="outside upper left", ncols=columns, **options)
+    ncols = ncols or next((n for n in range(6, 1, -1) if _legend_width(labels, n) < 72 * WIDTH), 1)
+    figure.legend(handles=handles, loc="outside upper left", ncols=ncols, **options)
 
 
 def _legend_width(labels: "Sequence[str]", columns: int) -> float:
@@ -326,7 +326,7 @@ def legend_above(axes: "Axes", columns: int = 6, **options: object) -> None:
 
 @dataclass(frozen=True)
 class Category:
-    """How cells of one kind are drawn and named.
+    """How cells of one category are drawn and named.
 
     Parameters
     ----------
@@ -384,13 +384,13 @@ def sequential() -> "Colormap":
 
 
 def outcome_category(name: str) -> Category:
-    """Return the look of an outcome by its name."""
+    """Return the category of an outcome by its name."""
     short = "" if name == "ok" else readable(name)
     return Category(readable(name), outcome_colour(name), _OUTCOME_HATCHES.get(name, ""), short)
 
 
 def attractor_category(number: int, text: str) -> Category:
-    """Return the look of an attractor by its place in the legend, from 0: colours come again with a hatching."""
+    """Return the category of an attractor by its place in the legend, from 0: colours come again with a hatching."""
     turn, place = divmod(number, len(ATTRACTOR_COLOURS))
     return Category(text, ATTRACTOR_COLOURS[place], ("", "////", "....")[turn % 3], str(number + 1))
 
@@ -405,10 +405,10 @@ def by_outcome(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category
 
     Returns
     -------
-    kinds : ndarray, the shape of ``outcome``
-        Index of each point's kind.
-    looks : list of Category
-        The kinds that occur.
+    codes : ndarray, the shape of ``outcome``
+        Place of each point's category.
+    categories : list of Category
+        Those that occur.
     """
     codes = dataset["outcome"].values
     return classify([(codes == code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()])
@@ -429,19 +429,19 @@ def by_period(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]
         text = f"period {first}" if first == last else f"periods {first} to {last}"
         table.append((longer, Category(text, LONGER_COLOUR, short=f"≥ {first}" if first < last else str(first))))
     for name, code in names.items():
-        look = outcome_category(name)
+        category = outcome_category(name)
         if name == "periodic":
-            look = PERIOD_NOT_FOUND
+            category = PERIOD_NOT_FOUND
         elif name == "ok":
-            look = Category("no period found", look.colour, look.hatch)
-        table.append((~cycle & (codes == code), look))
+            category = Category("no period found", category.colour, category.hatch)
+        table.append((~cycle & (codes == code), category))
     return classify(table)
 
 
 def classify(table: "list[tuple[Any, Category]]") -> "tuple[NDArray[np.int64], list[Category]]":
-    """Return the index of each point's kind, and the kinds that occur, from a mask for each; masks do not overlap."""
-    present = [(mask, look) for mask, look in table if mask.any()]
-    kinds = np.zeros(table[0][0].shape, dtype=np.int64)
+    """Return the place of each point's category, and those that occur, from a mask for each; masks do not overlap."""
+    present = [(mask, category) for mask, category in table if mask.any()]
+    codes = np.zeros(table[0][0].shape, dtype=np.int64)
     for index, (mask, _) in enumerate(present):
-        kinds[mask] = index
-    return kinds, [look for _, look in present]
+        codes[mask] = index
+    return codes, [category for _, category in present]

@@ -94,8 +94,8 @@ def time_history(
     modes = {} if joined else flag_names(first["mode"])
     for panel in panels if modes else ():
         _shade(panel, curve, modes)
-    handles = [*panels[-1].get_legend_handles_labels()[0], *(_mode_looks(curve, modes) if len(modes) > 1 else ())]
-    handles += _event_looks(runs) if joined else []
+    handles = [*panels[-1].get_legend_handles_labels()[0], *(_mode_entries(curve, modes) if len(modes) > 1 else ())]
+    handles += _event_entries(runs) if joined else []
     legend_outside(figure, handles, ax=ax, handlelength=1.4)
     title = [runs_left_out(dataset), _title(first, whole[0]) if first is not whole[0] else ""]
     title += [f"the first {count} of {every} states"] if state is None and ax is None and count < every else []
@@ -119,19 +119,19 @@ def _mark_events(panel: "Axes", shown: "xr.Dataset", i: int, colour: str | None)
     for number, (code, name) in enumerate(flag_names(shown["event_kind"]).items() if kinds.size else ()):
         hit = kinds == code
         if hit.any():
-            look = _event_look(number, readable(name), colour)
+            options = _event_marker(number, readable(name), colour)
             if colour is not None:
-                look["label"] = None
+                options["label"] = None
             panel.plot(
                 shown["event_time"].values[hit],
                 shown["event_state_before"].values[hit, i],
                 clip_on=False,
                 zorder=3,
-                **look,
+                **options,
             )
 
 
-def _event_look(number: int, name: str, colour: str | None) -> dict[str, Any]:
+def _event_marker(number: int, name: str, colour: str | None) -> dict[str, Any]:
     return {
         "marker": EVENT_MARKERS[number % len(EVENT_MARKERS)],
         "color": colour or PALETTE[1 + number % (len(PALETTE) - 1)],
@@ -143,13 +143,13 @@ def _event_look(number: int, name: str, colour: str | None) -> dict[str, Any]:
     }
 
 
-def _event_looks(runs: "list[xr.Dataset]") -> "list[Artist]":
+def _event_entries(runs: "list[xr.Dataset]") -> "list[Artist]":
     """Entries of the legend for the kinds of events that any of the runs has."""
     from matplotlib.lines import Line2D
 
     present = set().union(*(run["event_kind"].values.tolist() for run in runs))
-    named = enumerate(flag_names(runs[0]["event_kind"]).items() if present else ())
-    return [Line2D([], [], **_event_look(number, readable(name), _GREY)) for number, (c, name) in named if c in present]
+    names = enumerate(flag_names(runs[0]["event_kind"]).items() if present else ())
+    return [Line2D([], [], **_event_marker(place, readable(name), _GREY)) for place, (c, name) in names if c in present]
 
 
 def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
@@ -160,7 +160,7 @@ def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
             panel.axvspan(start, end, color=MODE_SHADES[shade], linewidth=0, zorder=0)
 
 
-def _mode_looks(curve: Curve, modes: dict[int, str]) -> "list[Artist]":
+def _mode_entries(curve: Curve, modes: dict[int, str]) -> "list[Artist]":
     """Entries of the legend for the modes that a run was in."""
     from matplotlib.patches import Patch
 

@@ -91,8 +91,7 @@ def scenes() -> int:
 
 def pictures() -> int:
     """Draw branches over diagrams, cascades, and all curves over one chart."""
-    from chaosdrill.plots.branches import branches
-    from chaosdrill.plots.curves import curves
+    from chaosdrill.plots.branches import branches, curves
     from chaosdrill.plots.multipliers import cascade, multipliers
     from chaosdrill.plots.style import style
 

@@ -11,16 +11,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.text import Annotation
 
-from chaosdrill.plots.basins import basins
-from chaosdrill.plots.cells import bounds, draw_kinds
 from chaosdrill.plots.charts import (
     attractor_count_chart,
+    basins,
     isoperiodic_chart,
     lyapunov_chart,
     outcome_chart,
     progression_chart,
 )
 from chaosdrill.plots.pictures import PICTURES
+from chaosdrill.plots.plane import bounds, draw_cells
 from chaosdrill.plots.style import (
     ATTRACTOR_COLOURS,
     LONGER_COLOUR,
@@ -357,7 +357,7 @@ def _drawn(kinds, x=None, y=None, **options):
     axes = Figure().subplots()
     x = np.arange(kinds.shape[1] + 1.0) if x is None else x
     y = np.arange(kinds.shape[0] + 1.0) if y is None else y
-    draw_kinds(axes, x, y, kinds, [PLAIN, HATCHED], (5.0, 4.0), **options)
+    draw_cells(axes, x, y, kinds, [PLAIN, HATCHED], (5.0, 4.0), **options)
     return axes
 
 
@@ -406,7 +406,7 @@ def test_a_name_that_has_room_lies_in_its_region_whole():
     kinds[:32] = 0
     kinds[11:45, 73:81] = 1
     axes, size = Figure().subplots(), (160 / 72, 80 / 72)
-    draw_kinds(axes, np.arange(161.0), np.arange(81.0), kinds, [replace(PLAIN, short="periodic"), HATCHED], size)
+    draw_cells(axes, np.arange(161.0), np.arange(81.0), kinds, [replace(PLAIN, short="periodic"), HATCHED], size)
     x, y = next(text for text in axes.texts if text.get_text() == "periodic").get_position()
     # eight letters of five points or less, and eight points high
     assert (kinds[round(y - 4) : round(y + 4), round(x - 20) : round(x + 20)] == 0).all()

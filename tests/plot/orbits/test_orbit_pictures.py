@@ -9,9 +9,8 @@ import xarray as xr
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
 from chaosdrill.orbits.results import Checks
 from chaosdrill.plots import plot_archive
-from chaosdrill.plots.branches import branches
+from chaosdrill.plots.branches import branches, curves
 from chaosdrill.plots.companions import fits
-from chaosdrill.plots.curves import curves
 from chaosdrill.plots.multipliers import FEIGENBAUM, cascade, multipliers
 from chaosdrill.plots.orbit import orbit
 

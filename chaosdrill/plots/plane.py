@@ -1,0 +1,351 @@
+"""A plane of cells with their true bounds, coloured by category or value: hatching, names, legend and colour bar."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.errors import SettingsError
+from chaosdrill.plots.style import (
+    MOTIONS,
+    NO_RESULT,
+    Category,
+    axis_label,
+    by_outcome,
+    label,
+    legend_outside,
+    new_figure,
+    owner,
+    seed_names,
+    shorten,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.patches import Patch
+    from numpy.typing import NDArray
+
+_MOST_PANELS = 9
+_DARK = 0.45
+_SIDE = 6.3
+"""Width in inches that all panels of a row share."""
+_TEXT = 8.0
+"""Size of the names in regions, in points."""
+_WIDTH = 0.62
+"""Mean width of a letter, in sizes of the text."""
+_INSIDE = 0.88
+"""Part of a name's box that must lie within its region."""
+_NAMED = 3
+"""Regions of one category that are named, largest first."""
+
+
+class Plane:
+    """A figure of a variable over two coordinates, with a panel for each seed where it has some.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With ``outcome`` over the two coordinates, and perhaps ``seed``.
+    variable : str
+        Variable whose dimensions all that is drawn has. With ``seed`` among them at most nine panels are drawn, the
+        rest of which the title counts.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn; for one panel.
+
+    Attributes
+    ----------
+    across, up : str
+        The coordinates.
+    figure : matplotlib.figure.Figure
+    panels : list of matplotlib.axes.Axes
+
+    Raises
+    ------
+    SettingsError
+        Several panels, but one axes.
+    """
+
+    def __init__(self, dataset: "xr.Dataset", variable: str, ax: "Axes | None" = None) -> None:
+        self.across, self.up = (str(name) for name in dataset["outcome"].dims if name != "seed")
+        self._dataset, self._values, self._ax = dataset, dataset[variable], ax
+        self._x, self._y = (bounds(np.sort(dataset[name].values)) for name in (self.across, self.up))
+        self._shown: dict[Category, None] = {}
+        names = seed_names(dataset) if "seed" in self._values.dims else [""]
+        if ax is None:
+            self._lay_out(names)
+        elif len(names) > 1:
+            raise SettingsError(
+                f"ax is one, but there are {len(names)} seeds, each with a panel; choose one, as in ds.isel(seed=[0])"
+            )
+        else:
+            self.figure, self.panels = owner(ax), [ax]
+            box = ax.get_window_extent()
+            self._size = (box.width / self.figure.dpi, box.height / self.figure.dpi)
+        if len(names) == 1:
+            self.panels[0].set(xlabel=axis_label(dataset, self.across), ylabel=axis_label(dataset, self.up))
+
+    def _lay_out(self, names: list[str]) -> None:
+        dataset, count = self._dataset, min(len(names), _MOST_PANELS)
+        columns = 1 if count == 1 else 2 if count <= 4 else 3
+        rows = -(-count // columns)
+        width = _SIDE / columns
+        height = 4.4 if columns == 1 else 0.8 * width
+        detail = max(dataset.sizes[self.across] / width, dataset.sizes[self.up] / height)
+        self.figure, self._size = new_figure(1.0 + rows * (height + 0.15), detail), (width, height)
+        grid = self.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel().tolist()
+        self.panels = grid[:count]
+        for axes in grid[count:]:
+            axes.set_axis_off()
+        for place, axes in enumerate(self.panels):
+            if place + columns >= count:
+                axes.tick_params(labelbottom=True)
+            if count > 1:
+                axes.set_title(names[place] + _start(dataset, place))
+            for name, set_ticks in ((self.across, axes.set_xticks), (self.up, axes.set_yticks)):
+                if dataset.sizes[name] == 1:
+                    set_ticks(dataset[name].values)
+        if count > 1:
+            self.figure.supxlabel(axis_label(dataset, self.across), fontsize="medium")
+            self.figure.supylabel(axis_label(dataset, self.up), fontsize="medium")
+        if len(names) > count:
+            self.figure.suptitle(f"seeds 1 to {count} of {len(names)}", x=0.01, ha="left", fontsize=9)
+
+    def _parts(self, *arrays: "NDArray[Any]") -> "Iterator[tuple[Axes, list[NDArray[Any]]]]":
+        """Each panel with its part of some arrays, in the order of its cells."""
+        for place, axes in enumerate(self.panels):
+            parts = [self._values.copy(data=array).isel(seed=place, missing_dims="ignore") for array in arrays]
+            ordered = [part.sortby([self.across, self.up]).transpose(self.up, self.across) for part in parts]
+            yield axes, [part.values for part in ordered]
+
+    def categorise(self, codes: "NDArray[np.int64]", categories: "Sequence[Category]") -> None:
+        """Draw cells by category: the place of each in ``categories``, over the dimensions of the variable."""
+        for axes, (part,) in self._parts(codes):
+            draw_cells(axes, self._x, self._y, part, categories, self._size)
+        self._shown |= dict.fromkeys(categories)
+
+    def shade(
+        self,
+        values: "xr.DataArray",
+        norm: "Normalize",
+        colours: "Colormap",
+        extend: str = "neither",
+        apart: "Sequence[tuple[float, Category]]" = (),
+        dotted: "tuple[NDArray[np.bool_], Category] | None" = None,
+    ) -> None:
+        """Draw cells by value, with legend and colour bar; those without a number show how their run ended.
+
+        Parameters
+        ----------
+        values : xarray.DataArray
+            The numbers, over the dimensions of the variable.
+        norm, colours : matplotlib norm and colormap
+        extend : str, default "neither"
+            At which ends the colour bar stands for more than it shows, in matplotlib's words.
+        apart : sequence of (float, Category)
+            Values that are categories of their own, such as minus infinity.
+        dotted : (ndarray, Category), optional
+            Cells that are hatched over their colour, and the category that says what they are.
+        """
+        from matplotlib.cm import ScalarMappable
+
+        codes, ended = by_outcome(self._dataset)
+        categories = [NO_RESULT if category.name in MOTIONS else category for category in ended]
+        codes[np.isfinite(values.values)] = -1
+        for value, category in apart:
+            codes[values.values == value] = len(categories)
+            categories.append(category)
+        marked, over = dotted if dotted is not None else (np.zeros(codes.shape, dtype=bool), NO_RESULT)
+        for axes, (part, numbers, mask) in self._parts(codes, values.values, marked):
+            shades = colours(norm(np.where(np.isfinite(numbers), numbers, 0)))[..., :3].astype(np.float32)
+            draw_cells(axes, self._x, self._y, part, categories, self._size, shades)
+            # black dots are not seen on the dark ends of a scale, nor white ones on the rest
+            dark = shades.mean(axis=-1) < _DARK
+            for ground, here in (("#FFFFFF", ~dark), ("#000000", dark)):
+                hatch(axes, self._x, self._y, mask & here, replace(over, colour=ground), self._size)
+        self._shown |= {category: None for code, category in enumerate(categories) if (codes == code).any()}
+        self._shown |= {over: None} if marked.any() else {}
+        self.legend()
+        mappable = ScalarMappable(norm, colours)
+        bar = self.figure.colorbar(mappable, ax=self.panels, extend=extend, aspect=30, pad=0.02)
+        bar.set_label(label(values))
+        bar.outline.set_linewidth(0.5)
+
+    def legend(self, further: "Sequence[Artist]" = (), **options: Any) -> None:
+        """Put one legend above all panels: categories, each named once, and what else is drawn over the cells."""
+        handles = [*map(legend_entry, self._shown), *further]
+        legend_outside(self.figure, handles, ax=self._ax, handlelength=1.6, handleheight=1.1, borderpad=0, **options)
+
+
+def _start(dataset: "xr.Dataset", seed: int) -> str:
+    """Where a seed starts, told by the states in which the seeds differ; nothing if the archive does not tell."""
+    if "initial_state" not in dataset.variables:
+        return ""
+    states = dataset["initial_state"].transpose("seed", "state").values
+    names = dataset["state"].values
+    apart = np.flatnonzero(np.ptp(states, axis=0) > 0)
+    return ": " * bool(apart.size) + ", ".join(f"{names[i]} = {shorten(float(states[seed, i]))}" for i in apart)
+
+
+def bounds(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
+    """Return the bounds of cells around ascending values, shape (n + 1,).
+
+    They are half way between neighbours, and as far outside of the first and the last value as inside. A value that is
+    alone stands in the middle of a cell that is a tenth of it wide.
+    """
+    if len(values) == 1:
+        half = 0.05 * abs(values[0]) or 0.5
+        return np.array([values[0] - half, values[0] + half])
+    middle = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def draw_cells(
+    axes: "Axes",
+    x: "NDArray[np.float64]",
+    y: "NDArray[np.float64]",
+    codes: "NDArray[np.int64]",
+    categories: "Sequence[Category]",
+    size: tuple[float, float],
+    colours: "NDArray[np.float64] | None" = None,
+    names: bool = True,
+) -> None:
+    """Draw cells in the colours, hatchings and names of their categories.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    x, y : ndarray, shapes (n + 1,) and (m + 1,)
+        Bounds of the cells.
+    codes : ndarray, shape (m, n)
+        Place of each cell's category in ``categories``; -1 for a cell that has a colour of its own.
+    categories : sequence of Category
+    size : (float, float)
+        Width and height of the axes in inches, for the finest detail that hatchings and names heed.
+    colours : ndarray, shape (m, n, 3), optional
+        Colours of the cells of code -1.
+    names : bool, default True
+        Whether large regions carry the short name of their category.
+    """
+    from matplotlib.colors import to_rgb
+
+    shown = np.zeros((*codes.shape, 3), dtype=np.float32) if colours is None else colours.copy()
+    for index, category in enumerate(categories):
+        shown[codes == index] = to_rgb(category.colour)
+    axes.pcolormesh(x, y, shown, rasterized=True)
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    sampled = _sample(x, y, codes, size)
+    columns, rows = _even(x, y, sampled)
+    for index, category in enumerate(categories):
+        if category.hatch:
+            hatch(axes, x, y, codes == index, category, size)
+        if names and category.short:
+            _name(axes, columns, rows, sampled == index, category)
+
+
+def hatch(
+    axes: "Axes",
+    x: "NDArray[np.float64]",
+    y: "NDArray[np.float64]",
+    mask: "NDArray[np.bool_]",
+    category: Category,
+    size: tuple[float, float],
+) -> None:
+    """Draw the hatching of a category over the cells of a mask, shape (m, n); parameters as for `draw_cells`.
+
+    It is one patch, and runs on across neighbours. A grid finer than a point is hatched at every point.
+    """
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    coarse = _sample(x, y, mask, size)
+    if mask.shape[0] > coarse.shape[0] or mask.shape[1] > coarse.shape[1]:
+        x, y, mask = *_even(x, y, coarse), coarse
+    turns = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    row, first = np.nonzero(turns == 1)
+    _, last = np.nonzero(turns == -1)
+    corners = np.stack(
+        [
+            np.stack([x[first], x[last], x[last], x[first], x[first]], axis=1),
+            np.stack([y[row], y[row], y[row + 1], y[row + 1], y[row]], axis=1),
+        ],
+        axis=-1,
+    )
+    codes = np.tile([Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY], len(row))
+    path = Path(corners.reshape(-1, 2), codes)
+    axes.add_patch(
+        PathPatch(path, facecolor="none", edgecolor=category.ink, hatch=category.hatch, linewidth=0, rasterized=True)
+    )
+
+
+def legend_entry(category: Category) -> "Patch":
+    """Return the legend's handle of a category."""
+    from matplotlib.patches import Patch
+
+    name, colour, ink = category.name, category.colour, category.ink
+    return Patch(facecolor=colour, hatch=category.hatch, edgecolor=ink, linewidth=0, label=name)
+
+
+def _sample(
+    x: "NDArray[np.float64]", y: "NDArray[np.float64]", codes: "NDArray[Any]", size: tuple[float, float]
+) -> "NDArray[Any]":
+    """The codes on an even grid with one place a point (1/72 inch)."""
+    places = [
+        np.searchsorted(edges, edges[0] + (np.arange(count) + 0.5) / count * (edges[-1] - edges[0])) - 1
+        for edges, count in ((y, max(1, round(72 * size[1]))), (x, max(1, round(72 * size[0]))))
+    ]
+    return codes[np.ix_(*places)]
+
+
+def _even(
+    x: "NDArray[np.float64]", y: "NDArray[np.float64]", sampled: "NDArray[Any]"
+) -> "tuple[NDArray[np.float64], NDArray[np.float64]]":
+    """The bounds of the places of an even grid."""
+    return np.linspace(x[0], x[-1], sampled.shape[1] + 1), np.linspace(y[0], y[-1], sampled.shape[0] + 1)
+
+
+def _name(
+    axes: "Axes", x: "NDArray[np.float64]", y: "NDArray[np.float64]", mask: "NDArray[np.bool_]", category: Category
+) -> None:
+    """Write a category's short text into the largest connected regions of a mask, where its box fits."""
+    from matplotlib.patheffects import withStroke
+    from scipy import ndimage
+
+    box = np.array([1.3 * _TEXT, (len(category.short) + 1) * _WIDTH * _TEXT])
+    regions, count = ndimage.label(mask)
+    areas = np.bincount(regions.ravel(), minlength=count + 1)[1:]
+    for region in np.argsort(-areas)[:_NAMED]:
+        if areas[region] < _INSIDE * box.prod():
+            return
+        place = _roomiest((regions == region + 1).astype(np.float32), box)
+        if place is not None:
+            axes.text(
+                (x[place[1]] + x[place[1] + 1]) / 2,
+                (y[place[0]] + y[place[0] + 1]) / 2,
+                category.short,
+                ha="center",
+                va="center",
+                fontsize=_TEXT,
+                color=category.ink,
+                path_effects=[withStroke(linewidth=3.0 if category.hatch else 1.5, foreground=category.colour)],
+            )
+
+
+def _roomiest(region: "NDArray[np.float32]", box: "NDArray[np.float64]") -> "tuple[int, int] | None":
+    """The place in a region with most room around a box, which is whole in it if it can be; None if it does not fit."""
+    from scipy import ndimage
+
+    inside = ndimage.uniform_filter(region, tuple(int(side) for side in box), mode="constant")
+    most = inside >= min(float(inside.max()), 1.0) - 1e-4
+    for scale in (8, 4, 2, 1):
+        cover = most * ndimage.uniform_filter(region, tuple(int(scale * side) for side in box), mode="constant")
+        best = cover.max()
+        if best >= _INSIDE:
+            places = np.argwhere(cover >= best - 1e-4)
+            row, column = places[np.argmin(np.sum((places - places.mean(axis=0)) ** 2, axis=1))]
+            return int(row), int(column)
+    return None
