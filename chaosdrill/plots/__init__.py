@@ -4,8 +4,7 @@ from importlib import import_module
 from pathlib import Path
 
 from chaosdrill.plots.animation import animate
-from chaosdrill.plots.picture import PICTURES, Picture
-from chaosdrill.plots.pictures import behind, plan, plot, plot_archive
+from chaosdrill.plots.pictures import PICTURES, Picture, behind, plan, plot, plot_archive
 
 __all__ = ["PICTURES", "Picture", "animate", "behind", "plan", "plot", "plot_archive"]
 

@@ -13,8 +13,7 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.model.grammar import ExpressionError
-from chaosdrill.plots.curve import Curve, breaks, join, pieces
-from chaosdrill.plots.joined import is_joined
+from chaosdrill.plots.curve import Curve, breaks, is_joined, join, pieces
 from chaosdrill.plots.style import (
     DOTS,
     EVENT_MARKERS,

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plots.bifurcation import first_that_varies
-from chaosdrill.plots.companions import limits, settings, swept
-from chaosdrill.plots.marks import (
+from chaosdrill.plots.markers import (
     bar,
     end_label,
     ends,
@@ -20,8 +18,9 @@ from chaosdrill.plots.marks import (
     specials,
     warn,
 )
-from chaosdrill.plots.picture import picture
+from chaosdrill.plots.pictures import limits, picture, settings, swept
 from chaosdrill.plots.plane import Plane
+from chaosdrill.plots.sections import first_that_varies
 from chaosdrill.plots.style import (
     BACKGROUND,
     LINE_COLOURS,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.picture import picture
+from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.style import (
     ATTRACTED,

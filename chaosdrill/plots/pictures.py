@@ -1,16 +1,18 @@
-"""Which pictures a result and an archive give, and the functions that draw them."""
+"""Pictures: their declaration, which a result and an archive give, and the functions that draw these."""
 
+import json
 from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from chaosdrill.dataset.schema import table_of
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.animation import MOVING, animate
-from chaosdrill.plots.companions import fits, limits, swept
-from chaosdrill.plots.picture import PICTURES, Picture
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
 
 if TYPE_CHECKING:
@@ -18,9 +20,123 @@ if TYPE_CHECKING:
 
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf", "svg")
+
+F = TypeVar("F", bound="Callable[..., Figure]")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that can be drawn of one kind of dataset.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of analysis that it shows.
+    name : str
+        Its name, part of the file's name.
+    summary : str
+        What it shows, in a few words.
+    function : callable
+        It takes the dataset and returns a matplotlib figure. That of a picture with ``over`` takes all datasets that
+        belong together, and what they lie over as ``over``.
+    states, seeds : int, default 1
+        How many states the system, and how many seeds the dataset, must have for it.
+    needs : str, default ""
+        Variable of which it must hold a finite value.
+    parameters : int, default 0
+        How many parameters the analysis ran through; 0 if that does not matter.
+    listed : bool, optional
+        Whether it is of runs in a list, with the dimension ``run``, or of others; default: of either.
+    values : int, default 0
+        How many values of them there must be; 0 if that does not matter.
+    over : str, default ""
+        Kind of dataset that it is drawn over, where the archive holds one of the same system over the same parameters.
+        All groups over these, and over the same range of a single one, go into one picture.
+    """
+
+    kind: str
+    name: str
+    summary: str
+    function: "Callable[..., Any]"
+    states: int = 1
+    seeds: int = 1
+    needs: str = ""
+    parameters: int = 0
+    listed: bool | None = None
+    values: int = 0
+    over: str = ""
+
+    @property
+    def shows_states(self) -> bool:
+        """Whether it shows states of which one can be chosen."""
+        return "state" in signature(self.function).parameters
+
+    def draw(
+        self,
+        *datasets: "xr.Dataset",
+        over: "xr.Dataset | None" = None,
+        ax: "Axes | None" = None,
+        state: "str | Sequence[str] | None" = None,
+    ) -> "Figure":
+        """Return the figure of a dataset, or of several that belong together.
+
+        Parameters
+        ----------
+        *datasets : xarray.Dataset
+        over : xarray.Dataset, optional
+            What it is drawn over.
+        ax : matplotlib.axes.Axes, optional
+            Where its main panel alone is drawn.
+        state : str or sequence of str, optional
+            States that it shows.
+
+        Raises
+        ------
+        SettingsError
+            It shows no states of which one could be chosen, or has no main panel.
+        """
+        given = {name: value for name, value in (("ax", ax), ("state", state)) if value is not None}
+        taken = signature(self.function).parameters
+        if "ax" in given and "ax" not in taken:
+            raise SettingsError(f"ax is one, but the panels of the picture {self.name!r} belong together; leave it out")
+        if "state" in given and not self.shows_states:
+            raise SettingsError(f"state is {state!r:.60}, but the picture {self.name!r} shows no single states")
+        return self.function(*datasets, **given, **({"over": over} if self.over else {}))
+
+    def suits(self, dataset: "xr.Dataset") -> bool:
+        """Return whether the picture can be drawn of this dataset."""
+        import numpy as np
+
+        return (
+            dataset.attrs.get("kind") == self.kind
+            and dataset.sizes.get("state", self.states) >= self.states
+            and dataset.sizes.get("seed", 1) >= self.seeds
+            and self.listed in (None, "run" in (dataset.dims if self.listed else dataset.coords))
+            and self.parameters in (0, len(swept(dataset)))
+            and self.values in (0, *(dataset.sizes.get(name, 1) for name in swept(dataset)))
+            and (
+                not self.needs
+                or (self.needs in dataset.variables and bool(np.isfinite(dataset[self.needs].values).any()))
+            )
+        )
+
+
 MOTION = Picture("trajectory", "animation", "the run as a moving picture", animate)
+PICTURES: list[Picture] = []
+"""All pictures; `chaosdrill.plots` imports every module that has some."""
+
+
+def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]:
+    """Make a picture of a function: its kind, name and summary, and when it suits, as in `Picture`."""
+
+    def wrap(function: F) -> F:
+        PICTURES.append(Picture(kind, name, summary, function, **when))
+        return function
+
+    return wrap
 
 
 @expecting(SettingsError, kind=TEXT, ax=AXES, state=NAMED)
@@ -254,3 +370,53 @@ def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
 def behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
     """What a picture is drawn over: the first group of the archive that fits, also if it was not asked for itself."""
     return next((ds for ds in groups.values() if ds.attrs["kind"] == picture.over and fits(dataset, ds)), None)
+
+
+def swept(dataset: "xr.Dataset") -> tuple[str, ...]:
+    """Return the names of the parameters that an analysis ran through, in its own order."""
+    return tuple(settings(dataset).get("sweep") or ())
+
+
+def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
+    """Return the least and the largest value of each parameter that an analysis was asked for."""
+    sweep = settings(dataset).get("sweep") or {}
+    return {name: (float(min(values)), float(max(values))) for name, values in sweep.items()}
+
+
+def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
+    """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
+
+    Where both hold sections these must be the same; those of periodic orbits are at the forcing's phase zero, or at the
+    start of the orbit.
+    """
+    names = set(swept(dataset))
+    places = {_section_of(ds) for ds in (dataset, other)}
+    return (
+        bool(names)
+        and names == set(swept(other))
+        and _fixed(dataset, names) == _fixed(other, names)
+        and len(places - {None}) < 2
+    )
+
+
+def _section_of(dataset: "xr.Dataset") -> str | None:
+    """Where the points of a dataset are taken; None for one that holds none."""
+    if "section" not in dataset.variables:
+        return None
+    given = settings(dataset)
+    # the section by which orbits are counted is not the place at which they begin
+    return "strobe" if "period" in given else given.get("at") or "strobe"
+
+
+def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
+    """All that has to agree: the system, the names of its states, the parameters but those swept."""
+    parameters = json.loads(str(dataset.attrs.get("parameters", "{}")))
+    rest = {name: value for name, value in parameters.items() if name not in apart}
+    states = [str(name) for name in dataset["state"].values]
+    return dataset.attrs.get("system"), states, rest
+
+
+def settings(dataset: "xr.Dataset") -> dict[str, Any]:
+    """Return the arguments of the analysis."""
+    found: dict[str, Any] = json.loads(str(dataset.attrs.get("settings", "{}")))
+    return found

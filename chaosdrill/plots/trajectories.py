@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.curve import Curve, join, last_parts, pieces, stops, strobe
-from chaosdrill.plots.joined import is_joined, runs_left_out, runs_of
-from chaosdrill.plots.picture import picture
+from chaosdrill.plots.curve import Curve, is_joined, join, last_parts, pieces, runs_left_out, runs_of, stops, strobe
+from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.style import (
     DOTS,
     EVENT_MARKERS,

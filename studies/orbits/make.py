@@ -92,7 +92,7 @@ def scenes() -> int:
 def pictures() -> int:
     """Draw branches over diagrams, cascades, and all curves over one chart."""
     from chaosdrill.plots.branches import branches, curves
-    from chaosdrill.plots.multipliers import cascade, multipliers
+    from chaosdrill.plots.orbits import cascade, multipliers
     from chaosdrill.plots.style import style
 
     with style():
@@ -114,7 +114,7 @@ def pictures() -> int:
 def enlarged(found: xr.Dataset, diagram: xr.Dataset, part: tuple[tuple[float, float], ...]) -> Figure:
     """Branches over a diagram, and below them a part of both, which a frame shows above."""
     from chaosdrill.plots.branches import branches
-    from chaosdrill.plots.marks import named_once
+    from chaosdrill.plots.markers import named_once
     from chaosdrill.plots.style import legend_outside, new_figure
 
     (left, right), (low, high) = part

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import chaosdrill as cd
-from chaosdrill.plots.orbit import orbit
+from chaosdrill.plots.orbits import orbit
 
 # Vertices of the path lie on the orbit, straight lines between them near it, and none of them crosses a jump.
 

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
-from chaosdrill.plots.bifurcation import bifurcation
-from chaosdrill.plots.work_precision import work_precision
+from chaosdrill.plots.accuracy import work_precision
+from chaosdrill.plots.sections import bifurcation
 
 # The diagram tells one, two and eight seeds apart, and says what it has no number for.
 

@@ -13,11 +13,10 @@ import chaosdrill as cd
 from chaosdrill.dataset import Outcome
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots import PICTURES, plot_archive, style
-from chaosdrill.plots.convergence import convergence
-from chaosdrill.plots.curve import join, last_part, stops, strobe
-from chaosdrill.plots.joined import MOST_RUNS, runs_of
+from chaosdrill.plots.accuracy import convergence
+from chaosdrill.plots.curve import MOST_RUNS, join, last_part, runs_of, stops, strobe
 from chaosdrill.plots.pictures import stems_of
-from chaosdrill.plots.poincare import poincare
+from chaosdrill.plots.sections import poincare
 from chaosdrill.plots.style import shorten, subscript, uncertain
 from chaosdrill.plots.trajectories import phase_portrait, time_history
 from chaosdrill.reports.tables import event_counts

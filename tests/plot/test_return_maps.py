@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
-from chaosdrill.plots.poincare import return_map
+from chaosdrill.plots.sections import return_map
 
 # A point is one iterate over the one before; cobwebs go by the map and the diagonal, within one seed.
 

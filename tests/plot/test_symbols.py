@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from chaosdrill.plots.bifurcation import bifurcation
 from chaosdrill.plots.curve import stops
-from chaosdrill.plots.marks import room
+from chaosdrill.plots.markers import room
+from chaosdrill.plots.sections import bifurcation
 from chaosdrill.plots.style import axis_label, symbol
 
 

@@ -10,9 +10,8 @@ from chaosdrill.dataset import BranchEnd, Outcome, Special, label
 from chaosdrill.orbits.results import Checks
 from chaosdrill.plots import plot_archive
 from chaosdrill.plots.branches import branches, curves
-from chaosdrill.plots.companions import fits
-from chaosdrill.plots.multipliers import FEIGENBAUM, cascade, multipliers
-from chaosdrill.plots.orbit import orbit
+from chaosdrill.plots.orbits import FEIGENBAUM, cascade, multipliers, orbit
+from chaosdrill.plots.pictures import fits
 
 # One orbit with its events, multipliers and Newton's residuals; a search with all of its orbits; and their doubts.
 

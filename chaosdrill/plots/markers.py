@@ -1,4 +1,4 @@
-"""Marks on branches of periodic orbits: special points, ends, colours of periods, and warnings."""
+"""Markers on branches of periodic orbits: special points, ends, colours of periods, and warnings."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -39,8 +39,6 @@ _QUIET_ENDS = ("limit", "closed")
 """Ends that need no mark: the line runs to the edge of the picture, or has no end."""
 _LEAST_MARK, _SAME = 3.0, 1.5
 """Width in points of the smallest marks, and distance of marks that are taken for one."""
-_NEAREST, _FARTHEST = 1.25, 1.5
-"""Largest modulus around which the unit circle is drawn at least, and up to which multipliers widen the picture."""
 
 
 def special_name(name: str) -> str:
@@ -172,30 +170,3 @@ def warn(figure: "Figure", datasets: "Sequence[xr.Dataset]") -> None:
         legend.get_title().set(color=WARNING, fontsize=9)
     elif text:
         figure.suptitle(text, x=0.01, ha="left", fontsize=9, color=WARNING)
-
-
-def unit_circle(axes: "Axes", values: "NDArray[np.complex128]") -> int:
-    """Draw the unit circle and set limits that hold it and, as far as they are near, the values.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    values : ndarray of complex
-        Multipliers that will be drawn.
-
-    Returns
-    -------
-    int
-        How many of them lie outside of the limits.
-    """
-    from matplotlib.patches import Circle
-
-    finite = values[np.isfinite(values)]
-    size = np.maximum(np.abs(finite.real), np.abs(finite.imag))
-    near = size[size <= _FARTHEST]
-    reach = max(_NEAREST, 1.08 * float(near.max(initial=0.0)))
-    for line in (axes.axhline, axes.axvline):
-        line(0, color="0.8", linewidth=0.6, zorder=0)
-    axes.add_patch(Circle((0, 0), 1, facecolor="none", edgecolor="0.35", linewidth=0.9, zorder=1))
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="real part", ylabel="imaginary part")
-    return int((size > reach).sum())
