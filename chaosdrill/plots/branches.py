@@ -1,6 +1,7 @@
 """Branches of periodic orbits over a parameter, and curves of special points over two, on top of diagram or chart."""
 
 import json
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +36,7 @@ from chaosdrill.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import xarray as xr
     from matplotlib.axes import Axes
@@ -285,29 +286,27 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes 
         A colour for each kind of curve and period, and dashes by the kind. Points on a curve at which something else
         happens have their shape, ends inside of the parameters' range a bar. Beside a chart nothing is drawn.
     """
-    plane = None if over is None else Plane(over, "period", ax)
-    if over is not None and plane is not None:
-        plane.categorise(*by_period(over))
-        across, up, figure, panels = plane.across, plane.up, plane.figure, plane.panels
-    else:
+    legend: Callable[..., None]
+    if over is None:
         across, up = swept(datasets[0])
         figure, axes = one_panel(ax, 4.6)
-        panels = [axes]
         axes.set(xlabel=axis_label(datasets[0], across), ylabel=axis_label(datasets[0], up))
         axes.margins(0.03)
-    for axes in panels:
-        limits = (axes.get_xlim(), axes.get_ylim()) if plane else ((-np.inf, np.inf), (-np.inf, np.inf))
-        _curves(axes, [_Curve(dataset, across, up, limits) for dataset in datasets])
-        if plane:
-            axes.set(xlim=limits[0], ylim=limits[1])
-    handles = named_once(panels[0])
-    if plane:
-        plane.legend(handles)
+        panels, legend = [axes], partial(legend_outside, figure, ax=ax, handlelength=2.4)
+        limits = ((-np.inf, np.inf), (-np.inf, np.inf))
     else:
-        legend_outside(figure, handles, ax=ax, handlelength=2.4)
+        plane = Plane(over, "period", ax)
+        plane.categorise(*by_period(over))
+        across, up, figure, panels, legend = plane.across, plane.up, plane.figure, plane.panels, plane.legend
+        limits = (panels[0].get_xlim(), panels[0].get_ylim())
+    for axes in panels:
+        _curves(axes, [_Curve(dataset, across, up, limits) for dataset in datasets])
+        if over is not None:
+            axes.set(xlim=limits[0], ylim=limits[1])
+    legend(named_once(panels[0]))
     if ax is None:
         warn(figure, datasets)
-    behind = ", over the chart of periods" if plane else ""
+    behind = "" if over is None else ", over the chart of periods"
     figure.set_label(f"curves of special points over two parameters{behind}")
     return figure
 

@@ -64,7 +64,7 @@ _IN_PLANE = 1e-6
 """Distance from the plane of the grid, relative to the state, at which a point still lies in it."""
 
 
-def _categories(
+def _category_chart(
     dataset: "xr.Dataset",
     variable: str,
     found: "tuple[NDArray[np.int64], list[Category]]",
@@ -80,7 +80,7 @@ def _categories(
 @picture("parameter-chart", "isoperiodic-chart", "periods, and what there is instead")
 def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the periods found over two parameters, a panel for each seed; large regions carry their period."""
-    return _categories(dataset, "period", by_period(dataset), ax)
+    return _category_chart(dataset, "period", by_period(dataset), ax)
 
 
 @picture("parameter-chart", "lyapunov-chart", "largest exponent", needs="lyapunov_exponent")
@@ -156,13 +156,13 @@ def attractor_count_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) ->
         name = f"{number} or more attractors" if last else "1 attractor" if number == 1 else f"{number} attractors"
         mask = counts >= number if last else counts == number
         table.append((mask, Category(name, shades[number - 1], short=f"≥ {number}" if last else str(number))))
-    return _categories(dataset, "attractor_count", classify(table), ax)
+    return _category_chart(dataset, "attractor_count", classify(table), ax)
 
 
 @picture("parameter-chart", "outcome-chart", "how the run of each point ended")
 def outcome_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the outcomes over two parameters, a panel for each seed."""
-    return _categories(dataset, "outcome", by_outcome(dataset), ax)
+    return _category_chart(dataset, "outcome", by_outcome(dataset), ax)
 
 
 @picture("basins", "basins", "the attractor that each initial state leads to", listed=False)

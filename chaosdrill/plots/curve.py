@@ -100,13 +100,11 @@ def _event_mode(dataset: "xr.Dataset", name: str, otherwise: "NDArray[np.int64]"
     return dataset[name].values.astype(np.int64) if name in dataset.variables else otherwise
 
 
-def last_part(dataset: "xr.Dataset", events: int) -> "xr.Dataset":
-    """Return the end of a trajectory with at most ``events`` events, cut at a forcing period where there is one."""
-    return last_parts([dataset], events)[0]
-
-
 def last_parts(datasets: "Sequence[xr.Dataset]", events: int) -> "list[xr.Dataset]":
-    """Return the ends of trajectories over the same times, each with at most ``events`` events."""
+    """Return the ends of trajectories over the same times, each with at most ``events`` events.
+
+    They are cut at a forcing period where there is one.
+    """
     start = max(_start_of_last(dataset, events) for dataset in datasets)
     return list(datasets) if start == -np.inf else [_from(dataset, start) for dataset in datasets]
 

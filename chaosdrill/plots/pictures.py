@@ -130,7 +130,11 @@ PICTURES: list[Picture] = []
 
 
 def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]:
-    """Make a picture of a function: its kind, name and summary, and when it suits, as in `Picture`."""
+    """Make a picture of a function: its kind, name and summary, and when it suits, as in `Picture`.
+
+    The function takes the dataset and, as far as it has them, the keywords ``ax`` and ``state`` of `Picture.draw`. Of
+    the pictures that suit a dataset the first, in the order of files and of lines, is the one that `plot` draws.
+    """
 
     def wrap(function: F) -> F:
         PICTURES.append(Picture(kind, name, summary, function, **when))

@@ -14,7 +14,7 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots import PICTURES, plot_archive, style
 from chaosdrill.plots.accuracy import convergence
-from chaosdrill.plots.curve import MOST_RUNS, join, last_part, runs_of, stops, strobe
+from chaosdrill.plots.curve import MOST_RUNS, join, last_parts, runs_of, stops, strobe
 from chaosdrill.plots.pictures import stems_of
 from chaosdrill.plots.sections import poincare
 from chaosdrill.plots.style import shorten, subscript, uncertain
@@ -320,10 +320,10 @@ def test_strobe_points_are_one_a_forcing_period(ball):
 
 
 def test_a_long_record_is_cut_at_a_whole_forcing_period(ball):
-    end = last_part(ball, 4)
+    (end,) = last_parts([ball], 4)
     assert end["time"].values[0] == 14.0
     assert end.sizes["event"] == 4
-    assert last_part(ball, 10) is ball
+    assert last_parts([ball], 10)[0] is ball
 
 
 # Numbers in legends and titles: digits that the error leaves, a true minus sign, infinity by its symbol.
