@@ -118,6 +118,25 @@ def steep():
     return [*one["lyapunov_exponent"].values, *many["section"].values.ravel()]
 
 
+def held():
+    """A mode that holds a surface of two states, to which rank is lost and tangents keep."""
+    sliding = cd.HybridSystem(
+        states="x v y",
+        modes={
+            "on": {"x": "v", "y": "sin(2*t) - y", "v": "-v/0.6 - 0.2*(x + 0.6*v)"},
+            "off": {"x": "v", "y": "sin(2*t) - y", "v": "-3"},
+        },
+        transitions=[
+            cd.Transition("kicked", "on", "off", "cos(2*t) + 0.2*x", -1, reset={"v": "v + 4"}),
+            cd.Transition("lands", "off", "on", "x + 0.6*v", -1),
+        ],
+        period="pi",
+        initial={"mode": "on", "x": 0.6, "v": -1.0, "y": 0.1},
+    )
+    found = cd.lyapunov_spectrum(sliding, periods=3, **TWO)
+    return [*found["lyapunov_exponent"].values[:2], *found["events_per_period"].values.ravel()]
+
+
 def eventless(name, parameters, **given):
     """An orbit without events: in segments of a period, or from a plane to itself."""
     found = cd.periodic_orbit(cd.build(name, parameters), **given)
@@ -127,7 +146,7 @@ def eventless(name, parameters, **given):
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
     **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
-    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep)},
+    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held)},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
     "eventless free": (lambda: eventless("roessler", {"c": 2.5}, at="y > 0", transient=3),),
