@@ -10,23 +10,41 @@ import math
 
 import numpy as np
 
-from chaosdrill.engine.dop853_step import SAFETY, attempt, dense_output, error_of, first_length, shrink, size, weigh
 from chaosdrill.engine.dop853_tables import (
+    DEGREE,
     DENSE,
+    DENSE_STAGES,
+    E3,
+    E5,
     END,
+    PLACE,
     ROWS_A_VECTOR,
     STAGES,
     VECTORS,
     WEIGHTS,
+    A,
+    C,
 )
 from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guard_times import MOST_HALVINGS, NEAR, exact_times
+from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
 from chaosdrill.engine.guards import EPSILON
-from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import ONGOING
+from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.step_control import (
+    TANGENTS,
+    UNDERFLOW,
+    accept,
+    begun,
+    note_scale,
+    shrink,
+    size,
+    up_to_goal,
+    wanted_length,
+    weigh,
+    weigh_all,
+)
 from chaosdrill.engine.stepper import offered
-from chaosdrill.engine.taylor import SLOW
+from chaosdrill.engine.taylor import SMALLEST
 
 METHOD = {
     "summary": "adaptive Runge-Kutta of order 8, for right-hand sides that are not analytic; events as for taylor",
@@ -37,11 +55,112 @@ DENSE_NOISE = 4 * EPSILON * float(np.abs(DENSE).sum(axis=1).max())
 """Rounding units by which the dense output moves the polynomial of a state."""
 
 LARGEST_GROWTH = 6.0
-BEGINNING = 0.01
-"""Part of a period, or of a run without one, to begin with where the size of no state is known."""
 
-UNDERFLOW = 1e-16
-"""Part of the longest step below which shortening is given up."""
+
+@series
+def _combine(stages, first, count, weights, h, start, n, out):
+    for i in range(n):
+        s = 0.0
+        for j in range(count):
+            s += weights[j] * stages[first + j, i]
+        out[i] = start[i] + h * s
+
+
+@series
+def stage(functions, mode, t, c, x, h, k, vectors, live, stages):
+    """Rates of stage k of states and tangents; stages before it are there."""
+    n = x.size
+    place = stages[PLACE]
+    _combine(stages, 0, k, A[k], h, x, n, place)
+    functions.field(mode, t + C[k] * h, c, place, stages[k])
+    for v in range(live):
+        row = VECTORS + ROWS_A_VECTOR * v
+        direction = stages[row + STAGES]
+        _combine(stages, row, k, A[k], h, vectors[v], n, direction)
+        functions.variation(mode, t + C[k] * h, c, place, direction, stages[row + k])
+
+
+@series
+def attempt(functions, t, c, x, h, vectors, live, run, stages, out):
+    """A step of length h from the rates at its start: states and quadratures to ``out``, tangents to their last row."""
+    n = x.size
+    for k in range(1, STAGES):
+        stage(functions, run.mode, t, c, x, h, k, vectors, live, stages)
+    run.evaluations += STAGES - 1
+    _combine(stages, 0, STAGES, A[STAGES], h, x, n, out)
+    for i in range(n, out.size):
+        s = 0.0
+        for j in range(STAGES):
+            s += A[STAGES, j] * stages[j, i]
+        out[i] = h * s
+    for v in range(live):
+        row = VECTORS + ROWS_A_VECTOR * v
+        _combine(stages, row, STAGES, A[STAGES], h, vectors[v], n, stages[row + STAGES + 1])
+
+
+@series
+def _estimate(stages, first, n, h, length):
+    """Local error as a part of a length in scales, from embedded formulas of orders 5 and 3, as Hairer, Norsett and
+    Wanner combine them."""
+    fifth = 0.0
+    third = 0.0
+    for i in range(n):
+        a = 0.0
+        b = 0.0
+        for j in range(STAGES):
+            a += E5[j] * stages[first + j, i]
+            b += E3[j] * stages[first + j, i]
+        # before the square, which overflows where a state has decayed to nothing
+        a *= stages[WEIGHTS, i] / length
+        b *= stages[WEIGHTS, i] / length
+        fifth += a * a
+        third += b * b
+    return h * fifth / math.sqrt(fifth + 0.01 * third) if fifth > 0.0 else fifth * h
+
+
+@inner
+def error_of(x, h, scale, vectors, live, stages):
+    """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length.
+
+    What has begun to move in this step has at least the scale of what it moves, and keeps that of the first length that
+    is tried: what begins with a power of time looks alike at all lengths, until round-off is all of it. Tangents count
+    states that have none, as what has decayed to nothing, in the largest scale of the others.
+    """
+    for i in range(stages.shape[1]):
+        rate = 0.0
+        for j in range(STAGES):
+            rate = max(rate, abs(stages[j, i]))
+        width = begun(scale, i, rate * h)
+        stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
+    error = _estimate(stages, 0, stages.shape[1], h, 1.0)
+    if live > 0:
+        weigh_all(stages[WEIGHTS][: x.size])
+    for v in range(live):
+        length = size(vectors[v], stages[WEIGHTS])
+        if length > 0.0:
+            e = _estimate(stages, VECTORS + ROWS_A_VECTOR * v, x.size, h, length) / TANGENTS
+            error = e if not e <= error else error
+    return error
+
+
+@series
+def dense_output(functions, t, c, x, h, run, stages, ws):
+    """Coefficients of the states' polynomials; the step has been taken."""
+    n = x.size
+    functions.field(run.mode, t + h, c, stages[END], stages[STAGES])
+    for k in range(STAGES + 1, DENSE_STAGES):
+        stage(functions, run.mode, t, c, x, h, k, stages, 0, stages)
+    run.evaluations += DENSE_STAGES - STAGES
+    for i in range(n):
+        ws[i, 0] = x[i]
+        ws[i, 1] = stages[0, i]
+        power = 1.0
+        for k in range(2, DEGREE + 1):
+            power /= h
+            s = 0.0
+            for j in range(DENSE_STAGES):
+                s += DENSE[k - 1, j] * stages[j, i]
+            ws[i, k] = s * power
 
 
 @offered
@@ -56,24 +175,15 @@ def expand(place, p, t):
     run, x, scale, vectors, stages = state.run[0], state.x, state.scale, state.vectors, scratch.stages
     mode, live = run.mode, run.live
     tolerance = settings.tolerance
-    longest = run.period
     functions.field(mode, t, state.c, x, stages[0])
     run.evaluations += 1
     for v in range(live):
         functions.variation(mode, t, state.c, x, vectors[v], stages[VECTORS + ROWS_A_VECTOR * v])
-    known = weigh(x, scale, longest, tolerance, stages)
+    known = weigh(x, scale, run.period, tolerance, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
-    h = run.next_step
-    if h <= 0.0 and not known:
-        h = BEGINNING * longest
-    elif h <= 0.0:
-        h = first_length(functions, t, state, tolerance, longest, stages)
-    wanted = h
-    rest = longest - run.time
-    if run.strobes + 1 >= settings.target and rest > NEAR * longest:
-        h = min(h, rest)
-    cut = h < wanted
+    wanted = wanted_length(functions, t, state, known, tolerance, stages)
+    h = up_to_goal(settings, run, wanted)
     rejected = False
     halvings = 0
     longer = 0.0
@@ -96,22 +206,10 @@ def expand(place, p, t):
                 rejected = True
                 h *= 0.5
                 continue
-        strength = max(error, 1e-9) ** 0.125 / h
-        before = run.strength if run.fresh == ONGOING else 0.0
-        following = min(SAFETY / strength, LARGEST_GROWTH * h)
-        if 0.0 < before < strength:
-            following *= before / strength
-        if rejected:
-            following = min(following, h)
-        elif cut:
-            following = max(following, wanted)
-        run.strength = strength
-        run.next_step = min(following, longest)
-        run.tried = h
+        accept(run, error, 8.0, h, wanted, rejected, LARGEST_GROWTH)
         break
     for i in range(stages.shape[1]):
-        moved = abs(stages[0, i]) * h
-        scale[i] = max(scale[i], min(abs(x[i]), SLOW * moved) if i < x.size else moved)
+        note_scale(scale, x, i, abs(stages[0, i]) * h)
     return h
 
 

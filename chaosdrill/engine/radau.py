@@ -11,10 +11,9 @@ import math
 
 import numpy as np
 
-from chaosdrill.engine.dop853_step import SAFETY, first_length, shrink, size, weigh, weigh_all
 from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import guard_polynomials
-from chaosdrill.engine.guard_times import MOST_HALVINGS, NEAR, exact_times
+from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
 from chaosdrill.engine.guards import EPSILON
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
@@ -33,8 +32,18 @@ from chaosdrill.engine.radau_step import (
 )
 from chaosdrill.engine.radau_tables import DEGREE, FINE, FINEST, POWERS
 from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.step_control import (
+    UNDERFLOW,
+    accept,
+    note_scale,
+    shrink,
+    size,
+    up_to_goal,
+    wanted_length,
+    weigh,
+    weigh_all,
+)
 from chaosdrill.engine.stepper import offered
-from chaosdrill.engine.taylor import SLOW
 
 METHOD = {
     "summary": "implicit Runge-Kutta of order 5, 9 or 13 for stiff modes (Radau IIA); events as for taylor",
@@ -49,12 +58,6 @@ LARGEST_GROWTH = 8.0
 
 FAILED_PART = 0.25
 """Part of a step whose stages are not found that is tried next."""
-
-BEGINNING = 0.01
-"""Part of a period, or of a run without one, to begin with where the size of no state is known."""
-
-UNDERFLOW = 1e-16
-"""Part of the longest step below which shortening is given up."""
 
 
 @inner
@@ -86,7 +89,6 @@ def expand(place, p, t):
     tolerance = max(settings.tolerance, LEAST)
     kind = _kind(tolerance)
     order = 4.0 + 2.0 * kind
-    longest = run.period
     functions.field(mode, t, state.c, x, stages[0])
     run.evaluations += 1
     jacobian(functions, mode, t, state.c, x, room.at_start, n, room.spare)
@@ -96,20 +98,12 @@ def expand(place, p, t):
             row[i] = 0.0
             for k in range(n):
                 row[i] += room.at_start[i, k] * vectors[v, k]
-    known = weigh(x, scale, longest, tolerance, stages)
+    known = weigh(x, scale, run.period, tolerance, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
-    h = run.next_step
-    if h <= 0.0 and not known:
-        h = BEGINNING * longest
-    elif h <= 0.0:
-        h = first_length(functions, t, state, tolerance, longest, stages)
+    wanted = wanted_length(functions, t, state, known, tolerance, stages)
     weigh_all(stages[WEIGHTS][:n])
-    wanted = h
-    rest = longest - run.time
-    if run.strobes + 1 >= settings.target and rest > NEAR * longest:
-        h = min(h, rest)
-    cut = h < wanted
+    h = up_to_goal(settings, run, wanted)
     rejected = False
     halvings = 0
     longer = 0.0
@@ -147,24 +141,13 @@ def expand(place, p, t):
                 rejected = True
                 h *= 0.5
                 continue
-        strength = max(error, 1e-9) ** (1.0 / order) / h
-        before = run.strength if run.fresh == ONGOING else 0.0
-        following = min(SAFETY / strength, LARGEST_GROWTH * h)
-        if 0.0 < before < strength:
-            following *= before / strength
-        if rejected:
-            following = min(following, h)
-        elif cut:
-            following = max(following, wanted)
-        run.strength = strength
-        run.next_step = min(following, longest)
-        run.tried = h
+        accept(run, error, order, h, wanted, rejected, LARGEST_GROWTH)
         break
     for i in range(stages.shape[1]):
         moved = 0.0
         for j in range(3 + 2 * kind):
             moved = max(moved, abs(stages[Z + j, i]))
-        scale[i] = max(scale[i], min(abs(x[i]), SLOW * moved) if i < n else moved)
+        note_scale(scale, x, i, moved)
     return h
 
 

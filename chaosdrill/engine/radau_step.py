@@ -10,10 +10,10 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
-from chaosdrill.engine.dop853_step import TANGENTS, begun, size, weigh_all
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
+from chaosdrill.engine.step_control import TANGENTS, begun, size, weigh_all
 from chaosdrill.engine.taylor import EPSILON, SMALLEST
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
