@@ -42,25 +42,28 @@ ATTRACTING = tuple(int(outcome) for outcome in MEASURED if outcome != Outcome.OP
 """Outcomes of runs that stay somewhere."""
 
 
-def moments(windows: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def moments(windows: np.ndarray, known: np.ndarray, period: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Moments of the section points of every run, and one of the points.
 
     Parameters
     ----------
     windows : ndarray, shape (P, W, n + 1)
         Section points and modes; NaN behind the last.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way.
     period : ndarray of int, shape (P,)
         Period of the cycle, whose points are then taken once each; 0 for all points there are.
 
     Returns
     -------
-    moments : ndarray, shape (P, 3, n)
-        Means, root mean squares about them, and third central moments over the squares of the sizes.
+    moments : ndarray, shape (P, 4, n)
+        Means, root mean squares about them, third central moments over the squares of the sizes, and ``known``.
     state : ndarray, shape (P, n)
         Of a cycle the point with the smallest first state, else the last point.
     """
     points, n = len(windows), windows.shape[2] - 1
-    found, state = np.full((points, 3, n), np.nan), np.full((points, n), np.nan)
+    found, state = np.full((points, 4, n), np.nan), np.full((points, n), np.nan)
+    found[:, 3] = known
     _moments(np.ascontiguousarray(windows), period.astype(np.int64), found, state)
     return found, state
 
@@ -103,8 +106,8 @@ def _moments(windows, period, found, state):
 def alike_first(first: Mapping[str, np.ndarray], others: Mapping[str, np.ndarray]) -> np.ndarray:
     """Whether runs, (P,), are on the attractor of one run; all arrays have a leading dimension, that of ``first`` 1."""
     kind = (others["period"] == first["period"]) & (others["outcome"] == first["outcome"])
-    one, many = first["moments"], others["moments"]
-    size = sizes(one)[:, np.newaxis]
+    (one, known_of_one), (many, known_of_many) = ((m[:, :3], m[:, 3]) for m in (first["moments"], others["moments"]))
+    size = sizes(one, np.maximum(known_of_one, known_of_many))[:, np.newaxis]
     close = (np.abs(many - one) <= SAME_CYCLE * size).all(axis=(1, 2))
     spread = np.maximum(one[:, 1], many[:, 1]) + SAME_CYCLE * size[:, 0]
     chaotic = (np.abs(many[:, :2] - one[:, :2]) <= SAME_CHAOTIC * spread[:, np.newaxis]).all(axis=(1, 2))

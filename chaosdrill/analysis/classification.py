@@ -54,7 +54,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
 
     ``before`` are the states of all points before the record, to tell by what only grows.
     """
-    found = recurrence(batch.window[which], plan.max_period, 2 * plan.max_period)
+    found = recurrence(batch.window[which], batch.sizes[which], plan.max_period, 2 * plan.max_period)
     if not plan.maps:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
         found = replace(found, period=np.zeros_like(found.period))
@@ -152,7 +152,7 @@ def _at_rest(
         return none, none, ~none
     went = np.isin(batch.outcome[which], (Outcome.OK, Outcome.NO_RETURN))
     with np.errstate(invalid="ignore"):
-        rest = went & rests(batch.x[which], batch.flow(which), plan.where.unit)
+        rest = went & rests(batch.x[which], batch.sizes[which], batch.flow(which), plan.where.unit)
         if plan.computed < batch.x.shape[1]:
             return rest, none, ~rest
         growth = exponents[:, 0] * length

@@ -101,14 +101,16 @@ class Begun:
     states: np.ndarray
     modes: np.ndarray
     standing: Standing | None
+    known: np.ndarray  # (P, n): sizes that states have had on the way there
 
     def at(self, which: np.ndarray, states: np.ndarray) -> "Begun":
         """Runs of some of the points, from other states."""
         standing = None if self.standing is None else self.standing.at(which)
-        return Begun(at_points(self.parameters, which), states, self.modes[which], standing)
+        return Begun(at_points(self.parameters, which), states, self.modes[which], standing, self.known[which])
 
     def let(self, runs: Batch) -> Batch:
         """Let runs from these states begin so."""
+        runs.remember(self.known)
         if self.standing is not None:
             runs.stand(self.standing)
         return runs
@@ -123,7 +125,7 @@ def continued(plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np
     if plan.system.period is not None and batch.counts_returns:
         batch.to_strobe(which)
     standing = batch.standing(which) if plan.at_events else None
-    return Begun(here, batch.x[which], batch.mode[which], standing)
+    return Begun(here, batch.x[which], batch.mode[which], standing, batch.sizes[which])
 
 
 def trail_of(
@@ -137,15 +139,16 @@ def trail_of(
     mapped.run(0, np.array([0, 2 * plan.max_period]))
     if not plan.at_events:
         return begun, mapped.window
-    return Begun(begun.parameters, mapped.x, mapped.mode, mapped.standing(np.arange(len(which)))), mapped.window
+    standing = mapped.standing(np.arange(len(which)))
+    return Begun(begun.parameters, mapped.x, mapped.mode, standing, mapped.sizes), mapped.window
 
 
 def _tried(
     plan: Plan, begun: Begun, trail: np.ndarray, wanted: np.ndarray, *, shrinking: bool
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
     """Points still wanted whose trail shrinks, or grows, with the periods tried, and what `extrapolate` found."""
-    for points, periods in attempts(recurrence(trail, plan.max_period, 2 * plan.max_period).near):
-        tried = wanted[points] & trend(trail, points, periods)[0 if shrinking else 1]
+    for points, periods in attempts(recurrence(trail, begun.known, plan.max_period, 2 * plan.max_period).near):
+        tried = wanted[points] & trend(trail, begun.known, points, periods)[0 if shrinking else 1]
         points, periods = points[tried], periods[tried]
         yield points, periods, *extrapolate(plan, begun.at(points, begun.states[points]), periods)
 
@@ -201,8 +204,8 @@ def _measure(
     if not neutral:
         verdict.exponents[pair, :2] = shared[pair, np.newaxis]
     good = verdict.moves & np.isin(verdict.outcome, MEASURED) & (verdict.period > 0) & (multiplier < -HYPERBOLIC)
-    good &= recurrence(path, period, 2 * period).period == period
-    good &= approaches(trail, path[:, :period], multiplier / period)
+    good &= recurrence(path, begun.known, period, 2 * period).period == period
+    good &= approaches(trail, path[:, :period], begun.known, multiplier / period)
     return good, batch, replace(verdict, outcome=np.where(good, int(Outcome.PERIODIC), verdict.outcome))
 
 
@@ -230,7 +233,7 @@ def extrapolate(plan: Plan, begun: Begun, periods: np.ndarray) -> tuple[np.ndarr
         passed = np.take_along_axis(runs.window, places[:, :, np.newaxis], axis=1)
         sound = (runs.outcome == Outcome.OK) & (passed[:, :, n] == begun.modes[active, np.newaxis]).all(axis=1)
         active, points = active[sound], passed[sound, :, :n]
-        scale = sizes(points)
+        scale = sizes(points, begun.known[active])
         residual = (np.abs(points[:, 0] - x[active]) / scale).max(axis=1)
         there = residual <= tolerance
         converged[active[there]] = True
@@ -279,7 +282,7 @@ def limit(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where(np.isfinite(found).all(axis=1, keepdims=True), found, z[:, 3]), turning
 
 
-def approaches(trail: np.ndarray, cycle: np.ndarray, rate: np.ndarray) -> np.ndarray:
+def approaches(trail: np.ndarray, cycle: np.ndarray, known: np.ndarray, rate: np.ndarray) -> np.ndarray:
     """Whether runs come closer to cycles.
 
     Parameters
@@ -288,12 +291,14 @@ def approaches(trail: np.ndarray, cycle: np.ndarray, rate: np.ndarray) -> np.nda
         The last points of the runs; NaN behind the last.
     cycle : ndarray, shape (P, p, n + 1)
         The points of the cycles.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way.
     rate : ndarray, shape (P,)
         Logarithm of the leading multiplier a strobe.
     """
     points, period, n = len(trail), cycle.shape[1], trail.shape[2] - 1
     rows = int(np.isfinite(trail[:, :, 0]).all(axis=0).sum())
-    scale = sizes(cycle[:, :, :n])[:, np.newaxis]
+    scale = sizes(cycle[:, :, :n], known)[:, np.newaxis]
     best = np.full(points, np.inf)
     answer = np.zeros(points, dtype=bool)
     half = rows // 2
@@ -333,7 +338,7 @@ def escapes(
     displaced, waiting = np.full(begun.states.shape, np.nan), np.ones(len(which), dtype=bool)
     for points, _, found, converged, _ in _tried(plan, begun, trail, waiting, shrinking=False):
         off = begun.states[points] - found
-        distance = (np.abs(off) / sizes(found[:, np.newaxis])).max(axis=1)
+        distance = (np.abs(off) / sizes(found[:, np.newaxis], begun.known[points])).max(axis=1)
         slow = converged & (distance > 10 * ROUND_OFF) & (distance < DISPLACED)
         displaced[points[slow]] = found[slow] + off[slow] * (DISPLACED / distance[slow])[:, np.newaxis]
         waiting[points[slow]] = False

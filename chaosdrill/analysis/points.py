@@ -220,7 +220,7 @@ def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
         "lyapunov_exponent": ("f8", (plan.exponents,)),
         "lyapunov_error": ("f8", (plan.exponents,)),
         **dict.fromkeys(mean_names(plan), ("f8", ())),
-        "moments": ("f4", (3, n)),
+        "moments": ("f4", (4, n)),
         "state": ("f8", (n,)),
     }
 
@@ -325,7 +325,7 @@ def _average_over_cycles(
     runs.stand(batch.standing(np.arange(len(batch.x))))
     for length in np.unique(cycle).tolist():
         runs.proceed(chosen[cycle == length], 0, np.array([0, length]))
-    size = sizes(np.nan_to_num(batch.window[chosen][:, :, :-1]))
+    size = sizes(np.nan_to_num(batch.window[chosen][:, :, :-1]), batch.sizes[chosen])
     back = (runs.outcome[chosen] == Outcome.OK) & (runs.mode[chosen] == batch.mode[chosen])
     back &= (np.abs(runs.x[chosen] - batch.x[chosen]) <= CLOSE * size).all(axis=1)
     rates = event_rates(plan, runs, chosen)
@@ -368,23 +368,19 @@ def _tell(
     lead: np.ndarray,
     margin: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached.
-
-    An irregular set of points is weak chaos if the exponent is positive, though within its error.
-    """
+    """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached."""
     here = at_points(parameters, which)
     runs = continued(plan, batch, which, here).mapped(plan, LENGTH)
     runs.run(0, np.array([0, LENGTH]))
     symmetries = plan.structure.frame[: plan.structure.symmetries]
     if plan.maps:
-        found, irregular = tell(runs.window, symmetries, lead, margin)
+        found = tell(runs.window, runs.sizes, symmetries, lead, margin)
     else:
         each = [
-            tell(runs.window[[p]], symmetries, lead[[p]], margin[[p]], partial(runs.rates, p))
+            tell(runs.window[[p]], runs.sizes[[p]], symmetries, lead[[p]], margin[[p]], partial(runs.rates, p))
             for p in range(len(which))
         ]
-        found, irregular = (np.concatenate(parts) for parts in zip(*each, strict=True))
-    found[(lead > 0) & irregular] = int(Outcome.CHAOTIC)
+        found = np.concatenate(each)
     return found, runs.outcome == Outcome.OK
 
 
@@ -410,10 +406,10 @@ def _write(
     means = event_rates(plan, batch, which) | rate_errors(plan, batch, which, verdict.cycle[rows])
     for name, values in means.items():
         arrays[name][places] = np.where(ended, np.nan, values)
-    arrays["moments"][places], arrays["state"][places] = moments(window, period)
+    arrays["moments"][places], arrays["state"][places] = moments(window, batch.sizes[which], period)
     for row in np.flatnonzero(verdict.outcome[rows] == Outcome.EQUILIBRIUM):
         state = batch.rest(int(which[row]))
-        arrays["state"][places[row]], arrays["moments"][places[row]] = state, 0.0
+        arrays["state"][places[row]], arrays["moments"][places[row], :3] = state, 0.0
         arrays["moments"][places[row], 0] = state
 
 

@@ -58,6 +58,7 @@ class Survey:
     rates: np.ndarray  # (units,): its growth over the unit per unit of time
     events: list[UnitEvents]  # what happens in each unit
     numerics: Numerics  # method that has come to the end, at a tight tolerance
+    sizes: np.ndarray  # (n,): what states have had on the way
 
     @property
     def exponent(self) -> tuple[float, float]:
@@ -117,7 +118,7 @@ def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
             rates.append(-np.inf if run.lost[0] else (run.logs[0] - before) / plan.unit)
             events.append(_unit_events(found, found.times - (run.elapsed - plan.unit), plan.unit))
     rows = (np.array(vectors).reshape(-1, n) for vectors in (states, tangents))
-    return Survey(system, outcome, next(rows), modes, next(rows), np.array(rates), events, numerics)
+    return Survey(system, outcome, next(rows), modes, next(rows), np.array(rates), events, numerics, run.sizes)
 
 
 def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
@@ -142,13 +143,14 @@ class Mapped:
     tangent: np.ndarray
     found: Record
     mode: str
+    sizes: np.ndarray
 
 
 def run_map(system: HybridSystem, unit: float, count: int, numerics: Numerics) -> Mapped:
     """One run from the initial state over ``count`` units with the whole tangent map."""
     run = Run(system, unit, numerics, tangents=np.eye(len(system.states)), orthonormalise=False)
     found = record(run, count, events=True)
-    return Mapped(found.outcome, run.x.copy(), run.vectors.T.copy(), found, run.mode)
+    return Mapped(found.outcome, run.x.copy(), run.vectors.T.copy(), found, run.mode, run.sizes)
 
 
 def newton_step(mapped: Mapped, system: HybridSystem) -> np.ndarray:
@@ -171,10 +173,11 @@ def find_cycle(
         except np.linalg.LinAlgError:
             return system, None
         x = np.array([system.initial[name] for name in system.state_names])
-        if not np.isfinite(correction).all() or np.abs(correction).max() > 1e-2 * max(1.0, np.abs(x).max()):
+        size = np.maximum(np.abs(x), mapped.sizes)
+        if not np.isfinite(correction).all() or (np.abs(correction) > 1e-2 * size).any():
             return system, None
         system = restart(system, x + correction, mapped.mode)
-        if np.abs(correction).max() <= 1e-15 * max(1.0, np.abs(x).max()):
+        if (np.abs(correction) <= 1e-15 * size).all():
             break
     return system, run_map(system, unit, period, numerics)
 
@@ -197,7 +200,7 @@ class Place:
 
 def find_place(found: Survey, plan: Span) -> Place:
     """The cycle that the run has settled on, or else a unit with many events, and the truth about it."""
-    period = find_period(found.states, MAX_PERIOD) if plan.periodic else 0
+    period = find_period(found.states, found.sizes, MAX_PERIOD) if plan.periodic else 0
     if period:
         system, mapped = find_cycle(found.start(-1), plan.unit, period, found.numerics)
         if mapped is not None:

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import float64, int64, void
 
-from chaosdrill.codegen.signatures import vector
+from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.records import integers
+from chaosdrill.engine.taylor import SMALLEST
 
 CLOSE = 1e-6
 """Largest distance of two section points that count as the same, relative to the size of every state."""
@@ -16,7 +17,8 @@ ROUND_OFF = 1e-9
 """Relative distance at which points have come back as well as a run allows."""
 
 FLOOR = 1e-6
-"""Part of the largest state, or of 1, that is added to the size of every state: below it no digit is known."""
+"""Part of the size that a state has had on the way that is added to its size at the section points: below it no digit
+is known. States are not compared with each other, since their units may differ."""
 
 NEAR = 0.05
 """Distance, relative to the extent of the section points, below which a period is worth a search."""
@@ -50,13 +52,15 @@ class Recurrence:
     rows: np.ndarray  # int (P,): section points there were
 
 
-def recurrence(windows: np.ndarray, most: int, depth: int | None = None) -> Recurrence:
+def recurrence(windows: np.ndarray, known: np.ndarray, most: int, depth: int | None = None) -> Recurrence:
     """Compare the section points of every run with those before.
 
     Parameters
     ----------
     windows : ndarray, shape (P, W, n + 1)
         Section points in order, the state and a code that must be the same (the mode); NaN behind the last.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way, see `chaosdrill.engine.batch.Batch.sizes`.
     most : int
         Longest period looked for; the points must hold two periods.
     depth : int, optional
@@ -68,16 +72,19 @@ def recurrence(windows: np.ndarray, most: int, depth: int | None = None) -> Recu
     residual, splitting = np.full(points, np.inf), np.full(points, np.inf)
     near = np.zeros((points, CANDIDATES), dtype=np.int64)
     scale, gap = np.zeros(windows.shape[2] - 1), np.zeros(CANDIDATES)
-    _compare(np.ascontiguousarray(windows), most, depth, scale, gap, period, residual, splitting, near, rows)
+    floors = FLOOR * np.ascontiguousarray(known, dtype=float)
+    _compare(np.ascontiguousarray(windows), floors, most, depth, scale, gap, period, residual, splitting, near, rows)
     return Recurrence(period, residual, splitting, near, rows)
 
 
-def trend(windows: np.ndarray, points: np.ndarray, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def trend(
+    windows: np.ndarray, known: np.ndarray, points: np.ndarray, periods: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Whether section points a number of iterates apart come closer along the record, and whether they part.
 
     Parameters
     ----------
-    windows : ndarray, shape (P, W, n + 1)
+    windows, known : ndarray, shapes (P, W, n + 1), (P, n)
         As in `recurrence`.
     points, periods : ndarray of int, shape (K,)
         Which window, and how many iterates.
@@ -89,17 +96,20 @@ def trend(windows: np.ndarray, points: np.ndarray, periods: np.ndarray) -> tuple
         are as small as those of a converged cycle count as shrinking in any case, since round-off is all they have.
     """
     late, early = np.zeros(len(points)), np.zeros(len(points))
-    _halves(np.ascontiguousarray(windows), points, periods, np.zeros(windows.shape[2] - 1), early, late)
+    floors = FLOOR * np.ascontiguousarray(known, dtype=float)
+    _halves(np.ascontiguousarray(windows), floors, points, periods, np.zeros(windows.shape[2] - 1), early, late)
     return (late <= CLOSE) | (late < (1 - FADES) * early), late > (1 + FADES) * early
 
 
-def sizes(points: np.ndarray) -> np.ndarray:
-    """What distances between states are relative to, for points of shape (P, rows, n); shape (P, n)."""
-    size = np.abs(points).max(axis=1)
-    return size + FLOOR * np.maximum(size.max(axis=1, keepdims=True), 1.0)
+def sizes(points: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """What distances between states are relative to, for points of shape (P, rows, n); shape (P, n).
+
+    ``known`` are sizes that the states have had on the way, as in `recurrence`.
+    """
+    return np.maximum(np.abs(points).max(axis=1) + FLOOR * known, SMALLEST)
 
 
-def find_period(points: np.ndarray, most: int) -> int:
+def find_period(points: np.ndarray, known: np.ndarray, most: int) -> int:
     """Smallest period of a sequence of section points, 0 if there is none up to ``most``.
 
     The last half of the sequence must repeat for at least two periods, every state within 1e-6 of its own size.
@@ -107,6 +117,8 @@ def find_period(points: np.ndarray, most: int) -> int:
     Parameters
     ----------
     points : ndarray, shape (iterates, n)
+    known : ndarray, shape (n,)
+        Sizes that states have had on the way.
     most : int
         Longest period looked for.
     """
@@ -115,7 +127,7 @@ def find_period(points: np.ndarray, most: int) -> int:
         return 0
     window = np.zeros((1, len(points), points.shape[1] + 1))
     window[0, :, :-1] = points
-    return int(recurrence(window, most).period[0])
+    return int(recurrence(window, known[np.newaxis], most).period[0])
 
 
 @inner
@@ -127,36 +139,32 @@ def _distance(points, rows, q, scale, limit):
         if points[k, n] != points[k - q, n]:
             return np.inf
         for i in range(n):
-            largest = max(largest, abs(points[k, i] - points[k - q, i]) / scale[i])
+            largest = max(largest, abs(points[k, i] - points[k - q, i]) * scale[i])
         if largest > limit:
             break
     return largest
 
 
 @inner
-def _extent(points, rows, scale):
-    """Fill in the size of every state; returns the largest relative extent."""
-    n = scale.size
-    size = 0.0
-    for i in range(n):
-        scale[i] = 0.0
-        for k in range(rows):
-            scale[i] = max(scale[i], abs(points[k, i]))
-        size = max(size, scale[i])
+def _extent(points, rows, floor, scale):
+    """Fill in one over the size of every state; returns the largest relative extent."""
     extent = 0.0
-    for i in range(n):
-        scale[i] = scale[i] + FLOOR * max(size, 1.0)
+    for i in range(scale.size):
+        size = 0.0
         low = points[0, i]
         high = low
         for k in range(rows):
+            size = max(size, abs(points[k, i]))
             low = min(low, points[k, i])
             high = max(high, points[k, i])
-        extent = max(extent, (high - low) / scale[i])
+        size += floor[i]
+        scale[i] = 1.0 / size if size > SMALLEST else 0.0
+        extent = max(extent, (high - low) * scale[i])
     return extent
 
 
-@compiled(void(_cubes, integers, integers, vector, vector, vector))
-def _halves(windows, points, periods, scale, early, late):
+@compiled(void(_cubes, matrix, integers, integers, vector, vector, vector))
+def _halves(windows, floors, points, periods, scale, early, late):
     n = scale.size
     for k in range(points.size):
         window = windows[points[k]]
@@ -166,20 +174,20 @@ def _halves(windows, points, periods, scale, early, late):
         q = periods[k]
         if rows <= q + 1:
             continue
-        _extent(window, rows, scale)
+        _extent(window, rows, floors[points[k]], scale)
         middle = (rows + q) // 2
         for row in range(q, rows):
             distance = 0.0
             for i in range(n):
-                distance = max(distance, abs(window[row, i] - window[row - q, i]) / scale[i])
+                distance = max(distance, abs(window[row, i] - window[row - q, i]) * scale[i])
             if row < middle:
                 early[k] = max(early[k], distance)
             else:
                 late[k] = max(late[k], distance)
 
 
-@compiled(void(_cubes, int64, int64, vector, vector, integers, vector, vector, _table, integers))
-def _compare(windows, most, depth, scale, gap, period, residual, splitting, near, rows):
+@compiled(void(_cubes, matrix, int64, int64, vector, vector, integers, vector, vector, _table, integers))
+def _compare(windows, floors, most, depth, scale, gap, period, residual, splitting, near, rows):
     for p in range(windows.shape[0]):
         count = 0
         while count < windows.shape[1] and np.isfinite(windows[p, count].sum()):
@@ -189,7 +197,7 @@ def _compare(windows, most, depth, scale, gap, period, residual, splitting, near
         count = points.shape[0]
         if count < 2:
             continue
-        loose = max(NEAR * _extent(points, count, scale), CLOSE)
+        loose = max(NEAR * _extent(points, count, floors[p], scale), CLOSE)
         found = 0
         for q in range(1, min(most, count // 2) + 1):
             distance = _distance(points, count, q, scale, loose)

@@ -64,9 +64,12 @@ FEWEST = 16
 """Points by which a state that only grows is told at all."""
 
 
-def rests(states: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
-    """Whether nothing moves any more at states of shape (P, n), by their rates and a time of the motion; shape (P,)."""
-    return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis])).all(axis=1))
+def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) -> np.ndarray:
+    """Whether nothing moves any more at states, by their rates and a time of the motion; shape (P,).
+
+    ``states``, ``flow`` and ``known``, the sizes that states have had on the way, have the shape (P, n).
+    """
+    return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis], known)).all(axis=1))
 
 
 def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
@@ -100,7 +103,7 @@ def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarr
     return found
 
 
-def agreement(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Whether averages over both halves of sequences agree, and whether they agree ever better in longer parts.
 
     In chaos on many narrow bands averages are close as well, in parts of the whole extent; twice as many points bring
@@ -108,20 +111,27 @@ def agreement(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     Parameters
     ----------
-    windows : ndarray, shape (P, W, n)
-        Section points.
+    windows, known : ndarray, shapes (P, W, n), (P, n)
+        Section points, and sizes that states have had on the way.
 
     Returns
     -------
     smooth, converging : ndarray of bool, shape (P,)
     """
-    extent = np.ptp(windows, axis=1).max(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        off = (windows - windows.mean(axis=1, keepdims=True)) / extent[:, np.newaxis, np.newaxis]
+    weight = _one_over_extent(windows, known)
+    moves = (weight > 0).any(axis=1)
+    off = (windows - windows.mean(axis=1, keepdims=True)) * weight[:, np.newaxis]
     both = np.concatenate([off, off**2], axis=2)
     quarter, half, whole = (_apart(both, windows.shape[1] // parts) for parts in (4, 2, 1))
     converging = (half <= np.maximum(quarter / FASTER, EXACT)) & (whole <= np.maximum(quarter / FASTER**2, EXACT))
-    return (whole <= SMOOTH) & np.isfinite(extent), converging & np.isfinite(extent)
+    return (whole <= SMOOTH) & moves, converging & moves
+
+
+def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """What makes states comparable whatever their units, shape (P, n): 0 for those that do not move, or are unknown."""
+    extent = np.ptp(windows, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(extent > CLOSE * sizes(windows, known), 1 / extent, 0.0)
 
 
 def _apart(values: np.ndarray, length: int) -> np.ndarray:
@@ -139,17 +149,20 @@ def _apart(values: np.ndarray, length: int) -> np.ndarray:
 
 def tell(
     windows: np.ndarray,
+    known: np.ndarray,
     symmetries: np.ndarray,
     lead: np.ndarray,
     margin: np.ndarray,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
     """What motions are whose largest exponent is not told from zero, by their section points alone.
 
     Parameters
     ----------
     windows : ndarray, shape (P, W, n + 1)
         States and modes at equal intervals of time: strobes, or, of a system without forcing, instants of any kind.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way.
     symmetries : ndarray, shape (s, n)
         Orthonormal directions in which nothing ever changes: what happens along them is left out.
     lead, margin : ndarray, shape (P,)
@@ -160,42 +173,41 @@ def tell(
 
     Returns
     -------
-    outcome : ndarray of int, shape (P,)
+    ndarray of int, shape (P,)
         ``OPEN`` if a state only grows, ``PERIODIC`` for a cycle (whose exponent is zero, as that of a centre),
-        ``QUASIPERIODIC`` for a torus, else ``UNDECIDED``.
-    irregular : ndarray of bool, shape (P,)
-        Of the undecided ones those whose averages do not agree.
+        ``QUASIPERIODIC`` for a torus, else ``UNDECIDED``: averages that do not agree make no chaos, since those of a
+        torus that a jump cuts, as of an integrate-and-fire cell at the strobe, do not either.
     """
     paths = _aside(windows, symmetries)
     states = paths[:, :, :-1]
     found = np.full(len(windows), int(Outcome.UNDECIDED))
     open_ = only_grows(states).any(axis=1)
     found[open_] = int(Outcome.OPEN)
-    cycle = ~open_ & (recurrence(paths, windows.shape[1] // REPEATS).period > 0)
+    cycle = ~open_ & (recurrence(paths, known, windows.shape[1] // REPEATS).period > 0)
     found[cycle] = int(Outcome.PERIODIC)
     if windows.shape[1] < LEAST:
-        return found, found == Outcome.UNDECIDED
-    smooth, converging = agreement(states)
+        return found
+    smooth, converging = agreement(states, known)
     for k in np.flatnonzero(~open_ & ~cycle & smooth & (converging | (lead <= LIKELY * margin))):
         found[k] = int(
-            Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], flow, symmetries)
+            Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], known[k], flow, symmetries)
         )
-    return found, (found == Outcome.UNDECIDED) & ~smooth
+    return found
 
 
-def repeats_exactly(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
+def repeats_exactly(windows: np.ndarray, known: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
     """Whether motions come back as exactly as a run allows, so that a positive exponent is that of an unstable cycle.
 
     Parameters
     ----------
-    windows, symmetries
+    windows, known, symmetries
         As in `tell`.
 
     Returns
     -------
     ndarray of bool, shape (P,)
     """
-    found = recurrence(_aside(windows, symmetries), windows.shape[1] // REPEATS)
+    found = recurrence(_aside(windows, symmetries), known, windows.shape[1] // REPEATS)
     return (found.period > 0) & (found.residual <= ROUND_OFF)
 
 
@@ -206,7 +218,11 @@ def _aside(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
 
 
 def _by_neighbours(
-    window: np.ndarray, path: np.ndarray, flow: Callable[[np.ndarray, int], np.ndarray], symmetries: np.ndarray
+    window: np.ndarray,
+    path: np.ndarray,
+    known: np.ndarray,
+    flow: Callable[[np.ndarray, int], np.ndarray],
+    symmetries: np.ndarray,
 ) -> Outcome:
     """Whether instants of a regular motion lie on a closed curve or on a torus.
 
@@ -217,22 +233,23 @@ def _by_neighbours(
     ----------
     window, path : ndarray, shape (W, n + 1)
         States and modes, and the same without what happens along the symmetries.
-    flow, symmetries
+    known, flow, symmetries
         As in `tell`.
     """
-    extent = np.ptp(path[:, :-1], axis=0).max()
+    weight = _one_over_extent(path[np.newaxis, :, :-1], known[np.newaxis])[0]
+    points = path[:, :-1] * weight
     near = len(path) // SUCCESSIVE
     part, across = np.zeros(len(path)), np.zeros(len(path))
-    for k, (point, mode) in enumerate(zip(path[:, :-1], path[:, -1].astype(int), strict=True)):
-        apart = path[:, :-1] - point
+    for k, (point, mode) in enumerate(zip(points, path[:, -1].astype(int), strict=True)):
+        apart = points - point
         distance = np.linalg.norm(apart, axis=1)
         distance[path[:, -1] != mode] = np.inf
         distance[max(0, k - near) : k + near + 1] = np.inf
         nearest = int(distance.argmin())
         rate = flow(window[k, :-1], mode)
-        rate = rate - (rate @ symmetries.T) @ symmetries
+        rate = (rate - (rate @ symmetries.T) @ symmetries) * weight
         square = rate @ rate
-        if CLOSE * extent < distance[nearest] < np.inf and square > 0:
+        if CLOSE < distance[nearest] < np.inf and square > 0:
             aside = apart[nearest] - (apart[nearest] @ rate) / square * rate
             across[k] = np.linalg.norm(aside)
             part[k] = across[k] / distance[nearest]

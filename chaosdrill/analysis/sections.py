@@ -305,12 +305,12 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     n = len(system.states)
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
-    compared = points[:, :n]
+    compared, known = points[:, :n], run.sizes
     if where.transitions is not None and system.time is not None and system.period is not None:
         # what comes back at another phase of the forcing goes on otherwise
         angle = 2 * np.pi * (times / run.period % 1)
-        compared = np.column_stack([compared, np.cos(angle), np.sin(angle)])
-    period = find_period(compared, max_period) if outcome == Outcome.OK else 0
+        compared, known = np.column_stack([compared, np.cos(angle), np.sin(angle)]), np.append(known, [1.0, 1.0])
+    period = find_period(compared, known, max_period) if outcome == Outcome.OK else 0
     multipliers = np.full(n, complex(np.nan, np.nan))
     repeats = system.period is not None or system.time is None
     if period and repeats and where.counts != "time":
@@ -319,7 +319,9 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     returns = np.diff(times)[-period:] if period else np.diff(times)
     if period:
         length = period * run.period if where.transitions is None else float(times[-1] - times[-1 - period])
-        rates |= cycle_rates(where, run, period, length, numerics, sizes(points[np.newaxis, -period:, :n])[0])
+        rates |= cycle_rates(
+            where, run, period, length, numerics, sizes(points[np.newaxis, -period:, :n], run.sizes)[0]
+        )
     errors = np.full(len(system.quadratures), np.nan)
     if outcome == Outcome.OK:
         chosen = whole_cycles(blocks.points, period)

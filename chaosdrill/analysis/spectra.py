@@ -1,5 +1,6 @@
 """Lyapunov spectra."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -76,14 +77,17 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
             complete=every,
         )
         outcome = classify(lead[0], margin[0])
-        window = np.concatenate(path)[np.newaxis, -LENGTH:]
+        window, known = np.concatenate(path)[np.newaxis, -LENGTH:], run.sizes[np.newaxis]
+        directions = structure.frame[: structure.symmetries]
         if system.period is None and structure.autonomous and every and values[0] * plan.length < -SINKS:
             outcome = Outcome.EQUILIBRIUM
         elif outcome == Outcome.UNDECIDED:
-            outcome = _by_its_path(run, structure, window, lead, margin, plan.periodic)
+            outcome = Outcome(
+                int(tell(window, known, directions, lead, margin, None if plan.periodic else partial(flow_of, run))[0])
+            )
         elif outcome == Outcome.PERIODIC and structure.winds(flow):
             outcome = Outcome.QUASIPERIODIC
-        elif outcome == Outcome.CHAOTIC and repeats_exactly(window, structure.frame[: structure.symmetries])[0]:
+        elif outcome == Outcome.CHAOTIC and repeats_exactly(window, known, directions)[0]:
             outcome = Outcome.PERIODIC
     ds = xr.Dataset(
         {
@@ -124,14 +128,6 @@ def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
     outcome, _ = run.advance(periods, rows)
     path.append(np.delete(rows[: run.filled()[0]], np.s_[n:-1], axis=1)[-LENGTH:])
     return outcome
-
-
-def _by_its_path(
-    run: Run, structure: Structure, window: np.ndarray, lead: np.ndarray, margin: np.ndarray, periodic: bool
-) -> Outcome:
-    """What the samples of a run say of a motion whose largest exponent is not told from zero."""
-    flow = None if periodic else lambda state, mode: flow_of(run, state, mode)
-    return Outcome(int(tell(window, structure.frame[: structure.symmetries], lead, margin, flow)[0][0]))
 
 
 def mean_exponents(

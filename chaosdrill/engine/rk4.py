@@ -9,6 +9,7 @@ from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING, PUT
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
+from chaosdrill.engine.taylor import FADE
 
 METHOD = {
     "summary": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
@@ -84,8 +85,11 @@ def _settle(functions, tables, state, j, ahead, t, scratch):
 
 @offered
 def expand(place, p, t):
-    """Length of the step to the next point of the fixed grid."""
-    run = state_of(machine_at(place).states, p).run[0]
+    """Length of the step to the next point of the fixed grid; the sizes of the states are noted for those who ask."""
+    state = state_of(machine_at(place).states, p)
+    run, x, scale = state.run[0], state.x, state.scale
+    for i in range(x.size):
+        scale[i] = max(FADE * scale[i], abs(x[i]))
     step = run.fixed_step
     h = step - run.time % step
     return h if h > 1e-9 * step else h + step

@@ -83,6 +83,7 @@ class Run:
             numerics,
         )
         self._frame = frame
+        self._known = np.abs(self.states.x[0])
         self._before = 0.0
         self.forgotten = 0.0
         self._pin()
@@ -108,6 +109,11 @@ class Run:
         """Present state, shape (n,)."""
         state: np.ndarray = self.states.x[0]
         return state
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Sizes that states have had on the way, at the start and of late, shape (n,)."""
+        return np.fmax(self._known, self.states.scale[0, : len(self.x)])
 
     @property
     def vectors(self) -> np.ndarray:

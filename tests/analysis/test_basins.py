@@ -91,7 +91,7 @@ def test_moments_do_not_know_the_phase():
     rng = np.random.default_rng(5)
     cycle = np.concatenate([rng.normal(size=(6, 3)), np.zeros((6, 1))], axis=1)
     windows = np.stack([np.tile(np.roll(cycle, shift, axis=0), (4, 1)) for shift in range(6)])
-    found, state = moments(windows, np.full(6, 6))
+    found, state = moments(windows, np.ones((6, 3)), np.full(6, 6))
     np.testing.assert_allclose(found, found[:1] * np.ones((6, 1, 1)), rtol=1e-12, atol=1e-15)
     np.testing.assert_array_equal(state, np.repeat(cycle[[cycle[:, 0].argmin()], :3], 6, axis=0))
     np.testing.assert_allclose(found[0, 0], cycle[:, :3].mean(axis=0))
@@ -103,7 +103,7 @@ def test_numbers_go_by_size_whatever_the_order():
     found = {
         "period": period,
         "outcome": np.array([1, 1, 1, 1, 1, 1, int(cd.Outcome.ESCAPED)]),
-        "moments": np.repeat(period[:, np.newaxis, np.newaxis], 3, axis=1).astype(float),
+        "moments": np.repeat(period[:, np.newaxis, np.newaxis], 4, axis=1).astype(float),
         "lyapunov_exponent": np.zeros((7, 0)),
         "lyapunov_error": np.zeros((7, 0)),
     }

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chaosdrill.analysis.recurrence import find_period
+from chaosdrill.analysis.recurrence import find_period, recurrence
 from chaosdrill.analysis.statistics import classify, free_exponents, kaplan_yorke, leading
 from chaosdrill.dataset import Outcome
 
@@ -38,41 +38,60 @@ def test_dimension_is_missing_where_exponents_are():
     assert kaplan_yorke(np.array([0.2, -1.0]), 3) == pytest.approx(1.2)
 
 
+def period_of(points, most):
+    """Period of points of which nothing else is known."""
+    return find_period(points, np.zeros(points.shape[1]), most)
+
+
 @pytest.mark.parametrize("period", [1, 2, 3, 5, 8, 16])
 def test_period_of_a_repeated_sequence(period):
     rng = np.random.default_rng(period)
     points = np.tile(rng.normal(size=(period, 3)), (200 // period + 1, 1))[:128]
-    assert find_period(points, 64) == period
+    assert period_of(points, 64) == period
 
 
 def test_a_period_longer_than_asked_for_is_not_found():
     points = np.tile(np.arange(8.0)[:, None], (16, 1))
-    assert find_period(points, 7) == 0
-    assert find_period(points, 8) == 8
+    assert period_of(points, 7) == 0
+    assert period_of(points, 8) == 8
 
 
 def test_the_last_half_must_hold_two_periods():
     points = np.tile(np.arange(10.0)[:, None], (4, 1))
-    assert find_period(points, 64) == 10
-    assert find_period(points[:38], 64) == 0
+    assert period_of(points, 64) == 10
+    assert period_of(points[:38], 64) == 0
 
 
 def test_a_transient_in_the_first_half_does_no_harm():
     points = np.concatenate([np.linspace(5, 1, 50), np.ones(50)])[:, None]
-    assert find_period(points, 10) == 1
+    assert period_of(points, 10) == 1
 
 
 @pytest.mark.parametrize(("noise", "found"), [(1e-9, 2), (1e-4, 0)])
 def test_repetition_is_to_a_millionth(noise, found):
     points = np.tile([1.0, 2.0], 64)[:, None] + noise * np.random.default_rng(0).uniform(-1, 1, (128, 1))
-    assert find_period(points, 64) == found
+    assert period_of(points, 64) == found
 
 
 @pytest.mark.parametrize(
     "points", [np.zeros((0, 2)), np.zeros((1, 2)), np.full((10, 1), np.nan), [[0.0], [np.inf]] * 4]
 )
 def test_no_points_no_period(points):
-    assert find_period(np.asarray(points), 4) == 0
+    assert period_of(np.asarray(points), 4) == 0
+
+
+@pytest.mark.parametrize("units", [(1.0, 1.0, 1.0), (1e9, 1e-9, 1.0), (1e-12, 1.0, 1e12)])
+def test_a_period_does_not_depend_on_units(units):
+    """A cycle of three points whose second state is nothing but round-off, and a decaying third."""
+    rng, units = np.random.default_rng(3), np.array(units)
+    points = np.stack(
+        [np.tile([1.0, 2.0, 4.0], 40), 1e-15 * rng.normal(size=120), 1e-14 * 0.9 ** np.arange(120)], axis=1
+    )
+    window = np.concatenate([points * units, np.zeros((120, 1))], axis=1)[np.newaxis]
+    assert recurrence(window, units[np.newaxis], 20).period == 3
+    # a small state that moves by itself is no round-off
+    window[0, :, 1] = np.tile([1e-12, 2e-12, 1e-12, 1e-12], 30) * units[1]
+    assert recurrence(window, [1.0, 1e-12, 1.0] * units[np.newaxis], 20).period == 12
 
 
 def test_a_chaotic_orbit_has_no_period():
@@ -80,7 +99,7 @@ def test_a_chaotic_orbit_has_no_period():
     x[0] = 0.3
     for k in range(399):
         x[k + 1] = 4 * x[k] * (1 - x[k])
-    assert find_period(x[:, None], 64) == 0
+    assert period_of(x[:, None], 64) == 0
 
 
 LENGTH = 1000.0

@@ -1,0 +1,75 @@
+"""Words and periods do not depend on the units of the states. Units are parameters, so each system compiles once."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+
+UNITS = [(1.0, 1.0), (1e3, 1.0), (1e6, 1e-6), (1e-9, 1e6), (1e-12, 1e-12)]
+
+
+@pytest.fixture(scope="module")
+def through_zero():
+    """A damped oscillator that settles on x = sin(w t), which every strobe finds at zero; y decays for ever."""
+    force = "(2 - w**2)*sin(w*t) + c*w*cos(w*t)"
+    return cd.HybridSystem(
+        name="through zero",
+        states="x v y",
+        parameters={"w": 1.3, "c": 0.2, "X": 1.0, "V": 1.0},
+        modes={"on": {"x": "X*v/V", "v": f"V*(-2*x/X - c*v/V + {force})", "y": "-y/10"}},
+        period="2*pi/w",
+        initial={"y": 1.0},
+    )
+
+
+@pytest.mark.parametrize(("x", "v"), UNITS)
+def test_the_period_of_what_passes_through_zero(through_zero, x, v):
+    system = through_zero.with_parameters(X=x, V=v).with_initial(x=0.1 * x, y=v)
+    found = cd.bifurcation_diagram(system, {"w": [1.1, 1.3, 1.5]}, transient=100, periods=128)
+    assert (found["period"] == 1).all()
+    section = cd.poincare_section(system, transient=100, periods=128)
+    assert section["period"] == 1
+    # the response is sin(w t) in its unit
+    np.testing.assert_allclose(section["section"].sel(state="v")[-1] / v, 1.3, rtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def two_cycles():
+    """Circles of the radii X and U, w turns of one in a turn of the other."""
+    cycle = "(x/X)**2 + (y/X)**2", "(u/U)**2 + (v/U)**2"
+    field = {
+        "x": f"x - y - x*({cycle[0]})",
+        "y": f"x + y - y*({cycle[0]})",
+        "u": f"u - w*v - u*({cycle[1]})",
+        "v": f"w*u + v - v*({cycle[1]})",
+    }
+    return cd.HybridSystem(
+        name="two cycles", states="x y u v", parameters={"w": 1.5, "X": 1.0, "U": 1.0}, modes={"on": field}
+    )
+
+
+@pytest.mark.parametrize(("x", "u"), UNITS)
+def test_a_torus_is_one_in_all_units(two_cycles, x, u):
+    system = two_cycles.with_parameters(X=x, U=u).with_initial(x=0.5 * x, u=0.5 * u)
+    w = [1.5, np.sqrt(2)]
+    cycle, torus = cd.Outcome.PERIODIC, cd.Outcome.QUASIPERIODIC
+    strobed = cd.bifurcation_diagram(system, {"w": w}, at="x > 0", transient=50, periods=128)
+    np.testing.assert_array_equal(strobed["outcome"].values[:, 0], [cycle, torus])
+    np.testing.assert_array_equal(strobed["period"].values[:, 0], [2, 0])
+    timed = cd.parameter_chart(system, {"w": w, "X": [x]}, transient=50, duration=2000)
+    np.testing.assert_array_equal(timed["outcome"].values.ravel(), [cycle, torus])
+
+
+def test_a_map_of_the_circle_is_not_chaotic():
+    """The spikes of a driven integrate-and-fire cell in order of phase are an invertible map of the circle."""
+    cell = cd.HybridSystem(
+        name="cell",
+        states="v",
+        parameters={"I": 1.5, "A": 0.2, "w": 3.0},
+        modes={"rest": {"v": "-v + I + A*cos(w*t)"}},
+        transitions=[cd.Transition("spike", "rest", "rest", "v - 1", +1, reset={"v": "0"})],
+        period="2*pi/w",
+    )
+    for at in ("strobe", "spike"):
+        found = cd.bifurcation_diagram(cell, {"I": np.linspace(1.25, 2.0, 16)}, at=at, transient=400, periods=64)
+        assert (found["outcome"] != cd.Outcome.CHAOTIC).all()
