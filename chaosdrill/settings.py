@@ -226,21 +226,12 @@ class Settings:
             read[one.name] = None if left_out else rule.read(one.name, value, system)
             if not left_out and not _is_default(one, value):
                 table[one.name] = rule.plain(value)
-        for path, text in (*cls.beside(table), *cls.together(table, Known.of(system))):
-            name, *rest = path or ("",)
-            raise SettingsError(_of_an_argument(str(name), table.get(str(name)), tuple(rest), text) if name else text)
-        settings = cls(**read)
-        settings.agree(system)
-        return settings
-
-    def agree(self, system: Any) -> None:
-        """Refuse settings that do not go together, or not with the system.
-
-        Raises
-        ------
-        SettingsError
-            With the name of the argument, the value, and what it must be.
-        """
+        for faults in (cls.beside(table), cls.together(table, Known.of(system)), cls.misfits(table, system)):
+            for path, text in faults:
+                name, *rest = path or ("",)
+                where = (str(name), table.get(str(name)), tuple(rest))
+                raise SettingsError(_of_an_argument(*where, text) if name else text)
+        return cls(**read)
 
     @classmethod
     def faults(cls, table: Any, known: Known | None = None, also: Sequence[str] | None = None) -> Faults:
@@ -282,6 +273,11 @@ class Settings:
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
         """What is wrong with a setting because of another one, whether or not all are sound."""
+        yield from ()
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: Any) -> Faults:
+        """What of a sound table does not fit a system that is built."""
         yield from ()
 
     @classmethod

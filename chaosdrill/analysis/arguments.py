@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf, isfinite
+from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.declared import METHODS, unfit
@@ -11,7 +11,6 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.names import remedy
 from chaosdrill.settings import (
     LONGEST,
-    Amount,
     Faults,
     Known,
     ListOf,
@@ -22,11 +21,9 @@ from chaosdrill.settings import (
     Value,
     Whole,
     entries,
-    positive,
     real,
     setting,
     told,
-    whole,
     within,
 )
 
@@ -90,56 +87,21 @@ class Span:
         return outcome
 
 
-def counted(system: "HybridSystem", at: str | None, periods: Any, duration: Any, transient: Any) -> str:
-    """What lengths count: ``"strobe"``, ``"section"`` (its points) or ``"time"``.
-
-    Raises
-    ------
-    SettingsError
-        If lengths and section do not go together, or not with the system.
-    """
-    period = system.forcing_period()
-    strobed = at in (None, "strobe")
-    if (periods is None) == (duration is None):
-        wanted = "periods" if period is not None else "duration" if strobed else "periods= or duration"
-        raise SettingsError(
-            f"{system.name}: give {wanted}= and only that (received periods={periods!r}, {duration=!r})"
-        )
-    if period is None and periods is not None and strobed:
-        raise SettingsError(
-            f"{system.name} has no forcing period: give duration= in units of time, not periods={periods!r}, or the "
-            f"section whose points are counted, as in {example_of_section(system)}"
-        )
-    if period is not None and duration is not None:
-        about = real(duration) / period
-        hint = f" (about {max(1, round(about))})" if 0 < about < inf else ""
-        raise SettingsError(
-            f"{system.name} has the forcing period {period:.6g}: give periods=, not {duration=!r}{hint}"
-        )
-    if duration is not None:
-        positive("duration", duration)
-        _time("transient", transient)
-        return "time"
-    whole("periods", periods, 1)
-    whole("transient", transient, 0)
-    return "strobe" if strobed else "section"
-
-
-def example_of_section(system: "HybridSystem", at: str = "at=") -> str:
-    """A section that the system has, as an argument."""
+def example_of_section(system: "HybridSystem") -> str:
+    """A section that the system has, as a setting."""
     events = sorted({t.name for t in system.transitions})
-    surface = f"{at}{system.state_names[0] + ' > 0'!r}"
-    return f"{at}{events[0]!r} or {surface}" if events else surface
+    surface = f"at={system.state_names[0] + ' > 0'!r}"
+    return f"at={events[0]!r} or {surface}" if events else surface
 
 
-def settling(system: "HybridSystem", transient: Any) -> int:
-    """Forcing periods to run before an orbit is looked for; without forcing units of time, rounded up."""
-    time = transient if system.period is not None else _time("transient", transient)
-    return whole("transient", time if system.period is not None else -(-time // 1), 0)
-
-
-def _time(name: str, value: Any) -> float:
-    return real(Number(least=0.0).read(name, value, None))
+def misfits_of_section(table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+    """A section that a system does not have, and a transient that is no whole number of what it counts."""
+    at = table.get("at")
+    if at is not None and (fault := section_fault(system, at)):
+        yield ("at",), told(fault, at)
+    what = "forcing periods" if at in (None, "strobe") else "points of the section"
+    if (system.period is not None or at is not None) and "duration" not in table and table.get("transient", 0) % 1:
+        yield ("transient",), told(f"expected whole {what}", table["transient"])
 
 
 def check_record(samples: int, columns: int, names: str) -> None:
@@ -174,28 +136,24 @@ def tangent_count(system: "HybridSystem", exponents: Any) -> int:
 class At(Text):
     """A section: ``"strobe"``, the name or kind of a transition, or a comparison, met where it becomes true."""
 
-    def read(self, name: str, value: Any, system: Any) -> str:
-        if not isinstance(value, str):
-            from chaosdrill.model.text import write_text
+    def plain(self, value: Any) -> Any:
+        from chaosdrill.model.text import write_text
 
-            value = write_text(value) if getattr(value, "is_Relational", False) else value
-        if fault := section_fault(system, value):
-            raise SettingsError(f"{name} is {value!r:.60}; {fault}")
-        return str(value)
+        return write_text(value) if getattr(value, "is_Relational", False) else value
 
 
-def section_fault(system: "HybridSystem", at: Any) -> str | None:
+def section_fault(system: "HybridSystem", at: str) -> str | None:
     """Why a system has no such section; None if it has."""
     events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
-    if isinstance(at, str) and at == "strobe":
+    if at == "strobe":
         if system.period is not None:
             return None
         return f"{system.name} has no forcing period for a strobe; give an event, as in {example_of_section(system)}"
-    if isinstance(at, str) and at in events:
+    if at in events:
         return None
-    if not isinstance(at, str) or not ("<" in at or ">" in at):
+    if not ("<" in at or ">" in at):
         strobe = ("strobe",) if system.period is not None else ()
-        unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}" if isinstance(at, str) else "no text"
+        unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}"
         return f"{unknown}; or give a comparison that becomes true there, such as '{system.state_names[0]} > 0'"
     from chaosdrill.model.grammar import ExpressionError
     from chaosdrill.model.surface import surface
@@ -205,20 +163,6 @@ def section_fault(system: "HybridSystem", at: Any) -> str | None:
     except ExpressionError as fault:
         return str(fault)
     return None
-
-
-class Periods(Whole):
-    """A count of points of the section, which `counted` reads: with another system it is a fault of its own kind."""
-
-    def read(self, name: str, value: Any, system: Any) -> Any:
-        return value
-
-
-class Time(Amount):
-    """A time, or a count of points of the section where these are counted, which `counted` reads."""
-
-    def read(self, name: str, value: Any, system: Any) -> Any:
-        return value
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import Parameter, Signature, cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -12,11 +12,9 @@ from chaosdrill.analysis.arguments import (
     At,
     Exponents,
     Method,
-    Periods,
     Span,
-    Time,
-    counted,
     example_of_section,
+    misfits_of_section,
 )
 from chaosdrill.analysis.registry import function
 from chaosdrill.dataset.references import SPECTRA
@@ -24,7 +22,7 @@ from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.progress import Progress, teller, watched
-from chaosdrill.settings import LONGEST, Faults, Known, Number, Settings, Whole, setting, told, whole
+from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
 from chaosdrill.typed import LISTENER, PATH, refuse
 
 if TYPE_CHECKING:
@@ -49,37 +47,45 @@ class AnalysisSettings(Settings):
 
 @dataclass(frozen=True, kw_only=True)
 class _Lengths(AnalysisSettings):
-    """How long runs are: in points of a section, or in time units for a system without a forcing."""
+    """How long runs are: in forcing periods or points of a section, or in time for a system without a forcing."""
 
     ends: ClassVar[tuple[str, ...]] = ()
     """Other settings that tell how long a run is."""
 
-    periods: int | None = setting(Periods(1), None)
-    duration: float | None = setting(Time(above=0, most=LONGEST), None)
-    transient: float = setting(Time(least=0, most=LONGEST), 0)
+    periods: int | None = setting(Whole(1), None)
+    duration: float | None = setting(Amount(above=0, most=LONGEST), None)
+    transient: float = setting(Amount(least=0, most=LONGEST), 0)
     at: str | None = setting(At(), None)
     max_return: float | None = setting(Number(above=0, most=LONGEST), None)
 
-    def agree(self, system: "HybridSystem") -> None:
-        """Refuse lengths that the section, or the system, does not count."""
-        self.counts(system)
-        if self.needs_section and self.at is None and system.period is None:
-            example = example_of_section(system)
-            raise SettingsError(
-                f"{system.name} has no forcing period, and so no strobe; name a section, as in {example}"
-            )
-
     def counts(self, system: "HybridSystem") -> str:
-        """What lengths count, see `counted`."""
-        return counted(system, self.at, self.periods, self.duration, self.transient)
+        """What lengths count: ``"strobe"``, ``"section"`` (its points) or ``"time"``."""
+        return "time" if self.duration is not None else "strobe" if self.at in (None, "strobe") else "section"
 
     @classmethod
-    def faults(cls, table: Any, known: Known | None = None, also: Sequence[str] | None = None) -> Faults:
-        """As for all settings; both lengths, or none, which for arguments `counted` refuses, who knows the system."""
-        yield from super().faults(table, known, also)
-        given = {"periods", "duration"} & table.keys() if isinstance(table, Mapping) else {"periods"}
-        if len(given) == 2 or not (given or set(cls.ends) & table.keys()):
-            yield (), "give either periods (points of the section) or duration (time units)"
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
+        """Both lengths, or none."""
+        if "periods" in table and "duration" in table:
+            yield ("duration",), told("periods are given, too; leave one of them out", table["duration"])
+        elif not {"periods", "duration", *cls.ends} & table.keys():
+            yield (), "give either periods (of the forcing, or points of the section) or duration (units of time)"
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """A length that the system does not count, and a section that it lacks."""
+        yield from misfits_of_section(table, system)
+        at = table.get("at")
+        if system.period is not None:
+            if "duration" in table:
+                about = max(1, round(table["duration"] / system.forcing_period()))
+                words = f"{system.name} has a forcing period; give periods instead (about {about})"
+                yield ("duration",), told(words, table["duration"])
+        elif cls.needs_section and at is None:
+            example = example_of_section(system)
+            yield (), f"{system.name} has no forcing period, and so no strobe; name a section, as in {example}"
+        elif "periods" in table and at in (None, "strobe"):
+            words = f"{system.name} has no forcing period; give duration, in units of time, or the section whose "
+            yield ("periods",), told(f"{words}points are counted, as in {example_of_section(system)}", table["periods"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,17 +110,11 @@ class Points(_Lengths):
 
     parallel: ClassVar[bool] = True
 
-    transient: float = setting(Time(least=0, most=LONGEST))
-    periods: int | None = setting(Periods(2), None)
+    transient: float = setting(Amount(least=0, most=LONGEST))
+    periods: int | None = setting(Whole(2), None)
     exponents: int | None = setting(Exponents(), None)
     max_period: int = setting(Whole(1, 10_000), 64)
     max_extension: int = setting(Whole(0), 8)
-
-    def agree(self, system: "HybridSystem") -> None:
-        """As for every run; and refuse a single period, which shows nothing."""
-        super().agree(system)
-        if self.periods is not None:
-            whole("periods", self.periods, 2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,29 +126,25 @@ class Orbit(AnalysisSettings):
     period: int = setting(Whole(1, LONGEST_PERIOD), 1)
     at: str | None = setting(At(), None)
     max_return: float | None = setting(Number(above=0, most=LONGEST), None)
-
-    transient: float = setting(Time(least=0, most=LONGEST), 200)
+    transient: float = setting(Amount(least=0, most=LONGEST), 200)
 
     def counts(self, system: "HybridSystem") -> str:
         """What the period and the transient count."""
         return "section" if self.at not in (None, "strobe") else "strobe" if system.period is not None else "time"
 
-    def agree(self, system: "HybridSystem") -> None:
-        """Refuse to count in periods where there are none, or in something else where there are."""
-        counts = self.counts(system)
-        if counts == "time" and self.period != 1:
-            raise SettingsError(
-                f"period is {self.period!r}, but {system.name} has no forcing period to count in; leave it out: an "
-                "orbit is one round then, however many turns it takes; or name the section whose points it counts, as "
-                f"in {example_of_section(system)}"
-            )
-        if counts == "section" and system.period is not None:
-            raise SettingsError(
-                f"at is {self.at!r}, but {system.name} has a forcing period, in which orbits are counted; leave it out"
-            )
-        if counts == "section":
-            whole("transient", self.transient, 0)
-        system.forcing_period()
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """A period counted where there are none, or in something else where there are; a section that there is not."""
+        yield from misfits_of_section(table, system)
+        sectioned = table.get("at") not in (None, "strobe")
+        if sectioned and system.period is not None:
+            words = f"{system.name} has a forcing period, in which orbits are counted; leave it out"
+            yield ("at",), told(words, table["at"])
+        if system.period is None and not sectioned and table.get("period", 1) != 1:
+            words = f"{system.name} has no forcing period to count in; leave it out: an orbit is one round then, "
+            words += "however many turns it takes; or name the section whose points it counts, as in "
+            words += example_of_section(system)
+            yield ("period",), told(words, table["period"])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -288,6 +284,7 @@ class Analysis:
         for name, kind in (("progress", LISTENER), ("store", PATH)):
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
+        system.forcing_period()
         settings = self.settings.read(given, system)
         numerics = {} if self.settings.own_numerics else vars(NumericsSettings.read(given, system))
         execution = {name: given[name] for name in _EXECUTION if name in given}

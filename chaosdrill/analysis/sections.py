@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.arguments import Span, settling
+from chaosdrill.analysis.arguments import Span
 from chaosdrill.analysis.recording import Record, record, record_returns
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
@@ -148,7 +148,7 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     from there take. On an attractor it is the point after the transient to which so many returns lead back most nearly.
     """
     if given.counts(system) != "section":
-        return OrbitStart(system, given.period, given.start, settling(system, given.transient))
+        return OrbitStart(system, given.period, given.start, int(-(-given.transient // 1)))
     where, period = find_section(system, given, numerics), int(given.period)
     assert where.transitions is not None
     run = Run(where.system, where.unit, numerics)

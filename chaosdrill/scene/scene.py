@@ -11,7 +11,7 @@ from chaosdrill.errors import ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
 from chaosdrill.names import remedy
 from chaosdrill.scene.check_made import DriveFault, driven_system
-from chaosdrill.scene.lines import InvalidSceneError, Path, Problem
+from chaosdrill.scene.lines import InvalidSceneError, Path, Problem, problems_of
 from chaosdrill.systems.drill.si import ReadSI
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ class Scene:
             raise InvalidSceneError(
                 self.name, [Problem(("system", "drives", fault.drive), str(fault))], self.lines
             ) from fault
-        if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_events(system)]:
+        if problems := [*self._check_modes(system), *self._check_reached(system), *self._check_fit(system)]:
             raise InvalidSceneError(self.name, problems, self.lines)
         return system
 
@@ -196,29 +196,10 @@ class Scene:
             if mode not in reached
         ]
 
-    def _check_events(self, system: "HybridSystem") -> list[Problem]:
-        """Check that sections exist in the system and that lengths are counted by them."""
-        from chaosdrill.analysis.arguments import example_of_section, section_fault
-
-        faults: dict[Path, str] = {}
-        for group, analysis in self.analyses.items():
-            place, given, settings = ("analysis", group), analysis.table, analysis.entry.settings
-            at = analysis.get("at")
-            if at is not None and (fault := section_fault(system, at)):
-                faults[*place, "at"] = fault
-            by_events = at not in (None, "strobe")
-            example = example_of_section(system, "at = ")
-            if system.period is None:
-                if settings.needs_section and at is None:
-                    faults[*place, "kind"] = f"{system.name} has no forcing period, and so no strobe; give {example}"
-                elif "periods" in given and not by_events:
-                    text = f"{system.name} has no forcing period; give duration, in units of time, or {example}"
-                    faults[*place, "periods"] = text
-                elif given.get("period", 1) != 1:
-                    faults[*place, "period"] = f"{system.name} has no forcing period to count in; leave it out"
-            elif "duration" in given:
-                faults[*place, "duration"] = f"{system.name} has a forcing period; give periods"
-            if (system.period is not None or (by_events and "periods" in given)) and given.get("transient", 0) % 1:
-                what = "points of the section" if by_events else "forcing periods"
-                faults[*place, "transient"] = f"expected whole {what}, received {given['transient']!r}"
-        return [Problem(place, fault) for place, fault in faults.items()]
+    def _check_fit(self, system: "HybridSystem") -> list[Problem]:
+        """Check that sections exist in the system, and that it counts the lengths that are given."""
+        return [
+            problem
+            for group, asked in self.analyses.items()
+            for problem in problems_of(asked.entry.settings.misfits(asked.table, system), ("analysis", group))
+        ]

@@ -12,9 +12,9 @@ from chaosdrill.engine.methods import NAMES
 
 SPAN = {"periods": 10}
 FAULTS = [
-    ({}, "give periods= and only that"),
-    ({"periods": 5, "duration": 3.0}, "give periods= and only that .received periods=5, duration=3.0"),
-    ({"duration": 31.4}, r"has the forcing period 6.28319: give periods=, not .*31.4 .about 5"),
+    ({}, "give either periods .* or duration"),
+    ({"periods": 5, "duration": 3.0}, "duration is 3.0; periods are given, too"),
+    ({"duration": 31.4}, r"duration is 31.4; \w+ has a forcing period; give periods instead .about 5"),
     ({"periods": 0}, "periods is 0; must be at least 1"),
     ({"periods": -3}, "periods is -3"),
     ({"periods": 2.5}, "periods is 2.5; expected a whole number"),
@@ -34,9 +34,9 @@ FAULTS = [
     ({**SPAN, "max_stalls": None}, "max_stalls is None; expected a whole number"),
 ]
 DURATION_FAULTS = [
-    ({}, "duration= and only that"),
-    ({"periods": 4, "at": None}, "ball has no forcing period.* (periods=4.* at='apex'|name a section.* at='apex')"),
-    ({"periods": 4, "at": "hit", "transient": 0.5}, "transient is 0.5; expected a whole number"),
+    ({}, "give either periods .* or duration"),
+    ({"periods": 4, "at": None}, "ball has no forcing period(; give duration|, and so no strobe; name a).* at='apex'"),
+    ({"periods": 4, "at": "hit", "transient": 0.5}, "transient is 0.5; expected whole points of the section"),
     ({"periods": 4, "at": "strobe"}, "at is 'strobe'; ball has no forcing period for a strobe; .* at='apex'"),
     ({"duration": 0}, "duration is 0; must be greater than 0"),
     ({"duration": float("nan")}, "duration is nan"),
@@ -122,7 +122,7 @@ def test_diagrams(duffing, sweep, arguments, words):
 def test_a_diagram_needs_a_section(bouncer):
     with pytest.raises(cd.SettingsError, match="ball has no forcing period, and so no strobe; name a section"):
         cd.bifurcation_diagram(bouncer, {"e": [0.5]}, transient=1, duration=4.0)
-    with pytest.raises(cd.SettingsError, match=r"ball has no forcing period: give duration= .* at='apex'"):
+    with pytest.raises(cd.SettingsError, match=r"ball has no forcing period.*; name a section, as in at='apex'"):
         cd.bifurcation_diagram(bouncer, {"e": [0.5]}, **DIAGRAM)
 
 

@@ -31,12 +31,12 @@ def roessler():
 
 
 def test_what_to_do_is_said(roessler):
-    with pytest.raises(cd.SettingsError, match=r"roessler has no forcing period.* give duration= .* at='x > 0'"):
+    with pytest.raises(cd.SettingsError, match=r"roessler has no forcing period.*name a section, as in at='x > 0'"):
         cd.bifurcation_diagram(roessler, sweep={"c": [2.5]}, transient=1, periods=8)
-    with pytest.raises(cd.SceneError, match=r"lorenz has no forcing period, and so no strobe; give at = 'x > 0'"):
+    with pytest.raises(cd.SceneError, match=r"lorenz has no forcing period, .*name a section, as in at='x > 0'"):
         cd.check(parse_scene(SCENE))
     # a length that the named section does not count
-    with pytest.raises(cd.SettingsError, match=r"transient is 0.5; expected a whole number"):
+    with pytest.raises(cd.SettingsError, match=r"transient is 0.5; expected whole points of the section"):
         cd.bifurcation_diagram(roessler, sweep={"c": [2.5]}, transient=0.5, periods=8, at="x > 0")
 
 

@@ -28,7 +28,7 @@ ORBITS = [
     ({"period": 0}, ["period is 0", "at least 1"]),
     ({"period": 2.5}, ["period is 2.5", "whole number"]),
     ({"period": 10**6}, ["period is 1000000", "at most 1000"]),
-    ({"transient": 2.5}, ["transient is 2.5", "whole number"]),
+    ({"transient": 2.5}, ["transient is 2.5", "expected whole forcing periods"]),
     ({"transient": -1}, ["transient is -1"]),
     ({"start": "search"}, ["max_period: missing"]),
     ({"start": "search", "max_period": 0}, ["max_period is 0"]),

@@ -29,12 +29,6 @@ def test_numerics(duffing, arguments, words):
         cd.trajectory(duffing, periods=1, **arguments)
 
 
-@pytest.mark.parametrize("duration", ["ten", float("inf"), float("nan"), -1.0, [3.0], True])
-def test_a_duration_for_a_system_with_a_period(duffing, duration):
-    with pytest.raises(cd.SettingsError, match=r"has the forcing period 6.28319: give periods=, not duration=[^(]*$"):
-        cd.trajectory(duffing, duration=duration)
-
-
 @pytest.mark.parametrize("duration", ["ten", float("inf"), float("nan"), [3.0], np.array([3.0]), True, 3j])
 def test_a_duration_that_is_no_time(bouncer, duration):
     with pytest.raises(cd.SettingsError, match=r"duration is .*; (expected a number|must be finite)"):
@@ -66,9 +60,9 @@ def test_a_record_that_no_memory_holds():
 
 @pytest.mark.parametrize("at", [3, ["hit"], np.array(["hit", "apex"]), {"hit": 1}, ""])
 def test_a_section_at_nothing(bouncer, duffing, at):
-    with pytest.raises(cd.SettingsError, match=r"at is .*; (no text|unknown event).*; or give a comparison"):
+    with pytest.raises(cd.SettingsError, match=r"unknown event .*; or give a comparison|at.*expected text"):
         cd.poincare_section(bouncer, duration=1.0, at=at)
-    with pytest.raises(cd.SettingsError, match=r"at is .*; (no text|unknown event).*; or give a comparison"):
+    with pytest.raises(cd.SettingsError, match=r"unknown event .*; or give a comparison|at.*expected text"):
         cd.bifurcation_diagram(duffing, {"gamma": [0.4]}, transient=1, periods=2, at=at)
 
 

@@ -48,7 +48,7 @@ CASES = [
     ("periods = 20", f"periods = 1{'0' * 30}", "19: analysis.spectrum.periods: must be at most 1e+10"),
     ("periods = 20", "periods = 2.5", "19: analysis.spectrum.periods: expected a whole number, received 2.5"),
     ("periods = 20", "duration = inf", "19: analysis.spectrum.duration: must be finite, received inf"),
-    ("periods = 20", "", "16: analysis.spectrum: give either periods (points of the section) or duration (time units)"),
+    ("periods = 20", "", "16: analysis.spectrum: give either periods (of the forcing,"),
     ("periods = 20", "periods = 2\nexponents = 4", "20: analysis.spectrum.exponents: the system has 3 states"),
     ("num = 3", "num = 0", "22: analysis.diagram.sweep.eta.num: must be at least 1, received 0"),
     ("num = 3", "num = 3, step = 1", "22: analysis.diagram.sweep.eta.step: unknown key; leave it out"),
@@ -353,7 +353,7 @@ WORK_PRECISION_CASES = [
     ("repeats = 3", "repeats = 0", "10: analysis.cost.repeats: must be at least 1, received 0"),
     ("repeats = 3", "repeat = 3", "10: analysis.cost.repeat: unknown key; did you mean 'repeats'?"),
     ("repeats = 3", 'method = "rk4"', "10: analysis.cost.method: unknown key; did you mean 'methods'?"),
-    ("periods = 100", "", "3: analysis.cost: give either periods (points of the section) or duration (time units)"),
+    ("periods = 100", "", "3: analysis.cost: give either periods (of the forcing,"),
 ]
 
 
@@ -416,7 +416,8 @@ def test_periods_without_a_forcing():
 
 def test_duration_with_a_forcing(sound):
     told = refusal(sound.replace("periods = 20", "duration = 20"))
-    assert told == "scene.toml:19: analysis.spectrum.duration: percussive-drill has a forcing period; give periods"
+    fault = "percussive-drill has a forcing period; give periods instead (about 1), received 20"
+    assert told == f"scene.toml:19: analysis.spectrum.duration: {fault}"
 
 
 def test_part_of_a_period(sound):
@@ -432,13 +433,38 @@ def test_section_at_a_class_of_events(sound):
 def test_strobe_without_a_forcing():
     told = refusal(WITHOUT_FORCING + 'kind = "poincare-section"\nduration = 10\n')
     assert told.startswith(
-        "scene.toml:4: analysis.a.kind: lorenz has no forcing period, and so no strobe; give at = 'x > 0'"
+        "scene.toml:3: analysis.a: lorenz has no forcing period, and so no strobe; name a section, as in at='x > 0'"
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [
+        ("lyapunov-spectrum", {}),
+        ("lyapunov-spectrum", {"periods": 5}),
+        ("lyapunov-spectrum", {"periods": 5, "duration": 2.5}),
+        ("lyapunov-spectrum", {"periods": 5, "at": "strobe"}),
+        ("lyapunov-spectrum", {"duration": -1}),
+        ("trajectory", {"periods": 5, "at": "x > 0", "transient": 0.5}),
+        ("trajectory", {"at": "x > 0", "times": [1.0, 2.0]}),
+        ("poincare-section", {"duration": 5.0, "at": "x0 > 0"}),
+        ("periodic-orbit", {"period": 2}),
+        ("periodic-orbit", {"transient": 0.5, "at": "x > 0"}),
+    ],
+)
+def test_lengths_are_refused_alike_in_python_and_in_scenes(kind, given):
+    text = WITHOUT_FORCING + f'kind = "{kind}"\n' + "".join(f"{key} = {value!r}\n" for key, value in given.items())
+    with pytest.raises(SceneError) as of_scene:
+        _ = parse_scene(text).system
+    with pytest.raises(cd.SettingsError) as of_python:
+        getattr(cd, kind.replace("-", "_"))(cd.build("lorenz"), **given)
+    words = str(of_python.value).partition("; ")[2] or str(of_python.value)
+    assert words in str(of_scene.value)
 
 
 def test_diagram_without_a_forcing():
     told = refusal(WITHOUT_FORCING + 'kind = "bifurcation-diagram"\nsweep.rho = [28]\ntransient = 0\nperiods = 9\n')
-    assert "scene.toml:4: analysis.a.kind: lorenz has no forcing period, and so no strobe; give at = 'x > 0'" in told
+    assert "scene.toml:3: analysis.a: lorenz has no forcing period, and so no strobe; name a section" in told
 
 
 def test_values_reach_the_system(sound):

@@ -26,7 +26,6 @@ from chaosdrill.dataset.schema import (
     outcome,
     table,
 )
-from chaosdrill.errors import SettingsError
 from chaosdrill.settings import Faults, setting
 
 if TYPE_CHECKING:
@@ -75,23 +74,22 @@ class Basins(Points):
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """Initial states in one way at least."""
+        """Initial states in one way at least; and the lengths."""
+        yield from super().beside(table)
         if not {"grid", "initial"} & table.keys():
             yield ("grid",), "missing; give two states with their values, or a list of initial states (initial)"
 
-    def agree(self, system: "HybridSystem") -> None:
-        """Refuse a state that the initial mode holds at one value."""
-        super().agree(system)
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """As for every run; and a state that the initial mode holds at one value."""
         from chaosdrill.model.derive import pinned_states
 
+        yield from super().misfits(table, system)
         mode = str(system.initial["mode"])
         held = [system.state_names[i] for i in pinned_states(system, mode)]
-        for name in self.grid or {}:
-            if name in held:
-                raise SettingsError(
-                    f"grid names {name!r}, which mode {mode!r}, the initial one, leaves no freedom; give another "
-                    f"state, or another initial mode: {list(system.modes)}"
-                )
+        for name in table.get("grid", {}).keys() & set(held):
+            words = f"mode {mode!r}, the initial one, leaves it no freedom; give another state, or another initial mode"
+            yield ("grid", name), f"{words}: {list(system.modes)}"
 
 
 @analysis(

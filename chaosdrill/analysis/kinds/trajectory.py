@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from chaosdrill.analysis.arguments import Span, Times, counted
+from chaosdrill.analysis.arguments import Span, Times
 from chaosdrill.analysis.base import Record, analysis
 from chaosdrill.analysis.starts import STARTS, Tangents
 from chaosdrill.dataset.schema import (
@@ -23,7 +23,6 @@ from chaosdrill.dataset.schema import (
     outcome,
     table,
 )
-from chaosdrill.errors import SettingsError
 from chaosdrill.settings import Faults, Whole, setting, told
 
 if TYPE_CHECKING:
@@ -86,24 +85,25 @@ class Trajectory(Record):
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """Samples and times."""
+        """Samples and times; and the lengths."""
+        yield from super().beside(table)
         if "times" in table and "samples" in table:
             yield ("samples",), told(f"{_EITHER}; leave one of them out", table["samples"])
 
-    def agree(self, system: "HybridSystem") -> None:
-        """As for every run; and refuse times in a run that is counted in something else."""
-        super().agree(system)
-        if self.times is not None and self.counts(system) == "section":
-            raise SettingsError(f"times and at={self.at!r} exclude each other; leave one of them out")
-        if self.initial is not None and self.counts(system) == "section":
-            raise SettingsError(
-                f"initial and at={self.at!r} exclude each other: the runs would have no times in common; leave one out"
-            )
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """As for every run; and times, or several runs, in a run that is counted in something else."""
+        yield from super().misfits(table, system)
+        if table.get("at") in (None, "strobe"):
+            return
+        why = {"times": "leave one of them out", "initial": "the runs would have no times in common; leave one out"}
+        for name, words in why.items():
+            if name in table:
+                yield ("at",), told(f"{name} and at exclude each other: {words}", table["at"])
 
     def counts(self, system: "HybridSystem") -> str:
         """What lengths count, of which the last of given times is one."""
-        told = self._told(system)
-        return counted(system, told.at, told.periods, told.duration, told.transient)
+        return Record.counts(self._told(system), system)
 
     def span(self, system: "HybridSystem", numerics: Any, *, units: int = 1) -> Span:
         """How long to run: as long as it is told, or up to the last of the given times."""

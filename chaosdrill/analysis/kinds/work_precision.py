@@ -61,7 +61,8 @@ class WorkPrecision(Record):
 
     @classmethod
     def beside(cls, table: Mapping[str, Any]) -> Faults:
-        """Another number of steps than of tolerances."""
+        """Another number of steps than of tolerances; and the lengths."""
+        yield from super().beside(table)
         steps, tolerances = table.get("steps"), table.get("tolerances", list(TOLERANCES))
         if isinstance(steps, list) and isinstance(tolerances, list) and len(steps) != len(tolerances):
             yield ("steps",), told(f"expected a list of {len(tolerances)} counts, one for each of tolerances", steps)
