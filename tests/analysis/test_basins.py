@@ -113,7 +113,7 @@ def test_numbers_go_by_size_whatever_the_order():
 
 
 def test_a_state_that_the_mode_holds_spans_no_grid():
-    with pytest.raises(cd.SettingsError, match="grid.w: mode 'stick', the initial one, leaves it no freedom"):
+    with pytest.raises(cd.SettingsError, match=r"grid\.w: mode 'stick', the initial one, leaves it no freedom"):
         cd.basins(cd.drill(), {"y": [0.0], "w": [0.0, 0.1]}, transient=1, periods=4)
 
 
