@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 _EVENT_ROWS = 64
 _NEWTON, _SINGULAR, _NEAR = 3, 1e-12, 1e-2
-"""Steps to a point at rest, singular values that count as zero, and how far off the point may be."""
+"""Steps to a point at rest, singular values that count as zero, and how far off the point may be, in sizes of the
+states."""
 
 _RETURN_ROWS = 1024
 """Events between two looks at a run whose length is counted by them: each look takes about as long as four events."""
@@ -250,16 +251,17 @@ class Batch:
     def rest(self, p: int) -> np.ndarray:
         """The point at rest near the present state of run p, by Newton's method; the state where there is none near."""
         n, mode, variation = self.x.shape[1], int(self.mode[p]), kernels_of(self.system).functions[4]
-        x, column, jacobian = self.x[p].copy(), np.empty(n), np.empty((n, n))
+        x, column, jacobian, size = self.x[p].copy(), np.empty(n), np.empty((n, n)), self.sizes[p]
+        size = np.where(size > 0, size, 1.0)
         for _ in range(_NEWTON):
-            for j, unit in enumerate(np.eye(n)):
+            for j, unit in enumerate(np.diag(size)):
                 variation(mode, 0.0, self._states.c[p], x, unit, column)
-                jacobian[:, j] = column
-            rates = self.rates(p, x, mode)
+                jacobian[:, j] = column / size
+            rates = self.rates(p, x, mode) / size
             if not (np.isfinite(jacobian).all() and np.isfinite(rates).all()):
                 break
-            x = x - np.linalg.lstsq(jacobian, rates, rcond=_SINGULAR)[0]
-        near = np.abs(x - self.x[p]).max() <= _NEAR * max(1e-6, np.abs(self.x[p]).max())
+            x = x - np.linalg.lstsq(jacobian, rates, rcond=_SINGULAR)[0] * size
+        near = (np.abs(x - self.x[p]) <= _NEAR * size).all()
         return x if near else self.x[p].copy()
 
     def run(self, transient: int, ends: np.ndarray) -> None:
