@@ -8,6 +8,7 @@ needs is computed in that outcome's branch.
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Row, Test
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 ONTO = 100.0
 """Tolerances, in scales of the states, within which a state is put onto the guard that it has met."""
+
+ROUNDED = 1000 * float(np.finfo(float).eps)
+"""Rebounds are over where they rise, or last, no longer than this part of the guard's terms, or of the time."""
 
 _ROW = DOUBLE.as_pointer()
 
@@ -134,7 +138,7 @@ class _Transit:
         named = {t.name: t for t in transitions}
         self.outcomes = [(i, transitions[i]) for i in event.outcomes]
         self.completed = {i: named[t.completes] for i, t in self.outcomes if t.completes is not None}
-        self.rebounds = {i: rebound(system, t) for i, t in self.completed.items()}
+        self.rebounds = {i: rebound(system, t, mode.mode) for i, t in self.completed.items()}
         self.conditions = {i: t.conditions.get(mode.mode, sympy.true) for i, t in self.outcomes}
         self.maps = {i: reset_map(system, t) for i, t in self.outcomes}
         self.slopes = {i: reset_entries(system, t) for i, t in self.outcomes}
@@ -157,12 +161,13 @@ class _Transit:
             f, self.x, self._everything(), dict(zip(self.system.states, states, strict=True))
         )
         self.mode._store_sparse(f, self.out.after(self.places.gradient), self.gradient, shared)
+        hardest = self.out[self.places.rest]
         self._store_rates(self.mode.mode, self.places.before, self.rates, shared)
         self.out[self.places.rest] = -1.0
         for index, _ in sorted(self.outcomes, key=lambda found: found[0] not in self.rebounds):
             condition = self.conditions[index]
             if index in self.rebounds:
-                test = self._completes(index, shared)
+                test = self._completes(index, shared, hardest)
             elif condition == sympy.true:
                 self._branch(index, shared, states)
                 break
@@ -182,7 +187,7 @@ class _Transit:
         found = [*self.gradient, *self.rates, *conditions]
         for index, _ in self.outcomes:
             found += [
-                *self.rebounds.get(index, ()),
+                *((*self.rebounds[index], rounding_bound(self.event.guard)) if index in self.rebounds else ()),
                 *self.maps[index],
                 *self.slopes[index].values(),
                 *self.after.get(index, ()),
@@ -246,23 +251,33 @@ class _Transit:
         with f.loop(0, self.n) as i:
             self.out[i + place] = values[i]
 
-    def _completes(self, index: int, shared: Expressions) -> Test:
-        """Whether the rebounds to come take a negligible time, which goes into the event.
+    def _completes(self, index: int, shared: Expressions, hardest: Number) -> Test:
+        """Whether the rebounds to come are negligible beside the hardest; the time they last goes into the event.
 
-        With the normal speeds v before and w after a rebound and the acceleration a they last 2 w/a (1 + e + ..),
-        e = -w/v.
+        With the normal speeds v before and w after a rebound, the acceleration a after it, and b after the next, they
+        last 2 w (1/a + e/b) (1 + e^2 + ..), e = -w/v. One that passes through the guard is one off its other side.
         """
         f = self.f
-        incoming, outgoing, pull = (shared[e] for e in self.rebounds[index])
-        last = -2.0 * outgoing * incoming / (pull * (incoming + outgoing))
-        last = f.choose(outgoing.compare("==", 0.0), 0.0, last)
+        incoming, outgoing, pull, other = (shared[e] for e in self.rebounds[index])
+        through = (incoming * outgoing).compare(">", 0.0)
+        outgoing, other = f.choose(through, -outgoing, outgoing), f.choose(through, other, pull)
+        pull = f.choose(through, -pull, pull)
+        # what does not come back does so at once, at whatever speed it came
+        still = outgoing.compare("==", 0.0)
+        e = f.choose(still, 0.0, -outgoing / incoming)
+        last = f.choose(still, 0.0, -2.0 * outgoing * (1.0 / pull + e / other) / (1.0 - e * e))
         self.out[self.places.rest] = last
         up = self.completed[index].direction > 0
-        signed_pull, signed_out = (pull, outgoing) if up else (-pull, -outgoing)
-        total = incoming + outgoing
-        result = signed_pull.compare(">", 0.0) & signed_out.compare("<=", 0.0)
-        result = result & (total if up else -total).compare(">=", 0.0)
-        result = result & (last * last * f.intrinsic("fabs", pull)).compare("<=", Number(f, self.tolerance))
+        result = e.compare(">=", 0.0) & e.compare("<=", 1.0)
+        for one in (pull, other):
+            result = result & (one if up else -one).compare(">", 0.0)
+        force, speed = f.intrinsic("fabs", pull), f.intrinsic("fabs", incoming)
+        hardest = f.choose(speed.compare(">", hardest), speed, hardest)
+        rise = last * last * force
+        small = (rise * force).compare("<=", Number(f, self.tolerance) * hardest * hardest)
+        small = small | rise.compare("<=", ROUNDED * shared[rounding_bound(self.event.guard)])
+        small = small | last.compare("<=", ROUNDED * f.intrinsic("fabs", Number(f, f.arguments[0])))
+        result = result & small
         condition = self.conditions[index]
         return result if condition == sympy.true else shared.joined(result, condition, both=True)
 

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _EVENT_ROWS = 64
+_BESIDE = ("scale", "sides", "hardest")
+"""What stands with the guards: sizes of states, sides, hardest events."""
+
 _NEWTON, _SINGULAR, _NEAR = 3, 1e-12, 1e-2
 """Steps to a point at rest, singular values that count as zero, and how far off the point may be, in sizes of the
 states."""
@@ -44,17 +47,15 @@ def alike(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: 
 
 @dataclass(frozen=True)
 class Standing:
-    """How the guards of P runs stand: entries of their records, and the sides and sizes that go with them."""
+    """How the guards of P runs stand: entries of their records, and the arrays that go with them."""
 
     run: Mapping[str, np.ndarray]
-    scale: np.ndarray
-    sides: np.ndarray
+    beside: Mapping[str, np.ndarray]
 
     def at(self, which: np.ndarray) -> "Standing":
         """Of some of the runs."""
-        return Standing(
-            {name: values[which] for name, values in self.run.items()}, self.scale[which], self.sides[which]
-        )
+        run, beside = ({name: values[which] for name, values in part.items()} for part in (self.run, self.beside))
+        return Standing(run, beside)
 
 
 class Returns(NamedTuple):
@@ -456,13 +457,14 @@ class Batch:
         """How the guards of some runs stand."""
         states = self._states
         run = {name: states.run[name][which] for name in (*STANDING, "time")}
-        return Standing(run, states.scale[which], states.sides[which])
+        return Standing(run, {name: getattr(states, name)[which] for name in _BESIDE})
 
     def stand(self, as_those: "Standing") -> None:
         """Let all runs begin with their guards as others stand, at states of their own."""
         for name, values in as_those.run.items():
             self._states.run[name] = values
-        self._states.scale[:], self._states.sides[:] = as_those.scale, as_those.sides
+        for name, values in as_those.beside.items():
+            getattr(self._states, name)[:] = values
         self._pin(np.arange(len(self.x)))
 
     def _machine(self, **search: Any) -> "Record":
@@ -482,7 +484,7 @@ class Batch:
         are read anew.
         """
         alive = np.flatnonzero(other.outcome == Outcome.OK)
-        for name in ("x", "scale", "sides"):
+        for name in ("x", *_BESIDE):
             getattr(self._states, name)[alive] = getattr(other._states, name)[alive]
         for entry in STANDING:
             self._states.run[entry][alive] = other._states.run[entry][alive]

@@ -96,6 +96,8 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     elif settings.method == RK4:
         scale = scratch.image
         scale[:] = FAR
+    key = tables.keys[mode, j]
+    event[place.rest] = state.hardest[key]
     transition = functions.event_map(
         mode,
         j,
@@ -108,7 +110,6 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         event,
     )
     rest = event[place.rest]
-    key = tables.keys[mode, j]
     run.fired = key
     run.surface = -1 if jumped else tables.surfaces[mode, j]
     run.fresh = AFTER
@@ -154,7 +155,10 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
                 row[EVENT_COLUMNS + n + i] += rest * event[place.after + i]
         run.event_rows += 1
     state.counts[transition] += 1
-    if rest < 0.0 and not jumped:
+    if rest >= 0.0:
+        state.hardest[key] = 0.0
+    elif not jumped:
         state.grazing[transition] = min(state.grazing[transition], abs(speed))
+        state.hardest[key] = max(state.hardest[key], abs(speed))
     run.events_in_period += 1
     return largest

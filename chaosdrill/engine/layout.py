@@ -57,7 +57,7 @@ class Tables(NamedTuple):
     marks: Any
     """(modes, guards): bits that describe a guard, see MARKS, ..."""
     transitions: Any
-    """(transitions, 3): TO_MODE, MARKS_ONLY, RANK_DEFICIENT"""
+    """(transitions, 4): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES"""
     moves: Any
     """(transitions, keys): whether the reset may change the guard's value"""
     bounds: Any
@@ -102,6 +102,8 @@ class States(NamedTuple):
     """(P, transitions)"""
     grazing: Any
     """(P, transitions): smallest normal speed met"""
+    hardest: Any
+    """(P, keys): largest normal speed met since rebounds from the guard were last completed"""
 
 
 class State(NamedTuple):
@@ -120,6 +122,7 @@ class State(NamedTuple):
     sides: Any
     counts: Any
     grazing: Any
+    hardest: Any
 
 
 class Implicit(NamedTuple):
@@ -314,7 +317,7 @@ EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED = range(5)
 EVENT_COLUMNS = 5
 
 # columns of the table of transitions
-TO_MODE, MARKS_ONLY, RANK_DEFICIENT = range(3)
+TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES = range(4)
 
 # bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; its series
 # may end before that of the states; it depends on time alone; a run may begin beyond it; its own event may let the

@@ -80,7 +80,7 @@ def check_period(system: "HybridSystem", period: float) -> None:
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260104)
     place = event_places(n)
-    event = np.empty(place.size)
+    event = np.zeros(place.size)
     for _ in range(_SAMPLES):
         x, t = rng.uniform(0.1, 0.9, n), rng.uniform(0, period)
         for state in frozen_states(system):

@@ -208,9 +208,9 @@ class Run:
 
     def continue_from(self, other: "Run") -> None:
         """Take over the state and the standing of the guards of another run of the same system, at a strobe of it."""
-        for mine, others in ((self.x, other.x), (self.states.sides, other.states.sides)):
-            mine[:] = others
-        self.states.scale[:] = other.states.scale
+        self.x[:] = other.x
+        for name in ("scale", "sides", "hardest"):
+            getattr(self.states, name)[:] = getattr(other.states, name)
         for name in STANDING:
             self.states.run[name] = other.states.run[name]
         self.vectors[:] = self._frame

@@ -62,9 +62,10 @@ def tables_of(
     `chaosdrill.engine.structure.passes` says.
     """
     kernels = kernels_of(system)
-    transitions = np.zeros((len(kernels.transition_table), 3), dtype=np.int64)
+    transitions = np.zeros((len(kernels.transition_table), 4), dtype=np.int64)
     transitions[:, :2] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
+    transitions[[k for k, t in enumerate(system.transitions) if t.completes is not None], at.COMPLETES] = 1
     watched = np.zeros((len(kernels.events), kernels.moves_table.shape[1]), dtype=np.int64)
     for row, events in zip(watched, kernels.events, strict=True):
         row[[e.key for e in events]] = 1
@@ -185,6 +186,7 @@ def states_of(
         sides=np.zeros((points, keys), dtype=np.int64),
         counts=np.zeros((points, kinds), dtype=np.int64),
         grazing=np.full((points, kinds), np.inf),
+        hardest=np.zeros((points, keys)),
     )
 
 

@@ -124,7 +124,7 @@ def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np
     field, guard, event_map = kernels.functions[3], kernels.functions[5], kernels.functions[7]
     n = len(system.states)
     place = event_places(n)
-    event, gradient, rates = np.empty(place.size), np.empty(n + 1), np.empty(n + len(system.quadratures))
+    event, gradient, rates = np.zeros(place.size), np.empty(n + 1), np.empty(n + len(system.quadratures))
     direction = kernels.events[mode][j].direction
     x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
     if not _onto_guard(guard, mode, j, t, c, x, gradient):

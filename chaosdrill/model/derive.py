@@ -130,12 +130,15 @@ def rate(system: "HybridSystem", mode: str, expression: Any) -> Any:
     return along + time_derivative(system, expression)
 
 
-def rebound(system: "HybridSystem", transition: "Transition") -> tuple[Any, Any, Any]:
-    """Normal speed before a rebound, and normal speed and acceleration after it, from the state before it."""
+def rebound(system: "HybridSystem", transition: "Transition", source: str) -> tuple[Any, Any, Any, Any]:
+    """Normal speeds before and after a rebound, and the normal accelerations after it, from the state before it.
+
+    The second acceleration is that of the source, to which a rebound that passes through the guard comes back.
+    """
     image = dict(zip(system.states, reset_map(system, transition), strict=True))
     before = rate(system, transition.target, transition.guard)
-    acceleration = rate(system, transition.target, before).xreplace(image)
-    return before, before.xreplace(image), acceleration
+    pulls = [rate(system, mode, rate(system, mode, transition.guard)) for mode in (transition.target, source)]
+    return (before, *(e.xreplace(image) for e in (before, *pulls)))
 
 
 def saltation(system: "HybridSystem", transition: "Transition", source: str | None = None) -> sympy.Matrix:
