@@ -137,7 +137,7 @@ def locate(place, p, te, h, t):
             continue
         low = 0.0
         high = h
-        while high - low > settings.tolerance:
+        while high - low > settings.tolerance * h:
             middle = 0.5 * (low + high)
             if middle <= low or middle >= high:
                 break
