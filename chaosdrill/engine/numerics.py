@@ -23,7 +23,7 @@ class Numerics:
     tolerance : float
         Adaptive methods: local error a step, of every state relative to the size that it has had of late, of tangents
         to their length in these scales.
-        rk4: bisection of event times.
+        rk4: width of the bisection for an event, in steps.
     steps : int, optional
         Steps a period, for ``"rk4"`` only; default 200.
     max_events : int, optional

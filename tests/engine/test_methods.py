@@ -329,8 +329,9 @@ def test_event_times_follow_the_tolerance(oscillators, mode, tolerance):
 def test_bisection_follows_its_tolerance(oscillators, mode, tolerance):
     """With 4000 steps the arcs are good to 1e-10, so that the bisection is what is left; it ends late, never early."""
     late = pass_times(oscillators, mode, method="rk4", steps=4000, tolerance=tolerance)[0] - exact_times(mode)[0]
-    assert -1e-9 < late < tolerance + 1e-9
-    assert tolerance < 1e-8 or late > tolerance / 100
+    width = tolerance * LENGTH / 4000
+    assert -1e-9 < late < width + 1e-9
+    assert width < 1e-8 or late > width / 100
 
 
 def test_order_grows_as_tolerance_falls():
