@@ -15,7 +15,15 @@ from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Ro
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import event_places
-from chaosdrill.model.derive import derivative_along, guard_gradient, rate, rebound, reset_entries, reset_map
+from chaosdrill.model.derive import (
+    derivative_along,
+    frozen_states,
+    guard_gradient,
+    rate,
+    rebound,
+    reset_entries,
+    reset_map,
+)
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
@@ -49,6 +57,7 @@ class Pointwise:
     ) -> None:
         self.module, self.system, self.constants, self.mode, self.large = module, system, constants, mode, large
         self.n = len(system.states)
+        self.frozen = frozenset(frozen_states(system))
 
     def _begin(self, name: str, more: dict[str, Any], result: Any = None) -> tuple[Function, Row, list[Any]]:
         """A function, its states, and its arguments after these."""
@@ -197,10 +206,11 @@ class _Transit:
     def _onto_guard(self) -> list[Number]:
         """Put the state on the guard, along its gradient in the scales of the states; returns the states.
 
-        A guard that is met at a multiple root tells nothing about how far away it is: there the state stays.
+        A guard that is met at a multiple root tells nothing about how far away it is: there the state stays. So does
+        one that never changes, as a parameter among the states.
         """
         f, guard = self.f, self.event.guard
-        moving = [i for i in range(self.n) if self.gradient[i] != 0]
+        moving = [i for i, x in enumerate(self.system.states) if self.gradient[i] != 0 and x not in self.mode.frozen]
         states = {i: f.variable(self.x[i]) for i in moving}
         if moving:
             values = self.mode._expressions(f, self.x, [guard, *(self.gradient[i] for i in moving)], {})

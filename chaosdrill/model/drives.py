@@ -115,9 +115,11 @@ def driven(
     # what a mode holds is held in the next piece too
     held = {mode: pinned_values(system, mode) for mode in system.modes}
     guards = {t.guard for t in system.transitions}
-    for k, ((start, _), end, angle) in enumerate(zip(found, ends, angles, strict=True)):
+    for k, (end, angle) in enumerate(zip(ends, angles, strict=True)):
         following = (k + 1) % len(found)
-        guard = sympy.cos(sympy.pi * (end - start)) - sympy.cos(angle)
+        # the other zero is in the middle of the rest of the period, away from where the piece begins; a product has all
+        # its digits, however near to each other its zeros are
+        guard = sympy.sin((turn - 2 * sympy.pi * end) / 2) * sympy.cos(angle / 2)
         # the corner of another drive at the same phase is an event of its own
         while guard in guards:
             guard = sympy.expand(2 * guard)

@@ -68,6 +68,39 @@ def test_a_phase_may_be_a_parameter():
         np.testing.assert_allclose(run["states"].values[:, 0], expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("duty", [1e-8, 1e-6, 1e-3, 1 - 1e-3, 1 - 1e-6])
+def test_a_short_piece_has_all_its_digits(duty):
+    # pulses of area 1, whose integral and whose decay are known
+    decay = oscillator(
+        states=("x", "y"),
+        parameters={"f": 0.0, "duty": duty},
+        modes={"free": {"x": "f", "y": "f - y"}},
+        period=2.0,
+        initial={},
+    )
+    run = cd.trajectory(cd.driven(decay, "f", {0: "1/duty", "duty": 0}), periods=10, samples=1)
+    x, y = run["states"].values[-1]
+    assert x == pytest.approx(20, rel=1e-14)
+    pulse = -np.expm1(-2 * duty) / duty * exp(-2 * (1 - duty))
+    # a pulse as long as a hundred million roundings of the time has eight digits
+    assert y == pytest.approx(pulse * -np.expm1(-20) / -np.expm1(-2), rel=max(2e-11, 1e-16 / duty))
+
+
+@pytest.mark.parametrize(("parameter", "limits"), [("duty", (0.05, 0.95)), ("omega", (0.5, 1.5))])
+def test_branches_go_on_where_corners_move(parameter, limits):
+    system = cd.driven(
+        oscillator(parameters={"f": 0, "zeta": ZETA, "omega": OMEGA, "duty": 0.3}), "f", {0: 1, "duty": -1}
+    )
+    branch = cd.continue_orbit(system, {parameter: limits})
+    assert not branch["special_text"].size
+    assert branch[parameter].values[[0, -1]] == pytest.approx(limits)
+    for point in range(0, branch.sizes["point"], 20):
+        here = {"duty": 0.3, "omega": OMEGA, parameter: float(branch[parameter][point])}
+        coefficients = jumps_and_kinks(here["duty"])["square"]
+        (expected,) = steady(coefficients, 2 * here["duty"] - 1, here["omega"], [0.0])
+        assert float(branch["orbit_state"][point, 0]) == pytest.approx(expected, abs=1e-9)
+
+
 @pytest.mark.parametrize("method", ["taylor", "dop853"])
 def test_a_sweep_follows_the_period(method):
     system = cd.driven(oscillator(), "f", "square")
