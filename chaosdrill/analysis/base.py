@@ -265,6 +265,7 @@ class Analysis:
         from chaosdrill.dataset import label
         from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
         from chaosdrill.model import HybridSystem
+        from chaosdrill.model.regions import check_parameters
 
         system = given["system"]
         if not isinstance(system, HybridSystem):
@@ -286,6 +287,8 @@ class Analysis:
                 refuse(SettingsError, name, given[name], kind)
         system.forcing_period()
         settings = self.settings.read(given, system)
+        if not self.settings.parallel or not getattr(settings, "sweep", None):
+            check_parameters(system)
         numerics = {} if self.settings.own_numerics else vars(NumericsSettings.read(given, system))
         execution = {name: given[name] for name in _EXECUTION if name in given}
         if execution:

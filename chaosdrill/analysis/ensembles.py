@@ -11,6 +11,7 @@ from chaosdrill.analysis.recording import Record
 from chaosdrill.analysis.sections import SAMPLES, Path, find_section, traced
 from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.engine import layout as at
+from chaosdrill.model.regions import UNTOLD
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
@@ -38,7 +39,7 @@ def ensemble(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     paths: list[Path] = []
     for k, (start, mode) in enumerate(zip(starts, modes.tolist(), strict=True)):
         initial = dict(zip(system.state_names, start.tolist(), strict=True))
-        own = system.with_initial(**initial, mode=system.mode_names[mode])
+        own = system.with_initial(**initial, **({} if mode == UNTOLD else {"mode": system.mode_names[mode]}))
         progress = None if job.progress is None else _part(job.progress, k, runs)
         path = traced(find_section(own, given, job.numerics), given, replace(job, progress=progress))
         if len(path.times) and path.times[0] >= times[0]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.analysis.arguments import RANDOM
+from chaosdrill.model.regions import own_mode
 
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
@@ -16,7 +17,7 @@ class Seeds:
     """Initial states that every point of a sweep starts from."""
 
     starts: np.ndarray  # (S, n): states
-    modes: np.ndarray  # int (S,): modes
+    modes: np.ndarray  # int (S,): modes, untold where the region of the state at each point tells it
     names: tuple[str, ...]  # "fixed 1", ..., "random 1", ...
 
 
@@ -44,7 +45,7 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
     starts = np.array([[s.initial[x] for x in system.state_names] for s in systems], dtype=float)
     return Seeds(
         starts=starts.reshape(len(systems), len(system.state_names)),
-        modes=np.array([system.mode_names.index(s.initial["mode"]) for s in systems], dtype=np.int64),
+        modes=np.array([own_mode(s) for s in systems], dtype=np.int64),
         names=tuple(names),
     )
 

@@ -112,15 +112,30 @@ def states_and_modes(system: "HybridSystem", columns: Mapping[str, list[Any]]) -
     """States (N, n) and modes (N,) of starts as `Starts` has read them."""
     import numpy as np
 
+    from chaosdrill.model.regions import UNTOLD
+
     count = len(next(iter(columns.values())))
     own = [[system.initial[name]] * count for name in system.state_names]
     states = [columns.get(name, default) for name, default in zip(system.state_names, own, strict=True)]
-    modes = columns.get("mode", [system.initial["mode"]] * count)
-    return np.array(states, dtype=float).T.copy(), np.array([system.mode_names.index(m) for m in modes], dtype=np.int64)
+    modes = columns.get("mode", [system.start.get("mode")] * count)
+    numbers = np.array([UNTOLD if mode is None else system.mode_names.index(mode) for mode in modes], dtype=np.int64)
+    rows = np.array(states, dtype=float).T.copy()
+    return rows, settled_modes(system, rows, numbers)
+
+
+def settled_modes(system: "HybridSystem", states: "np.ndarray", modes: "np.ndarray") -> "np.ndarray":
+    """Modes of starts at the system's own parameters, shape (N,), those in whose regions they are for untold ones."""
+    import numpy as np
+
+    from chaosdrill.model.regions import UNTOLD, modes_at
+
+    return np.where(modes == UNTOLD, modes_at(system, {}, states)[0], modes) if system.regions else modes
 
 
 def _entry(place: str, key: str, value: Any, system: "HybridSystem") -> Any:
     if key == "mode":
+        if value is None and not system.names_mode:
+            return None
         if not isinstance(value, str) or value not in system.mode_names:
             raise SettingsError(f"{place} has the mode {value!r}; {remedy(str(value), system.mode_names)}")
         return str(value)
@@ -147,7 +162,7 @@ def _columns(value: Any, system: "HybridSystem") -> dict[str, list[Any]] | None:
         rows = [{str(name): one for name, one in row.items()} for row in listed]
         # a row that leaves a state out has the system's own value
         used = dict.fromkeys(name for row in rows for name in row)
-        return {name: [row.get(name, system.initial.get(name)) for row in rows] for name in used} or None
+        return {name: [row.get(name, system.start.get(name)) for row in rows] for name in used} or None
     try:
         numbers = np.array([[real(x) for x in entries(one)] if np.ndim(one) else [real(one)] for one in listed])
     except (TypeError, ValueError):

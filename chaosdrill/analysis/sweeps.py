@@ -12,11 +12,12 @@ from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds
-from chaosdrill.analysis.starts import states_and_modes
+from chaosdrill.analysis.starts import settled_modes, states_and_modes
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
 from chaosdrill.model import HybridSystem
+from chaosdrill.model.regions import own_mode
 from chaosdrill.progress import Progress
 from chaosdrill.sweep import execute
 
@@ -99,7 +100,8 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
             plane = np.tile(start, (int(np.prod([len(axis.values) for axis in axes])), 1))
             for axis, values in zip(axes, np.meshgrid(*grid.values(), indexing="ij"), strict=True):
                 plane[:, system.state_names.index(axis.name)] = values.ravel()
-            starts, modes = np.concatenate([plane, starts]), np.concatenate([np.full(len(plane), mode), modes])
+            modes = np.concatenate([settled_modes(system, plane, np.full(len(plane), mode)), modes])
+            starts = np.concatenate([plane, starts])
         task = StartTask(plan, (), starts, modes, keeps)
         dims, shape, coords = ("run",), (task.units,), {"run": np.arange(1, task.units + 1, dtype=np.int32)}
         variables = {"initial_state": (("run", "state"), starts), "initial_mode": ("run", modes.astype(np.int8))}
@@ -132,9 +134,9 @@ def _rates(system: HybridSystem, of: str = "") -> list[str]:
 
 
 def _own(system: HybridSystem) -> tuple[np.ndarray, int]:
-    """State and mode from which the system itself starts."""
+    """State and mode from which the system itself starts; the mode may be untold."""
     start = np.array([system.initial[name] for name in system.state_names], dtype=float)
-    return start, system.mode_names.index(system.initial["mode"])
+    return start, own_mode(system)
 
 
 def _labels(system: HybridSystem, plan: Plan) -> dict[str, Any]:

@@ -82,7 +82,7 @@ def provenance(
         attributes["system"] = system.name
         attributes |= _definition(system)
         attributes["parameters"] = to_json(system.parameters)
-        attributes["initial"] = to_json({str(name): value for name, value in system.initial.items()})
+        attributes["initial"] = to_json({str(name): value for name, value in system.start.items()})
     if settings is not None:
         attributes |= _of_settings(settings)
     if scene is not None:

@@ -13,7 +13,14 @@ from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
 from chaosdrill.engine.run import STANDING
-from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of, values_of_constrained
+from chaosdrill.engine.setup import (
+    modes_of_starts,
+    scratch_of,
+    settings_of,
+    states_of,
+    tables_of,
+    values_of_constrained,
+)
 from chaosdrill.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -87,7 +94,7 @@ class Batch:
     starts : ndarray, shape (P, n)
         Initial states.
     modes : ndarray of int, shape (P,)
-        Initial modes.
+        Initial modes; `chaosdrill.model.regions.UNTOLD` stands for that in whose region the state is.
     numerics : Numerics
         Method and tolerance.
     tangents : ndarray, shape (m, n), optional
@@ -162,6 +169,8 @@ class Batch:
         self.period = forcing_periods(system, parameters, points) if forced else np.full(points, unit)
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
+        modes, refused = modes_of_starts(system, parameters, starts, modes)
+        self.outcome = np.where(self.outcome == Outcome.OK, refused, self.outcome)
         self._settings = settings_of(system, numerics, numerics.batch_order, orthonormalise=m > 0)
         self._tables = tables_of(system, deficient, frame[:symmetries], through)
         c = _constants(system, parameters, points)

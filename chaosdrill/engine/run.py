@@ -12,7 +12,8 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.ahead import ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
-from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_of
+from chaosdrill.engine.setup import modes_of_starts, scratch_of, settings_of, states_of, tables_of
+from chaosdrill.model.regions import own_mode
 
 if TYPE_CHECKING:
     from chaosdrill.engine.jit import Record
@@ -63,6 +64,8 @@ class Run:
         if system.time is not None and period == system.forcing_period():
             check_period(system, period)
         kernels = kernels_of(system)
+        start = np.array([[system.initial[s] for s in system.state_names]])
+        modes, refused = modes_of_starts(system, {}, start, np.array([own_mode(system)]))
         n, q = len(system.states), len(system.quadratures)
         frame = np.zeros((0, n)) if tangents is None else np.array(tangents, dtype=float)
         m = len(frame)
@@ -76,8 +79,8 @@ class Run:
         self.states = states_of(
             system,
             kernels.constants(system.parameters)[np.newaxis],
-            np.array([[system.initial[s] for s in system.state_names]]),
-            np.array([system.mode_names.index(system.initial["mode"])]),
+            start,
+            modes,
             np.array([period]),
             frame,
             numerics,
@@ -91,6 +94,7 @@ class Run:
         self._no_events = np.zeros((0, at.EVENT_COLUMNS + 2 * n))
         self._scratch = scratch_of(system, m, numerics.method)
         self._machine: Record | None = None
+        self._refused = Outcome(int(refused[0]))
 
     @property
     def standing(self) -> np.void:
@@ -284,6 +288,8 @@ class Run:
         full : bool
             Whether a buffer was filled before the end; ``advance(0, ...)`` goes on to the same target.
         """
+        if self._refused != Outcome.OK:
+            return self._refused, False
         await_part(ONE_RUN)
         from chaosdrill.engine.flow import flow
         from chaosdrill.engine.stepper import machine

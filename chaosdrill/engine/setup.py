@@ -9,6 +9,7 @@ import sympy
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
+from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.dop853_tables import stage_rows
@@ -20,6 +21,7 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.model.derive import pinned_states, pinned_values
 from chaosdrill.model.places import TIME, parameter
 from chaosdrill.model.python import sources
+from chaosdrill.model.regions import UNTOLD, modes_at
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -136,6 +138,29 @@ def values_of_constrained(
         }
     numbers = [parameters.get(name, own) for name, own in system.parameters.items()]
     return {i: value(time, *numbers) for i, value in known[mode].items()}
+
+
+def modes_of_starts(
+    system: "HybridSystem", parameters: Mapping[str, np.ndarray], starts: np.ndarray, modes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The modes in which P runs begin, and `Outcome.OK` or why they cannot.
+
+    Parameters
+    ----------
+    system : HybridSystem
+    parameters : mapping of str to ndarray, shape (P,)
+        Those that differ from the system's own.
+    starts : ndarray, shape (P, n)
+    modes : ndarray of int, shape (P,)
+        `UNTOLD` where the region of the state tells it.
+    """
+    outcomes = np.full(len(starts), int(Outcome.OK))
+    if system.regions:
+        found, possible = modes_at(system, parameters, starts)
+        modes = np.where(modes == UNTOLD, found, modes)
+        outcomes[modes == UNTOLD] = Outcome.INVALID_START
+        outcomes[~possible] = Outcome.FAILED
+    return np.maximum(modes, 0), outcomes
 
 
 def states_of(

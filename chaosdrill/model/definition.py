@@ -32,7 +32,8 @@ def write_definition(system: "HybridSystem") -> dict[str, Any]:
     -------
     dict
         Texts, numbers, lists and dicts: ``name``, ``states``, ``time``, ``period``, ``modes`` (mode -> state -> rate),
-        ``transitions`` and, where there are any, ``quadratures``, ``bounds``, ``labels`` and ``description``.
+        ``transitions`` and, where there are any, ``regions``, ``quadratures``, ``bounds``, ``labels`` and
+        ``description``.
 
     Raises
     ------
@@ -63,7 +64,7 @@ def build_defined(
     parameters : mapping of str to float
         All parameters, in order.
     initial : mapping, optional
-        ``mode`` and values of states; default: the first mode, and 0.
+        ``mode`` and values of states; default as for `HybridSystem`.
 
     Returns
     -------
@@ -119,6 +120,7 @@ def _plain(system: "HybridSystem") -> dict[str, Any]:
         "period": None if system.period is None else write_text(system.period),
         "modes": {mode: _table(field) for mode, field in system.modes.items()},
         "transitions": [_transition(t) for t in system.transitions],
+        "regions": _table(system.regions),
         "quadratures": {name: one_or_by_mode(_table(rates)) for name, rates in system.quadratures.items()},
         "bounds": bounds,
         "labels": dict(system.labels),

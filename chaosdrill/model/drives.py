@@ -1,7 +1,8 @@
 """Drives with corners and jumps: every mode of a system is divided at the corners, which are events."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -29,6 +30,9 @@ PHASE = parameter("phase")
 Piece = tuple[Any, Any]
 """The phase at which a piece begins, and the drive from there."""
 
+Part = tuple[Any, Any, Any]
+"""The phases at which a piece, or a half of it, begins and ends, and the drive between them."""
+
 
 def driven(
     system: "HybridSystem",
@@ -43,7 +47,7 @@ def driven(
 
     Every mode becomes one mode a piece, named ``free-0``, ``free-1``, ...; the transitions are those of the system in
     every piece. At the end of a piece there is an event of the kind ``corner``, at its exact time. The system starts
-    at phase 0.
+    at phase 0. Where phases that parameters decide on are out of their order no run is possible.
 
     Parameters
     ----------
@@ -55,7 +59,8 @@ def driven(
         ``"square"``, ``"sawtooth"`` or ``"triangle"``, between -1 and 1; or a mapping of the phase at which a piece
         begins, from 0 to 1, to the drive in it: an expression of ``phase``, states and parameters. A phase may be an
         expression of parameters: ``{0: "1", "duty": "-1"}``. Where a piece holds the end of the period, ``phase`` goes
-        on beyond 1 in it. A single piece counts as two halves.
+        on beyond 1 in it. A piece that is longer than half a period, or may be at other parameters, counts as two
+        halves.
     table : sequence of float, or mapping of float to float, optional
         Values of the drive at equal steps of the phase from 0, or at the phases given. Between them it is the periodic
         cubic spline. Either ``pieces`` or ``table`` is to be given.
@@ -96,15 +101,11 @@ def driven(
     turn = 2 * sympy.pi * clock / (length if "pi" in values else length.xreplace({pi: sympy.pi}))
     if (pieces is None) == (table is None):
         raise ModelError(f"{system.name}: the drive {drive!r} is given by pieces or by a table; give one of them")
-    found = _pieces(system.name, pieces, values) if table is None else _spline(system.name, table)
-    if len(found) == 1:
-        # the end of a piece has to be told from its beginning
-        found = [*found, (found[0][0] + sympy.Rational(1, 2), found[0][1])]
-    ends = [*(start for start, _ in found[1:]), found[0][0] + 1]
-    angles = [sympy.expand(turn - sympy.pi * (start + end)) for (start, _), end in zip(found, ends, strict=True)]
+    given = _pieces(system.name, pieces, values) if table is None else _spline(system.name, table)
+    found = list(_parts(given))
     puts = [
-        {symbol: shape.xreplace({PHASE: (start + end) / 2 + _turns(angle)})}
-        for (start, shape), end, angle in zip(found, ends, angles, strict=True)
+        {symbol: shape.xreplace({PHASE: (start + end) / 2 + _turns(sympy.expand(turn - sympy.pi * (start + end)))})}
+        for start, end, shape in found
     ]
     modes = {
         f"{mode}-{k}": {state: rate.xreplace(put) for state, rate in field.items()}
@@ -115,11 +116,9 @@ def driven(
     # what a mode holds is held in the next piece too
     held = {mode: pinned_values(system, mode) for mode in system.modes}
     guards = {t.guard for t in system.transitions}
-    for k, (end, angle) in enumerate(zip(ends, angles, strict=True)):
+    for k, (_, end, _) in enumerate(found):
         following = (k + 1) % len(found)
-        # the other zero is in the middle of the rest of the period, away from where the piece begins; a product has all
-        # its digits, however near to each other its zeros are
-        guard = sympy.sin((turn - 2 * sympy.pi * end) / 2) * sympy.cos(angle / 2)
+        guard = sympy.sin(sympy.expand(turn - 2 * sympy.pi * end))
         # the corner of another drive at the same phase is an event of its own
         while guard in guards:
             guard = sympy.expand(2 * guard)
@@ -127,6 +126,10 @@ def driven(
             reset = {system.states[i]: value.xreplace(puts[following]) for i, value in held[mode].items()}
             name, target = f"corner-{drive}-{mode}-{k}", f"{mode}-{following}"
             transitions.append(Transition(name, f"{mode}-{k}", target, guard, +1, reset, kind="corner"))
+    regions = _regions(system, symbol, given, found)
+    start = {name: value for name, value in system.initial.items() if name != "mode"}
+    if list(regions.values()) == [sympy.true]:
+        start, regions = {**start, "mode": next(iter(regions))}, {}
     return HybridSystem(
         name=system.name,
         states=system.states,
@@ -135,7 +138,8 @@ def driven(
         modes=modes,
         transitions=transitions,
         period=length if own is None else own,
-        initial={**system.initial, "mode": f"{system.initial['mode']}-{_first(found, values)}"},
+        initial=start,
+        regions=regions,
         quadratures={
             name: {f"{mode}-{k}": rate.xreplace(put) for k, put in enumerate(puts) for mode, rate in rates.items()}
             for name, rates in system.quadratures.items()
@@ -247,6 +251,36 @@ def _checked(name: str, pieces: list[Piece], values: Mapping[str, float]) -> lis
     return pieces
 
 
-def _first(pieces: list[Piece], values: Mapping[str, float]) -> int:
-    """The piece at phase 0."""
-    return 0 if value_of(pieces[0][0], values) == 0 else len(pieces) - 1
+def _parts(pieces: list[Piece]) -> Iterator[Part]:
+    """The pieces with their ends, halved if they may be longer than half a period.
+
+    So the sine that is zero at the end is below zero all the way there, and rises at full speed.
+    """
+    ends = [*(start for start, _ in pieces[1:]), pieces[0][0] + 1]
+    for (start, shape), end in zip(pieces, ends, strict=True):
+        if (sympy.expand(end - start) <= sympy.Rational(1, 2)) == sympy.true:
+            yield start, end, shape
+        else:
+            middle = sympy.expand((start + end) / 2)
+            yield start, middle, shape
+            yield middle, end, shape
+
+
+def _regions(system: "HybridSystem", drive: Any, pieces: list[Piece], parts: list[Part]) -> dict[str, Any]:
+    """Where a start is in each mode: in the first part if it begins at phase 0, else in the last piece, at phase 1."""
+    starts = [start for start, _ in pieces]
+    order = sympy.And(starts[0] >= 0, *(one < other for one, other in pairwise(starts)), starts[-1] < 1)
+    last = len(parts) - 1
+    halved = parts[last][0] != starts[-1]
+    late, middle = starts[0] > 0, parts[last][0]
+    in_last = [(last - 1, middle > 1), (last, middle <= 1)] if halved else [(last, sympy.true)]
+    tries = [(0, 0, starts[0] <= 0), *((k, 1, sympy.And(late, here)) for k, here in in_last)]
+    known = system.start
+    bases = {known["mode"]: sympy.true} if "mode" in known else system.regions
+    found: dict[str, Any] = {}
+    for k, phase, here in tries:
+        put = {drive: parts[k][2].xreplace({PHASE: sympy.Integer(phase)})}
+        for mode, region in bases.items():
+            name, condition = f"{mode}-{k}", sympy.And(region.xreplace(put), here)
+            found[name] = sympy.Or(found.get(name, sympy.false), condition)
+    return {mode: sympy.And(region, order) for mode, region in found.items() if region != sympy.false}

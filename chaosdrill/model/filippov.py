@@ -18,14 +18,12 @@ from chaosdrill.errors import ModelError
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import Transition, read_expression, read_symbol, read_table
+from chaosdrill.model.regions import ROUNDING
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 ABOVE, BELOW, SLIDING = "above", "below", "sliding"
-
-ROUNDING = 1e-15
-"""Part of the terms of a surface below which their sum counts as zero at the initial state."""
 
 Field = dict[Any, Any]
 
@@ -63,9 +61,9 @@ def filippov(
     - Where both fields point away, u > 0 > d, nothing slides: a motion that starts there leaves, upward unless
       ``initial`` names ``below`` as its mode.
 
-    Events are of the kinds ``slide``, ``cross`` and ``leave``. Without a mode in ``initial`` the system starts in that
-    of its initial state. If the fields have the same rate of h everywhere, all motions cross, and there is no sliding
-    mode.
+    Events are of the kinds ``slide``, ``cross`` and ``leave``. A start that names no mode is in that of its state, at
+    its parameters, in every analysis. If the fields have the same rate of h everywhere, all motions cross, and there is
+    no sliding mode.
 
     Parameters
     ----------
@@ -79,7 +77,7 @@ def filippov(
         The expression h that is zero on the surface. It has to be linear in a state, with a coefficient of parameters
         alone. If it names other states too, it becomes a state, under the name given: with ``{"s": "x + tau*v"}``
         the system has the state s in the place of v, the last state in which it is linear. Its initial value follows
-        from that of v.
+        from that of v at the parameters given here, and stays where these are changed.
     above, below : mapping of state to expression
         Time derivative of every state where h > 0, and where h < 0.
     time : sympy.Symbol or str, optional
@@ -108,7 +106,7 @@ def filippov(
     given = TwoSided.beside(written, surface)
     upper, lower = (given.read_field(side, field) for side, field in ((ABOVE, above), (BELOW, below)))
     parts = given.combined(upper, lower)
-    return given.system(parts.modes, parts.transitions).with_initial(**given.start(initial, parts))
+    return given.system(parts.modes, parts.transitions, given.regions(parts)).with_initial(**given.start(initial))
 
 
 def equivalent_control(
@@ -178,7 +176,7 @@ def equivalent_control(
     equivalent = given.reduced(-speed.xreplace({u: sympy.Integer(0)}) / slope)
     sliding = {state: given.on(rate).xreplace({u: equivalent}) for state, rate in rates.items()}
     parts = given.parts(upper, lower, sliding)
-    return given.system(parts.modes, parts.transitions).with_initial(**given.start(initial, parts))
+    return given.system(parts.modes, parts.transitions, given.regions(parts)).with_initial(**given.start(initial))
 
 
 @dataclass(frozen=True)
@@ -273,6 +271,10 @@ class Written:
         """An expression in the states that the system has."""
         return expression
 
+    def at_first(self, expression: Any) -> Any:
+        """An expression at time 0."""
+        return expression if self.time is None else expression.xreplace({self.time: sympy.Integer(0)})
+
     def value(self, expression: Any, start: Mapping[str, Any]) -> float:
         """The value of an expression of the states as the fields name them, at the start."""
         numbers = {parameter(key): value for key, value in self.parameters.items()}
@@ -287,8 +289,10 @@ class Written:
         except (TypeError, ValueError, OverflowError):
             raise ModelError(f"{self.name}: {expression} has no value at the initial state") from None
 
-    def system(self, modes: Mapping[str, Field], transitions: "Iterable[Transition]") -> "HybridSystem":
-        """The system of these modes and transitions."""
+    def system(
+        self, modes: Mapping[str, Field], transitions: "Iterable[Transition]", regions: Mapping[str, Any]
+    ) -> "HybridSystem":
+        """The system of these modes and transitions, and of the regions in which its modes begin."""
         from chaosdrill.model.system import HybridSystem
 
         return HybridSystem(
@@ -298,6 +302,7 @@ class Written:
             parameters=self.parameters,
             modes=modes,
             transitions=transitions,
+            regions={mode: region for mode, region in regions.items() if region != sympy.false},
             quadratures={
                 name: {mode: self.off(given.get(mode, given.get(""))) for mode in modes}
                 for name, given in self.quadratures.items()
@@ -424,8 +429,15 @@ class TwoSided(Written):
                 found.append(Transition(f"leave-{way}", SLIDING, target, speed, direction, reset, kind="leave"))
         return found
 
-    def start(self, initial: Any, parts: Parts) -> dict[str, Any]:
-        """The initial mode and state: where the surface says nothing else, those given."""
+    def regions(self, parts: Parts) -> dict[str, Any]:
+        """Where a start is in each mode."""
+        height = sympy.expand(self.surface) if self.own is None else self.own
+        h, up, down = map(self.at_first, (height, parts.up, parts.down))
+        found = {SLIDING: sympy.And(sympy.Eq(h, 0), up <= 0, down >= 0)} if parts.slides else {}
+        return {**found, ABOVE: sympy.Or(h > 0, sympy.And(sympy.Eq(h, 0), up >= 0)), BELOW: h <= 0}
+
+    def start(self, initial: Any) -> dict[str, Any]:
+        """The initial state, and the mode if it is named: where the surface says nothing else, those given."""
         start = read_table(f"{self.name}: initial", initial or {})
         where = self.coordinate.name
         mode = start.get("mode")
@@ -451,12 +463,7 @@ class TwoSided(Written):
                 f"{self.name}: the initial mode is {SLIDING!r}, but the initial state is {distance:.6g} away from the "
                 f"surface; leave {self.solved.name!r} out of it, or name another mode"
             )
-        if mode is None:
-            mode = ABOVE if distance > 0 else BELOW
-            if distance == 0.0:
-                up, down = (self.value(speed, start) for speed in (parts.up, parts.down))
-                mode = SLIDING if parts.slides and up <= 0 <= down else ABOVE if up >= 0 else BELOW
-        return {**start, "mode": mode}
+        return start
 
 
 def vanishes(expression: Any) -> bool:

@@ -64,7 +64,7 @@ def held_surfaces(system: "HybridSystem") -> dict[str, tuple[Any, ...]]:
 
 def _established(t: "Transition", zero: Callable[..., bool], moving: set[Any]) -> list[Any]:
     """Surfaces on which an event ends: its guard, and x - R(x), unless its reset leads away from them."""
-    found = [t.guard, *(sympy.numer(sympy.cancel(x - image)) for x, image in t.reset.items() if not _opaque(image))]
+    found = [t.guard, *(sympy.numer(sympy.cancel(x - image)) for x, image in t.reset.items() if not opaque(image))]
     return _after(t, zero, [surface for surface in found if surface.free_symbols & moving])
 
 
@@ -127,12 +127,12 @@ class _Trial:
         if expression == 0 or any(expression in (surface, -surface) for surface in surfaces):
             return True
         surfaces = tuple(surface for surface in surfaces if surface.free_symbols & self.moving)
-        if any(_opaque(surface) for surface in surfaces):
+        if any(opaque(surface) for surface in surfaces):
             return False
         off, on = self.points(surfaces)
         if on.shape[1] < _FEWEST:
             return False
-        unknown = {e: sympy.Dummy(real=True) for e in _opaque(expression)}
+        unknown = {e: sympy.Dummy(real=True) for e in opaque(expression)}
         symbols = [*self.symbols, *unknown.values()]
         more = np.random.default_rng(20260108).uniform(0.1, 1.5, (len(unknown), on.shape[1]))
         off, on = np.vstack([off, more]), np.vstack([on, more])
@@ -192,6 +192,6 @@ def _small(on: Iterable[Iterable[float]], off: Iterable[Iterable[float]]) -> boo
     return bool(zero[good].all() and (good.sum() >= _FEWEST or len(good) == 1))
 
 
-def _opaque(expression: Any) -> set[Any]:
+def opaque(expression: Any) -> set[Any]:
     """Calls of functions that numpy does not know."""
     return {f for f in expression.atoms(sympy.Function) if isinstance(f, Called) or type(f).__name__ in SPECIAL}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import sympy
 
 from chaosdrill.errors import ModelError
-from chaosdrill.model.filippov import SLIDING, Field, More, Parts, TwoSided, Written, several, vanishes
+from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, several, vanishes
 from chaosdrill.model.reading import Transition, read_table
 
 if TYPE_CHECKING:
@@ -89,8 +89,8 @@ def in_modes(
     if not jumps:
         modes = {FLOW + _tag(side): broken.smooth(side) for side in sides}
         transitions = [t for side in sides for t in _crossings(written, modes, FLOW, side)]
-        system = written.system(modes, transitions)
-        return system.with_initial(**{"mode": FLOW + _tag(_standing(written, others, start)), **start})
+        regions = {FLOW + _tag(side): _region(written, side) for side in sides}
+        return written.system(modes, transitions, regions).with_initial(**start)
     (jump,) = jumps
     given = TwoSided.beside(written, jump if surface is None else surface)
     where, sign = broken.canonical(given.surface)
@@ -104,7 +104,12 @@ def in_modes(
     transitions = [_tagged(t, tag) for tag, part in parts.items() for t in part.transitions]
     for side in sides:
         transitions += [t for mode in parts[_tag(side)].modes for t in _crossings(given, modes, mode, side)]
-    return given.system(modes, transitions).with_initial(**_start(given, parts, others, start))
+    regions = {
+        mode + _tag(side): sympy.And(_region(given, side), region)
+        for side in sides
+        for mode, region in given.regions(parts[_tag(side)]).items()
+    }
+    return given.system(modes, transitions, regions).with_initial(**_start(given, start))
 
 
 class _Broken:
@@ -219,20 +224,15 @@ def _crossings(written: Written, modes: Mapping[str, Field], mode: str, sides: S
         yield Transition(f"kink-{i}-{source}", source, target, guard, -side, reset, kind="kink")
 
 
-def _standing(written: Written, surfaces: list[Any], start: Mapping[str, Any]) -> Sides:
-    """On which sides the initial state is; a motion on a surface goes where it leads from above it."""
-    return {g: 1 if written.value(g, start) >= 0 else -1 for g in surfaces}
+def _region(written: Written, sides: Sides) -> Any:
+    """Where a start is on these sides of the kinks; a motion on one goes where it leads from above it."""
+    heights = {written.at_first(written.off(g)): side for g, side in sides.items()}
+    return sympy.And(*(h >= 0 if side > 0 else h < 0 for h, side in heights.items()))
 
 
-def _start(
-    given: TwoSided, parts: Mapping[str, Parts], surfaces: list[Any], start: Mapping[str, Any]
-) -> dict[str, Any]:
-    """The initial mode and state."""
+def _start(given: TwoSided, start: Mapping[str, Any]) -> dict[str, Any]:
+    """The initial state, and the mode if it is named."""
     mode = str(start.get("mode", ""))
-    if mode:
-        start = {**start, "mode": mode.rstrip("+-")}
-        tag = mode[len(start["mode"]) :]
-    else:
-        tag = _tag(_standing(given, surfaces, start))
-    found = given.start(start, parts.get(tag, next(iter(parts.values()))))
-    return {**found, "mode": found["mode"] + tag}
+    # the surface asks whether a mode slides, on whatever side of the kinks
+    found = given.start({**start, "mode": mode.rstrip("+-")} if mode else start)
+    return {**found, "mode": mode} if mode else found

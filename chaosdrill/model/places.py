@@ -61,6 +61,7 @@ def rewrite(system: "HybridSystem", put: Callable[[Any], Any], states: Mapping[A
     def by_mode(given: Mapping[str, Any]) -> dict[str, Any]:
         return {mode: put(expression) for mode, expression in given.items()}
 
+    system.regions = by_mode(system.regions)
     system.modes = {mode: fields(rates) for mode, rates in system.modes.items()}
     system.quadratures = {name: by_mode(rates) for name, rates in system.quadratures.items()}
     system.transitions = tuple(

@@ -45,8 +45,11 @@ MOST_CODES = 127
 MOST = sys.float_info.max
 """Largest double: whole numbers of any length may be given."""
 
-KEYS = ("name", "description", "states", "time", "period", "modes", "transitions", "quadratures", "bounds", "labels")
-OPTIONAL = ("time", "period", "quadratures", "bounds", "labels")
+KEYS = (
+    *("name", "description", "states", "time", "period", "modes", "transitions", "regions", "quadratures", "bounds"),
+    "labels",
+)
+OPTIONAL = ("time", "period", "regions", "quadratures", "bounds", "labels")
 """What may be None, as if it were not given."""
 
 NAMES = (
@@ -153,6 +156,7 @@ class Definition:
     period: Any
     modes: dict[str, dict[Any, Any]]
     transitions: tuple[Transition, ...]
+    regions: dict[str, Any]
     quadratures: dict[str, dict[str, Any]]
     bounds: dict[str, tuple[float, float]]
 
@@ -245,6 +249,7 @@ class Reader:
         period = self._period(given["period"]) if "period" in given else None
         modes = self._read_modes(given.get("modes"))
         transitions = self._read_transitions(given.get("transitions", ()))
+        regions = self._regions(given.get("regions", {}))
         quadratures = self._quadratures(given.get("quadratures", {}))
         if time is None and TIME in self.used and TIME not in (*self.parameters, *states):
             time = TIME
@@ -263,6 +268,7 @@ class Reader:
             period=period,
             modes=modes,
             transitions=transitions,
+            regions=regions,
             quadratures=quadratures,
             bounds=self._bounds(given.get("bounds", {})),
         )
@@ -436,6 +442,17 @@ class Reader:
                 read[name] = self._by_mode(path, given, self._modes, lacks, self._integrand)
             else:
                 read[name] = dict.fromkeys(self._modes, self._integrand(path, given))
+        return read
+
+    def _regions(self, value: Any) -> dict[str, Any]:
+        """Where a start that names no mode is in a mode."""
+        read = {}
+        for mode, given in self._table(("regions",), value).items():
+            path = ("regions", mode)
+            self._mode(path, mode)
+            read[mode] = found = self._relation(path, given)
+            if found is not None and self._clock in found.free_symbols:
+                self._fault(path, f"names the time {self._clock.name!r:.60}; a run starts at time 0")
         return read
 
     def _integrand(self, path: Path, value: Any) -> Any:

@@ -43,11 +43,12 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
         known = HybridSystem(
             name=system.name, states=system.states, time=system.time, parameters=system.parameters,
             modes=system.modes, transitions=(*system.transitions, *marks), period=system.period,
-            quadratures=system.quadratures, bounds=system.bounds, description=system.description,
-            labels=system.labels,
+            regions=system.regions, quadratures=system.quadratures, bounds=system.bounds,
+            description=system.description, labels=system.labels,
         )  # fmt: skip
         system.shared["surface", at] = known
     marked = copy(known)
     marked.parameters, marked.initial = dict(system.parameters), dict(system.initial)
+    marked.names_mode = system.names_mode
     count = len(system.transitions)
     return marked, frozenset(range(count, len(marked.transitions)))

@@ -63,7 +63,11 @@ class HybridSystem:
     period : expression, optional
         Period of the explicit time dependence (of parameters only); strobes are taken once a period.
     initial : mapping, optional
-        ``"mode"`` and values of states; default: the first mode, and 0.
+        ``"mode"`` and values of states; default: 0, and the mode in whose region the state is, else the first mode.
+    regions : mapping of mode to condition, optional
+        Where a start that names no mode is in a mode: comparisons of states and parameters, at time 0. The first one
+        that holds counts. It does so in every analysis, also for other states and parameters than the system's own.
+        Where a comparison of parameters that stands in all of them does not hold the system cannot start.
     quadratures : mapping of str to expression, or to mapping of mode to expression, optional
         Integrals along the flow which feed back into nothing; the integrand may differ by mode.
     bounds : mapping of state to (low, high) or None, optional
@@ -92,6 +96,7 @@ class HybridSystem:
         transitions: Iterable[Transition] = (),
         period: Any = None,
         initial: Mapping[Any, Any] | None = None,
+        regions: Mapping[str, Any] | None = None,
         quadratures: Mapping[str, Any] | None = None,
         bounds: Mapping[Any, Any] | None = None,
         description: str = "",
@@ -99,7 +104,8 @@ class HybridSystem:
     ) -> None:
         given = {
             "name": name, "description": description, "states": states, "time": time, "period": period, "modes": modes,
-            "transitions": transitions, "quadratures": quadratures, "bounds": bounds, "labels": labels,
+            "transitions": transitions, "regions": regions, "quadratures": quadratures, "bounds": bounds,
+            "labels": labels,
         }  # fmt: skip
         reader = Reader({} if parameters is None else parameters)
         found = reader.read(given)
@@ -118,16 +124,17 @@ class HybridSystem:
         self.name, self.description, self.labels = found.name, found.description, found.labels
         self.states, self.time, self.period = found.states, found.time, found.period
         self.modes, self.transitions = found.modes, found.transitions
-        self.quadratures, self.bounds = found.quadratures, found.bounds
+        self.regions, self.quadratures, self.bounds = found.regions, found.quadratures, found.bounds
         self.parameters = {str(key): _number(self.name, "parameter", key, value) for key, value in parameters.items()}
         self.initial = {"mode": next(iter(self.modes)), **dict.fromkeys(self.state_names, 0.0)}
         if not isinstance(initial, Mapping | None):
             raise ModelError(
                 f"{self.name}: initial: expected a table of names (a dict in Python), received {initial!r}"
             )
-        self._set_initial({str(key): value for key, value in (initial or {}).items()})
+        self.names_mode = not self.regions
         self.exponent_parameters = exponent_parameters(self)
         self.shared = self._shared_with_others()
+        self._set_initial({str(key): value for key, value in (initial or {}).items()})
 
     def _shared_with_others(self) -> Shared:
         """What a system that differs in numbers alone, made not long ago, has derived; else an empty place for it."""
@@ -136,6 +143,7 @@ class HybridSystem:
             tuple((name, tuple(rates.items())) for name, rates in self.modes.items()),
             tuple(t.content() for t in self.transitions),
             tuple((name, tuple(rates.items())) for name, rates in self.quadratures.items()),
+            tuple(self.regions.items()),
             *(self.period, repr(self.bounds)),
         )
         with _deriving:
@@ -149,6 +157,11 @@ class HybridSystem:
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
         return tuple(s.name for s in self.states)
+
+    @property
+    def start(self) -> dict[str, Any]:
+        """The initial state, and the mode unless its region tells it."""
+        return {name: value for name, value in self.initial.items() if name != "mode" or self.names_mode}
 
     @property
     def mode_names(self) -> tuple[str, ...]:
@@ -229,6 +242,8 @@ class HybridSystem:
             **self.parameters,
             **{key: _number(self.name, "parameter", key, value) for key, value in values.items()},
         }
+        other.initial = dict(self.initial)
+        other._find_mode()
         return other
 
     def with_initial(self, **values: Any) -> "HybridSystem":
@@ -237,7 +252,8 @@ class HybridSystem:
         Parameters
         ----------
         **values : float or str
-            States, and ``mode``, by name; others stay as they are.
+            States, and ``mode``, by name; others stay as they are. A mode that was never named is that in whose region
+            the state is then.
 
         Returns
         -------
@@ -295,7 +311,8 @@ class HybridSystem:
             modes={m: {**field, **{s: rate for s, (rate, _) in extra.items()}} for m, field in self.modes.items()},
             transitions=self.transitions,
             period=None if self.period is None else self.period.subs(fixed),
-            initial={**self.initial, **{s.name: value for s, (_, value) in extra.items()}},
+            initial={**self.start, **{s.name: value for s, (_, value) in extra.items()}},
+            regions=self.regions,
             quadratures=self.quadratures,
             bounds={**self.bounds, **{s.name: None for s in extra}},
             description=self.description,
@@ -307,11 +324,24 @@ class HybridSystem:
             if key == "mode":
                 if not isinstance(value, str) or value not in self.modes:
                     raise SettingsError(f"{self.name}: initial mode {value!r}; modes are {list(self.modes)}")
-                self.initial["mode"] = value
+                self.initial["mode"], self.names_mode = value, True
             elif key in self.state_names:
                 self.initial[key] = _number(self.name, "initial", key, value)
             else:
                 raise SettingsError(f"{self.name}: initial names {key!r}; expected 'mode' or one of {self.state_names}")
+        self._find_mode()
+
+    def _find_mode(self) -> None:
+        """Let the initial mode be that of the region in which the initial state is, unless it was named."""
+        if self.names_mode:
+            return
+        import numpy as np
+
+        from chaosdrill.model.regions import UNTOLD, modes_at
+
+        ((mode,), _) = modes_at(self, {}, np.array([[self.initial[name] for name in self.state_names]]))
+        if mode != UNTOLD:
+            self.initial["mode"] = self.mode_names[mode]
 
     def _repr_html_(self) -> str | None:
         return DISPLAYS["html"](self)

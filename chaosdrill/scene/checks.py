@@ -222,7 +222,7 @@ def _make_filippov(checked: CheckedSystem, table: Mapping[str, Any]) -> None:
     except ChaosdrillError as fault:
         checked.problems.append(Problem(("system", "filippov"), str(fault)))
         return
-    checked.initial, checked.states = dict(system.initial), system.state_names
+    checked.initial, checked.states = system.start, system.state_names
 
 
 def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:

@@ -85,7 +85,7 @@ def new_scene(model: str) -> str:
             *("", "[system]", f"model = {toml_value(model, 'model')}"),
             *(("", "[system.effects]", *lines(PAPER)) if REGISTRY[model].effects else ()),
             *(("", "[system.parameters]", *lines(system.parameters)) if system.parameters else ()),
-            *("", "[system.initial]", *lines(system.initial)),
+            *("", "[system.initial]", *lines(system.start)),
             *("", "[analysis.run]", 'kind = "trajectory"', length),
             *("", "[analysis.spectrum]", 'kind = "lyapunov-spectrum"', length, transient, ""),
         ]

@@ -179,7 +179,7 @@ class Scene:
         """Check that every mode is reached; one that is not is likely the target of a misspelt transition."""
         if ("system", "definition") not in self.lines or self.drives:
             return []
-        starts = [self.initial.get("mode"), system.mode_names[0]]
+        starts = [self.initial.get("mode"), system.mode_names[0], *system.regions]
         for analysis in self.analyses.values():
             starts += [seed.get("mode") for seed in (*(analysis.get("seeds") or ()), analysis.get("random") or {})]
         reached: set[Any] = set()

@@ -68,7 +68,7 @@ def save_scene(
         "system": {
             "definition": write_definition(system),
             "parameters": dict(system.parameters),
-            "initial": dict(system.initial),
+            "initial": system.start,
         },
         "numerics": dict(numerics or {}),
         "analysis": {name: dict(keys) for name, keys in analyses.items()},

@@ -25,7 +25,8 @@ def of_system(system: "HybridSystem") -> dict[str, Any]:
     return {
         "name": system.name,
         "parameters": system.parameters,
-        "initial": system.initial,
+        "initial": system.start,
+        "regions": {mode: str(region) for mode, region in system.regions.items()},
         "bounds": system.bounds,
         "modes": {mode: {str(s): str(rate) for s, rate in field.items()} for mode, field in system.modes.items()},
         "transitions": [str(transition) for transition in system.transitions],

@@ -7,6 +7,7 @@ import xarray as xr
 
 import chaosdrill as cd
 from chaosdrill.errors import SceneError, SettingsError
+from chaosdrill.workflow.run_scene import rerun
 
 LENGTHS = {"periods": 20, "transient": 60, "max_period": 2, "exponents": 0}
 
@@ -149,3 +150,85 @@ def test_its_picture_tells_the_attractors_apart(wells, cloud):
     assert sorted(np.unique(np.sign(xy[:, 0])).tolist() for xy in points.values()) == [[-1.0], [1.0]]
     with pytest.raises(SettingsError):
         cd.plot(ds.sel(run=3))
+
+
+MU, PERIOD = 0.125, 2.0
+
+
+def sledge(**initial):
+    """A body that friction alone slows down to the speed of a belt; it is strobed twice before most of it slides."""
+    return cd.filippov(
+        name="sledge",
+        states="x v",
+        parameters={"mu": MU, "belt": 0.5},
+        surface="v - belt",
+        above={"x": "v", "v": "-mu"},
+        below={"x": "v", "v": "mu"},
+        period=str(PERIOD),
+        initial=initial,
+    )
+
+
+def slowed(v, belt, time):
+    """Its speed."""
+    return belt + np.sign(v - belt) * np.maximum(np.abs(v - belt) - MU * time, 0)
+
+
+SPEEDS = np.array([-2.0, 0.0, 0.5, 0.75, 3.0])
+
+
+def test_a_start_that_names_no_mode_is_in_that_of_its_state():
+    times = [1.0, 3.0]
+    for given in ([{"v": v} for v in SPEEDS], np.array([[0.0, v] for v in SPEEDS])):
+        runs = cd.trajectory(sledge(), times=times, initial=given)
+        np.testing.assert_allclose(runs["states"].values[..., 1], [slowed(v, 0.5, np.array(times)) for v in SPEEDS])
+        assert runs["initial_mode"].values.tolist() == [1, 1, 2, 0, 0]
+    for v in SPEEDS:
+        run = cd.trajectory(sledge().with_initial(v=v), times=times)
+        np.testing.assert_allclose(run["states"].values[:, 1], slowed(v, 0.5, np.array(times)))
+        run = cd.trajectory(sledge(v=0.5).with_parameters(belt=v), times=times)
+        np.testing.assert_allclose(run["states"].values[:, 1], slowed(0.5, v, np.array(times)))
+
+
+def test_every_point_of_a_sweep_starts_in_the_mode_of_its_state_there():
+    drawn = {"count": 5, "seed": 1, "v": (-2, 3)}
+    diagram = cd.bifurcation_diagram(
+        sledge(),
+        {"belt": SPEEDS},
+        transient=0,
+        periods=2,
+        max_extension=0,
+        seeds=[{"v": v} for v in SPEEDS],
+        random=drawn,
+    )
+    starts = diagram["initial_state"].sel(state="v").values
+    expected = slowed(starts[np.newaxis, :], SPEEDS[:, np.newaxis], PERIOD)
+    np.testing.assert_allclose(diagram["section"].sel(state="v", iterate=0).values, expected, atol=1e-14)
+
+
+def test_every_cell_of_a_basin_starts_in_the_mode_of_its_state():
+    lengths = {"transient": 30, "periods": 4}
+    basins = cd.basins(sledge(), {"x": [0.0, 1.0], "v": SPEEDS}, **lengths)
+    assert (basins["attractor_state"].sel(state="v").values == 0.5).all()
+    assert not (basins["outcome"] == cd.Outcome.INVALID_START).any()
+    listed = cd.basins(sledge(), initial=[{"v": 3.0}, {"v": 0.0}, {"v": 0.0, "mode": "above"}], **lengths)
+    assert listed["initial_mode"].values.tolist() == [0, 1, 0]
+    assert (listed["outcome"] == cd.Outcome.INVALID_START).values.tolist() == [False, False, True]
+
+
+def test_a_mode_that_is_named_stays():
+    named = sledge(mode="above", v=2.0)
+    assert named.with_initial(v=-2.0).initial["mode"] == named.with_parameters(belt=3.0).initial["mode"] == "above"
+    assert int(cd.trajectory(named.with_initial(v=-2.0), periods=1)["outcome"]) == cd.Outcome.INVALID_START
+
+
+def test_an_archive_knows_the_modes_of_its_starts(tmp_path):
+    ds = cd.bifurcation_diagram(sledge(), {"belt": SPEEDS}, transient=0, periods=2, max_extension=0)
+    cd.save(ds, tmp_path / "sweep.nc")
+    assert cd.verify(tmp_path / "sweep.nc").equal
+    again = rerun(cd.open(tmp_path / "sweep.nc").to_dataset())
+    np.testing.assert_allclose(again["section"].sel(iterate=0, state="v").values[:, 0], slowed(0, SPEEDS, PERIOD))
+    cd.save_scene(tmp_path / "sledge.toml", sledge(), {"t": {"kind": "trajectory", "periods": 2}})
+    read = cd.load_scene(tmp_path / "sledge.toml").system
+    assert read.with_parameters(belt=-1.0).initial["mode"] == "above"
+    assert read.with_parameters(belt=0.0).initial["mode"] == "sliding"

@@ -15,7 +15,7 @@ from chaosdrill.workflow import run
 SYSTEM = SimpleNamespace(
     name="ball",
     parameters={"e": 0.8},
-    initial={"mode": "free", "x": 0.1},
+    start={"mode": "free", "x": 0.1},
     quadratures={},
     labels={"e": "coefficient of restitution"},
     modes={"free": {}},

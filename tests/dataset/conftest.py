@@ -11,7 +11,7 @@ def system():
     return SimpleNamespace(
         name="ball",
         parameters={"e": 0.8, "omega": 1 / 3},
-        initial={"mode": "free flight", "x": 0.1},
+        start={"mode": "free flight", "x": 0.1},
         quadratures={"path": None},
         labels={"e": "coefficient of restitution", "x": "height", "path": "path travelled"},
         modes={"free flight": {}, "held": {}},

@@ -86,6 +86,7 @@ def own(**changed):
         ],
         "period": 2 * sympy.pi / K,
         "initial": {"mode": "held", X: 0.1 + 0.2},
+        "regions": {"held": (X > 0.1 + 0.2) & sympy.Eq(V, 0), "free": ~(V < K) | (X <= 1)},
         "quadratures": {"work": V**2},
         "bounds": {X: None, V: (-1, sympy.oo)},
         "description": 'quotes " and\nlines',

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.errors import SettingsError
 
 OMEGA, ZETA = 0.8, 0.1
 N = np.arange(1, 200_001)
@@ -99,6 +100,58 @@ def test_branches_go_on_where_corners_move(parameter, limits):
         coefficients = jumps_and_kinks(here["duty"])["square"]
         (expected,) = steady(coefficients, 2 * here["duty"] - 1, here["omega"], [0.0])
         assert float(branch["orbit_state"][point, 0]) == pytest.approx(expected, abs=1e-9)
+
+
+def pulses(pieces, **parameters):
+    """A drive whose mean is its quadrature."""
+    return cd.driven(oscillator(parameters={"f": 0, "zeta": ZETA, "omega": OMEGA, **parameters},
+                                quadratures={"drive": "f"}), "f", pieces)  # fmt: skip
+
+
+def test_pieces_out_of_their_order_are_refused():
+    duties = np.array([-0.25, 0.0, 1e-9, 1e-6, 0.3, 1 - 1e-6, 1 - 1e-9, 1.0, 1.25])
+    inside = (duties > 0) & (duties < 1)
+    made = pulses({0: 1, "duty": 0}, duty=0.3)
+    diagram = cd.bifurcation_diagram(made, {"duty": duties}, transient=5, periods=8)
+    outcomes = np.where(inside, cd.Outcome.PERIODIC, cd.Outcome.FAILED)
+    np.testing.assert_array_equal(diagram["outcome"].values[:, 0], outcomes)
+    # a time is known to its rounding
+    means = diagram["drive_rate"].values[:, 0]
+    np.testing.assert_allclose(means, np.where(inside, duties, np.nan), rtol=1e-12, atol=1e-16)
+    for duty in duties[~inside]:
+        for system in (made, made.with_initial(mode="free-0")):
+            with pytest.raises(
+                SettingsError, match=r"parameters .*duty.* out of range; expected 0 < duty and duty < 1"
+            ):
+                cd.trajectory(system.with_parameters(duty=duty), periods=2)
+    three = pulses({0: 1, "p": 0, "q": 3}, p=0.3, q=0.6)
+    for p, q in ((0.3, 0.6), (0.6, 0.9)):
+        spectrum = cd.lyapunov_spectrum(three.with_parameters(p=p, q=q), periods=64, transient=10)
+        assert float(spectrum["drive_rate"]) == pytest.approx(p + 3 * (1 - q), rel=1e-12)
+    for p, q in ((0.6, 0.6), (0.7, 0.6)):
+        with pytest.raises(SettingsError, match="p < q"):
+            cd.lyapunov_spectrum(three.with_parameters(p=p, q=q), periods=64, transient=10)
+
+
+@pytest.mark.parametrize(("p", "mode"), [(0.0, 0), (0.2, 3), (0.59, 2)])
+def test_a_drive_starts_in_the_piece_at_phase_0(p, mode):
+    made = pulses({"p": 1, "q": "1 + 3*phase"}, p=0.0, q=0.6).with_parameters(p=p)
+    assert made.initial["mode"] == f"free-{mode}"
+    run = cd.trajectory(made, periods=1, samples=2)
+    # on the way to p the last piece goes on beyond the phase 1
+    until = min(p, 0.5)
+    expected = until + 1.5 * ((1 + until) ** 2 - 1) + (0.5 - until)
+    assert run["drive"].values[1] == pytest.approx(expected * 2 * pi / OMEGA, rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau", "rk4"])
+@pytest.mark.parametrize("width", [1e-8, 1e-5, 0.28])
+def test_no_method_steps_over_a_short_piece(method, width):
+    made = pulses({0.2: "1/width", "0.2 + width": 0, 0.7: "1/width", "0.7 + width": 0}, width=width)
+    run = cd.trajectory(made, periods=5, samples=1, method=method)
+    # rounding of the times, and the tolerance of the bisection
+    located = 1e-12 if method == "rk4" else 1e-15
+    assert run["drive"].values[-1] == pytest.approx(5 * 2 * 2 * pi / OMEGA, rel=max(1e-10, located / width))
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853"])

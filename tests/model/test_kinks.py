@@ -174,3 +174,24 @@ def test_the_speed_at_the_stop_is_that_of_the_energy():
     run = cd.trajectory(stop(parameters={"k": 20.0, "mu": 0.0}), duration=8, samples=1)
     at = [k for k, kind in enumerate(kinds(run)) if kind.startswith("kink")]
     np.testing.assert_allclose(np.abs(run["event_state_after"].values[at, 1]), sqrt(15), rtol=1e-13)
+
+
+def test_a_sweep_of_a_gap_starts_on_the_side_of_its_state():
+    """A soft stop at a gap; the motion is that of the field with its kink, by scipy."""
+    from scipy.integrate import solve_ivp
+
+    system = cd.in_modes(
+        name="stop",
+        states="x v",
+        parameters={"gap": 1.0},
+        field={"x": "v", "v": "-x - 5*Max(x - gap, 0) + cos(t)"},
+        period="2*pi",
+        initial={"x": 0.5},
+    )
+    gaps = np.array([-1.0, 0.0, 0.5, 0.75, 1.0])
+    diagram = cd.bifurcation_diagram(system, {"gap": gaps}, transient=0, periods=2, max_extension=0)
+    for gap, row in zip(gaps, diagram["section"].values[:, 0, 0], strict=True):
+        steps = {"rtol": 1e-11, "atol": 1e-12, "max_step": 1e-2}
+        field = lambda t, y, gap=gap: [y[1], -y[0] - 5 * max(y[0] - gap, 0) + np.cos(t)]  # noqa: E731
+        expected = solve_ivp(field, (0, 2 * np.pi), [0.5, 0.0], **steps).y[:, -1]
+        np.testing.assert_allclose(row, expected, atol=1e-6)

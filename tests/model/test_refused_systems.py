@@ -40,6 +40,9 @@ def test_the_system_that_all_faults_are_made_of_is_accepted():
 
 
 FAULTS = {
+    "region of no mode": ({"regions": {"slip": V > 0}}, ["regions.slip: unknown mode 'slip'", "free"]),
+    "region in time": ({"regions": {"free": sympy.cos(T) < V}}, ["regions.free: names the time 't'", "at time 0"]),
+    "region without a comparison": ({"regions": {"free": V}}, ["regions.free", "comparison"]),
     "completes nothing": (rests({"completes": "hop"}), ["transitions.rest0.completes: unknown transition", "hit"]),
     "completes itself": (
         rests({"completes": "rest0"}),

@@ -117,7 +117,7 @@ def _system():
     return SimpleNamespace(
         name="made up",
         parameters={"p": 1.0, "q": 0.5},
-        initial={"mode": "free", "x": 0.0, "v": 0.0, "w": 0.25},
+        start={"mode": "free", "x": 0.0, "v": 0.0, "w": 0.25},
         quadratures={},
         labels={"q": "load", "x": "height", "v": "speed"},
         modes={"free": {}},

@@ -85,6 +85,8 @@ class Basins(Points):
         from chaosdrill.model.derive import pinned_states
 
         yield from super().misfits(table, system)
+        if not system.names_mode:
+            return
         mode = str(system.initial["mode"])
         held = [system.state_names[i] for i in pinned_states(system, mode)]
         for name in table.get("grid", {}).keys() & set(held):
@@ -112,7 +114,8 @@ def basins(system: "HybridSystem", given: Basins, job: "Job") -> "xr.Dataset":
     Parameters
     ----------
     system : HybridSystem
-        System with its parameters; its initial state gives the mode, and the states that the grid does not span.
+        System with its parameters; its initial state gives the states that the grid does not span, and the mode unless
+        regions do.
     grid : mapping of two states to values, optional
         ``{"y": np.linspace(-1, 1, 400), "w": np.linspace(0, 1, 300)}``.
     periods, duration, transient : int or float

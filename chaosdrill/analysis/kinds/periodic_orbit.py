@@ -171,6 +171,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     from chaosdrill.analysis.orbit_datasets import numbered, orbit_rates, orbits_dataset
     from chaosdrill.analysis.sections import orbit_start
     from chaosdrill.analysis.seeds import make_seeds
+    from chaosdrill.analysis.starts import settled_modes
     from chaosdrill.dataset import Outcome
     from chaosdrill.orbits.find import find_orbit
     from chaosdrill.orbits.multipliers import neutral_of
@@ -178,7 +179,8 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
 
     if given.max_period is not None:
         chosen = make_seeds(system, given.seeds, given.random, needed=False)
-        found = search(system, given.max_period, chosen.starts, chosen.modes, job.numerics, job.progress)
+        modes = settled_modes(system, chosen.starts, chosen.modes)
+        found = search(system, given.max_period, chosen.starts, modes, job.numerics, job.progress)
         message = numbered(orbit.message for orbit in found)
         if not found:
             message = f"no orbit of a period up to {given.max_period} was found; "

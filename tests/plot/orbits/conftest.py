@@ -22,7 +22,7 @@ def system():
     return SimpleNamespace(
         name="logistic map",
         parameters={"r": 3.0, "q": 0.5},
-        initial={"mode": "free", "x": 0.5, "v": 1.0},
+        start={"mode": "free", "x": 0.5, "v": 1.0},
         quadratures={},
         labels={"r": "growth rate", "x": "population"},
         modes={"free": {}},
