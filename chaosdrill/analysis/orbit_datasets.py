@@ -28,7 +28,8 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
     found = np.array([orbit.outcome == Outcome.PERIODIC for orbit in orbits], dtype=bool)
     multipliers = _filled([orbit.multipliers for orbit in orbits], (n,), complex(np.nan, np.nan))
     multipliers[~found] = complex(np.nan, np.nan)
-    section = _filled([orbit.states for orbit in orbits], (0, n))
+    state = np.array([[*orbit.states, np.full(n, np.nan)][0] for orbit in orbits]).reshape(-1, n)
+    section = _filled([orbit.section for orbit in orbits], (0, n))
     codes = _filled([orbit.event_transitions for orbit in orbits], (0,), -1)
 
     def each(values: Iterable[Any], missing: float, dtype: Any = float) -> tuple[str, np.ndarray]:
@@ -39,7 +40,7 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
 
     speeds = [np.abs(orbit.event_speeds).min(initial=np.inf) for orbit in orbits]
     variables: dict[str, Any] = {
-        "orbit_state": (over("state"), _at_start(section)),
+        "orbit_state": (over("state"), state),
         "mode": each((orbit.mode for orbit in orbits), -1, np.int8),
         "section": (over("iterate", "state"), section),
         "period": each((orbit.period for orbit in orbits), 0, np.int32),
@@ -130,10 +131,11 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
         **{name: ("point", result.values[:, i]) for i, name in enumerate(result.parameters)},
         "branch": ("point", result.branch),
         "arclength": ("point", result.arclength),
-        "orbit_state": (("point", "state"), _at_start(result.section)),
+        "orbit_state": (("point", "state"), result.state),
         "section": (("point", "iterate", "state"), result.section),
         "mode": ("point", result.mode),
         "period": ("point", result.period),
+        "period_time": ("point", result.duration),
         "multiplier_real": (("point", "multiplier"), result.multipliers.real),
         "multiplier_imag": (("point", "multiplier"), result.multipliers.imag),
         "stable": ("point", result.stable),
@@ -177,12 +179,6 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
 def numbered(texts: Iterable[str]) -> str:
     """Texts that are not empty, a line each, with the number of the orbit in front."""
     return "\n".join(f"orbit {number}: {text}" for number, text in enumerate(texts, 1) if text)
-
-
-def _at_start(section: np.ndarray) -> np.ndarray:
-    """States at the first strobe, NaN where there is none, shape (rows, n)."""
-    rows, length, n = section.shape
-    return section[:, 0] if length else np.full((rows, n), np.nan)
 
 
 def _filled(rows: Sequence[np.ndarray], least: tuple[int, ...], fill: Any = np.nan) -> np.ndarray:

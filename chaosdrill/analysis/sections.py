@@ -26,6 +26,7 @@ from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.surface import surface
+from chaosdrill.orbits.marks import Marks
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
@@ -137,8 +138,7 @@ class OrbitStart:
     period: int
     start: str | float
     transient: int
-    points: int = 0  # points of a section that a round of the length ``start`` has; 0: none was named
-    events: tuple[int, ...] = ()  # transitions whose events are the section; empty where it is a surface, or none
+    marks: Marks | None = None  # the section whose points the period counts, if one was named
 
 
 def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
@@ -177,8 +177,8 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     half.advance(1)
     state = dict(zip(system.state_names, half.x.tolist(), strict=True))
     length = float(times[nearest + period] - times[nearest])
-    events = tuple(k for k in where.transitions if k < len(system.transitions))
-    return OrbitStart(system.with_initial(**state, mode=half.mode), 1, length, 0, period, events)
+    marks = Marks(where.system, where.transitions)
+    return OrbitStart(system.with_initial(**state, mode=half.mode), 1, length, 0, marks)
 
 
 @dataclass(frozen=True)

@@ -144,6 +144,8 @@ MULTIPLIER = axis(
 RETURN_TIME = may(
     "return_time", "", "f8", "mean return time", "Between two points of the section; of a cycle over whole ones."
 )
+ORBIT_STATE = "At phase 0; without forcing behind an event, if there are any: a run can start there."
+ORBIT_SECTION = "Before its events, as in a Poincare section: over one period; without a section the orbit's state."
 _GRAZING = "Smallest over all events; tangents grow without bound as it goes to zero. Infinite without events."
 
 SI = "For scenes given in SI units."

@@ -14,6 +14,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.continuation import Border, Continued, Curve, Point, SpecialCurve, continue_curve
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
+from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
@@ -375,6 +376,7 @@ def branches(
     max_points: int,
     numerics: Numerics,
     progress: Progress | None,
+    marks: Marks | None = None,
 ) -> BranchResult:
     """The branch through an orbit, and up to ``doublings`` generations of doubled branches.
 
@@ -392,6 +394,8 @@ def branches(
         Largest number of points of one branch.
     progress : callable, optional
         Called with the branches done, the branches planned and None.
+    marks : Marks, optional
+        The section, as for `chaosdrill.orbits.find.find_orbit`.
 
     Returns
     -------
@@ -431,7 +435,7 @@ def branches(
                     following.append(len(found) - 1)
         generation = following
         _report(progress, found, doublings)
-    return branch_table(problem, (parameter,), found, _longest_cascade(found) if doublings else None)
+    return branch_table(problem, (parameter,), found, _longest_cascade(found) if doublings else None, marks)
 
 
 def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:

@@ -12,6 +12,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branches import Branch, Mark, Progress, trace_branch
 from chaosdrill.orbits.continuation import Curve, Point, SpecialCurve
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
+from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import free_multipliers
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError, Problem
@@ -36,6 +37,7 @@ def curve(
     max_points: int,
     numerics: Numerics,
     progress: Progress | None,
+    marks: Marks | None = None,
 ) -> BranchResult:
     """The curve of folds, period doublings or grazing over two parameters through the nearest such point.
 
@@ -55,6 +57,8 @@ def curve(
         Largest number of points in one direction.
     progress : callable, optional
         Called with the directions done, their total and None.
+    marks : Marks, optional
+        The section, as for `chaosdrill.orbits.find.find_orbit`.
 
     Returns
     -------
@@ -96,7 +100,7 @@ def curve(
     error = first.root.error * float(curve.spans[0]) + problem.accuracy * curve.size(first.orbit)
     branch.marks.append(Mark(*place, kind, error, "the curve was followed from here"))
     branch.start = f"the {called} at {name} = {value:.12g}"
-    result = branch_table(problem, parameters, [branch], None)
+    result = branch_table(problem, parameters, [branch], None, marks)
     return replace(result, stable=_stable(problem, result.multipliers, kind))
 
 

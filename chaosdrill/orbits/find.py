@@ -23,6 +23,7 @@ from chaosdrill.orbits.guess import (
     settled,
     unit_of,
 )
+from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import based
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, SINGULAR, SLOW, Problem, Shot
@@ -144,7 +145,12 @@ def why_not(code: int, residuals: np.ndarray) -> str:
 
 
 def find_orbit(
-    system: HybridSystem, period: int, start: str | float, transient: float, numerics: Numerics
+    system: HybridSystem,
+    period: int,
+    start: str | float,
+    transient: float,
+    numerics: Numerics,
+    marks: Marks | None = None,
 ) -> FoundOrbit:
     """Find and verify one orbit, or say why there is none.
 
@@ -157,12 +163,14 @@ def find_orbit(
         the time after which the motion from the initial state is taken to be back, in a system without a period.
     transient : float
         Forcing periods of that run, or its time.
+    marks : Marks, optional
+        The section on which its points are given; default: the strobe, or where the orbit starts.
     """
     try:
         problem, orbit, shot, residuals, message = starting_orbit(system, (), period, start, transient, numerics)
     except NoOrbitError as failure:
         return no_orbit(system, failure.outcome, failure.message, period, failure.residuals)
-    return describe(problem, orbit, shot, residuals, message)
+    return describe(problem, orbit, shot, residuals, message, marks)
 
 
 def starting_orbit(

@@ -40,8 +40,9 @@ class FoundOrbit:
     duration: float  # time of one period of the orbit
     states: np.ndarray
     """(k, n): states at the strobes, the one at phase 0 of the first period first; autonomous systems: at the start of
-    the first segment."""
-    mode: int  # mode at the first of them
+    the first segment, behind its event."""
+    section: np.ndarray  # (m, n): points on the section, before its events; without a section the same
+    mode: int  # mode at the first of the states
     multipliers: np.ndarray
     """complex (n,): eigenvalues of the tangent map over one period, by falling modulus; exactly 0 where rank is
     lost."""
@@ -106,10 +107,10 @@ class BranchResult:
     branch: np.ndarray  # int (P,): number of the branch that a point belongs to, from 0
     arclength: np.ndarray  # (P,): along the branch from its start
     period: np.ndarray  # int (P,): period in forcing periods
-    section: np.ndarray
-    """(P, k, n): states at the strobes as in `FoundOrbit`, with the longest period of all; NaN beyond the own
-    period."""
-    mode: np.ndarray  # int (P,): mode at the first strobe
+    duration: np.ndarray  # (P,): time of one period
+    state: np.ndarray  # (P, n): the first of the states of `FoundOrbit`
+    section: np.ndarray  # (P, k, n): as in `FoundOrbit`, as many as any orbit has; NaN beyond the own ones
+    mode: np.ndarray  # int (P,): mode in that state
     multipliers: np.ndarray  # complex (P, n): as in `FoundOrbit`
     stable: np.ndarray
     """bool (P,): whether small deviations die out; on a curve of special points: by all multipliers but the one that is

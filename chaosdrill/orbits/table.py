@@ -11,6 +11,7 @@ import numpy as np
 
 from chaosdrill.dataset.branches import Special
 from chaosdrill.orbits.guess import with_values
+from chaosdrill.orbits.marks import Marks, section_of
 from chaosdrill.orbits.multipliers import is_stable, multipliers
 from chaosdrill.orbits.problem import Problem
 from chaosdrill.orbits.results import BranchInfo, BranchResult, Cascade, SpecialPoint
@@ -58,9 +59,13 @@ def _limit(a: float, b: float, c: float) -> float:
 
 
 def branch_table(
-    problem: Problem, parameters: tuple[str, ...], branches: "Sequence[Branch]", cascade: Cascade | None
+    problem: Problem,
+    parameters: tuple[str, ...],
+    branches: "Sequence[Branch]",
+    cascade: Cascade | None,
+    marks: Marks | None,
 ) -> BranchResult:
-    """One table of the points of all branches."""
+    """One table of the points of all branches, with those on a section."""
     tables, events, infos = [], [], []
     names: dict[str, int] = {}
     total = 0
@@ -72,17 +77,17 @@ def branch_table(
             if not len(segment):
                 continue
             sequence = names.setdefault(_cycle(segment.orbit(0).events(problem.plain)), len(names))
-            tables.append(_table(segment, number, sequence))
+            tables.append(_table(segment, number, sequence, marks))
             total += len(segment)
             period = segment.orbit(0).periods
         for mark in branch.marks:
             values = branch.segments[mark.segment].values[mark.point]
             events.append(SpecialPoint(offsets[mark.segment] + mark.point, mark.kind, values, mark.error, mark.text))
         infos.append(BranchInfo(branch.parent, period, branch.start, branch.words, branch.end))
-    longest = max(t["section"].shape[1] for t in tables)
-    for table in tables:
-        lacking = longest - table["section"].shape[1]
-        table["section"] = np.pad(table["section"], ((0, 0), (0, lacking), (0, 0)), constant_values=np.nan)
+    points = [points for table in tables for points in table.pop("section")]
+    section = np.full((len(points), max([1, *map(len, points)]), problem.states), np.nan)
+    for row, own in zip(section, points, strict=True):
+        row[: len(own)] = own
     joined: dict[str, Any] = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
     misses = [words for branch in branches for segment in branch.segments for words in _misses(segment)]
     return BranchResult(
@@ -93,13 +98,14 @@ def branch_table(
         branches=tuple(infos),
         events=tuple(sorted(events, key=lambda e: e.point)),
         cascade=cascade,
+        section=section,
         **joined,
     )
 
 
-def _table(segment: "BranchSegment", number: int, sequence: int) -> dict[str, np.ndarray]:
+def _table(segment: "BranchSegment", number: int, sequence: int, marks: Marks | None) -> dict[str, Any]:
     problem, points, first = segment.curve.problem, segment.points, segment.orbit(0)
-    section, modes = problem.strobes([p.orbit for p in points])
+    strobes, modes = problem.strobes([p.orbit for p in points])
     values = multipliers(problem, first, segment.monodromies, segment.rank)
     slowest = segment.speeds.min(axis=1)
     # at grazing the map has no derivative on the side where the guard is crossed
@@ -109,7 +115,9 @@ def _table(segment: "BranchSegment", number: int, sequence: int) -> dict[str, np
         "branch": np.full(len(points), number),
         "arclength": segment.arclengths,
         "period": np.full(len(points), first.periods),
-        "section": section,
+        "duration": segment.durations.sum(axis=1),
+        "state": strobes[:, 0],
+        "section": strobes if marks is None else [section_of(problem, p.orbit, marks) for p in points],
         "mode": modes[:, 0],
         "multipliers": values,
         "stable": is_stable(values, problem.neutral.count),
@@ -163,9 +171,9 @@ def nothing(system: "HybridSystem", parameters: tuple[str, ...], outcome: "Outco
     whole = np.zeros(0, dtype=np.int64)
     return BranchResult(
         parameters=parameters, values=np.zeros((0, len(parameters))), branch=whole, arclength=none, period=whole,
-        section=np.zeros((0, 1, d)), mode=whole, multipliers=np.zeros((0, d), dtype=complex),
-        stable=np.zeros(0, dtype=bool), special=whole, sequence=whole, sequences=(), smallest_speed=none,
-        residual=none, branches=(), events=(), outcome=outcome, message=message,
+        duration=none, state=np.zeros((0, d)), section=np.zeros((0, 1, d)), mode=whole,
+        multipliers=np.zeros((0, d), dtype=complex), stable=np.zeros(0, dtype=bool), special=whole, sequence=whole,
+        sequences=(), smallest_speed=none, residual=none, branches=(), events=(), outcome=outcome, message=message,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.model.derive import jacobian, saltation
 from chaosdrill.model.places import arguments
 from chaosdrill.orbits.guess import run_from, standpoint
+from chaosdrill.orbits.marks import Marks, section_of
 from chaosdrill.orbits.multipliers import graded, structural_rank, structure_of
 from chaosdrill.orbits.orbit import segment_by_segment
 from chaosdrill.orbits.path import path
@@ -306,7 +307,14 @@ def _difference(logs: np.ndarray, exponents: np.ndarray, ends: list[int]) -> flo
     return max((abs(float(logs[a:b].mean() - exponents[a:b].mean())) for a, b in pairs if b > a), default=0.0)
 
 
-def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.ndarray, message: str = "") -> FoundOrbit:
+def describe(
+    problem: "Problem",
+    orbit: "Orbit",
+    shot: "Shot",
+    residuals: np.ndarray,
+    message: str = "",
+    marks: Marks | None = None,
+) -> FoundOrbit:
     """The verified orbit; a result without an orbit if an ordinary simulation does not follow it.
 
     Parameters
@@ -319,6 +327,8 @@ def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.nda
         Of Newton's method.
     message : str
         What there is to say of it.
+    marks : Marks, optional
+        The section on which its points are given; default: the strobe, or where the orbit starts.
     """
     repeated = verify(problem, orbit)
     if repeated.differs:
@@ -338,6 +348,7 @@ def describe(problem: "Problem", orbit: "Orbit", shot: "Shot", residuals: np.nda
         period=orbit.periods,
         duration=float(orbit.durations.sum()),
         states=strobes[0],
+        section=section_of(problem, orbit, marks),
         mode=int(modes[0, 0]),
         multipliers=graded(problem, orbit, shot.monodromy, rank),
         rank=rank,
@@ -363,6 +374,7 @@ def no_orbit(
         period=period,
         duration=nothing,
         states=np.zeros((0, d)),
+        section=np.zeros((0, d)),
         mode=-1,
         multipliers=np.full(d, complex(nothing, nothing)),
         rank=0,

@@ -181,12 +181,10 @@ def _stretches(stable: "NDArray[np.bool_]", special: "NDArray[np.bool_]") -> "ND
 
 def _jumps(section: "NDArray[np.float64]") -> "NDArray[np.int64]":
     """Numbers of the stretches over which the section jumps, as where an event comes to the section's phase."""
-    if len(section) < 2:
+    if len(section) < 2 or np.isnan(section).all():
         return np.zeros(0, dtype=np.int64)
-    used = ~np.isnan(section[0]).any(axis=1)
-    values = section[:, used]
-    extent = np.maximum(np.ptp(values, axis=(0, 1)), 1e-300)
-    step = np.max(np.abs(np.diff(values, axis=0)) / extent, axis=(1, 2))
+    extent = np.maximum(np.nanmax(section, axis=(0, 1)) - np.nanmin(section, axis=(0, 1)), 1e-300)
+    step = np.nan_to_num(np.abs(np.diff(section, axis=0)) / extent).max(axis=(1, 2))
     padded = np.pad(step, 1)
     return np.flatnonzero((step > _SEEN) & (step > _JUMP * np.maximum(padded[:-2], padded[2:])))
 

@@ -86,7 +86,7 @@ def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequ
         _points(ax, dataset, plane)
         return owner(ax)
     # an orbit that does not hold may be there to draw all the same
-    found = dataset.sizes["iterate"] > 0
+    found = bool(np.isfinite(dataset["period_time"]))
     figure = new_figure(5.0 if found else 2.8)
     if found:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1.0], height_ratios=[1.3, 1.0])
@@ -128,8 +128,12 @@ def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...]) -> Non
     if plane:
         places = [values[:, states] for values in (section, before, after)]
     else:
-        strobes = np.arange(len(section)) / max(len(section), 1) * float(period)
-        places = [np.column_stack([t, v[:, 0]]) for t, v in ((strobes, section), (time, before), (time, after))]
+        instants = np.arange(len(section)) / max(len(section), 1) * float(period)
+        if "forcing_period" not in dataset.variables and "path_time" in dataset.variables:
+            own = np.isfinite(dataset["path_time"].values)
+            nearest = np.abs(dataset["path_state"].values[own, 0] - section[:, :1]).argmin(axis=1)
+            instants = dataset["path_time"].values[own][nearest]
+        places = [np.column_stack([t, v[:, 0]]) for t, v in ((instants, section), (time, before), (time, after))]
     section, before, after = places
     _path(axes, dataset, states, color="0.35", linewidth=1.0, zorder=1, label="path")
     names = flag_names(dataset["event_kind"]) if kinds.size else {}

@@ -390,8 +390,7 @@ def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
 def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
     """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
 
-    Where both hold sections these must be the same; those of periodic orbits are at the forcing's phase zero, or at the
-    start of the orbit.
+    Where both hold sections these must be the same.
     """
     names = set(swept(dataset))
     places = {_section_of(ds) for ds in (dataset, other)}
@@ -407,9 +406,7 @@ def _section_of(dataset: "xr.Dataset") -> str | None:
     """Where the points of a dataset are taken; None for one that holds none."""
     if "section" not in dataset.variables:
         return None
-    given = settings(dataset)
-    # the section by which orbits are counted is not the place at which they begin
-    return "strobe" if "period" in given else given.get("at") or "strobe"
+    return settings(dataset).get("at") or "strobe"
 
 
 def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:

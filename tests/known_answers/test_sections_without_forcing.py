@@ -3,7 +3,8 @@
 Truths: an integrate-and-fire cell fires every tau log(R I/(R I - theta)) (Lapicque 1907, translated in
 doi:10.1007/s00422-007-0189-6); the rimless wheel's return map om**2 -> cos(2 alpha)**2 (om**2 + 4 sin(alpha)
 sin(gamma)) (McGeer 1990); the spikes of an Izhikevich neuron (2003, doi:10.1109/TNN.2003.820440) as scipy finds them;
-doublings and unstable orbits of Roessler's system; the wells of Duffing's oscillator, which a half turn exchanges.
+a cell with an adaptation current, whose return map is linear; doublings and unstable orbits of Roessler's system; the
+wells of Duffing's oscillator, which a half turn exchanges.
 """
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import chaosdrill as cd
+from chaosdrill.plots.pictures import fits
 from chaosdrill.scene import parse_scene
 
 NEURON = """
@@ -145,6 +147,65 @@ def test_an_integrate_and_fire_cell(cell):
     assert words(cd.lyapunov_spectrum(cell, duration=200.0)) != ["chaotic"]
     orbit = cd.periodic_orbit(cell, at="fire", transient=5)
     assert float(orbit["period_time"]) == pytest.approx(interval[1], rel=1e-12)
+
+
+def test_a_branch_of_the_cell_has_its_interval(cell):
+    branch = cd.continue_orbit(cell, {"I": (0.55, 3.0)}, at="fire", transient=5)
+    above = 2 * branch["I"].values
+    np.testing.assert_allclose(branch["period_time"], 10 * np.log(above / (above - 1)), rtol=1e-11)
+    np.testing.assert_allclose(branch["section"].values[:, 0, 0], 1, rtol=1e-12)
+    np.testing.assert_allclose(branch["orbit_state"].values[:, 0], 0, atol=1e-12)
+
+
+def test_points_of_orbits_are_those_of_diagrams():
+    """The current w, of decay 1/tau, grows by b at a spike: an interval T leaves w = b q/(1 - q), q = exp(-T/tau)."""
+    system = cd.HybridSystem(
+        states="v w",
+        parameters={"J": 2.5, "tau": 3.0, "b": 0.3},
+        modes={"on": {"v": "J - v - w", "w": "-w/tau"}},
+        transitions=[cd.Transition("spike", "on", "on", guard="v - 1", direction=1, reset={"v": "0", "w": "w + b"})],
+    )
+    values = np.linspace(0.1, 1.0, 4)
+    diagram = cd.bifurcation_diagram(system, {"b": values}, at="spike", transient=200, periods=20)
+    branch = cd.continue_orbit(system, {"b": (0.1, 1.0)}, at="spike")
+    orbit = cd.periodic_orbit(system, at="spike")
+    for found, b in ((branch, branch["b"].values), (orbit, 0.3)):
+        left = np.exp(-found["period_time"].values / 3)
+        before = b * left / (1 - left)
+        np.testing.assert_allclose(found["section"].values[..., 0, 0], 1, rtol=1e-11)
+        np.testing.assert_allclose(found["section"].values[..., 0, 1], before, rtol=1e-10)
+        np.testing.assert_allclose(found["orbit_state"].values[..., 0], 0, atol=1e-11)
+        np.testing.assert_allclose(found["orbit_state"].values[..., 1], before + b, rtol=1e-10)
+    ends = branch["section"].values[[branch["b"].values.argmin(), branch["b"].values.argmax()], 0]
+    np.testing.assert_allclose(diagram["section"].values[[0, -1], 0, -1], ends, rtol=1e-9)
+    assert fits(branch, diagram)
+    assert not fits(branch, cd.bifurcation_diagram(system, {"b": values}, at="w < 1", transient=50, periods=20))
+
+
+@pytest.mark.parametrize(
+    ("at", "angles"), [("y > 0", [0]), ("x < a", [np.pi / 2]), ("turn", [0]), ("x*y < 0", [np.pi / 2, -np.pi / 2])]
+)
+def test_points_of_a_circle_on_any_surface(at, angles):
+    """r' = r (b - r**2), phi' = w: a circle of radius sqrt(b), gone around in 2 pi/w; a mark named turn is at y = 0."""
+    growth = "(b - x**2 - y**2)"
+    system = cd.HybridSystem(
+        states="x y",
+        parameters={"a": 0.0, "b": 2.0, "w": 3.0},
+        modes={"on": {"x": f"x*{growth} - w*y", "y": f"y*{growth} + w*x"}},
+        transitions=[cd.Transition("turn", "on", "on", guard="y + a*x", direction=+1)],
+        initial={"x": 1.0},
+    )
+    at = at.replace("y > 0", "y > a")
+    branch = cd.continue_orbit(system, {"b": (1.0, 4.0)}, at=at, transient=20, period=len(angles))
+    np.testing.assert_allclose(branch["period_time"], 2 * np.pi / 3, rtol=1e-11)
+    orbit = cd.periodic_orbit(system, at=at, transient=20, period=len(angles))
+    assert int(orbit["period"]) == len(angles)
+    for found, b in ((branch, branch["b"].values), (orbit.expand_dims("point"), np.array([2.0]))):
+        here = found["section"].values
+        assert here.shape[1] == len(angles)
+        seen = np.sort(np.round(np.arctan2(here[..., 1], here[..., 0]), 9) + 0.0, axis=1)
+        np.testing.assert_allclose(seen, np.broadcast_to(np.sort(angles), seen.shape), atol=1e-8)
+        np.testing.assert_allclose(np.hypot(here[..., 0], here[..., 1]), np.sqrt(b)[:, None] + 0 * seen, rtol=1e-10)
 
 
 def test_the_gait_of_a_wheel_over_any_section():

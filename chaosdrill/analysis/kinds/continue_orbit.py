@@ -6,7 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import Ranges
 from chaosdrill.analysis.base import ORBITS, Orbit, analysis
-from chaosdrill.dataset.schema import ITERATE, MULTIPLIER, STATES, SWEEP, axis, grazing, may, need, table
+from chaosdrill.dataset.schema import (
+    ITERATE,
+    MULTIPLIER,
+    ORBIT_SECTION,
+    ORBIT_STATE,
+    SI,
+    STATES,
+    SWEEP,
+    axis,
+    grazing,
+    may,
+    need,
+    table,
+)
 from chaosdrill.settings import LONGEST, Choice, Faults, Known, Number, Whole, setting, told
 
 if TYPE_CHECKING:
@@ -35,10 +48,12 @@ VARIABLES = table(
     need(SWEEP, "point", "f8", "free parameter", "Its value at each point."),
     need("branch", "point", "i4", "branch", "Number of the branch that the point belongs to."),
     need("arclength", "point", "f8", "arclength", "Along the branch, from its start."),
-    need("orbit_state", "point state", "f8", "state of the orbit", "At phase 0 of the first forcing period."),
-    need("section", "point iterate state", "f8", "state on the section", "At every strobe of one period; then NaN."),
-    need("mode", "point", "i1", "mode of the orbit", "Mode that holds at phase 0.", flags="mode"),
+    need("orbit_state", "point state", "f8", "state of the orbit", ORBIT_STATE),
+    need("section", "point iterate state", "f8", "state on the section", ORBIT_SECTION),
+    need("mode", "point", "i1", "mode of the orbit", "Mode that holds in its state.", flags="mode"),
     need("period", "point", "i4", "period", "In forcing periods; without forcing in periods of the first branch."),
+    need("period_time", "point", "f8", "duration of one period", "In units of model time."),
+    may("period_time_si", "point", "f8", "duration of one period", SI, "s"),
     need("multiplier_real", "point multiplier", "f8", "multiplier, real part", "Exactly 0 where rank is lost."),
     need("multiplier_imag", "point multiplier", "f8", "multiplier, imaginary part", "By descending modulus."),
     need("stable", "point", "i1", "stable", _STABLE, flags="truth"),
@@ -158,9 +173,10 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     -------
     xarray.Dataset
         Over ``point``, with all branches one after the other: the parameters under their own names, ``branch``,
-        ``arclength``, ``orbit_state`` (state), ``section`` (iterate, state), ``mode``, ``period``, ``multiplier_real``
-        and ``multiplier_imag`` (multiplier), ``stable``, ``special_point``, ``sequence``, ``smallest_speed``,
-        ``residual``; ``event_sequence`` (sequence_number). Of each branch ``branch_parent``, ``branch_period``,
+        ``arclength``; ``orbit_state`` (state), ``mode``, ``section`` (iterate, state; NaN beyond the points of an
+        orbit), ``period`` and ``period_time`` as in `periodic_orbit`; ``multiplier_real`` and ``multiplier_imag``
+        (multiplier), ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``; ``event_sequence``
+        (sequence_number). Of each branch ``branch_parent``, ``branch_period``,
         ``branch_start``, ``branch_end`` and ``branch_end_text`` (branch_number). Of each special point
         ``special_index``, ``special_kind``, ``special_value``, ``special_error``, ``special_text`` (special), and
         ``special_value_2`` on a curve. Of a cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio``
@@ -193,9 +209,13 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     start, points = (begin.period, begin.start, begin.transient), given.max_points
     if given.follow is None:
         ends = (float(limits[0, 0]), float(limits[0, 1]))
-        result = branches(system, names[0], ends, *start, given.doublings, longest, points, job.numerics, job.progress)
+        result = branches(
+            system, names[0], ends, *start, given.doublings, longest, points, job.numerics, job.progress, begin.marks
+        )
     else:
         both = (names[0], names[1])
-        result = curve(system, both, limits, *start, given.follow, longest, points, job.numerics, job.progress)
+        result = curve(
+            system, both, limits, *start, given.follow, longest, points, job.numerics, job.progress, begin.marks
+        )
     structure = neutral_of(system).words(system)
     return branches_dataset(system, result).assign_attrs(message=result.message, structure=structure)

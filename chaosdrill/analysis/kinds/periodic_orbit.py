@@ -10,6 +10,8 @@ from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,
     ORBIT,
+    ORBIT_SECTION,
+    ORBIT_STATE,
     SI,
     STATES,
     axis,
@@ -36,9 +38,9 @@ VARIABLES = table(
     ITERATE,
     axis("orbit", "orbit", "i4", "index of the orbit", "Number of the orbit found by a search, from 1."),
     axis("iteration", "iteration", "i4", "index of the iteration", "Steps of Newton's method taken, from 0."),
-    need("orbit_state", f"{ORBIT} state", "f8", "state of the orbit", "At phase 0; NaN where there is no orbit."),
-    need("mode", ORBIT, "i1", "mode of the orbit", "Mode that holds at phase 0; -1: no orbit.", flags="mode"),
-    need("section", f"{ORBIT} iterate state", "f8", "state on the section", "At every strobe of one period."),
+    need("orbit_state", f"{ORBIT} state", "f8", "state of the orbit", ORBIT_STATE),
+    need("mode", ORBIT, "i1", "mode of the orbit", "Mode that holds in its state; -1: none.", flags="mode"),
+    need("section", f"{ORBIT} iterate state", "f8", "state on the section", ORBIT_SECTION),
     need("period", ORBIT, "i4", "period", "Least one, in forcing periods or points of the section; 0: no orbit."),
     need("period_time", ORBIT, "f8", "duration of one period", "In units of model time."),
     need("multiplier_real", f"{ORBIT} multiplier", "f8", "multiplier, real part", "Exactly 0 where rank is lost."),
@@ -144,10 +146,12 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     Returns
     -------
     xarray.Dataset
-        ``orbit_state`` (state) and ``mode`` at phase 0, ``section`` (iterate, state), ``period`` (0: there is none) and
-        ``period_time``; ``multiplier_real`` and ``multiplier_imag`` (multiplier), those of lost rank exactly 0,
-        ``rank``, ``stable``; ``event_time``, ``event_kind``, ``event_speed`` (event), ``event_state_before`` and
-        ``event_state_after`` (event, state), ``smallest_speed``; the whole path as points that straight lines may join,
+        ``orbit_state`` (state) and ``mode`` at phase 0, without forcing behind an event, if there are any, so that a
+        run can start there; ``section`` (iterate, state), the points of one period at the strobes or before the events
+        of ``at``, as in `poincare_section`; ``period`` (0: there is none) and ``period_time``; ``multiplier_real`` and
+        ``multiplier_imag`` (multiplier), those of lost rank exactly 0, ``rank``, ``stable``; ``event_time``,
+        ``event_kind``, ``event_speed`` (event), ``event_state_before`` and ``event_state_after`` (event, state),
+        ``smallest_speed``; the whole path as points that straight lines may join,
         ``path_time`` (path_point) and ``path_state`` (path_point, state), with both sides of an event at one time; mean
         rates over the period, such as ``progression_rate`` and ``impacts_per_period``; ``residual``, and
         ``newton_residual`` (iteration);
@@ -188,12 +192,9 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         disagreement = numbered(orbit.checks.disagreements for orbit in found)
     else:
         begin = orbit_start(system, given, job.numerics)
-        found = [find_orbit(begin.system, begin.period, begin.start, begin.transient, job.numerics)]
-        if begin.points and found[0].outcome == Outcome.PERIODIC:
-            # on a surface, a part of what was asked for has a part of the points
-            rounds = round(begin.points * found[0].duration / float(begin.start))
-            counted = sum(k in begin.events for k in found[0].event_transitions.tolist())
-            found = [replace(found[0], period=counted or max(1, rounds))]
+        found = [find_orbit(begin.system, begin.period, begin.start, begin.transient, job.numerics, begin.marks)]
+        if begin.marks is not None and found[0].outcome == Outcome.PERIODIC:
+            found = [replace(found[0], period=max(1, len(found[0].section)))]
         message, disagreement = found[0].message, found[0].checks.disagreements
     ds = orbits_dataset(system, found).assign(orbit_rates(system, found, job.numerics))
     ds = ds if given.max_period is not None else ds.isel(orbit=0, drop=True)

@@ -93,7 +93,7 @@ def test_one_state_is_drawn_over_time(as_orbit, found):
 
 
 def test_a_search_shows_all_orbits_by_period_and_stability(as_orbit, found):
-    other = replace(found, period=1, states=np.array([[0.2, 0.2]]), multipliers=np.array([2.0, 0.5], dtype=complex))
+    other = replace(found, period=1, section=np.array([[0.2, 0.2]]), multipliers=np.array([2.0, 0.5], dtype=complex))
     figure = orbit(as_orbit(found, found, other, search=True))
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["period 1: 1 unstable", "period 2: 2 stable"]
@@ -108,7 +108,7 @@ def test_paths_of_a_search_have_their_gaps_however_much_fills_them_up(as_orbit, 
 
 
 def test_one_orbit_of_a_search_is_drawn_without_what_fills_it_up(as_orbit, found):
-    longer = replace(found, period=3, states=np.zeros((3, 2)), newton=np.ones(9))
+    longer = replace(found, period=3, section=np.zeros((3, 2)), newton=np.ones(9))
     alone, taken = orbit(as_orbit(found)), orbit(as_orbit(longer, found, search=True).isel(orbit=1))
     for first, second in zip(alone.axes, taken.axes, strict=True):
         for a, b in zip(first.get_lines(), second.get_lines(), strict=True):
