@@ -16,7 +16,7 @@ from chaosdrill.model import HybridSystem
 
 QUANTITIES = ("strobe", "event_time", "tangent", "multiplier", "flow_direction", "exponent")
 TARGET = 1e-6
-"""Distance at which a chaotic trajectory has left the true one."""
+"""Distance, in sizes of the states, at which a chaotic trajectory has left the true one."""
 
 TIGHTEST = 1e-16
 _HORIZON_STARTS = 3
@@ -71,12 +71,12 @@ def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
         if errors.outcome != Outcome.OK:
             return errors
         _against_truth(errors.values, place, system, mapped)
-        errors.values["flow_direction"] = flow_direction_error(place.system, place.unit, place.count, numerics)
+        errors.values["flow_direction"] = flow_direction_error(place, numerics)
         rates = growth(found, place.unit, numerics)
         if np.isfinite(rates).all() and np.isfinite(yardstick.rates).all():
             errors.values["exponent"], errors.exponent_spread = _mean_difference(rates, yardstick.rates)
         if yardstick.starts and numerics.tolerance > 10 * TIGHTEST:
-            errors.horizon = trusted_time(yardstick.starts, yardstick.paths, place.unit, numerics)
+            errors.horizon = trusted_time(yardstick.starts, yardstick.paths, place.sizes, place.unit, numerics)
     except (SettingsError, np.linalg.LinAlgError):
         errors.outcome = Outcome.FAILED
     return errors
@@ -88,14 +88,14 @@ def _against_truth(values: dict[str, float], place: Place, system: HybridSystem,
         return
     # on a cycle the method's own fixed point is compared with the true one, else the ends of the two runs
     state = np.array([system.initial[name] for name in system.state_names]) if place.period else mapped.state
-    goal = truth.start if place.period else truth.state
-    values["strobe"] = _largest(state, goal) / max(1.0, max(abs(float(a)) for a in goal))
+    goal, sizes = truth.start if place.period else truth.state, place.sizes
+    values["strobe"] = _largest(state / sizes, goal)
     if truth.times:
         same = events_of(mapped) == truth.transitions
         values["event_time"] = _largest(mapped.found.times, truth.times) / place.unit if same else float("inf")
     entries = [truth.tangent[i, j] for i in range(len(goal)) for j in range(len(goal))]
     size = max(1.0, *(abs(float(entry)) for entry in entries))
-    values["tangent"] = _largest(mapped.tangent.ravel(), entries) / size
+    values["tangent"] = _largest((mapped.tangent * sizes / sizes[:, np.newaxis]).ravel(), entries) / size
     if place.period:
         values["multiplier"] = multiplier_error(np.linalg.eigvals(mapped.tangent), truth.multipliers)
 
@@ -120,8 +120,13 @@ def multiplier_error(found: np.ndarray, exact: np.ndarray) -> float:
     return worst / max(1.0, float(np.abs(exact).max()))
 
 
-def flow_direction_error(system: HybridSystem, unit: float, count: int, numerics: Numerics) -> float:
-    """How far the tangent map leads F at the start away from F at the end, relative to F, in the system with time."""
+def flow_direction_error(place: Place, numerics: Numerics) -> float:
+    """How far the tangent map leads F at the start away from F at the end, relative to F, in the system with time.
+
+    States are counted in their sizes, and time in units.
+    """
+    system, unit = place.system, place.unit
+    sizes = np.append(place.sizes, unit)
     if system.time is not None:
         if "with time" not in system.shared:
             system.shared["with time"] = system.augmented(time=True)
@@ -135,21 +140,27 @@ def flow_direction_error(system: HybridSystem, unit: float, count: int, numerics
     n = len(start)
     field_of(system.mode_names.index(system.initial["mode"]), 0.0, c, start, before)
     run = Run(system, unit, numerics, tangents=before[np.newaxis, :n], orthonormalise=False)
-    outcome, _ = run.advance(count)
+    outcome, _ = run.advance(place.count)
     if outcome != Outcome.OK:
         return float("nan")
     field_of(system.mode_names.index(run.mode), run.elapsed, c, run.x, after)
-    size_of_field = np.abs(after[:n]).max()
-    return float(np.abs(run.vectors[0] - after[:n]).max() / size_of_field) if size_of_field > 0 else float("nan")
+    size_of_field = (np.abs(after[:n]) / sizes[:n]).max()
+    off = (np.abs(run.vectors[0] - after[:n]) / sizes[:n]).max()
+    return float(off / size_of_field) if size_of_field > 0 else float("nan")
 
 
 def growth(found: Survey, unit: float, numerics: Numerics) -> np.ndarray:
-    """Growth rate of the leading tangent over each restarted unit, shape (restarts,); NaN where a run ended early."""
+    """Growth rate of the leading tangent over each restarted unit, shape (restarts,); NaN where a run ended early.
+
+    Its length is that in the sizes of the states.
+    """
     rates = []
     for i in found.restarts():
         run = Run(found.start(i), unit, numerics, tangents=found.tangents[i : i + 1])
         outcome, _ = run.advance(1)
-        rates.append(run.logs[0] / unit if outcome == Outcome.OK and not run.lost[0] else np.nan)
+        before, after = (np.linalg.norm(tangent / found.sizes) for tangent in (found.tangents[i], run.vectors[0]))
+        sound = outcome == Outcome.OK and not run.lost[0]
+        rates.append((run.logs[0] + np.log(after / before)) / unit if sound else np.nan)
     return np.array(rates)
 
 
@@ -178,13 +189,18 @@ def _path(start: HybridSystem, unit: float, numerics: Numerics, most: int) -> np
     return path
 
 
-def trusted_time(starts: list[HybridSystem], paths: np.ndarray, unit: float, numerics: Numerics) -> float:
-    """Median time up to which a trajectory stays within TARGET of the true one; inf if it does to the end."""
+def trusted_time(
+    starts: list[HybridSystem], paths: np.ndarray, sizes: np.ndarray, unit: float, numerics: Numerics
+) -> float:
+    """Median time up to which a trajectory stays within TARGET of the true one; inf if it does to the end.
+
+    Distances are counted in the sizes of the states.
+    """
     times = []
     for start, path in zip(starts, paths, strict=True):
         run, parted = Run(start, unit, numerics), float("inf")
         for k, point in enumerate(path, start=1):
-            if run.advance(1)[0] != Outcome.OK or not np.abs(run.x - point).max() <= TARGET:
+            if run.advance(1)[0] != Outcome.OK or not (np.abs(run.x - point) / sizes).max() <= TARGET:
                 parted = k * unit
                 break
         times.append(parted)

@@ -11,7 +11,7 @@ right-hand side, and shares no formula with the methods that are measured agains
 the contact laws, which are evaluated by other formulas than the compiled ones.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -244,7 +244,10 @@ class Leg:
 
 @dataclass(frozen=True)
 class Truth:
-    """State, event times and tangent map after the stretch, rounded to doubles only when compared."""
+    """State, event times and tangent map after the stretch, rounded to doubles only when compared.
+
+    States are counted in their sizes.
+    """
 
     start: Point
     state: Point
@@ -265,18 +268,22 @@ class Exact:
         With the parameters and the initial mode.
     unit : float
         Time between strobes.
+    sizes : ndarray, shape (n,)
+        Units in which its states are counted here, powers of two.
     """
 
-    def __init__(self, system: HybridSystem, unit: float) -> None:
+    def __init__(self, system: HybridSystem, unit: float, sizes: np.ndarray) -> None:
         self.system = system = system.placed
         self.unit = mpmath.mpf(unit)
+        self._sizes = [mpmath.mpf(float(size)) for size in sizes]
         symbols = arguments(system)
         self._c = [mpmath.mpf(value) for value in system.parameters.values()]
         if missing := sorted(_special_names(system) - EXACT.keys()):
             raise NoReferenceError(f"{', '.join(missing)} has no evaluation in extended precision")
 
         def function(expression: Any) -> Any:
-            return sympy.lambdify(symbols, expression, modules=[EXACT, "mpmath"], cse=True)
+            compiled = sympy.lambdify(symbols, expression, modules=[EXACT, "mpmath"], cse=True)
+            return lambda t, x: compiled(t, *(a * size for a, size in zip(x, self._sizes, strict=True)), *self._c)
 
         self._rates = {mode: function([f[x] for x in system.states]) for mode, f in system.modes.items()}
         self._guards = [function(t.guard) for t in system.transitions]
@@ -285,13 +292,17 @@ class Exact:
 
     def rate(self, mode: str) -> Any:
         """Time derivative in a mode, as a function of (time, state)."""
-        compiled, c = self._rates[mode], self._c
-        return lambda t, x: [mpmath.mpf(value) for value in compiled(t, *x, *c)]
+        compiled = self._rates[mode]
+        return lambda t, x: self._sized(compiled(t, x))
+
+    def _sized(self, state: Iterable[Any]) -> Point:
+        """A state, or its rate, in the sizes of the states."""
+        return [mpmath.mpf(value) / size for value, size in zip(state, self._sizes, strict=True)]
 
     def holds(self, transition: int, mode: str, t: Any, x: Point) -> bool:
         """Whether the condition of a transition is met in a mode."""
         condition = self._conditions[transition].get(mode)
-        return True if condition is None else bool(condition(t, *x, *self._c))
+        return True if condition is None else bool(condition(t, x))
 
     def follow(self, x: Point, itinerary: Itinerary, count: int, columns: int, tolerance: float) -> "Followed":
         """Integrate over ``count`` units, choosing the steps; every guard is watched at their ends."""
@@ -347,9 +358,9 @@ class Exact:
         tiny = mpmath.mpf(10) ** (-DIGITS // 3)
         total = mpmath.mpf(0)
         for _ in range(_NEWTON):
-            value = guard(t, *x, *self._c)
+            value = guard(t, x)
             slope = rate(t, x)
-            ahead = guard(t + tiny, *(a + tiny * b for a, b in zip(x, slope, strict=True)), *self._c)
+            ahead = guard(t + tiny, [a + tiny * b for a, b in zip(x, slope, strict=True)])
             if ahead == value:
                 break
             dt = -value * tiny / (ahead - value)
@@ -366,7 +377,7 @@ class Exact:
         taken = self.system.transitions[transition]
         if next((j for j in self._outcomes(mode, transition) if self.holds(j, mode, t, x)), None) != transition:
             raise NoReferenceError(f"{taken.name} is not what follows in extended precision")
-        return [mpmath.mpf(value) for value in self._resets[transition](t, *x, *self._c)], taken.target
+        return self._sized(self._resets[transition](t, x)), taken.target
 
     def _outcomes(self, mode: str, transition: int) -> list[int]:
         """Transitions that share the event of one, in order of declaration."""
@@ -386,7 +397,7 @@ class Exact:
             at, before = t, None
             for h, x in zip(mesh, states[1:], strict=True):
                 at += h
-                value = self._guards[j](at, *x, *self._c)
+                value = self._guards[j](at, x)
                 crossed = before is not None and before * value < 0 and transition.direction * value >= 0
                 if crossed and self.holds(j, mode, at, x):
                     raise NoReferenceError(f"{transition.name} happens in extended precision only")
@@ -410,8 +421,12 @@ def _special_names(system: HybridSystem) -> set[str]:
     return {type(f).__name__ for e in expressions for f in e.atoms(sympy.Function)} & SPECIAL.keys()
 
 
-def find_truth(system: HybridSystem, unit: float, start: Point, itinerary: Itinerary, count: int) -> Truth:
+def find_truth(
+    system: HybridSystem, unit: float, sizes: np.ndarray, start: Point, itinerary: Itinerary, count: int
+) -> Truth:
     """State, events and tangent map over ``count`` units from a start, in extended precision.
+
+    The start, as the truth, is counted in the sizes of the states, powers of two.
 
     Raises
     ------
@@ -422,16 +437,16 @@ def find_truth(system: HybridSystem, unit: float, start: Point, itinerary: Itine
     """
     n = len(system.states)
     with mpmath.workdps(DIGITS):
-        exact = Exact(system, unit)
+        exact = Exact(system, unit, sizes)
         base = exact.follow(start, itinerary, count, COLUMNS, TOLERANCE)
         other = exact.follow(start, itinerary, count, OTHER_COLUMNS, OTHER_TOLERANCE)
         run = Run(system, unit, Numerics(), tangents=np.eye(n), orthonormalise=False)
         run.advance(0)
         tangent = mpmath.zeros(n, n)
         for j in np.flatnonzero(run.vectors.any(axis=1)).tolist():
-            direction = [mpmath.mpf(entry) for entry in run.vectors[j]]
+            direction = [mpmath.mpf(entry) for entry in run.vectors[j] * (sizes[j] / sizes)]
             tangent[:, j] = mpmath.matrix(_difference(exact, start, base, direction, COLUMNS, APART))
-        diagonal = [mpmath.mpf(entry) for entry in run.vectors.sum(axis=0)]
+        diagonal = [mpmath.mpf(entry) for entry in sizes @ run.vectors / sizes]
         image = _difference(exact, start, other, diagonal, OTHER_COLUMNS, APART - 1)
         expected = tangent * mpmath.matrix(diagonal)
         error = float(max(abs(a - b) for a, b in zip(image, expected, strict=True)))

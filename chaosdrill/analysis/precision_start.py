@@ -58,7 +58,7 @@ class Survey:
     rates: np.ndarray  # (units,): its growth over the unit per unit of time
     events: list[UnitEvents]  # what happens in each unit
     numerics: Numerics  # method that has come to the end, at a tight tolerance
-    sizes: np.ndarray  # (n,): what states have had on the way
+    sizes: np.ndarray  # (n,): powers of two near the largest values of the states, in which errors are counted
 
     @property
     def exponent(self) -> tuple[float, float]:
@@ -118,7 +118,10 @@ def _survey(system: HybridSystem, plan: Span, numerics: Numerics) -> Survey:
             rates.append(-np.inf if run.lost[0] else (run.logs[0] - before) / plan.unit)
             events.append(_unit_events(found, found.times - (run.elapsed - plan.unit), plan.unit))
     rows = (np.array(vectors).reshape(-1, n) for vectors in (states, tangents))
-    return Survey(system, outcome, next(rows), modes, next(rows), np.array(rates), events, numerics, run.sizes)
+    points = next(rows)
+    largest = np.fmax(np.abs(points).max(axis=0, initial=0.0), run.sizes)
+    sizes = np.exp2(np.round(np.log2(np.where(largest > 0, largest, 1.0))))
+    return Survey(system, outcome, points, modes, next(rows), np.array(rates), events, numerics, sizes)
 
 
 def _unit_events(found: Record, times: np.ndarray, unit: float) -> UnitEvents:
@@ -188,6 +191,7 @@ class Place:
 
     system: HybridSystem  # with the start as its initial state
     unit: float  # length of a unit of time, the forcing period of a forced system
+    sizes: np.ndarray  # (n,): those in which states, and their errors, are counted
     period: int  # period of the cycle, 0 if there is none
     truth: Truth | None  # in extended precision
     reason: str = ""  # why there is no truth
@@ -204,32 +208,35 @@ def find_place(found: Survey, plan: Span) -> Place:
     if period:
         system, mapped = find_cycle(found.start(-1), plan.unit, period, found.numerics)
         if mapped is not None:
-            return _true_place(system, plan.unit, period, mapped)
+            return _true_place(system, plan.unit, found.sizes, period, mapped)
     system = found.start(found.typical())
-    return _true_place(system, plan.unit, 0, run_map(system, plan.unit, 1, found.numerics))
+    return _true_place(system, plan.unit, found.sizes, 0, run_map(system, plan.unit, 1, found.numerics))
 
 
-def _true_place(system: HybridSystem, unit: float, period: int, mapped: Mapped) -> Place:
-    start = [mpmath.mpf(system.initial[name]) for name in system.state_names]
+def _true_place(system: HybridSystem, unit: float, sizes: np.ndarray, period: int, mapped: Mapped) -> Place:
+    start = [mpmath.mpf(system.initial[name] / size) for name, size in zip(system.state_names, sizes, strict=True)]
     try:
         if period:
-            start = _onto_cycle(system, unit, start, period, mapped)
-            system = restart(system, start, mapped.mode)
-        truth = find_truth(system, unit, start, itinerary(mapped.found), max(period, 1))
+            start = _onto_cycle(system, unit, sizes, start, period, mapped)
+            system = restart(system, [a * size for a, size in zip(start, sizes, strict=True)], mapped.mode)
+        truth = find_truth(system, unit, sizes, start, itinerary(mapped.found), max(period, 1))
     # arithmetic can fail in many ways far outside of what a system is made for
     except (ArithmeticError, ValueError, TypeError, np.linalg.LinAlgError) as fault:
-        return Place(system, unit, period, None, str(fault))
+        return Place(system, unit, sizes, period, None, str(fault))
     if period:
         open_by = max(float(abs(a - b)) for a, b in zip(truth.state, truth.start, strict=True))
         truth.errors["strobe"] = max(truth.errors["strobe"], open_by)
-    return Place(system, unit, period, truth)
+    return Place(system, unit, sizes, period, truth)
 
 
-def _onto_cycle(system: HybridSystem, unit: float, start: Point, period: int, mapped: Mapped) -> Point:
+def _onto_cycle(
+    system: HybridSystem, unit: float, sizes: np.ndarray, start: Point, period: int, mapped: Mapped
+) -> Point:
     """Newton's method for the cycle in extended precision, with the tangent map of doubles; a step or two."""
-    inverse = mpmath.matrix(np.linalg.inv(np.eye(len(start)) - mapped.tangent).tolist())
+    tangent = mapped.tangent * sizes / sizes[:, np.newaxis]
+    inverse = mpmath.matrix(np.linalg.inv(np.eye(len(start)) - tangent).tolist())
     with mpmath.workdps(DIGITS):
-        exact = Exact(system, unit)
+        exact = Exact(system, unit, sizes)
         for _ in range(_NEWTON):
             end = exact.follow(start, itinerary(mapped.found), period, COLUMNS, TOLERANCE)
             residual = [a - b for a, b in zip(end.state, start, strict=True)]

@@ -95,7 +95,7 @@ def test_settings_are_refused_by_name(duffing):
         ({"steps": [100]}, "steps is"),
         ({"steps": [100, 3]}, r"steps\[1\] is 3; must be at least 4"),
         ({"repeats": 0}, "repeats is 0"),
-        ({"periods": None}, "give periods="),
+        ({"periods": None}, "give either periods"),
     ]:
         with pytest.raises(cd.SettingsError, match=text):
             measure(duffing, **options)

@@ -32,7 +32,7 @@ def free_fall(e=0.75, g=2.0):
 def truth_of(system, unit, count=1):
     mapped = run_map(system, unit, count, Numerics("taylor", TIGHT))
     start = [mpmath.mpf(system.initial[name]) for name in system.state_names]
-    return find_truth(system, unit, start, itinerary(mapped.found), count)
+    return find_truth(system, unit, np.ones(len(start)), start, itinerary(mapped.found), count)
 
 
 def test_a_ball_to_fifty_digits():
@@ -84,13 +84,13 @@ def test_the_orbit_of_an_impact_oscillator_at_a_wall_at_zero():
 def test_an_event_that_was_not_found_is_noticed():
     """The ball would fall through the floor; the guard is watched."""
     with pytest.raises(NoReferenceError, match="hit happens in extended precision only"):
-        find_truth(free_fall(), 4.0, [mpmath.mpf(1), mpmath.mpf(3)], Itinerary((), (), ()), 1)
+        find_truth(free_fall(), 4.0, np.ones(2), [mpmath.mpf(1), mpmath.mpf(3)], Itinerary((), (), ()), 1)
 
 
 def test_an_event_that_does_not_happen_is_noticed():
     """The ball is in the air at 0.5; the guard is not near zero."""
     with pytest.raises(NoReferenceError):
-        find_truth(free_fall(), 1.0, [mpmath.mpf(1), mpmath.mpf(3)], Itinerary((0,), (0.5,), (0,)), 1)
+        find_truth(free_fall(), 1.0, np.ones(2), [mpmath.mpf(1), mpmath.mpf(3)], Itinerary((0,), (0.5,), (0,)), 1)
 
 
 @pytest.mark.parametrize("speed", ["1e-12", "1e-4", "1", "50"])

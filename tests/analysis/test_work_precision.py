@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
@@ -111,3 +112,29 @@ def test_advice_names_the_multipliers(measured):
     lines = measured.attrs["recommendation"].splitlines()
     assert any("the multipliers" in line and " cost " in line and "use taylor at 1e-" in line for line in lines)
     assert not any("exponent" in line or "tangent map" in line for line in lines)
+
+
+@pytest.mark.parametrize("unit", [2.0**-40, 2.0**30])
+def test_errors_on_a_cycle_do_not_depend_on_units(unit):
+    """Powers of two leave every digit as it is."""
+    duffing = cd.HybridSystem(
+        name="duffing",
+        states="x v",
+        parameters={"d": 0.3, "X": 1.0, "V": 1.0, "A": 0.3},
+        modes={"on": {"x": "X*v/V", "v": "V*(x/X - (x/X)**3 - d*v/V + A*cos(t))"}},
+        period="2*pi",
+        bounds={"x": None, "v": None},
+    )
+    one, other = (
+        cd.work_precision(
+            duffing.with_parameters(X=u, V=1 / u).with_initial(x=u),
+            methods=["taylor", "rk4"],
+            tolerances=[1e-4, 1e-8],
+            periods=20,
+            transient=100,
+            repeats=1,
+        )
+        for u in (1.0, unit)
+    )
+    xr.testing.assert_allclose(one["error"], other["error"], rtol=1e-6)
+    assert one["period"] == other["period"] > 0
