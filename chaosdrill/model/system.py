@@ -4,7 +4,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from threading import RLock
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import sympy
 
@@ -31,6 +31,13 @@ class Shared(dict[Any, Any]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Shared, ()
+
+
+class Words(TypedDict, total=False):
+    """What is said of a system, beside its name."""
+
+    description: str
+    labels: Mapping[str, str] | None
 
 
 class HybridSystem:
@@ -72,10 +79,8 @@ class HybridSystem:
         Integrals along the flow which feed back into nothing; the integrand may differ by mode.
     bounds : mapping of state to (low, high) or None, optional
         A state outside of its bounds has escaped. Default +-1e9; None stands for no bound.
-    description : str
-        One line.
-    labels : mapping of str to str
-        Long names of states, parameters, quadratures and time.
+    **words : optional
+        ``description``: one line. ``labels``: long names of states, parameters, quadratures and time, by name.
 
     Raises
     ------
@@ -99,13 +104,13 @@ class HybridSystem:
         regions: Mapping[str, Any] | None = None,
         quadratures: Mapping[str, Any] | None = None,
         bounds: Mapping[Any, Any] | None = None,
-        description: str = "",
-        labels: Mapping[str, str] | None = None,
+        **words: Unpack[Words],
     ) -> None:
+        if unknown := [key for key in words if key not in Words.__annotations__]:
+            raise TypeError(f"HybridSystem.__init__() got an unexpected keyword argument {unknown[0]!r}")
         given = {
-            "name": name, "description": description, "states": states, "time": time, "period": period, "modes": modes,
-            "transitions": transitions, "regions": regions, "quadratures": quadratures, "bounds": bounds,
-            "labels": labels,
+            "name": name, "states": states, "time": time, "period": period, "modes": modes, "transitions": transitions,
+            "regions": regions, "quadratures": quadratures, "bounds": bounds, **words,
         }  # fmt: skip
         reader = Reader({} if parameters is None else parameters)
         found = reader.read(given)
