@@ -103,5 +103,5 @@ initial = [{ x = 0.1 }, { v = 0.2 }]
 
 
 def test_points_of_a_section_are_no_common_times(oscillator):
-    with pytest.raises(SettingsError, match="initial and at='impact' exclude each other"):
+    with pytest.raises(SettingsError, match="at is 'impact'; initial and at exclude each other"):
         cd.trajectory(oscillator, periods=4, at="impact", initial=STARTS)
