@@ -27,6 +27,7 @@ from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.surface import surface
 from chaosdrill.orbits.marks import Marks
+from chaosdrill.orbits.problem import Problem
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
@@ -137,7 +138,7 @@ class OrbitStart:
     system: HybridSystem
     period: int
     start: str | float
-    transient: int
+    transient: float
     marks: Marks | None = None  # the section whose points the period counts, if one was named
 
 
@@ -148,7 +149,8 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     from there take. On an attractor it is the point after the transient to which so many returns lead back most nearly.
     """
     if given.counts(system) != "section":
-        return OrbitStart(system, given.period, given.start, int(-(-given.transient // 1)))
+        lead_in = given.transient if system.period is None else int(given.transient)
+        return OrbitStart(system, given.period, given.start, lead_in)
     where, period = find_section(system, given, numerics), int(given.period)
     assert where.transitions is not None
     run = Run(where.system, where.unit, numerics)
@@ -162,7 +164,9 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     if len(times) <= period:
         # what the motion does instead is told by the search
         return OrbitStart(system, 1, "attractor", 0)
-    spread = np.maximum(np.ptp(states, axis=0), CLOSE * np.maximum(np.abs(states).max(axis=0), 1.0))
+    problem = Problem(system, (), numerics)
+    problem.set_unit(where.unit)
+    spread = np.maximum(np.ptp(states, axis=0), CLOSE * np.maximum(np.abs(states).max(axis=0), problem.sizes))
     last = len(states) - period
 
     def away(steps: int) -> np.ndarray:

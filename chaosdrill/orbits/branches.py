@@ -343,7 +343,7 @@ def _between(segment: BranchSegment, k: int, finer: int) -> list[tuple[Point, fl
     try:
         located = [locate(pair, kind) for _, kind in special_points(pair)]
         found = [one for one in located if one[0].special != Special.REGULAR]
-        return sorted(found, key=lambda one: float(np.abs(one[0].orbit.starts - before.orbit.starts).sum()))
+        return sorted(found, key=lambda one: one[0].arclength)
     except LostError:
         if not finer:
             return []
@@ -370,7 +370,7 @@ def branches(
     limits: tuple[float, float],
     period: int,
     start: str | float,
-    transient: int,
+    transient: float,
     doublings: int,
     step: float,
     max_points: int,

@@ -569,7 +569,7 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
     orbits = [p.orbit for p in (points[max(len(points) - 1 - SETTINGS.shrunk_points, 0)], *points[-2:])]
     ends = np.array([o.durations.sum() for o in orbits])[:, np.newaxis]
     states = curve.problem.at(orbits, ends * np.linspace(0, 1, 33)[:-1])[0]
-    extents = np.ptp(states, axis=1).max(axis=1)
+    extents = (np.ptp(states, axis=1) / curve.problem.sizes).max(axis=1)
     return bool(extents[1:].min() < SETTINGS.shrunk * extents[0])
 
 

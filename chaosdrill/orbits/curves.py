@@ -31,7 +31,7 @@ def curve(
     limits: Sequence[Sequence[float]] | np.ndarray,
     period: int,
     start: str | float,
-    transient: int,
+    transient: float,
     follow: str,
     step: float,
     max_points: int,
@@ -81,7 +81,7 @@ def curve(
     if found is None:
         text = f"no {called} on the branch of {name} through the orbit: {_told(ways)}"
         return nothing(system, parameters, Outcome.NO_SPECIAL_POINT, text)
-    problem = Problem(system, parameters, numerics)
+    problem = alone.alike(system, parameters)
     try:
         curve, first = _begin(problem, lifted(found, system.parameters[parameters[1]]), kind, ranges)
     except LostError as lost:

@@ -263,7 +263,7 @@ def _guesses(problem: Problem, border: Border) -> Iterator[Orbit]:
             guess = _own_path(problem, orbit, orbit.starts[0, d:] * (1 + part))
             if guess is not None:
                 yield guess
-    yield from left_out(border)
+    yield from left_out(problem, border)
     yield from without_events(problem, border.good)
 
 
@@ -292,13 +292,13 @@ def _own_path(problem: Problem, orbit: Orbit, values: np.ndarray) -> Orbit | Non
     return based(problem, replace(guess, periods=orbit.periods))
 
 
-def left_out(border: Border) -> Iterator[Orbit]:
+def left_out(problem: Problem, border: Border) -> Iterator[Orbit]:
     """The orbit without one event that leads back into its mode, or without two or three that do so together."""
     orbit = border.good
     count = len(orbit)
     if orbit.eventless:
         return
-    merit = np.minimum(border.shot.speeds, orbit.durations / orbit.durations.sum())
+    merit = np.minimum(border.shot.speeds / problem.paces(orbit), orbit.durations / orbit.durations.sum())
     for first in np.argsort(merit).tolist():
         for dropped in (1, 2, 3):
             if dropped >= count:

@@ -10,6 +10,7 @@ import numpy as np
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
+from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
@@ -161,7 +162,7 @@ def characteristic_time(place: Place, numerics: Numerics) -> float:
 
     A sinusoidal motion takes about nine of these units for a turn.
     """
-    unit = 1.0
+    unit = _first_unit(place, numerics)
     for _ in range(SETTINGS.characteristic_rounds):
         better, steps = _crossing(place, numerics, unit)
         if not 1e-12 < better < 1e12 or (better > unit and steps > SETTINGS.characteristic_steps):
@@ -171,6 +172,22 @@ def characteristic_time(place: Place, numerics: Numerics) -> float:
         if good:
             break
     return unit
+
+
+def _first_unit(place: Place, numerics: Numerics) -> float:
+    """1, or the power of ten below it in which the motion takes no more steps than it may.
+
+    It is looked at from below: in a unit of time that is not its own a motion may take any number of them.
+    """
+    if METHODS[numerics.method].fixed_step:
+        return 1.0
+    units: list[float] = (10.0 ** np.arange(-12, 1)).tolist()
+    for unit in units[:-1]:
+        run = place.run(unit, numerics)
+        run.advance(1)
+        if 10 * run.steps > SETTINGS.characteristic_steps:
+            return unit
+    return units[-1]
 
 
 def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int]:
@@ -392,7 +409,8 @@ def guess_of_autonomous(
     if len(events):
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
         if expected is None:
-            last = _shortest_return(events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND])
+            states, kinds = events[:, layout.EVENT_COLUMNS + d :], events[:, layout.EVENT_KIND]
+            last = _shortest_return(states, kinds, problem.sizes)
             if last is None:
                 return outcome, None
             durations, events = np.diff(times)[:last], events[1 : last + 1]
@@ -461,12 +479,15 @@ def _first_return(away: np.ndarray, near: bool) -> int | None:
     return int(inner[distance[inner] <= max(2 * distance[inner].min(), SETTINGS.back)][0])
 
 
-def _shortest_return(states: np.ndarray, kinds: np.ndarray) -> int | None:
-    """Number of events after which the first one recurs most closely; None if its kind never recurs."""
+def _shortest_return(states: np.ndarray, kinds: np.ndarray, sizes: np.ndarray) -> int | None:
+    """Number of events after which the first one recurs most closely; None if its kind never recurs.
+
+    ``sizes`` are those of the states.
+    """
     same = np.flatnonzero(kinds[1:] == kinds[0]) + 1
     if not len(same):
         return None
-    spread = np.maximum(np.ptp(states, axis=0), 1e-12)
+    spread = np.maximum(np.ptp(states, axis=0), 1e-12 * np.maximum(np.abs(states).max(axis=0), sizes))
     away = (np.abs(states[same] - states[0]) / spread).max(axis=1)
     good = same[away <= max(2 * away.min(), SETTINGS.back)]
     return int(good[0])

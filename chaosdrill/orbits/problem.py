@@ -25,7 +25,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.places import parameter
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
-from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.orbit import Orbit, segment_by_segment
 from chaosdrill.orbits.settings import SETTINGS
 
 CLOCK = "forcing period"
@@ -118,6 +118,13 @@ class Problem:
         run = self._states.run
         run["fixed_step"] *= unit / run["period"]
         run["period"] = unit
+
+    def alike(self, system: HybridSystem, free: Sequence[str]) -> "Problem":
+        """The problem of other parameters, followed in the same steps."""
+        other = Problem(system, free, self.numerics)
+        if not self.forced and self.unit is not None:
+            other.set_unit(self.unit)
+        return other
 
     @property
     def accuracy(self) -> float:
@@ -321,7 +328,15 @@ class Problem:
         return rows
 
     def _weighted(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
-        return np.asarray(shot.equations[: len(orbit) + self.states + 1, :-1] / weights)
+        """The linearised equations in weighted unknowns, each without the unit of what it says is zero.
+
+        Those of the states may vanish as a whole where branches cross: they are not scaled by their own entries.
+        """
+        d, count = self.states, len(orbit)
+        rows = np.asarray(shot.equations[: count + d + 1, :-1] / weights)
+        largest = np.abs(rows).max(axis=1, keepdims=True)
+        largest[count : count + d, 0] = 1 / weights[:d]
+        return rows / np.where(largest > 0, largest, 1.0)
 
     def moved(self, orbit: Orbit, shot: Shot, change: np.ndarray) -> Orbit:
         """The orbit after a change of its reduced unknowns, to first order."""
@@ -375,6 +390,25 @@ class Problem:
         period = self.period_at(orbit)
         ahead = -orbit.phase % period if period else 0.0
         return ahead if period and period - ahead > SETTINGS.same_instant * period else 0.0
+
+    def paces(self, orbit: Orbit) -> np.ndarray:
+        """What speeds at the guards are relative to, shape (N,): states that move by their sizes in a period.
+
+        Where a guard depends on time alone, its own rate; 1 where no event ends a segment.
+        """
+        d, n, found = self.states, len(self.system.states), np.ones(len(orbit))
+        kernels = kernels_of(self.system)
+        gradient, sizes = np.zeros(n + 1), np.maximum(self.sizes, np.abs(orbit.starts[:, :d]).max(axis=0))
+        unit = self.period_at(orbit) or float(orbit.durations.sum())
+        for i, (one, before) in enumerate(segment_by_segment(self, orbit)):
+            mode, end, _ = one.segments[0].tolist()
+            if end >= 0:
+                state = np.concatenate([before, one.starts[0, d:]])
+                time = one.phase + float(one.durations[0])
+                kernels.functions[5](mode, end, time, self._states.c[0], state, gradient)
+                steep = float(np.abs(gradient[:d] * sizes).max()) / unit
+                found[i] = steep or abs(float(gradient[n])) or 1.0
+        return found
 
     def halves_apart(self, orbit: Orbit, weights: np.ndarray) -> np.ndarray:
         """Weighted differences between the two halves of an orbit, shape (m,): starts and durations of their segments.

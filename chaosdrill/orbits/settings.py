@@ -272,9 +272,10 @@ class Settings:
     doubling_apart: float = 0.01
     """Difference between the two halves of a doubled orbit, as a part of that distance, at least."""
     grazing_speed: float = 1e-9
-    """Speed at a guard below which it counts as met tangentially."""
+    """Speed at a guard below which it counts as met tangentially, in parts of `Problem.paces`."""
     clear: float = 1e-4
-    """Speed at a guard, and part of an orbit's duration that a segment takes, below which a run is no judge of it."""
+    """Speed at a guard, in parts of `Problem.paces`, and part of an orbit's duration that a segment takes, below which
+    a run is no judge of it."""
     checked: int = 4
     """Points of a segment that the ordinary engine follows as well, at most."""
 

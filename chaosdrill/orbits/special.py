@@ -292,7 +292,7 @@ def test_function_at(
 
 def _without_event(problem: "Problem", orbit: "Orbit", shot: "Shot") -> Iterator["Orbit"]:
     """The path told without events that may have no effect."""
-    yield from left_out(Border(orbit, shot, None, None, 0.0))
+    yield from left_out(problem, Border(orbit, shot, None, None, 0.0))
     modes = set(orbit.segments[:, at.SEGMENT_MODE].tolist())
     if problem.forced and len(modes) == 1:
         period = problem.period_at(orbit)

@@ -63,7 +63,7 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
     problem = curve.problem
     second = float(curve.values(border.good)[1])
     plain = problem.plain.with_parameters(**{problem.free[1]: second})
-    one = Curve(Problem(plain, problem.free[:1], problem.numerics), curve.limits[:1])
+    one = Curve(problem.alike(plain, problem.free[:1]), curve.limits[:1])
     good, bad = _flat(border.good), None if border.bad is None else _flat(border.bad)
     flat = Border(good, one.problem.shoot(good), bad, None if bad is None else one.problem.shoot(bad), border.error)
     found = branch_behind(one, flat)

@@ -107,9 +107,8 @@ def _table(segment: "BranchSegment", number: int, sequence: int, marks: Marks | 
     problem, points, first = segment.curve.problem, segment.points, segment.orbit(0)
     strobes, modes = problem.strobes([p.orbit for p in points])
     values = multipliers(problem, first, segment.monodromies, segment.rank)
-    slowest = segment.speeds.min(axis=1)
     # at grazing the map has no derivative on the side where the guard is crossed
-    values[slowest < SETTINGS.grazing_speed] = complex(np.nan, np.nan)
+    values[_slowness(segment) < SETTINGS.grazing_speed] = complex(np.nan, np.nan)
     return {
         "values": segment.values,
         "branch": np.full(len(points), number),
@@ -123,9 +122,14 @@ def _table(segment: "BranchSegment", number: int, sequence: int, marks: Marks | 
         "stable": is_stable(values, problem.neutral.count),
         "special": np.array([int(p.special) for p in points]),
         "sequence": np.full(len(points), sequence),
-        "smallest_speed": slowest,
+        "smallest_speed": segment.speeds.min(axis=1),
         "residual": np.array([p.shot.residual for p in points]),
     }
+
+
+def _slowness(segment: "BranchSegment") -> np.ndarray:
+    """Smallest speed at an event of each orbit, relative to the motion; shape (P,)."""
+    return np.asarray((segment.speeds / segment.curve.problem.paces(segment.orbit(0))).min(axis=1))
 
 
 def _misses(segment: "BranchSegment") -> Iterator[str]:
@@ -134,7 +138,7 @@ def _misses(segment: "BranchSegment") -> Iterator[str]:
         return
     if segment.curve.kind == Special.REGULAR:
         clear = segment.durations.min(axis=1) > SETTINGS.clear * segment.durations.sum(axis=1)
-        clear &= segment.speeds.min(axis=1) > SETTINGS.clear
+        clear &= _slowness(segment) > SETTINGS.clear
         clear &= np.array([p.special == Special.REGULAR for p in segment.points])
     else:
         lengths = segment.arclengths
@@ -154,7 +158,7 @@ def miss(problem: Problem, orbit: "Orbit") -> str:
     """How an ordinary simulation contradicts an orbit; empty if it does not."""
     d = problem.states
     system = with_values(problem, orbit.starts[0, d:])
-    plain = Problem(system, (), problem.numerics)
+    plain = problem.alike(system, ())
     repeated = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
     values = ", ".join(f"{name} = {v:.9g}" for name, v in zip(problem.free, orbit.starts[0, d:], strict=True))
     if repeated.differs:

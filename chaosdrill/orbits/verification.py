@@ -206,7 +206,7 @@ def check(problem: "Problem", orbit: "Orbit", found: FoundOrbit, repeated: Repea
     moduli = np.abs(found.multipliers)
     tolerance = problem.numerics.tolerance
     # the speed at a guard is the less certain the smaller it is, and with it the saltation
-    slowest = float(np.abs(found.event_speeds).min(initial=1.0))
+    slowest = float(np.abs(problem.shoot(orbit, False).speeds / problem.paces(orbit)).min(initial=1.0))
     limit = (
         SETTINGS.same_logarithm + repeated.explained(tolerance) + 10 * (SETTINGS.step_error + tolerance) / slowest**2
     )

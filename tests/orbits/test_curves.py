@@ -286,7 +286,7 @@ def test_period_doublings_of_a_spiking_neuron():
     for k in (0, -1):
         one = found.isel(point=k)
         c, d, doubled = float(one["c"]), float(one["d"]), False
-        u = float(one["section"].values[0, 1])
+        u = float(one["orbit_state"][1])
         for _ in range(2):
             u = after(u, c, d)
             doubled = doubled or abs(after(u, c, d) - u) < 1e-7

@@ -1,9 +1,14 @@
 """Branches in other units: one state that is a million times as large moves no special point and hides none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.orbits.find import starting_orbit
+from chaosdrill.orbits.verification import check, describe, verify
 
 BY_METHOD = [("taylor", 1e-8), ("dop853", 1e-12), ("dop853", 1e-13), ("radau", 1e-13)]
 
@@ -128,3 +133,81 @@ def test_an_event_loses_its_speed_at_one_parameter_by_every_method():
     # those that are told to 1e-12 agree to that
     values = [other for other, _ in found.values()]
     assert np.ptp(values) < 1e-11
+
+
+def duffing(**units):
+    """A double well that is driven, with the units of position, speed, time and damping as parameters."""
+    return cd.HybridSystem(
+        states="x v",
+        parameters={"d": 0.2 * units.get("P", 1.0), "w": 1.0, "A": 0.2, "X": 1.0, "V": 1.0, "T": 1.0, "P": 1.0} | units,
+        modes={"on": {"x": "X*v/V/T", "v": "V*(x/X - (x/X)**3 - d/P*v/V + A*cos(w*t/T))/T"}},
+        period="2*pi*T/w",
+        initial={"x": units.get("X", 1.0)},
+    )
+
+
+@pytest.mark.parametrize("follow", ["fold", "period_doubling"])
+def test_a_curve_is_the_same_one(follow):
+    def points(**units):
+        damping = units.get("P", 1.0)
+        found = cd.continue_orbit(
+            duffing(**units), {"A": (0.1, 0.5), "d": (0.1 * damping, 0.5 * damping)}, follow=follow
+        )
+        return np.column_stack([found["A"], found["d"] / damping])
+
+    usual = points()
+    assert len(usual) > 100
+    for units in (
+        {"X": 1e-6, "T": 1e3},
+        {"X": 1e-6, "V": 1e6},
+        {"X": 1e6, "V": 1e-6, "T": 1e-6},
+        {"V": 1e-6, "P": 1e6},
+    ):
+        np.testing.assert_allclose(points(**units), usual, rtol=1e-8)
+
+
+def striking(**units):
+    """An impact oscillator; G is the unit of its guard."""
+    return cd.HybridSystem(
+        states="x v",
+        parameters={"zeta": 0.05, "omega": 2.8, "e": 0.8, "X": 1.0, "V": 1.0, "T": 1.0, "G": 1.0} | units,
+        modes={"free": {"x": "X*v/V/T", "v": "V*(-x/X - 2*zeta*v/V + cos(omega*t/T))/T"}},
+        transitions=[cd.Transition("impact", "free", "free", guard="G*(x/X - 0.3)", direction=+1, reset={"v": "-e*v"})],
+        period="2*pi*T/omega",
+        initial={"v": 0.3 * units.get("V", 1.0)},
+    )
+
+
+def test_what_counts_as_grazing_is_relative_to_the_motion():
+    usual = cd.continue_orbit(striking(), {"omega": (2.0, 3.2)})
+    unknown = np.isnan(usual["multiplier_real"].values).sum()
+    for units in ({"G": 1e-12}, {"G": 1e12}, {"X": 1e-6, "T": 1e3}):
+        found = cd.continue_orbit(striking(**units), {"omega": (2.0, 3.2)})
+        assert np.isnan(found["multiplier_real"].values).sum() == unknown
+        assert found.sizes["point"] == usual.sizes["point"]
+        np.testing.assert_array_equal(specials(found)[0], specials(usual)[0])
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])
+def test_wrong_multipliers_are_told_whatever_the_unit_of_the_guard(unit):
+    problem, orbit, shot, residuals, _ = starting_orbit(striking(G=unit), (), 1, "attractor", 200, Numerics())
+    found = describe(problem, orbit, shot, residuals)
+    assert found.checks.consistent
+    wrong = replace(found, multipliers=1.001 * found.multipliers)
+    assert not check(problem, orbit, wrong, verify(problem, orbit)).consistent
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1.0, 1e6])
+def test_an_orbit_without_forcing_in_any_unit_of_time(unit):
+    """The period of van der Pol's oscillator is 6.6632868593231301897 at mu = 1."""
+    system = cd.HybridSystem(
+        states="x v",
+        parameters={"mu": 1.0, "T": unit},
+        modes={"on": {"x": "v/T", "v": "(mu*(1 - x**2)*v - x)/T"}},
+        initial={"x": 0.5},
+    )
+    branch = cd.continue_orbit(system, {"mu": (0.8, 1.2)}, transient=60 * unit)
+    time = np.interp(1.0, branch["mu"].values, branch["period_time"].values)
+    orbit = cd.periodic_orbit(system, transient=60 * unit)
+    assert float(orbit["period_time"]) == pytest.approx(6.66328685932313 * unit, rel=1e-11)
+    assert time == pytest.approx(6.66328685932313 * unit, rel=1e-4)

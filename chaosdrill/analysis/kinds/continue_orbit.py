@@ -154,7 +154,7 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     at, max_return : optional
         The section, as in `periodic_orbit`.
     transient : int or float, default 200
-        Forcing periods, points of the section (without either: time, rounded up) to run first, with
+        Forcing periods, points of the section (without either: time) to run first, with
         ``start="attractor"``.
     start : {"attractor", "guess"}
         How the first orbit is found, as in `periodic_orbit`.

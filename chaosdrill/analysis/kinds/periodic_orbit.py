@@ -129,7 +129,7 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
     max_return : float, optional
         As in `poincare_section`.
     transient : int or float, default 200
-        Forcing periods, points of the section (without either: time, rounded up) to run first, with
+        Forcing periods, points of the section (without either: time) to run first, with
         ``start="attractor"``.
     start : {"attractor", "guess", "search"}
         Where Newton's method starts: at the state of a run after ``transient``; at the system's initial state (at phase
