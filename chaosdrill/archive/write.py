@@ -15,6 +15,19 @@ from chaosdrill.typed import PATH, expecting
 if TYPE_CHECKING:
     import xarray as xr
 
+_OTHER_FORMATS = {
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat"), "or write a table by ds.to_dataframe().to_csv(path)"),
+    **dict.fromkeys((".xls", ".xlsx"), "or write a table by ds.to_dataframe().to_excel(path)"),
+    ".parquet": "or write a table by ds.to_dataframe().to_parquet(path)",
+    ".json": "or write what ds.to_dict() returns",
+    **dict.fromkeys((".npy", ".npz", ".mat", ".pkl", ".pickle"), "or write its arrays, as ds[name].values"),
+    ".zarr": "or write it by ds.to_zarr(path)",
+    ".toml": "or write the scene by chaosdrill.save_scene",
+    **dict.fromkeys((".html", ".htm"), "and then a report by chaosdrill.report"),
+    **dict.fromkeys((".png", ".pdf", ".svg", ".jpg", ".jpeg", ".gif", ".mp4"), "and draw it by chaosdrill.plot"),
+}
+"""What an ending that is not that of archives asks for."""
+
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
@@ -117,6 +130,12 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
         With the reason.
     """
     target = Path(path)
+    way = _OTHER_FORMATS.get(target.suffix.lower())
+    if ending == ".nc" and way is not None:
+        raise ArchiveError(
+            f"{target}: archives are NetCDF, and {target.suffix!r} says another format; name the file "
+            f"{target.stem[:100]}.nc, {way}"
+        )
     # os.path says no where a name is too long or holds a zero byte, which Path.is_dir raises
     if os.path.isdir(target):
         raise ArchiveError(f"{target}: is a folder; name a file, as in {target / f'result{ending}'}")

@@ -105,7 +105,9 @@ _ADVICE = {
     Outcome.STALLED: (
         "Events went on while no time passed: what chatter ends with, infinitely many impacts in finite time, after "
         "which the contact would have to be held; add a mode that holds it, raise the restitution, or look for a "
-        "reset that leads back across its own guard."
+        "reset that leads back across its own guard. Two modes may also lead back and forth: one that is entered where "
+        "its guard has already been passed, such as sin(2*pi*t/T) for half of each period, is left at once; for a "
+        "clock take sin(pi*t/T) with direction 0."
     ),
     Outcome.NONFINITE: (
         "A state, a tangent or a guard became infinite or not a number; look for a singular term, for a guard that is "

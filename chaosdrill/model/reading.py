@@ -5,7 +5,7 @@ and tables and lists of these. The rules are the same, and stand here and in `ch
 """
 
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from numbers import Integral
@@ -77,7 +77,8 @@ class Transition:
     guard : expression
         The event happens where this expression of states, time and parameters reaches zero.
     direction : {+1, -1, 0}
-        Upward crossings, downward crossings, or both.
+        Upward crossings, downward crossings, or both. +1 says that the mode holds while the guard is negative: if the
+        mode is entered beyond it, a transition to another mode is taken at once.
     reset : mapping of state to expression, or a function of all states, optional
         State after the event from the state before it; what is not named stays as it is.
     condition : relation, or mapping of mode to relation, optional
@@ -193,6 +194,8 @@ class Reader:
         self._modes: tuple[str, ...] = ()
         self._transitions: list[str | None] = []
         self._names: dict[str, Any] = {}
+        # names with a rate that are no states, and whether that has been said: what else holds them is no other fault
+        self._lacking: dict[str, bool | None] = {}
         self._moving: set[Any] = set()
         self._clock: Any = None
         self._hints: dict[str, str] = {}
@@ -241,6 +244,7 @@ class Reader:
         elif TIME not in named:
             named.append(TIME)
             self._hints = {"time": f"the time is called {TIME!r}; for another name declare it: time = 'time'"}
+        self._lacking = dict.fromkeys(one for one in _rated(given.get("modes")) if one not in named)
         self._names = {one: sympy.Symbol(one, real=True) for one in named}
         self._moving = {self._names[one] for one in named if one not in self.parameters}
         self._clock = self._names.get(TIME if time is None else time)
@@ -414,8 +418,15 @@ class Reader:
             if self.open or state in (self.states or ()):
                 read[sympy.Symbol(state, real=True)] = self._expression((*path, state), value, level)
             else:
-                self._fault((*path, state), f"unknown state; {remedy(state, self.states or ())}")
+                self._stranger((*path, state), state)
         return read
+
+    def _stranger(self, path: Path, state: str) -> None:
+        """What is no state is named as one."""
+        if not self._lacking.get(state):
+            self._fault(path, f"unknown state; {remedy(state, self.states or ())}")
+        if state in self._lacking:
+            self._lacking[state] = True
 
     def _by_mode(
         self, path: Path, value: Mapping[Any, Any], modes: Iterable[str], lacks: str, read: Callable[[Path, Any], Any]
@@ -489,7 +500,7 @@ class Reader:
             key: self._text((*path, key), given[key]) for key in ("name", "target", "completes", "kind") if key in given
         }
         name, completes = read.get("name"), read.get("completes")
-        if name and names.count(name) > 1:
+        if name and names[: int(path[-1]) if path else 0].count(name) == 1:
             self._fault((*path, "name"), f"two transitions are named {name!r:.60}")
         if completes and completes not in names and not self.open:
             self._fault((*path, "completes"), f"unknown transition; {remedy(completes, filter(None, names))}")
@@ -550,7 +561,7 @@ class Reader:
             pair = (-float("inf"), float("inf")) if given is None else given
             low, high = map(_end, pair) if isinstance(pair, list | tuple) and len(pair) == 2 else (float("nan"),) * 2
             if state not in states:
-                self._fault(("bounds", state), f"unknown state; {remedy(state, states)}")
+                self._stranger(("bounds", state), state)
             elif not low < high:
                 told = f"expected [low, high], doubles or inf, with low < high, received {given!r:.60}"
                 self._fault(("bounds", state), told)
@@ -578,7 +589,8 @@ class Reader:
             if not self.open and (told := refused(found, self._moving, level)):
                 raise ExpressionError(told)
         except ExpressionError as fault:
-            self._fault(path, str(fault))
+            if not str(fault).startswith(tuple(f"unknown name {one!r};" for one in self._lacking)):
+                self._fault(path, str(fault))
             return None
         self.used |= {s.name for s in found.free_symbols}
         return found
@@ -686,6 +698,14 @@ def finite(value: Any) -> float | None:
     except (TypeError, ValueError, OverflowError):
         return None
     return number if abs(number) <= MOST else None
+
+
+def _rated(modes: Any) -> Iterator[str]:
+    """Names to which the modes give rates, where they are names."""
+    for rates in modes.values() if isinstance(modes, Mapping) else ():
+        if isinstance(rates, Mapping):
+            keys = (getattr(key, "name", key) for key in rates)
+            yield from (one for one in keys if isinstance(one, str) and is_name(one))
 
 
 def _name_of(entry: Any) -> str | None:

@@ -350,3 +350,12 @@ def test_cut_of_joined_runs_counts_the_events_that_are_left():
     apart = [cd.cut(run, 5.0, 20.0).sizes["event"] for run in runs.values()]
     assert both["event_count"].values.tolist() == apart
     assert sum(apart) == both.sizes["event"] > 0
+
+
+@pytest.mark.parametrize(("name", "way"), [("foo.csv", "to_csv"), ("foo.XLSX", "to_excel"), ("foo.html", "report")])
+def test_a_name_of_another_format_is_refused_with_the_way_to_it(tree, tmp_path, name, way):
+    with pytest.raises(ArchiveError, match=rf"archives are NetCDF.*foo\.nc, .*{way}"):
+        save(tree, tmp_path / name)
+    assert not os.listdir(tmp_path)
+    for kept in ("foo.nc", "foo", "foo.nc4", "run.2"):
+        assert save(tree, tmp_path / kept).is_file()

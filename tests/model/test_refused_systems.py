@@ -151,3 +151,14 @@ def test_symbols_are_matched_by_name_whatever_their_assumptions():
     positive = sympy.Symbol("k", positive=True)
     system = build(modes={"free": {plain: sympy.Symbol("v", complex=True), V: -positive * plain}})
     assert system.modes["free"] == {X: V, V: -K * X}
+
+
+def test_one_mistake_is_one_fault():
+    """A state that is not declared is told where it has its rate; what else holds it follows."""
+    with pytest.raises(cd.ModelError) as caught:
+        build(states="x", bounds={"v": (-1, 1)}, transitions=hit(reset={"v": "-v"}))
+    assert len(str(caught.value).splitlines()) == 1
+    assert "modes.free.v: unknown state" in str(caught.value)
+    with pytest.raises(cd.ModelError) as caught:
+        build(transitions=hit() + hit(direction=-1) + hit(guard="v"))
+    assert str(caught.value).splitlines() == ["mass: transitions.hit.name: two transitions are named 'hit'"]
