@@ -205,7 +205,7 @@ class Problem:
         """Newton's method from a guess.
 
         It has converged when no residual is above ``SETTINGS.residual``, or when none has become smaller where
-        round-off may be all that is left of them.
+        round-off, or the change of the steps with the state, may be all that is left of them.
 
         Parameters
         ----------
@@ -235,6 +235,7 @@ class Problem:
         conditions = np.vstack([conditions, self._held(orbit)])
         residuals: list[float] = []
         code, sharper = SLOW, 0
+        noise = max(100 * SETTINGS.residual, SETTINGS.residual_of_steps * self.numerics.tolerance)
         for turn in range(SETTINGS.newton_steps):
             shot = self.shoot(orbit, turn > 0, section)
             residual, before = shot.residual, residuals[-1] if residuals else np.inf
@@ -242,7 +243,7 @@ class Problem:
             if shot.outcome != DONE:
                 code = shot.outcome
                 break
-            close = residual <= SETTINGS.residual or (residual <= 100 * SETTINGS.residual and residual > 0.3 * before)
+            close = residual <= SETTINGS.residual or (residual <= noise and residual > 0.3 * before)
             if turn > 0 and close and (sharper >= SETTINGS.sharper_steps or shot.sharp(orbit)):
                 code = CONVERGED
                 break

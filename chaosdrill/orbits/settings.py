@@ -15,6 +15,8 @@ class Settings:
     # Newton's method
     residual: float = 3e-13
     """Residual at which an orbit is found: what is left when all equations hold to rounding."""
+    residual_of_steps: float = 1e-2
+    """Part of the tolerance that may be left of a residual: steps change with the state, and with them their errors."""
     newton_steps: int = 30
     """Steps that Newton's method may take from a guess."""
     sharp_events: float = 1e-3

@@ -24,6 +24,14 @@ def test_a_period_doubling_and_the_doubled_branch(branch):
     assert branch["branch_period"].values.tolist() == [1, 2]
 
 
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-8, 1e-6, 1e-5])
+def test_a_branch_at_a_loose_tolerance_ends_where_it_should(tolerance):
+    system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.6})
+    loose = cd.continue_orbit(system, {"omega": (2.55, 2.7)}, tolerance=tolerance)
+    assert (loose["branch_end"].item(), loose["special_kind"].item()) == (BranchEnd.LIMIT, Special.PERIOD_DOUBLING)
+    assert loose["special_value"].item() == pytest.approx(DOUBLING, abs=10 * tolerance)
+
+
 def test_stable_on_this_side_of_the_doubling_only(branch):
     first = branch["branch"].values == 0
     before = branch["omega"].values[first] < DOUBLING - 1e-6

@@ -170,9 +170,11 @@ def striking(**units):
     """An impact oscillator; G is the unit of its guard."""
     return cd.HybridSystem(
         states="x v",
-        parameters={"zeta": 0.05, "omega": 2.8, "e": 0.8, "X": 1.0, "V": 1.0, "T": 1.0, "G": 1.0} | units,
+        parameters={"zeta": 0.05, "omega": 2.8, "wall": 0.3, "e": 0.8} | dict.fromkeys("XVTG", 1.0) | units,
         modes={"free": {"x": "X*v/V/T", "v": "V*(-x/X - 2*zeta*v/V + cos(omega*t/T))/T"}},
-        transitions=[cd.Transition("impact", "free", "free", guard="G*(x/X - 0.3)", direction=+1, reset={"v": "-e*v"})],
+        transitions=[
+            cd.Transition("impact", "free", "free", guard="G*(x/X - wall)", direction=+1, reset={"v": "-e*v"})
+        ],
         period="2*pi*T/omega",
         initial={"v": 0.3 * units.get("V", 1.0)},
     )
@@ -190,8 +192,11 @@ def test_what_counts_as_grazing_is_relative_to_the_motion():
 
 @pytest.mark.parametrize("unit", [1e-12, 1.0, 1e12])
 def test_wrong_multipliers_are_told_whatever_the_unit_of_the_guard(unit):
-    problem, orbit, shot, residuals, _ = starting_orbit(striking(G=unit), (), 1, "attractor", 200, Numerics())
+    problem, orbit, shot, residuals, _ = starting_orbit(
+        striking(G=unit, zeta=0.0, omega=2.6, wall=0.0), (), 1, "attractor", 200, Numerics()
+    )
     found = describe(problem, orbit, shot, residuals)
+    assert len(found.event_times) == 1
     assert found.checks.consistent
     wrong = replace(found, multipliers=1.001 * found.multipliers)
     assert not check(problem, orbit, wrong, verify(problem, orbit)).consistent
