@@ -288,7 +288,8 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     with np.errstate(invalid="ignore", over="ignore"):
         apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
     apart = np.where(np.isnan(apart), np.inf, apart)
-    allowed = bound * np.maximum(1.0, np.where(np.isfinite(b), np.abs(b), 1.0))
+    least = _least(name, first, second)
+    allowed = bound * np.maximum(least, np.where(np.isfinite(b), np.abs(b), least))
     if rule == "magnitude":
         least = np.minimum(np.abs(a), np.abs(b))
         return "order of magnitude", apart > np.maximum(9 * np.where(np.isfinite(least), least, 0.0), _ROUND_OFF)
@@ -310,6 +311,31 @@ def agreement(name: str, first: "xr.Dataset", second: "xr.Dataset") -> tuple[str
     if not axis and any(dim in LEADERS for dim in one.dims):
         return _recorded(name, first, second, wrong, loose, bound)
     return "exactly" if whole else f"within {bound:.0e}", wrong
+
+
+def _least(name: str, *both: "xr.Dataset") -> Any:
+    """What differences of a variable are relative to at least: 1, or less for states and times that stay below it.
+
+    A state that is zero but for round-off where it is seen is known by the others of the archive.
+    """
+    import numpy as np
+
+    def largest(variables: list[Any], axes: Any) -> Any:
+        found = [np.nan_to_num(np.abs(v), posinf=1.0).max(axis=axes(v), initial=0.0) for v in variables]
+        most = np.minimum(np.max(found, axis=0), 1.0)
+        return np.where(most > 0, most, 1.0)
+
+    if both[0][name].dims[-1:] == ("state",):
+        states = [v.values for ds in both for key, v in ds.data_vars.items() if _holds_states(key, v)]
+        return largest(states, lambda values: tuple(range(values.ndim - 1)))
+    if "time" in name:
+        return largest([ds[name].values for ds in both], lambda values: None)
+    return 1.0
+
+
+def _holds_states(name: Any, variable: "xr.DataArray") -> bool:
+    """Whether a variable holds states; tangents have sizes of their own."""
+    return variable.dims[-1:] == ("state",) and variable.dtype.kind == "f" and "tangent" not in str(name)
 
 
 def _stated(ds: "xr.Dataset") -> float:
@@ -370,8 +396,9 @@ def _parting(dim: str, first: "xr.Dataset", second: "xr.Dataset", bound: float) 
     a, b = first[name].values, leader.values
     with np.errstate(invalid="ignore"):
         apart = np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.abs(a - b))
-    distance = np.where(np.isnan(apart), np.inf, apart).max(axis=-1, initial=0.0)
-    size = np.maximum(1.0, np.nan_to_num(np.abs(b)).max(axis=-1, initial=0.0))
+    least = _least(name, first, second)
+    distance = (np.where(np.isnan(apart), np.inf, apart) / least).max(axis=-1, initial=0.0)
+    size = np.maximum(1.0, (np.nan_to_num(np.abs(b)) / least).max(axis=-1, initial=0.0))
     axis = leader.dims.index(dim)
     distance, size = np.moveaxis(distance, axis, 0), np.moveaxis(size, axis, 0)
     parted = np.logical_or.accumulate(distance > bound * size, axis=0)
@@ -399,7 +426,7 @@ def _recorded(
         a, b, axis = first[name].values, variable.values, variable.dims.index(dim)
         low, high = (pick(b, axis=axis, keepdims=True) for pick in (np.min, np.max))
         with np.errstate(invalid="ignore"):
-            margin = _MARGIN * (high - low) + bound
+            margin = _MARGIN * (high - low) + bound * _least(name, first, second)
             excused = excused & (a >= low - margin) & (a <= high + margin)
     if name == LEADERS[dim]:
         excused = excused & ~jump

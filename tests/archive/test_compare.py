@@ -232,6 +232,24 @@ def test_what_is_beyond_that_is_found(chaos, elsewhere, case):
     assert named(tree, chaos)[0] == {f"/{path}"}
 
 
+def in_nanometres(tree):
+    """The same motion with states a billion times smaller."""
+    copy = tree.copy(deep=True)
+    for node in copy.subtree:
+        for name, variable in node.data_vars.items():
+            if variable.dims[-1:] == ("state",):
+                node[name].values[...] *= 1e-9
+    return copy
+
+
+def test_small_units_hide_nothing(chaos, elsewhere):
+    one, other = in_nanometres(chaos), in_nanometres(elsewhere)
+    assert named(other, one)[0] == set()
+    for path, index in (("motion/states", (5, 0)), ("section/section", (7, 1))):
+        wrong = altered(other, path, index, other[path].values[index] + 40e-9)
+        assert named(wrong, one)[0] == {f"/{path}"}
+
+
 @pytest.fixture(scope="module")
 def regular(every_group):
     return xr.DataTree.from_dict(every_group)
@@ -249,7 +267,7 @@ def regular(every_group):
 )
 def test_cycles_and_multipliers_agree_within_the_stated_error(regular, path):
     place = (0,) * regular[path].ndim
-    near = altered(regular, path, place, regular[path].values[place] + 2e-9)
+    near = altered(regular, path, place, regular[path].values[place] + 1e-9)
     far = altered(regular, path, place, regular[path].values[place] + 3e-8)
     wrong, how = named(near, regular)
     assert wrong == set()
