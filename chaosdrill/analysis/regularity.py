@@ -88,18 +88,20 @@ def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarr
     """
     found = np.zeros((len(points), points.shape[2]), dtype=bool)
     begin = points[:, 0] if before is None else before
-    for answer, window, first in zip(found, points, begin, strict=True):
-        rows = window[np.isfinite(window).all(axis=1)]
-        if len(rows) < FEWEST:
-            continue
-        direction = np.sign(rows[-1] - rows[0])
-        parts = np.array_split(np.diff(rows, axis=0) * direction, PARTS)
-        onward = np.array([part.mean(axis=0) for part in parts])
-        way = np.array([np.abs(part).mean(axis=0) for part in parts])
-        pace = onward[:-1] + onward[1:]
-        steady = pace[-1] >= STEADY * pace.max(axis=0)
-        far = direction * (rows[-1] - first) > FAR * np.maximum(np.abs(rows).max(axis=0), np.abs(first))
-        answer[:] = (onward > ONWARD * way).all(axis=0) & steady & far
+    rows = np.isfinite(points).all(axis=2).sum(axis=1)
+    for count in np.unique(rows[rows >= FEWEST]).tolist():
+        here = np.flatnonzero(rows == count)
+        path, first = points[here, :count], begin[here]
+        net = path[:, -1] - path[:, 0]
+        steps = np.diff(path, axis=1) * np.sign(net)[:, np.newaxis]
+        bounds = np.arange(PARTS + 1) * (count - 1) // PARTS
+        onward, way = (
+            np.add.reduceat(one, bounds[:-1], axis=1) / np.diff(bounds)[:, np.newaxis] for one in (steps, np.abs(steps))
+        )
+        pace = onward[:, :-1] + onward[:, 1:]
+        steady = pace[:, -1] >= STEADY * pace.max(axis=1)
+        far = np.sign(net) * (path[:, -1] - first) > FAR * np.maximum(np.abs(path).max(axis=1), np.abs(first))
+        found[here] = (onward > ONWARD * way).all(axis=1) & steady & far
     return found
 
 
