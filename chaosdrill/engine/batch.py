@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _EVENT_ROWS = 64
-_BESIDE = ("scale", "sides", "hardest")
+_BESIDE = ("scale", "sides", "hardest", "extent")
 """What stands with the guards: sizes of states, sides, hardest events."""
 
 _NEWTON, _SINGULAR, _NEAR = 3, 1e-12, 1e-2
@@ -184,7 +184,6 @@ class Batch:
         self.times = np.zeros((points, 1))
         self.counts_returns = returns is not None
         cells = np.nan_to_num((1.0 if returns is None else returns.longest) / self.period, nan=1.0)
-        self._known = np.abs(starts)
         self._progress = np.zeros((points, at.PROGRESS), dtype=np.int64)
         self._progress[:, at.CELL] = np.clip(np.ceil(cells), 1, 2**31) if self.counts_returns else 0
         self._progress[:, at.MET] = -1
@@ -206,15 +205,15 @@ class Batch:
 
     @property
     def sizes(self) -> np.ndarray:
-        """Sizes that states have had on the way, at the start and of late, shape (P, n).
+        """Sizes that states have had on the way, shape (P, n).
 
         What is left of a state that decays, or passes through zero, is told from nothing by them.
         """
-        return np.fmax(self._known, self._states.scale[:, : self.x.shape[1]])
+        return np.fmax(self._states.extent, self._states.scale[:, : self.x.shape[1]])
 
     def remember(self, sizes: np.ndarray) -> None:
         """Take over `sizes` of runs that led to where these begin."""
-        self._known = sizes
+        self._states.extent[:] = sizes
 
     @property
     def mode(self) -> np.ndarray:

@@ -104,6 +104,8 @@ class States(NamedTuple):
     """(P, transitions): smallest normal speed met"""
     hardest: Any
     """(P, keys): largest normal speed met since rebounds from the guard were last completed"""
+    extent: Any
+    """(P, n): largest values of the states at the start and where steps with a strobe ended"""
 
 
 class State(NamedTuple):
@@ -123,6 +125,7 @@ class State(NamedTuple):
     counts: Any
     grazing: Any
     hardest: Any
+    extent: Any
 
 
 class Implicit(NamedTuple):

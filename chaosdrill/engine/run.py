@@ -86,7 +86,6 @@ class Run:
             numerics,
         )
         self._frame = frame
-        self._known = np.abs(self.states.x[0])
         self._before = 0.0
         self.forgotten = 0.0
         self._pin()
@@ -116,8 +115,8 @@ class Run:
 
     @property
     def sizes(self) -> np.ndarray:
-        """Sizes that states have had on the way, at the start and of late, shape (n,)."""
-        return np.fmax(self._known, self.states.scale[0, : len(self.x)])
+        """Sizes that states have had on the way, shape (n,)."""
+        return np.fmax(self.states.extent[0], self.states.scale[0, : len(self.x)])
 
     @property
     def vectors(self) -> np.ndarray:
@@ -213,7 +212,7 @@ class Run:
     def continue_from(self, other: "Run") -> None:
         """Take over the state and the standing of the guards of another run of the same system, at a strobe of it."""
         self.x[:] = other.x
-        for name in ("scale", "sides", "hardest"):
+        for name in ("scale", "sides", "hardest", "extent"):
             getattr(self.states, name)[:] = getattr(other.states, name)
         for name in STANDING:
             self.states.run[name] = other.states.run[name]

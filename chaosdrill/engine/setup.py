@@ -212,6 +212,7 @@ def states_of(
         counts=np.zeros((points, kinds), dtype=np.int64),
         grazing=np.full((points, kinds), np.inf),
         hardest=np.zeros((points, keys)),
+        extent=np.abs(starts),
     )
 
 

@@ -199,6 +199,9 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     """
     run = state.run[0]
     keep_time(settings, run, te, strobe)
+    if strobe >= 0.0:
+        for i in range(state.x.size):
+            state.extent[i] = max(state.extent[i], abs(state.x[i]))
     run.fresh = ONGOING
     run.longest = max(run.longest, te)
     if te > SMALLEST_STEP * run.longest:
