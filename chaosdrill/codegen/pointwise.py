@@ -8,7 +8,6 @@ needs is computed in that outcome's branch.
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import sympy
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Row, Test
@@ -32,9 +31,6 @@ if TYPE_CHECKING:
 
 ONTO = 100.0
 """Tolerances, in scales of the states, within which a state is put onto the guard that it has met."""
-
-ROUNDED = 1000 * float(np.finfo(float).eps)
-"""Rebounds are over where they rise, or last, no longer than this part of the guard's terms, or of the time."""
 
 _ROW = DOUBLE.as_pointer()
 
@@ -146,8 +142,8 @@ class _Transit:
         system, transitions = self.system, self.system.transitions
         named = {t.name: t for t in transitions}
         self.outcomes = [(i, transitions[i]) for i in event.outcomes]
-        self.completed = {i: named[t.completes] for i, t in self.outcomes if t.completes is not None}
-        self.rebounds = {i: rebound(system, t, mode.mode) for i, t in self.completed.items()}
+        self.rebounds = {i: rebound(system, named[t.completes]) for i, t in self.outcomes if t.completes is not None}
+        self.noise = 2 * rounding_bound(event.guard) if self.rebounds else sympy.Integer(0)
         self.conditions = {i: t.conditions.get(mode.mode, sympy.true) for i, t in self.outcomes}
         self.maps = {i: reset_map(system, t) for i, t in self.outcomes}
         self.slopes = {i: reset_entries(system, t) for i, t in self.outcomes}
@@ -170,13 +166,13 @@ class _Transit:
             f, self.x, self._everything(), dict(zip(self.system.states, states, strict=True))
         )
         self.mode._store_sparse(f, self.out.after(self.places.gradient), self.gradient, shared)
-        hardest = self.out[self.places.rest]
+        given = [self.out[place] for place in (self.places.rest, self.places.lowest, self.places.shortest)]
         self._store_rates(self.mode.mode, self.places.before, self.rates, shared)
-        self.out[self.places.rest] = -1.0
+        self.out[self.places.rest] = self.out[self.places.shortest] = -1.0
         for index, _ in sorted(self.outcomes, key=lambda found: found[0] not in self.rebounds):
             condition = self.conditions[index]
             if index in self.rebounds:
-                test = self._completes(index, shared, hardest)
+                test = self._completes(index, shared, *given)
             elif condition == sympy.true:
                 self._branch(index, shared, states)
                 break
@@ -193,10 +189,10 @@ class _Transit:
 
     def _everything(self) -> list[Any]:
         conditions = [side for c in self.conditions.values() for r in _relations(c) for side in r.args]
-        found = [*self.gradient, *self.rates, *conditions]
+        found = [*self.gradient, *self.rates, *conditions, self.noise]
         for index, _ in self.outcomes:
             found += [
-                *((*self.rebounds[index], rounding_bound(self.event.guard)) if index in self.rebounds else ()),
+                *self.rebounds.get(index, ()),
                 *self.maps[index],
                 *self.slopes[index].values(),
                 *self.after.get(index, ()),
@@ -261,33 +257,28 @@ class _Transit:
         with f.loop(0, self.n) as i:
             self.out[i + place] = values[i]
 
-    def _completes(self, index: int, shared: Expressions, hardest: Number) -> Test:
-        """Whether the rebounds to come are negligible beside the hardest; the time they last goes into the event.
+    def _completes(self, index: int, shared: Expressions, hardest: Number, lowest: Number, shortest: Number) -> Test:
+        """Whether the rebounds to come are negligible; the times that they and the next last go into the event.
 
-        With the normal speeds v before and w after a rebound, the acceleration a after it, and b after the next, they
-        last 2 w (1/a + e/b) (1 + e^2 + ..), e = -w/v. One that passes through the guard is one off its other side.
+        What they move has to be below the tolerance beside the hardest before them, and what the sum of their times
+        leaves out, which is of third order, below the tolerance of the time in which their acceleration changes. One
+        that is too low or too short to be told from none is as negligible as it may become.
         """
         f = self.f
-        incoming, outgoing, pull, other = (shared[e] for e in self.rebounds[index])
-        through = (incoming * outgoing).compare(">", 0.0)
-        outgoing, other = f.choose(through, -outgoing, outgoing), f.choose(through, other, pull)
-        pull = f.choose(through, -pull, pull)
+        incoming, outgoing, pull, jerk, back, other, outward, whole, rest = (shared[e] for e in self.rebounds[index])
         # what does not come back does so at once, at whatever speed it came
         still = outgoing.compare("==", 0.0)
-        e = f.choose(still, 0.0, -outgoing / incoming)
-        last = f.choose(still, 0.0, -2.0 * outgoing * (1.0 / pull + e / other) / (1.0 - e * e))
-        self.out[self.places.rest] = last
-        up = self.completed[index].direction > 0
-        result = e.compare(">=", 0.0) & e.compare("<=", 1.0)
-        for one in (pull, other):
-            result = result & (one if up else -one).compare(">", 0.0)
-        force, speed = f.intrinsic("fabs", pull), f.intrinsic("fabs", incoming)
-        hardest = f.choose(speed.compare(">", hardest), speed, hardest)
-        rise = last * last * force
-        small = (rise * force).compare("<=", Number(f, self.tolerance) * hardest * hardest)
-        small = small | rise.compare("<=", ROUNDED * shared[rounding_bound(self.event.guard)])
-        small = small | last.compare("<=", ROUNDED * f.intrinsic("fabs", Number(f, f.arguments[0])))
-        result = result & small
+        whole, rest = f.choose(still, 0.0, whole), f.choose(still, 0.0, rest)
+        speed, force, change = (f.intrinsic("fabs", a) for a in (incoming, pull, whole * jerk))
+        self.out[self.places.rest], self.out[self.places.shortest] = rest, 2.0 * outward / force
+        hardest, tolerance = f.choose(speed.compare(">", hardest), speed, hardest), Number(f, self.tolerance)
+        moved = whole * force
+        small = (moved * moved).compare("<=", tolerance * hardest * hardest)
+        small = small & (change * change * change).compare("<=", tolerance * force * force * force)
+        low = (outward * outward).compare("<=", lowest * shared[self.noise] * force)
+        low = (low | (2.0 * outward).compare("<=", shortest * force)) & change.compare("<", force)
+        result = (small | low) & outward.compare(">=", 0.0) & whole.compare(">=", 0.0)
+        result = result & whole.compare("<", float("inf")) & back.compare(">", 0.0) & other.compare(">", 0.0)
         condition = self.conditions[index]
         return result if condition == sympy.true else shared.joined(result, condition, both=True)
 

@@ -33,7 +33,8 @@ SIGNATURES = {
 * ``event_map(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
   with it stands in ``event``, see `event_places`. Under ``rest`` the hardest normal speed at which the guard was met
-  since rebounds from it were last completed is given. Where ``tangents`` is 0, what only tangents need is left out
+  since rebounds from it were last completed is given, under ``lowest`` and ``shortest`` how high and
+  how long rebounds have to be. Where ``tangents`` is 0, what only tangents need is left out
 """
 
 POINTWISE = ("field", "variation", "guard", "guard_error", "event_map")
@@ -45,6 +46,8 @@ class EventPlaces(NamedTuple):
 
     gradient: int
     rest: int
+    lowest: int
+    shortest: int
     before: int
     after: int
     image: int
@@ -57,9 +60,11 @@ def event_places(n: int) -> EventPlaces:
     """Places for a system of n states.
 
     Gradient of the guard and, last, its time derivative; the time that rebounds which are replaced would last, or -1;
-    rates of the states before and after; the state after; its derivatives by states and, last, time, row by row.
+    the height, in rounding errors of the guard, of a rebound that is not told from none; the time of the next rebound,
+    where some may be replaced, or -1; rates of the states before and after; the state after; its derivatives by states
+    and, last, time, row by row.
     """
-    return EventPlaces(0, n + 1, n + 2, 2 * n + 2, 3 * n + 2, 4 * n + 2, 4 * n + 2 + n * (n + 1))
+    return EventPlaces(0, n + 1, n + 2, n + 3, n + 4, 2 * n + 4, 3 * n + 4, 4 * n + 4, 4 * n + 4 + n * (n + 1))
 
 
 LANES = 8

@@ -6,6 +6,8 @@ from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
+    ADAPTIVE,
+    AFFINE,
     AFTER,
     EVENT_COLUMNS,
     EVENT_KIND,
@@ -22,6 +24,13 @@ from chaosdrill.engine.layout import (
 FAR = 1e15
 """Scale of the states by which they are put onto a guard however far away it is: where steps are fixed an event is as
 exact as its bisection, and a guess of an orbit may end anywhere."""
+
+PROBE = 1e-3
+"""Part of a fixed step after which a guard tells to which side the motion leads from zero: a shorter rebound is not
+seen."""
+
+LOW = 16.0
+"""Heights of a rebound that may be none, in those of which guards are told no longer to be zero."""
 
 
 @inlined
@@ -74,6 +83,12 @@ def saltate(vectors, live, event, speed, jump, image):
 
 
 @inlined
+def interpolated(tables, settings, mode, j):
+    """Whether the polynomial of guard j goes through points of it, and leaves out more than rounding."""
+    return settings.method == ADAPTIVE and tables.marks[mode, j] & AFFINE == 0
+
+
+@inlined
 def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 
@@ -98,6 +113,9 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         scale[:] = FAR
     key = tables.keys[mode, j]
     event[place.rest] = state.hardest[key]
+    through_points = interpolated(tables, settings, mode, j)
+    event[place.lowest] = 2.0 * guards.INTERPOLATION_NOISE if through_points else LOW * guards.ROUNDING
+    event[place.shortest] = PROBE * run.fixed_step if settings.method == RK4 else 0.0
     transition = functions.event_map(
         mode,
         j,
@@ -146,6 +164,12 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         if target != mode:
             guards.enter(tables, state, target)
             run.next_step = 0.0
+        flight = event[place.shortest]
+        if through_points and flight > 0.0:
+            # of a longer step the polynomial leaves out what is not small beside the flight
+            longest = 0.1 * flight / math.sqrt(max(settings.tolerance, guards.INTERPOLATED))
+            if longest < run.tried:
+                run.next_step = min(run.next_step, longest) if run.next_step > 0.0 else longest
     if recorded:
         for i in range(n):
             row[EVENT_COLUMNS + n + i] = x[i]

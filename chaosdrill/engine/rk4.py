@@ -4,6 +4,7 @@ A guard is looked at only at the two ends of a step, and an event is as exact as
 step pass unseen. It is here to be compared with.
 """
 
+from chaosdrill.engine.events import PROBE
 from chaosdrill.engine.guards import ROUNDING, stand
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING, PUT
@@ -15,9 +16,6 @@ METHOD = {
     "summary": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
     "fixed_step": True,
 }
-
-_PROBE = 1e-3
-"""Part of a step after which a guard tells to which side the motion leads from zero."""
 
 _TIE = 1e-12
 """Part of a step within which two roots coincide."""
@@ -106,10 +104,10 @@ def locate(place, p, te, h, t):
     mode = run.mode
     count = tables.active[mode, 0]
     if run.fresh != ONGOING:
-        move(functions, run, t, c, x, _PROBE * h, stages, 0, out, stages)
+        move(functions, run, t, c, x, PROBE * h, stages, 0, out, stages)
         fires = -1
         for j in range(count):
-            ahead = functions.guard(mode, j, t + _PROBE * h, c, out[: x.size], gradient)
+            ahead = functions.guard(mode, j, t + PROBE * h, c, out[: x.size], gradient)
             how, side = _settle(functions, tables, state, j, ahead, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0

@@ -16,7 +16,7 @@ from numba import float64, int64, types
 
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import FAR, normal_speed, saltation_jump
-from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import COMPLETES, DONE, FAILED, Method
 from chaosdrill.engine.records import integer_matrix, integers, machine_at, state_of
 from chaosdrill.engine.segment import begin, follow
@@ -48,23 +48,6 @@ crossings since the start of the segment"""
 SIGNATURE = types.Tuple((int64, float64))(
     *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
 )
-
-
-@inner
-def _hardest(segments, speeds, tables, i):
-    """Largest speed at which the guard was met before segment i ends on it, since rebounds there were completed."""
-    count = segments.shape[0]
-    key = tables.keys[segments[i, SEGMENT_MODE], segments[i, SEGMENT_END]]
-    hardest = 0.0
-    for back in range(1, count):
-        k = (i - back + count) % count
-        end = segments[k, SEGMENT_END]
-        if end < 0 or tables.keys[segments[k, SEGMENT_MODE], end] != key:
-            continue
-        if tables.transitions[segments[k, SEGMENT_OUTCOME], COMPLETES] == 1:
-            break
-        hardest = max(hardest, abs(speeds[k]))
-    return hardest
 
 
 @compiled(SIGNATURE)
@@ -196,7 +179,9 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
                 step[0, r] = x[r]
             # a guess may end far from its guard
             scratch.image[:] = FAR
-            event[place.rest] = _hardest(segments, speeds, tables, i)
+            # how many rebounds come before a rest is not asked again, if only what it leaves out is small
+            event[place.rest] = math.inf if tables.transitions[segments[i, SEGMENT_OUTCOME], COMPLETES] == 1 else 0.0
+            event[place.lowest] = event[place.shortest] = 0.0
             came = functions.event_map(mode, end, te, c, x, 1, scratch.image, settings.tolerance, event)
             seen[i, CAME] = came
             if came < 0:
