@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
 
-from chaosdrill.model.python import Along, Called
+from chaosdrill.model.python import HIGHEST, Along, Called
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
@@ -201,11 +201,16 @@ def rebound(system: "HybridSystem", transition: "Transition") -> Rebound:
 
 
 def _normal(system: "HybridSystem", transition: "Transition") -> tuple[Any, Any, Any, Any]:
-    """Normal speeds before and after a rebound, and normal acceleration and its rate after it."""
+    """Normal speeds before and after a rebound, and normal acceleration and its rate after it.
+
+    The rate counts as zero where nobody knows it, off a guard that is a Python function.
+    """
     image = dict(zip(system.states, reset_map(system, transition), strict=True))
     speed = rate(system, transition.target, transition.guard)
     pull = rate(system, transition.target, speed)
     jerk = rate(system, transition.target, pull)
+    if any(len(called.by) > HIGHEST for called in jerk.atoms(Called)):
+        jerk = sympy.Integer(0)
     return speed, speed.xreplace(image), pull.xreplace(image), jerk.xreplace(image)
 
 

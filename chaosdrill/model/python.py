@@ -26,6 +26,9 @@ UNKNOWN = "unknown"
 DERIVATIVES = "of Python functions by dual numbers, exact but for rounding; of expressions symbolic"
 """How the derivatives of a system with Python functions come about."""
 
+HIGHEST = 2
+"""Order of the derivatives of a Python function that are computed, at most."""
+
 DIGITS = 16
 """Of the digest, where it is a name."""
 
