@@ -33,8 +33,8 @@ SIGNATURES = {
 * ``event_map(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
   with it stands in ``event``, see `event_places`. Under ``rest`` the hardest normal speed at which the guard was met
-  since rebounds from it were last completed is given, under ``lowest`` and ``shortest`` how high and
-  how long rebounds have to be. Where ``tangents`` is 0, what only tangents need is left out
+  since rebounds from it were last completed is given, under ``lowest`` and ``shortest`` how high and how long rebounds
+  have to be. Where ``tangents`` is 0, what only tangents need is left out
 """
 
 POINTWISE = ("field", "variation", "guard", "guard_error", "event_map")
