@@ -366,9 +366,10 @@ class Reader:
                 read[mode] = self._all_states(path, rates)
                 continue
             rates = self._table(path, rates)
-            for state in self.states or ():
-                if state not in rates:
-                    self._fault(path, f"gives no rate for {state!r:.60}; write 0 if the mode holds it")
+            missing = [state for state in self.states or () if state not in rates]
+            unknown = [name for name in rates if name not in (self.states or ())]
+            for state in missing if len(missing) != len(unknown) else ():  # else each is misspelt, which is told
+                self._fault(path, f"gives no rate for {state!r:.60}; write 0 if the mode holds it")
             read[mode] = self._assignments(path, rates, FLOW)
         return read
 

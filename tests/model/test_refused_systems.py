@@ -156,6 +156,9 @@ def test_symbols_are_matched_by_name_whatever_their_assumptions():
 def test_one_mistake_is_one_fault():
     """A state that is not declared is told where it has its rate; what else holds it follows."""
     with pytest.raises(cd.ModelError) as caught:
+        build(modes={"free": {"x": "v", "w": "-k*x"}})
+    assert str(caught.value).splitlines() == ["mass: modes.free.w: unknown state; known here: x, v"]
+    with pytest.raises(cd.ModelError) as caught:
         build(states="x", bounds={"v": (-1, 1)}, transitions=hit(reset={"v": "-v"}))
     assert len(str(caught.value).splitlines()) == 1
     assert "modes.free.v: unknown state" in str(caught.value)
