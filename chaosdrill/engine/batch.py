@@ -505,7 +505,7 @@ class Batch:
             for state, value in values_of_constrained(self.system, here, mode).items():
                 self.x[there, state] = value
         self._put(alive)
-        self._states.vectors[alive] = self._frame
+        self._states.vectors[alive], self._states.sooner[alive] = self._frame, 0.0
         self._pin(alive)
 
     def _put(self, which: np.ndarray) -> None:
@@ -521,7 +521,7 @@ class Batch:
         """Drop the tangents that the modes leave no freedom."""
         held = self._tables.constrained[self.mode[which]][:, np.newaxis] == 1
         self._states.vectors[which] = np.where(held, 0.0, self._states.vectors[which])
-        self._states.run["rank_check"][which] = 1
+        self._states.run["rank_check"][which] = at.CHECKED
 
     def _check_periods(self, parameters: Mapping[str, np.ndarray]) -> None:
         """Where the period is not proved, points at which the system does not repeat have failed."""

@@ -9,6 +9,7 @@ from chaosdrill.engine.layout import (
     ADAPTIVE,
     AFFINE,
     AFTER,
+    AT_EVENT,
     EVENT_COLUMNS,
     EVENT_KIND,
     EVENT_MODE,
@@ -56,7 +57,19 @@ def saltation_jump(event, out):
 
 
 @inlined
-def saltate(vectors, live, event, speed, jump, image):
+def meet(vectors, live, event, speed, sooner):
+    """By how much an event comes sooner along each live tangent, (n.d) / (n.F- + dh/dt)."""
+    n = vectors.shape[1]
+    place = event_places(n)
+    for v in range(live):
+        across = 0.0
+        for j in range(n):
+            across += event[place.gradient + j] * vectors[v, j]
+        sooner[v] = across / speed if across != 0.0 else 0.0
+
+
+@inlined
+def saltate(vectors, live, event, sooner, jump, image):
     """Map live tangents across an event, S d = DR d + jump (n.d) / (n.F- + dh/dt); returns their largest entry.
 
     A tangent along the guard is mapped by the reset alone, without round-off from a large jump; so is every tangent
@@ -66,10 +79,7 @@ def saltate(vectors, live, event, speed, jump, image):
     place = event_places(n)
     largest = 0.0
     for v in range(live):
-        across = 0.0
-        for j in range(n):
-            across += event[place.gradient + j] * vectors[v, j]
-        across = across / speed if across != 0.0 else 0.0
+        across = sooner[v]
         for i in range(n):
             row = place.jacobian + i * (n + 1)
             s = 0.0
@@ -93,7 +103,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 
     An event across which a reset has thrown the state comes with that reset: the state is not put onto the guard, and
-    tangents are mapped by the reset alone.
+    along a tangent it comes as much sooner as the event of that reset.
 
     If no outcome's condition holds, nothing happens but that the guard has been passed. Of an event that replaces
     rebounds the limit time and state are recorded; the run goes on from here, on the same path within the tolerance.
@@ -154,13 +164,15 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         for i in range(n):
             x[i] = event[place.image + i]
         if run.live > 0:
-            if jumped or (rest >= 0.0 and speed == 0.0):
-                # the time of such an event does not depend on the state
-                speed = math.inf
+            if not jumped:
+                # at no speed it completes rebounds, at a time that does not depend on the state
+                meet(state.vectors, run.live, event, math.inf if rest >= 0.0 and speed == 0.0 else speed, state.sooner)
+            elif run.stalls == 0:
+                state.sooner[:] = 0.0
             saltation_jump(event, scratch.jump)
-            largest = saltate(state.vectors, run.live, event, speed, scratch.jump, scratch.image)
-            if tables.transitions[transition, RANK_DEFICIENT] == 1:
-                run.rank_check = 1
+            largest = saltate(state.vectors, run.live, event, state.sooner, scratch.jump, scratch.image)
+            if jumped or tables.transitions[transition, RANK_DEFICIENT] == 1:
+                run.rank_check = AT_EVENT
         if target != mode:
             guards.enter(tables, state, target)
             run.next_step = 0.0

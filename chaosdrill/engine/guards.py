@@ -548,17 +548,24 @@ def pass_sides(functions, tables, state, backs, s, t, gradient):
 
 
 @inlined
+def is_thrown(tables, state, j):
+    """Whether the event of guard j happens because a reset threw the state across it."""
+    return abs(state.sides[tables.keys[state.run[0].mode, j]]) == JUMPED
+
+
+@inlined
 def cross(tables, state, j):
     """Let guard j be on the side to which its event leads; whether a reset threw the state across it."""
     mode = state.run[0].mode
     key = tables.keys[mode, j]
     direction = tables.active[mode, 1 + j]
     before = state.sides[key]
+    thrown = is_thrown(tables, state, j)
     if direction != 0:
         state.sides[key] = direction
     else:
         state.sides[key] = -1 if before > 0 else 1
-    return abs(before) == JUMPED
+    return thrown
 
 
 @inlined

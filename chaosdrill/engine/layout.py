@@ -95,6 +95,8 @@ class States(NamedTuple):
     """(P, m): logarithms of the tangents' growth, but for its last factors"""
     grown: Any
     """(P, m): the product of these"""
+    sooner: Any
+    """(P, m): by how much the last event comes sooner along a live tangent"""
     sides: Any
     """(P, keys): side of every guard: -1, 1, 0 where it is not known, times
     ``guards.JUMPED`` or ``guards.HELD`` where it is about to be left"""
@@ -121,6 +123,7 @@ class State(NamedTuple):
     lost: Any
     logs: Any
     grown: Any
+    sooner: Any
     sides: Any
     counts: Any
     grazing: Any
@@ -364,3 +367,7 @@ ARMED, PASSED, FIRE, INVALID, NOWHERE, UNSURE = range(6)
 
 # what came before the step: more of the same phase, nothing, an event, a state put in from elsewhere
 ONGOING, BEGIN, AFTER, PUT = range(4)
+
+# `rank_check`: whether tangents may have lost rank, at an event that may have been caused by the last one's reset or
+# may cause another
+CHECKED, AT_EVENT = 1, 2

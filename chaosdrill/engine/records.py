@@ -45,7 +45,7 @@ tables_type = named_tuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix
 states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
-        *(matrix, matrix, integer_matrix, integer_matrix, matrix, matrix, matrix),
+        *(matrix, matrix, matrix, integer_matrix, integer_matrix, matrix, matrix, matrix),
     ),
     States,
 )
@@ -112,6 +112,7 @@ def state_of(states, p):
         states.lost[k],
         states.logs[k],
         states.grown[k],
+        states.sooner[k],
         states.sides[k],
         states.counts[k],
         states.grazing[k],

@@ -6,6 +6,7 @@ from numba import int64, void
 
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.layout import CHECKED
 from chaosdrill.engine.records import integer_matrix, machine_at, state_of, states_type, time_of
 from chaosdrill.engine.tangents import normals_of
 
@@ -24,7 +25,7 @@ def pin(state, constrained):
         for a in range(state.vectors.shape[1]):
             if row[a] == 1:
                 state.vectors[i, a] = 0.0
-    state.run[0].rank_check = 1
+    state.run[0].rank_check = CHECKED
 
 
 @inner
@@ -63,6 +64,7 @@ def _revive(state, frame):
                 break
         for a in range(n):
             row[a] /= length
+        state.sooner[live] = 0.0
         lost[exponent] = 0
         live += 1
     state.run[0].live = m

@@ -234,7 +234,7 @@ class Run:
 
     def put(self, state: np.ndarray, tangents: np.ndarray) -> None:
         """Go on from another state with other tangents; the guards are read anew where they stand otherwise."""
-        self.x[:], self.vectors[:] = state, tangents
+        self.x[:], self.vectors[:], self.states.sooner[:] = state, tangents, 0.0
         self.states.run["fresh"] = at.PUT
 
     def fix_step(self, step: float) -> None:
@@ -248,7 +248,7 @@ class Run:
     def _pin(self) -> None:
         """Drop the tangents that the present mode leaves no freedom."""
         self.vectors[:, self.tables.constrained[self.standing["mode"]] == 1] = 0.0
-        self.states.run["rank_check"] = 1
+        self.states.run["rank_check"] = at.CHECKED
 
     def change_period(self, period: float) -> None:
         """Go on with strobes at another interval; at a strobe only."""

@@ -194,7 +194,7 @@ def states_of(
     run["live"] = m
     run["fresh"] = at.BEGIN
     run["fired"] = run["surface"] = run["moved_by"] = -1
-    run["qr_wait"] = run["rank_check"] = 1
+    run["qr_wait"], run["rank_check"] = 1, at.CHECKED
     run["period"] = periods
     run["fixed_step"] = periods / (numerics.steps or 200)
     return at.States(
@@ -208,6 +208,7 @@ def states_of(
         lost=np.zeros((points, max(m, 1)), dtype=np.int64),
         logs=np.zeros((points, max(m, 1))),
         grown=np.ones((points, max(m, 1))),
+        sooner=np.zeros((points, max(m, 1))),
         sides=np.zeros((points, keys), dtype=np.int64),
         counts=np.zeros((points, kinds), dtype=np.int64),
         grazing=np.full((points, kinds), np.inf),

@@ -6,6 +6,8 @@ from chaosdrill.engine import guards, taylor
 from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import (
+    AT_EVENT,
+    CHECKED,
     DONE,
     EVENLY,
     EVENT_LIMIT,
@@ -218,7 +220,10 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
         if run.stalls > settings.max_stalls:
             return STALLED
         run.ties += ties
-        if orthonormal and tables.marks[run.mode, j] & LOSES_RANK:
+        thrown = guards.is_thrown(tables, state, j)
+        if orthonormal and (thrown or tables.marks[run.mode, j] & LOSES_RANK):
+            if thrown:
+                run.rank_check = AT_EVENT
             _orthonormalise_before(functions, tables, state, scratch)
         largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
         if run.events_in_period > settings.max_events:
@@ -227,6 +232,6 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
             return NONFINITE
         if largest > LARGE_GROWTH:
             run.qr_since = run.qr_wait
-    if orthonormal and (run.rank_check == 1 or run.qr_since >= run.qr_wait):
+    if orthonormal and (run.rank_check >= CHECKED or run.qr_since >= run.qr_wait):
         orthonormalise(functions, tables, state, scratch)
     return DONE

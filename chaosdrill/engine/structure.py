@@ -15,7 +15,7 @@ from numba import float64, void
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places, matrix, vector
-from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
+from chaosdrill.engine.events import meet, normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.uncompiled import in_python
 from chaosdrill.model.derive import rate, shift_directions
@@ -42,7 +42,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     n = len(system.states)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
-    event, gradient, jump, scratch = np.empty(event_places(n).size), np.empty(n + 1), np.empty(n), np.empty(n)
+    event, gradient, (sooner, jump, scratch) = np.empty(event_places(n).size), np.empty(n + 1), np.empty((3, n))
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             for _ in range(_SAMPLES):
@@ -55,15 +55,16 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
                     continue
                 columns = np.eye(n)
                 if not kernels.transition_table[transition, 1]:
-                    _map(columns, event, speed, jump, scratch)
+                    _map(columns, event, speed, sooner, jump, scratch)
                 if np.isfinite(columns).all():
                     yield transition, columns.T
 
 
-@compiled(void(matrix, vector, float64, vector, vector))
-def _map(vectors, event, speed, jump, scratch):
+@compiled(void(matrix, vector, float64, vector, vector, vector))
+def _map(vectors, event, speed, sooner, jump, scratch):
+    meet(vectors, vectors.shape[0], event, speed, sooner)
     saltation_jump(event, jump)
-    saltate(vectors, vectors.shape[0], event, speed, jump, scratch)
+    saltate(vectors, vectors.shape[0], event, sooner, jump, scratch)
 
 
 def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-untyped-def]

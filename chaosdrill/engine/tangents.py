@@ -7,6 +7,7 @@ rank has removed is dropped, so that its exponent is -inf and no invented number
 import math
 
 from chaosdrill.engine.jit import inlined, inner, rare
+from chaosdrill.engine.layout import AT_EVENT, CHECKED
 from chaosdrill.engine.records import time_of
 
 RANK_TOLERANCE = 1e-13
@@ -130,27 +131,30 @@ def orthonormalise(functions, tables, state, scratch):
     """Orthonormalise the live tangents of a run, and keep the product of their lengths, as `log_growth` says it.
 
     ``exponent_of[i]`` is the exponent to which live row i belongs. After an event of deficient rank a row whose
-    independent part vanishes is dropped and its exponent marked in ``lost``. The first rows stay in the span of the
-    symmetries, directions along which nothing ever changes: exactly they would, but chaos amplifies the round-off by
-    which they leave it.
+    independent part vanishes is dropped and its exponent marked in ``lost``; directly at an event it waits, as zero, if
+    it tells when the event happens, which the next event of the same instant depends on. The first rows stay in the
+    span of the symmetries, directions along which nothing ever changes: exactly they would, but chaos amplifies the
+    round-off by which they leave it. What goes with a tangent, as ``sooner``, is combined like it.
     """
     if tables.held[state.run[0].mode] > 0:
         keep_to_surfaces(functions, tables, state, scratch)
     symmetries = tables.symmetries
     run, vectors, exponent_of, lost = state.run[0], state.vectors, state.exponent_of, state.lost
-    logs, grown = state.logs, state.grown
+    logs, grown, sooner = state.logs, state.grown, state.sooner
     n = vectors.shape[1]
     live = run.live
     for i in range(symmetries.shape[0]):
         _project(vectors[i], symmetries, scratch.image)
     kept = 0
     growth = 1.0
+    waiting = 0
     for i in range(live):
         before = 0.0
+        told = abs(sooner[i])
         for a in range(n):
             before += vectors[i, a] * vectors[i, a]
         length = before
-        checked = run.rank_check == 1
+        checked = run.rank_check >= CHECKED
         image = _by_size(vectors[i], state.scale) if checked else 0.0
         for _ in range(2 if kept > 0 else 0):
             for j in range(kept):
@@ -159,6 +163,8 @@ def orthonormalise(functions, tables, state, scratch):
                     dot += vectors[j, a] * vectors[i, a]
                 for a in range(n):
                     vectors[i, a] -= dot * vectors[j, a]
+                sooner[i] -= dot * sooner[j]
+                told += abs(dot * sooner[j])
             length = 0.0
             for a in range(n):
                 length += vectors[i, a] * vectors[i, a]
@@ -166,7 +172,15 @@ def orthonormalise(functions, tables, state, scratch):
                 break
         length = math.sqrt(length)
         if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= RANK_TOLERANCE**2 * image):
-            lost[exponent_of[i]] = 1
+            if run.rank_check != AT_EVENT or abs(sooner[i]) <= RANK_TOLERANCE * told:
+                lost[exponent_of[i]] = 1
+                continue
+            waiting = CHECKED
+            exponent_of[kept] = exponent_of[i]
+            for a in range(n):
+                vectors[kept, a] = 0.0
+            sooner[kept] = sooner[i]
+            kept += 1
             continue
         shorter = 1.0 / length
         growth = max(growth, length, shorter)
@@ -178,9 +192,10 @@ def orthonormalise(functions, tables, state, scratch):
         exponent_of[kept] = exponent_of[i]
         for a in range(n):
             vectors[kept, a] = vectors[i, a] * shorter
+        sooner[kept] = sooner[i] * shorter
         kept += 1
     run.live = kept
-    run.rank_check = 0
+    run.rank_check = waiting
     run.qr_since = 0
     if growth > 100.0:
         run.qr_wait = max(run.qr_wait // 2, 1)

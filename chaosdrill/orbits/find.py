@@ -265,6 +265,8 @@ def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -
     ------
     NoOrbitError
     """
+    if words := _comes_with_another(problem, guess):
+        raise NoOrbitError(Outcome.NO_ORBIT, words)
     code, orbit, shot, residuals = problem.newton(based(problem, guess), reach=reach)
     if code == SLOW and residuals[-1] <= SETTINGS.converging:
         code, orbit, shot, more = problem.newton(orbit, reach=reach)
@@ -274,6 +276,22 @@ def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -
     if at_rest(problem, orbit):
         raise NoOrbitError(Outcome.EQUILIBRIUM, "what is found is a point at rest, not an orbit", residuals)
     return orbit, shot, residuals
+
+
+def _comes_with_another(problem: Problem, guess: Orbit) -> str:
+    """Which event of a path a reset causes by throwing the state across its guard, in words; empty for none."""
+    short = (guess.durations == 0) & (guess.segments[:, at.SEGMENT_END] >= 0)
+    if not short.any():
+        return ""
+    shot = problem.shoot(guess, watched=False)
+    off = np.abs(shot.equations[: len(guess), -1]) > SETTINGS.off_guard * np.abs(shot.speeds) * guess.durations.sum()
+    for i in np.flatnonzero(short & off).tolist():
+        cause, event = (problem.plain.transitions[guess.segments[k, at.SEGMENT_OUTCOME]].name for k in (i - 1, i))
+        return (
+            f"the reset of {cause!r} throws the state across the guard of {event!r}, and an orbit is not followed where "
+            "two events are one: write them as one transition"
+        )
+    return ""
 
 
 def least_period(problem: Problem, orbit: Orbit) -> tuple[Orbit, str]:

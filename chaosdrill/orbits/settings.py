@@ -23,6 +23,8 @@ class Settings:
     """Error of an event's time, as a part of the segment before it, up to which it counts as met."""
     sharper_steps: int = 3
     """Further steps that an orbit gets for it; near grazing it may be out of reach."""
+    off_guard: float = 1e-9
+    """Way to a guard, as a part of an orbit's duration, from which on an event at the end of no time is not on it."""
     smallest_pivot: float = 1e-11
     """Pivot, where the largest entry of a row is 1, above round-off: entries are known to about 1e-13 at best."""
     smallest_singular_value: float = 1e-10

@@ -274,9 +274,10 @@ def saltation_jump(event, out):
     events.saltation_jump(event, out)
 
 
-@compiled(float64(matrix, int64, vector, float64, vector, vector))
-def saltate(vectors, live, event, speed, jump, image):
-    return events.saltate(vectors, live, event, speed, jump, image)
+@compiled(float64(matrix, int64, vector, float64, vector, vector, vector))
+def saltate(vectors, live, event, speed, sooner, jump, image):
+    events.meet(vectors, live, event, speed, sooner)
+    return events.saltate(vectors, live, event, sooner, jump, image)
 
 
 GUARDS = [
@@ -340,7 +341,7 @@ def test_the_flow_goes_over_into_the_flow(augmented_of_direction, name, mode, j,
     before = event[places.before : places.after]
     after = event[places.after : places.image]
     vectors = before[np.newaxis].copy()
-    largest = saltate(vectors, 1, event, speed, jump, np.empty(n))
+    largest = saltate(vectors, 1, event, speed, np.empty(1), jump, np.empty(n))
     slopes = event[places.jacobian :].reshape(n, n + 1)[:, :n]
     # the jump carries the round-off of everything that was added up for it
     scale = max(np.abs(after).max(), (np.abs(slopes) @ np.abs(before)).max(), 1e-3)
