@@ -288,8 +288,8 @@ def _comes_with_another(problem: Problem, guess: Orbit) -> str:
     for i in np.flatnonzero(short & off).tolist():
         cause, event = (problem.plain.transitions[guess.segments[k, at.SEGMENT_OUTCOME]].name for k in (i - 1, i))
         return (
-            f"the reset of {cause!r} throws the state across the guard of {event!r}, and an orbit is not followed where "
-            "two events are one: write them as one transition"
+            f"the reset of {cause!r} throws the state across the guard of {event!r}, and an orbit is not followed "
+            "where two events are one: write them as one transition"
         )
     return ""
 
