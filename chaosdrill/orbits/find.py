@@ -280,17 +280,17 @@ def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -
 
 def _comes_with_another(problem: Problem, guess: Orbit) -> str:
     """Which event of a path a reset causes by throwing the state across its guard, in words; empty for none."""
-    short = (guess.durations == 0) & (guess.segments[:, at.SEGMENT_END] >= 0)
-    if not short.any():
-        return ""
-    shot = problem.shoot(guess, watched=False)
-    off = np.abs(shot.equations[: len(guess), -1]) > SETTINGS.off_guard * np.abs(shot.speeds) * guess.durations.sum()
-    for i in np.flatnonzero(short & off).tolist():
-        cause, event = (problem.plain.transitions[guess.segments[k, at.SEGMENT_OUTCOME]].name for k in (i - 1, i))
-        return (
-            f"the reset of {cause!r} throws the state across the guard of {event!r}, and an orbit is not followed "
-            "where two events are one: write them as one transition"
+    for i in np.flatnonzero((guess.durations == 0) & (guess.segments[:, at.SEGMENT_END] >= 0)).tolist():
+        one = guess.rotated(i, problem.period_at(guess))
+        shot = problem.shoot(
+            replace(one, segments=one.segments[:1], starts=one.starts[:1], durations=one.durations[:1]), watched=False
         )
+        if abs(shot.equations[0, -1]) > SETTINGS.off_guard * abs(shot.speeds[0]) * guess.durations.sum():
+            cause, event = (problem.plain.transitions[guess.segments[k, at.SEGMENT_OUTCOME]].name for k in (i - 1, i))
+            return (
+                f"the reset of {cause!r} throws the state across the guard of {event!r}, and an orbit is not followed "
+                "where two events are one: write them as one transition"
+            )
     return ""
 
 

@@ -121,3 +121,25 @@ def test_an_orbit_with_two_events_in_one_is_refused_by_name(cells):
     orbit = cd.periodic_orbit(cells, at="first", progress=False)
     assert orbit.cd.outcome == "no_orbit"
     assert "the reset of 'first' throws the state across the guard of 'second'" in orbit.attrs["message"]
+
+
+def test_an_orbit_of_two_that_hit_together_is_not_refused():
+    """Two oscillators that do the same, read from chaos, where no guess closes: the orbit of one of them, twice."""
+    walls = [
+        cd.Transition(f"at {x}", "free", "free", guard=f"{x} - 0.3", direction=+1, reset={v: f"-0.8*{v}"})
+        for x, v in ("xv", "yw")
+    ]
+    modes = {"free": {"x": "v", "v": "-x - v/10 + cos(5*t/2)", "y": "w", "w": "-y - w/10 + cos(5*t/2)"}}
+    both = cd.HybridSystem(name="both", states="x v y w", modes=modes, transitions=walls, period="4*pi/5")
+    orbit = cd.periodic_orbit(both, period=2, progress=False)
+    assert orbit.cd.outcome == "periodic"
+    one = cd.HybridSystem(
+        name="one",
+        states="x v",
+        modes={"free": {s: modes["free"][s] for s in "xv"}},
+        transitions=walls[:1],
+        period="4*pi/5",
+    )
+    alone = cd.periodic_orbit(one, period=2, progress=False)
+    right = np.sort(np.repeat(alone["multiplier_real"], 2))
+    np.testing.assert_allclose(np.sort(orbit["multiplier_real"]), right, rtol=1e-8)
