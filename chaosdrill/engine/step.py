@@ -222,7 +222,8 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
         run.ties += ties
         thrown = guards.is_thrown(tables, state, j)
         if orthonormal and (thrown or tables.marks[run.mode, j] & LOSES_RANK):
-            if thrown:
+            if thrown and run.rank_check == CHECKED:
+                # a tangent waits for this event
                 run.rank_check = AT_EVENT
             _orthonormalise_before(functions, tables, state, scratch)
         largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
