@@ -57,29 +57,24 @@ def saltation_jump(event, out):
 
 
 @inlined
-def meet(vectors, live, event, speed, sooner):
-    """By how much an event comes sooner along each live tangent, (n.d) / (n.F- + dh/dt)."""
-    n = vectors.shape[1]
-    place = event_places(n)
-    for v in range(live):
-        across = 0.0
-        for j in range(n):
-            across += event[place.gradient + j] * vectors[v, j]
-        sooner[v] = across / speed if across != 0.0 else 0.0
-
-
-@inlined
-def saltate(vectors, live, event, sooner, jump, image):
+def saltate(vectors, live, event, speed, caused, sooner, jump, image):
     """Map live tangents across an event, S d = DR d + jump (n.d) / (n.F- + dh/dt); returns their largest entry.
 
     A tangent along the guard is mapped by the reset alone, without round-off from a large jump; so is every tangent
-    where the flow does not jump, however slowly it comes.
+    where the flow does not jump, however slowly it comes. ``sooner`` gets by how much the event comes sooner along each
+    tangent, or says so, of an event that the last one has caused.
     """
     n = vectors.shape[1]
     place = event_places(n)
     largest = 0.0
     for v in range(live):
         across = sooner[v]
+        if not caused:
+            across = 0.0
+            for j in range(n):
+                across += event[place.gradient + j] * vectors[v, j]
+            across = across / speed if across != 0.0 else 0.0
+            sooner[v] = across
         for i in range(n):
             row = place.jacobian + i * (n + 1)
             s = 0.0
@@ -164,13 +159,12 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         for i in range(n):
             x[i] = event[place.image + i]
         if run.live > 0:
-            if not jumped:
-                # at no speed it completes rebounds, at a time that does not depend on the state
-                meet(state.vectors, run.live, event, math.inf if rest >= 0.0 and speed == 0.0 else speed, state.sooner)
-            elif run.stalls == 0:
-                state.sooner[:] = 0.0
+            caused = jumped and run.stalls > 0
+            if jumped or (rest >= 0.0 and speed == 0.0):
+                # the time of such an event does not depend on the state, if it has no cause
+                speed = math.inf
             saltation_jump(event, scratch.jump)
-            largest = saltate(state.vectors, run.live, event, state.sooner, scratch.jump, scratch.image)
+            largest = saltate(state.vectors, run.live, event, speed, caused, state.sooner, scratch.jump, scratch.image)
             if jumped or tables.transitions[transition, RANK_DEFICIENT] == 1:
                 run.rank_check = AT_EVENT
         if target != mode:

@@ -188,8 +188,13 @@ def keep_time(settings, run, te, strobe):
 
 
 @rare
-def _orthonormalise_before(functions, tables, state, scratch):
-    """What an event that may lose rank finds; a call, so that the code of every step has the other one alone."""
+def _orthonormalise_before(functions, tables, state, j, scratch):
+    """What an event that may lose rank finds; a call, so that the code of every step has the other one alone.
+
+    A tangent may wait for an event that the last one has caused.
+    """
+    if state.run[0].rank_check == CHECKED and guards.is_thrown(tables, state, j):
+        state.run[0].rank_check = AT_EVENT
     orthonormalise(functions, tables, state, scratch)
 
 
@@ -220,12 +225,8 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
         if run.stalls > settings.max_stalls:
             return STALLED
         run.ties += ties
-        thrown = guards.is_thrown(tables, state, j)
-        if orthonormal and (thrown or tables.marks[run.mode, j] & LOSES_RANK):
-            if thrown and run.rank_check == CHECKED:
-                # a tangent waits for this event
-                run.rank_check = AT_EVENT
-            _orthonormalise_before(functions, tables, state, scratch)
+        if orthonormal and (tables.marks[run.mode, j] & LOSES_RANK or guards.is_thrown(tables, state, j)):
+            _orthonormalise_before(functions, tables, state, j, scratch)
         largest = take(functions, tables, settings, j, time_of(run), state, buffer, scratch)
         if run.events_in_period > settings.max_events:
             return EVENT_LIMIT

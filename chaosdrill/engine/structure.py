@@ -15,7 +15,7 @@ from numba import float64, void
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places, matrix, vector
-from chaosdrill.engine.events import meet, normal_speed, saltate, saltation_jump
+from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.uncompiled import in_python
 from chaosdrill.model.derive import rate, shift_directions
@@ -62,9 +62,8 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
 
 @compiled(void(matrix, vector, float64, vector, vector, vector))
 def _map(vectors, event, speed, sooner, jump, scratch):
-    meet(vectors, vectors.shape[0], event, speed, sooner)
     saltation_jump(event, jump)
-    saltate(vectors, vectors.shape[0], event, sooner, jump, scratch)
+    saltate(vectors, vectors.shape[0], event, speed, False, sooner, jump, scratch)
 
 
 def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-untyped-def]

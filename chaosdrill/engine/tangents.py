@@ -150,7 +150,8 @@ def orthonormalise(functions, tables, state, scratch):
     waiting = 0
     for i in range(live):
         before = 0.0
-        told = abs(sooner[i])
+        early = sooner[i]
+        told = abs(early)
         for a in range(n):
             before += vectors[i, a] * vectors[i, a]
         length = before
@@ -163,7 +164,7 @@ def orthonormalise(functions, tables, state, scratch):
                     dot += vectors[j, a] * vectors[i, a]
                 for a in range(n):
                     vectors[i, a] -= dot * vectors[j, a]
-                sooner[i] -= dot * sooner[j]
+                early -= dot * sooner[j]
                 told += abs(dot * sooner[j])
             length = 0.0
             for a in range(n):
@@ -172,14 +173,14 @@ def orthonormalise(functions, tables, state, scratch):
                 break
         length = math.sqrt(length)
         if length == 0.0 or (checked and _by_size(vectors[i], state.scale) <= RANK_TOLERANCE**2 * image):
-            if run.rank_check != AT_EVENT or abs(sooner[i]) <= RANK_TOLERANCE * told:
+            if run.rank_check != AT_EVENT or abs(early) <= RANK_TOLERANCE * told:
                 lost[exponent_of[i]] = 1
                 continue
             waiting = CHECKED
             exponent_of[kept] = exponent_of[i]
             for a in range(n):
                 vectors[kept, a] = 0.0
-            sooner[kept] = sooner[i]
+            sooner[kept] = early
             kept += 1
             continue
         shorter = 1.0 / length
@@ -192,7 +193,7 @@ def orthonormalise(functions, tables, state, scratch):
         exponent_of[kept] = exponent_of[i]
         for a in range(n):
             vectors[kept, a] = vectors[i, a] * shorter
-        sooner[kept] = sooner[i] * shorter
+        sooner[kept] = early * shorter
         kept += 1
     run.live = kept
     run.rank_check = waiting

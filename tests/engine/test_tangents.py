@@ -276,8 +276,7 @@ def saltation_jump(event, out):
 
 @compiled(float64(matrix, int64, vector, float64, vector, vector, vector))
 def saltate(vectors, live, event, speed, sooner, jump, image):
-    events.meet(vectors, live, event, speed, sooner)
-    return events.saltate(vectors, live, event, sooner, jump, image)
+    return events.saltate(vectors, live, event, speed, False, sooner, jump, image)
 
 
 GUARDS = [
