@@ -15,6 +15,7 @@ from chaosdrill.engine.lanes import (
     LANES,
     chosen,
     gathered,
+    larger,
     magnitude,
     row_of,
     smaller,
@@ -222,11 +223,13 @@ def _crossing(block):
 
 
 @series
-def _once(a, order, sign, block):
+def _once(a, order, sign, noise, block):
     """Likewise for lanes that cross zero once before they may come back: which have no root, which have one, and a
     bound below which there is no other.
 
     The signs of the Bernstein coefficients, up to what the rest may change of them, go once up and at most once down.
+    Whether what rises and falls gets above zero is seen at its summit; of a concave one its tangent tells that it does
+    not.
     """
     b = row_of(block.bernstein)
     rest = b[DEGREE + 1]
@@ -236,6 +239,11 @@ def _once(a, order, sign, block):
     doubtful = up
     highest = b[0]
     bound = 0.0 * rest
+    before = highest
+    rise = bound
+    largest = bound - math.inf
+    at_highest = up
+    bend = bound
     for j in range(1, DEGREE + 1):
         value = b[j]
         above = value > rest
@@ -244,13 +252,40 @@ def _once(a, order, sign, block):
         back = back | (below & up)
         up = up | above
         doubtful = ~(above | below)
-        higher = value > highest
-        bound = chosen(higher, j * (1.0 / DEGREE), bound)
-        highest = chosen(higher, value, highest)
+        last_rise = rise
+        rise = value - before
+        if j > 1:
+            largest = larger(largest, rise - last_rise)
+            bend = chosen(at_highest, rise - last_rise, bend)
+        at_highest = value > highest
+        bound = chosen(at_highest, j * (1.0 / DEGREE), bound)
+        highest = chosen(at_highest, value, highest)
+        before = value
     returns = back | doubtful
-    height, _ = _value_and_slope(a, order, bound)
-    refused = refused | (doubtful & (back | ~up)) | (up & returns & ~(sign * height > SURE * highest))
-    return ~(refused | up), up & ~refused, chosen(returns, bound, 1.0)
+    refused = refused | (doubtful & (back | ~up))
+    height, slope = _value_and_slope(a, order, bound)
+    hidden = up & returns & ~refused & ~(sign * height > SURE * highest)
+    none = ~(refused | up)
+    if some(hidden):
+        summit = _inside(bound - slope / (DEGREE * (DEGREE - 1.0) * (sign * bend)))
+        height, following = _value_and_slope(a, order, summit)
+        summit = _inside(summit - following * (summit - bound) / (following - slope))
+        height, slope = _value_and_slope(a, order, summit)
+        margin = SURE * highest + noise
+        # in all of the step no point is higher than the tangent there
+        top = sign * height + larger(sign * slope * (1.0 - summit), -(sign * slope * summit))
+        concave = DEGREE * (DEGREE - 1.0) * largest + order * (order - 1.0) * rest < 0.0
+        none = none | (hidden & concave & (top < -margin))
+        seen = hidden & (sign * height > margin)
+        bound = chosen(seen, summit, bound)
+        hidden = hidden & ~seen
+    return none, up & ~(refused | hidden), chosen(returns, bound, 1.0)
+
+
+@series
+def _inside(u):
+    """Numbers that lie in a step as they are, others at its nearer end; what is no number becomes the beginning."""
+    return smaller(larger(spread(0.0), u), 1.0)
 
 
 @series
@@ -305,11 +340,12 @@ def _search(count, order, block):
             continue
         a = _without_zeros(j, order, block)
         sign = row_of(block.sign)[j]
-        _bernstein(a, order, sign, NOISE * row_of(block.total)[j], block)
+        noise = NOISE * row_of(block.total)[j]
+        _bernstein(a, order, sign, noise, block)
         none, once, where = _crossing(block)
         bound = spread(1.0)
         if some(candidates & ~(none | once)):
-            absent, present, until = _once(a, order, sign, block)
+            absent, present, until = _once(a, order, sign, noise, block)
             bound = chosen(once, bound, until)
             none = none | absent
             once = once | present

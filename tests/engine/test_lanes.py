@@ -45,6 +45,47 @@ def test_double_roots_are_met_twice_or_not_at_all(parabola):
     np.testing.assert_allclose(speeds[10:], np.column_stack([exact, -exact])[10:], rtol=1e-10)
 
 
+HUMPS = {
+    "round": (sympy.cos(S), np.arccos),
+    "sharp": (1 / (1 + 9 * S**2), lambda level: np.sqrt(1 / level - 1) / 3),
+    "lopsided": (sympy.exp(S) * (1 - S), None),
+}
+
+
+@pytest.mark.parametrize("name", HUMPS)
+def test_a_summit_near_zero_is_above_or_below_it(name):
+    """Humps that reach a level by 1e-12 to 1e-1, or stay so far below: where they do it is the closed form's root."""
+    hump, place = HUMPS[name]
+    level = sympy.Symbol("level", positive=True)
+    system = cd.HybridSystem(
+        name="hump",
+        states=(S,),
+        parameters={"level": 0.5},
+        modes={"go": {S: 1}},
+        transitions=[cd.Transition("above", "go", "go", guard=hump - level, direction=+1)],
+        period=sympy.Integer(3),
+    )
+    over = np.repeat(10.0 ** np.arange(-12, 0), 12)
+    over = np.concatenate([over, -over])
+    starts = -0.6 + np.tile(np.linspace(-0.9, 0.5, 12), 24)
+    reached = 1 - over
+    below = np.array([float(hump.subs(S, start)) for start in starts]) < reached
+    b = batch(system, starts[below, None], parameters={"level": reached[below]}, window=1, section={0})
+    b.run(0, ONE)
+    np.testing.assert_array_equal(b.counts[:, 0], over[below] > 0)
+    met = b.counts[:, 0] == 1
+    found = b.window[met, 0, 0]
+    if place is None:
+        off = np.exp(found) * (1 - found) - reached[below][met]
+        np.testing.assert_allclose(off, 0, atol=1e-15)
+        assert (found < 0).all()
+    else:
+        # a level is a double beside 1: by that much a root is off, times the slope of its place
+        exact = -place(reached[below][met])
+        np.testing.assert_allclose(found, exact, rtol=0, atol=4e-16 * np.max(1 / np.sqrt(over[below][met])))
+        np.testing.assert_allclose(found[over[below][met] > 1e-5], exact[over[below][met] > 1e-5], rtol=0, atol=1e-12)
+
+
 @pytest.fixture(scope="module")
 def wall():
     w, r = sympy.symbols("w r", real=True)
