@@ -66,6 +66,38 @@ class Shot:
         return replace(self, equations=np.zeros((0, 0)), sensitivity=np.zeros((0, 0, 0)))
 
 
+@dataclass(frozen=True)
+class _Step:
+    """A correction of Newton's method, of which a part may be taken."""
+
+    origin: Orbit
+    states: int
+    sensitivity: np.ndarray  # that of `Shot`
+    correction: np.ndarray  # (columns,)
+    length: float  # of the correction, in the norm of the weights
+
+    def part(self, reach: float) -> float:
+        """The part that is no longer than ``reach``."""
+        return min(1.0, reach / self.length) if self.length > 0 else 1.0
+
+    def taken(self, reach: float) -> Orbit:
+        """The orbit to which this part leads."""
+        part, old, d = self.part(reach), self.origin, self.states
+        return Orbit(
+            old.segments,
+            old.periods,
+            old.starts + part * (self.sensitivity @ np.append(self.correction, 1.0)),
+            old.phase + part * float(self.correction[d]),
+            old.durations + part * self.correction[d + 1 : d + 1 + len(old)],
+        )
+
+    def foresaw(self, reach: float, weights: np.ndarray, following: np.ndarray) -> bool:
+        """Whether this part was not all, and the correction after it is the rest of the way, as it was."""
+        part = self.part(reach)
+        off = float(np.linalg.norm(weights * (following - (1 - part) * self.correction)))
+        return part < 1 and off <= SETTINGS.linear * part * self.length
+
+
 class Problem:
     """The orbits of a system over its free parameters.
 
@@ -212,7 +244,8 @@ class Problem:
         conditions : ndarray, shape (q, columns), optional
             Rows that corrections are orthogonal to; by default the free parameters stay as they are.
         reach : float
-            Longest correction by one step, in the norm of the weights.
+            Longest correction by one step, in the norm of the weights. Where a shortened one has left the rest of the
+            way as it was (Deuflhard 2011, doi:10.1007/978-3-642-23899-4), the next may be twice as long.
         weights : ndarray, shape (columns,), optional
             What a difference of each reduced unknown counts; by default those of `weights` at the guess.
         section : Orbit, optional
@@ -234,10 +267,15 @@ class Problem:
         conditions = np.eye(columns)[d + 1 + count :] if conditions is None else conditions
         conditions = np.vstack([conditions, self._held(orbit)])
         residuals: list[float] = []
-        code, sharper = SLOW, 0
+        code, sharper, shortest = SLOW, 0, reach
         noise = max(100 * SETTINGS.residual, SETTINGS.residual_of_steps * self.numerics.tolerance)
+        step: _Step | None = None
         for turn in range(SETTINGS.newton_steps):
             shot = self.shoot(orbit, turn > 0, section)
+            if step is not None and reach > shortest and not (shot.outcome == DONE and np.isfinite(shot.residual)):
+                reach = shortest
+                orbit = step.taken(reach)
+                continue
             residual, before = shot.residual, residuals[-1] if residuals else np.inf
             residuals.append(residual)
             if shot.outcome != DONE:
@@ -257,14 +295,10 @@ class Problem:
             if not np.isfinite(length):
                 code = SINGULAR
                 break
-            part = min(1.0, reach / length) if length > 0 else 1.0
-            orbit = Orbit(
-                orbit.segments,
-                orbit.periods,
-                orbit.starts + part * (shot.sensitivity @ np.append(correction, 1.0)),
-                orbit.phase + part * float(correction[d]),
-                orbit.durations + part * correction[d + 1 : d + 1 + count],
-            )
+            if step is not None and step.foresaw(reach, weights, correction):
+                reach *= 2
+            step = _Step(orbit, d, shot.sensitivity, correction, length)
+            orbit = step.taken(reach)
         return code, orbit, shot, np.array(residuals)
 
     def weights(self, orbit: Orbit, spans: np.ndarray | None = None) -> np.ndarray:

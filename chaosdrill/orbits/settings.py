@@ -19,6 +19,8 @@ class Settings:
     """Part of the tolerance that may be left of a residual: steps change with the state, and with them their errors."""
     newton_steps: int = 30
     """Steps that Newton's method may take from a guess."""
+    linear: float = 0.1
+    """Part of a shortened step by which the rest of the way may change where equations count as linear."""
     sharp_events: float = 1e-3
     """Error of an event's time, as a part of the segment before it, up to which it counts as met."""
     sharper_steps: int = 3

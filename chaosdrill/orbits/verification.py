@@ -293,7 +293,9 @@ def exponents_of(problem: "Problem", orbit: "Orbit", moduli: np.ndarray, rank: i
     if outcome == Outcome.OK:
         found = (run.logs[:count] - before[:count]) / float(orbit.durations.sum())
         found[run.lost[:count] == 1] = -np.inf
-        values[:count] = found[np.argsort(-found, kind="stable")]
+        # one round says nothing of the order: those of a pair go up and down by more than pairs are apart
+        order = np.argsort(-np.where(np.isneginf(found), found, run.logs[:count]), kind="stable")
+        values[:count] = found[order]
         for first, end in zip([0, *ends[:-1]], ends, strict=True):
             values[first:end] = values[first:end].mean() if end > first else 0.0
     return values, ends

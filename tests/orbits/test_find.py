@@ -6,6 +6,8 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from support.closed_autonomous import belt, gait
 from support.closed_impact import one_impact
 
@@ -292,6 +294,43 @@ def test_a_branch_of_them(carried):
     assert result.stable.all()
     expected = np.array([response(damping)[0] for damping in result.values[:, 0]])
     np.testing.assert_allclose(result.section[:, 0, :2], expected, atol=1e-11)
+
+
+@pytest.fixture(scope="module")
+def two_pairs():
+    """A forced oscillator that drives another one: two complex pairs, whose tangents run around long ellipses."""
+    return cd.HybridSystem(
+        name="two-pairs",
+        states="x v y u",
+        parameters={"k": 4.0, "c": 0.1, "l": 0.3, "d": 0.3},
+        modes={"on": {"x": "v", "v": "-k*x - c*v + cos(t)", "y": "u", "u": "-l*y - d*u + x"}},
+        period="2*pi",
+    )
+
+
+@settings(max_examples=25)
+@given(
+    stiffness=st.tuples(st.floats(0.1, 30), st.floats(0.1, 30)),
+    damping=st.tuples(st.floats(0.03, 0.25), st.floats(0.03, 0.25)),
+)
+def test_the_exponents_of_two_pairs_are_those_of_either(two_pairs, stiffness, damping):
+    (k, l_), (c, d) = stiffness, damping
+    found = cd.periodic_orbit(two_pairs.with_parameters(k=k, l=l_, c=c, d=d), transient=1, start="guess")
+    expected = sorted([-c / 2, -c / 2, -d / 2, -d / 2], reverse=True)
+    # nearly equal ones are told by their mean
+    apart = abs(c - d) * np.pi > 0.15
+    expected = expected if apart else np.mean(expected)
+    exponents = found["lyapunov_exponent"] if apart else found["lyapunov_exponent"].mean()
+    np.testing.assert_allclose(exponents, expected, rtol=0, atol=1e-9)
+    assert bool(found["consistent"]), found.attrs["disagreement"]
+
+
+@pytest.mark.parametrize("damping", [1e-1, 1e-3, 1e-5])
+def test_a_linear_equation_is_solved_from_rest_however_far_the_orbit_is(two_pairs, damping):
+    """In resonance the response is 1/damping times as large as the force."""
+    found = cd.periodic_orbit(two_pairs.with_parameters(k=1.0, c=damping), start="guess")
+    x, v = found["orbit_state"].sel(state=["x", "v"]).values * damping
+    np.testing.assert_allclose([x, v], [0, 1], rtol=0, atol=1e-13 / damping)
 
 
 def test_a_sum_that_is_kept_is_that_of_the_start():
