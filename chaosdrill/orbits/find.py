@@ -238,6 +238,8 @@ def orbit_read(
     seen: list[Orbit] = []
     for _ in range(SETTINGS.guesses):
         outcome, guess = initial()
+        if seen and guess is None:
+            raise failure
         if outcome != Outcome.OK:
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
         if guess is None:

@@ -417,6 +417,32 @@ def test_a_state_beyond_a_guard():
     nothing(build("impact-oscillator", initial={"x": 0.5}), Outcome.INVALID_START, "beyond a guard")
 
 
+def test_where_newtons_method_leads_is_no_start():
+    """Of period 3 there is none; a solution of the equations lies beyond the guard, the initial state does not."""
+    modes = {"soft": {"x": "v", "v": "-k*x - c*v + a*cos(w*t)"}}
+    modes["hard"] = {"x": "v", "v": "-k*x - c*v + a*cos(w*t) - 3*(x - s) - g"}
+    system = cd.HybridSystem(
+        name="two-springs",
+        states="x v",
+        parameters={
+            "w": 2.27613591,
+            "a": 0.40058849,
+            "c": 0.07481378,
+            "k": 0.59855634,
+            "g": 0.2832684,
+            "s": 0.05769506,
+        },
+        modes=modes,
+        transitions=[
+            cd.Transition("up", "soft", "hard", "x - s", direction=+1),
+            cd.Transition("down", "hard", "soft", "x - s", direction=-1),
+        ],
+        period="2*pi/w",
+        initial={"v": 0.1},
+    )
+    nothing(system, Outcome.INADMISSIBLE, "the equations close", 3)
+
+
 def test_a_mode_that_escapes(drill):
     nothing(drill.with_initial(y=-1.0, u=2.0), Outcome.ESCAPED, "runs away")
     nothing(drill.with_parameters(eta=0.48), Outcome.ESCAPED, "ended", start="attractor")
