@@ -145,8 +145,9 @@ class OrbitStart:
 def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
     """Where the search for an orbit begins by its settings.
 
-    Where a section is named: half a return after a point of it, and the round has the time that the ``period`` returns
-    from there take. On an attractor it is the point after the transient to which so many returns lead back most nearly.
+    Where a section is named: in the middle of the longest way between events from a point of it on, so that it is
+    beside all of them, and the round has the time that the ``period`` returns from there take. On an attractor it is
+    the point after the transient to which so many returns lead back most nearly.
     """
     if given.counts(system) != "section":
         lead_in = given.transient if system.period is None else int(given.transient)
@@ -158,8 +159,11 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     found = record_returns(run, where.transitions, max(int(given.transient), 1) if attracted else 1, where.longest)
     ahead = Run(where.system, where.unit, numerics)
     ahead.continue_from(run)
+    passed = found
     if found.outcome == Outcome.OK:
-        found = record_returns(ahead, where.transitions, (LOOKED_AT if attracted else 1) + period, where.longest)
+        count = (LOOKED_AT if attracted else 1) + period
+        passed = record_returns(ahead, where.transitions, count, where.longest, every=True)
+        found = passed.of(where.transitions)
     states, times = found.states_after(), found.times
     if len(times) <= period:
         # what the motion does instead is told by the search
@@ -176,13 +180,15 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     sooner = np.array([away(q) for q in range(1, period) if period % q == 0]).min(axis=0, initial=np.inf)
     nearest = int(np.lexsort((away(period), sooner < SOONER * away(period)))[0])
     record_returns(run, where.transitions, nearest + 1, where.longest)
-    half = Run(where.system, float(times[nearest + 1] - times[nearest]) / 2, numerics)
-    half.continue_from(run)
-    half.advance(1)
-    state = dict(zip(system.state_names, half.x.tolist(), strict=True))
-    length = float(times[nearest + period] - times[nearest])
+    first, last_time = times[nearest], times[nearest + period]
+    instants = passed.times[(passed.times >= first) & (passed.times <= last_time)]
+    widest = int(np.diff(instants).argmax())
+    beside = Run(where.system, float((instants[widest] + instants[widest + 1]) / 2 - first), numerics)
+    beside.continue_from(run)
+    beside.advance(1)
+    state = dict(zip(system.state_names, beside.x.tolist(), strict=True))
     marks = Marks(where.system, where.transitions)
-    return OrbitStart(system.with_initial(**state, mode=half.mode), 1, length, 0, marks)
+    return OrbitStart(system.with_initial(**state, mode=beside.mode), 1, float(last_time - first), 0, marks)
 
 
 @dataclass(frozen=True)

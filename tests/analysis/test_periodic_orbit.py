@@ -85,6 +85,33 @@ def test_period_counts_the_events_of_its_section():
     assert int(ds["period"]) == int(ds["event_count"]) == 1
 
 
+def test_the_section_does_not_change_the_orbit():
+    """Half a return after one event of a symmetric orbit is the other one."""
+    modes = {
+        "on": {"x": "v", "v": "-k*x - c*v + z", "z": "(1 - z)/2"},
+        "off": {"x": "v", "v": "-k*x - c*v + z", "z": "(-1 - z)/2"},
+    }
+    relay = cd.HybridSystem(
+        name="relay",
+        states="x v z",
+        parameters={"c": 0.6, "s": 0.2, "k": 0.6},
+        modes=modes,
+        transitions=[
+            cd.Transition("down", "on", "off", "x - s", direction=+1),
+            cd.Transition("up", "off", "on", "x + s", direction=-1),
+        ],
+        initial={"v": 0.3},
+    )
+    unnamed = cd.periodic_orbit(relay, transient=60)
+    assert int(unnamed["event_count"]) == 2
+    for at in ("down", "up", "x > 0", "v < 0.1", "z > 0"):
+        ds = cd.periodic_orbit(relay, at=at, transient=60)
+        assert int(ds["period"]) == 1, (at, ds.attrs["message"])
+        assert float(ds["period_time"]) == pytest.approx(float(unnamed["period_time"]), rel=1e-12)
+        for name in ("multiplier_real", "multiplier_imag"):
+            np.testing.assert_allclose(ds[name], unnamed[name], rtol=0, atol=1e-11)
+
+
 def test_a_point_at_rest_is_no_orbit():
     x, v, t = sympy.symbols("x v t", real=True)
     damped = cd.HybridSystem(
