@@ -232,6 +232,10 @@ class Table:
         return Row(self.function, self.data).after(self.length * index)
 
 
+def _number(width: int) -> ir.Type:
+    return DOUBLE if width == 1 else ir.VectorType(DOUBLE, width)
+
+
 class Module:
     """A module of functions that are compiled together.
 
@@ -239,11 +243,13 @@ class Module:
     ----------
     width : int
         How many doubles a number has.
+    parts : int, optional
+        In how many parts these are best computed, see `in_parts`.
     """
 
-    def __init__(self, width: int = 1) -> None:
-        self.width = width
-        self.type = DOUBLE if width == 1 else ir.VectorType(DOUBLE, width)
+    def __init__(self, width: int = 1, parts: int = 1) -> None:
+        self.width, self.parts = width, parts
+        self.type = _number(width)
         self.module = ir.Module()
         self.written: dict[Any, Any] = {}
 
@@ -287,6 +293,25 @@ class Module:
             self.written[name] = write(name)
         return self.written[name]
 
+    def in_parts(self, name: str, arguments: Mapping[str, ir.Type], write: Callable[["Function"], None]) -> Any:
+        """A function of rows and whole numbers, which is done for some of the doubles of its numbers after the others.
+
+        A number that fills more than one register leaves no registers for other numbers, and all of them go to memory
+        and back.
+        """
+        own = {"fast": True, "own": True, "apart": True}
+        one = Function(self, name if self.parts == 1 else f"{name}_part", arguments, parts=self.parts, **own)
+        write(one)
+        one.end()
+        if self.parts == 1:
+            return one.made
+        f = Function(self, name, arguments, **own)
+        for first in range(0, self.width, one.width):
+            passed = [a if a.type == INT else f.builder.gep(a, [ir.Constant(INT, first)]) for a in f.arguments]
+            f.builder.call(one.made, passed)
+        f.end()
+        return f.made
+
 
 class Function:
     """One function that is being written.
@@ -306,6 +331,8 @@ class Function:
         Whether it stays a call in whatever calls it.
     apart : bool, optional
         Whether no two of its pointers lead to the same memory, of which one is written through.
+    parts : int, optional
+        In how many parts numbers in memory are computed, of which it does one.
     """
 
     def __init__(
@@ -319,10 +346,11 @@ class Function:
         own: bool = False,
         stays: bool = False,
         apart: bool = False,
+        parts: int = 1,
     ) -> None:
         self.module = module
-        self.width = module.width
-        self.type = module.type
+        self.width = module.width // parts
+        self.type = _number(self.width)
         self.flags = FAST if fast else ()
         kind = ir.FunctionType(ir.VoidType() if result is None else result, list(arguments.values()))
         self.made = ir.Function(module.module, kind, name)
@@ -359,9 +387,10 @@ class Function:
 
     def places(self, count: Any) -> Any:
         """How far this many numbers reach in memory, in doubles."""
+        width = self.module.width
         if not isinstance(count, Index):
-            return ir.Constant(INT, int(count) * self.width)
-        return count.value if self.width == 1 else (count * self.width).value
+            return ir.Constant(INT, int(count) * width)
+        return count.value if width == 1 else (count * width).value
 
     def whole_part(self, count: Index, size: int) -> Index:
         """The largest multiple of a power of two that is not above."""
@@ -452,7 +481,7 @@ class Function:
 
     def scratch(self, count: int) -> Row:
         """A row of the function's own."""
-        return Row(self, self._slots.alloca(DOUBLE, max(count, 1) * self.width))
+        return Row(self, self._slots.alloca(DOUBLE, max(count, 1) * self.module.width))
 
     def variable(self, value: Any = 0.0) -> Variable:
         """A new variable with this value."""

@@ -14,7 +14,7 @@ from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, array
 from chaosdrill.codegen.events import Event, guard_keys, mode_events
 from chaosdrill.codegen.expression import Expressions
-from chaosdrill.codegen.machine import FROM_PYTHON, NativeFunction, load
+from chaosdrill.codegen.machine import FROM_PYTHON, NativeFunction, load, register_width
 from chaosdrill.codegen.mathematics import address, imports
 from chaosdrill.codegen.pointwise import Pointwise
 from chaosdrill.codegen.series import ModeSeries
@@ -99,7 +99,7 @@ def _code(module: Module, names: Sequence[str]) -> Code:
 
 def _series(modes: tuple[ModeSeries, ...], width: int) -> Code:
     """The functions of series."""
-    module = Module(width)
+    module = Module(width, max(width // register_width(), 1))
     row, table, time = (_VECTOR, _MATRIX, DOUBLE) if width == 1 else (_MATRIX, _BLOCK, _VECTOR)
 
     def entry(name: str, types: dict[str, Any], each: Callable[[ModeSeries, str], Any]) -> None:

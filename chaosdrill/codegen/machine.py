@@ -78,6 +78,15 @@ def processor() -> tuple[str, str]:
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
+def register_width() -> int:
+    """How many doubles a register is taken to hold.
+
+    Registers of two doubles count as pairs: there are as many pairs of them, on one processor, as there are registers
+    of four on another.
+    """
+    return 8 if "+avx512f" in processor()[1] else 4
+
+
 @cache
 def _target() -> Any:
     llvm.initialize_native_target()

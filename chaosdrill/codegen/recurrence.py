@@ -24,6 +24,9 @@ PASS = 4
 
 def sums_of_older(f: "Function", series: "Row", vectors: "list[Row]", base: "Index") -> "list[list[Number]]":
     """Sums of series[base + k - j] * vector[j] over j < base, a whole number of passes: by vectors, k of the pass."""
+    if f.width < f.module.width and len(vectors) > 1:
+        # the sums of one vector are as many as registers hold beside what is multiplied
+        return [sums for vector in vectors for sums in sums_of_older(f, series, [vector], base)]
     sums = [[Sums(f, PASS) for _ in range(2)] for _ in vectors]
     with f.loop(0, base, 2) as j:
         for parity in (1, 0):

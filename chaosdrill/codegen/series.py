@@ -256,10 +256,7 @@ class ModeSeries:
         row = DOUBLE.as_pointer()
         vectors = {"first": row, "second": row}
         types = {"order": INT, "c": row, **vectors, "ws": row, "columns": INT, "row": INT}
-        f = Function(module, name, types, fast=True, own=True, apart=True)
-        _Tangents(self, f).write()
-        f.end()
-        return f.made
+        return module.in_parts(name, types, lambda f: _Tangents(self, f).write())
 
     def variation(self, module: Module, name: str) -> Any:
         """Write ``(t, c, x, d, out)``: the Jacobian times d."""

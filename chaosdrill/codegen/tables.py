@@ -562,12 +562,14 @@ def _square(module: Module, name: str) -> Any:
 
 def _older(module: Module, name: str) -> Any:
     """A function: sums over older coefficients, see `sums_of_older`, for both vectors and every order of a pass."""
+
+
+    def write(f: Function) -> None:
+        series, *vectors = (f.row(argument) for argument in f.arguments[:3])
+        base, target = Index(f, f.arguments[3]), f.row(f.arguments[4])
+        for v, sums in enumerate(sums_of_older(f, series, vectors, base)):
+            for lane, value in enumerate(sums):
+                target[v * PASS + lane] = value
+
     types = {"series": _ROW, "first": _ROW, "second": _ROW, "base": INT, "sums": _ROW}
-    f = Function(module, name, types, fast=True, own=True, stays=True)
-    series, *vectors = (f.row(argument) for argument in f.arguments[:3])
-    base, target = Index(f, f.arguments[3]), f.row(f.arguments[4])
-    for v, sums in enumerate(sums_of_older(f, series, vectors, base)):
-        for lane, value in enumerate(sums):
-            target[v * PASS + lane] = value
-    f.end()
-    return f.made
+    return module.in_parts(name, types, write)
