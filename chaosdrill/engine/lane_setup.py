@@ -29,12 +29,14 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
     in_lanes = aligned(len(constants), LANES)
     in_lanes[:] = constants[:, np.newaxis]
     rows = kernels_of(system).rows + (m + m % 2) * n
+    # one more column than is used: of rows whose length is a power of two, few would find room in the cache together
+    columns = at.COLUMNS + 1
     return at.Block(
         t=aligned(LANES),
         c=in_lanes,
         x=aligned(n, LANES),
         v=aligned(m, n, LANES),
-        ws=aligned(rows, at.COLUMNS, LANES),
+        ws=aligned(rows, columns, LANES),
         scale=aligned(n, LANES),
         weights=aligned(n, LANES),
         metric=aligned(n, LANES),
