@@ -294,21 +294,25 @@ class Module:
         return self.written[name]
 
     def in_parts(self, name: str, arguments: Mapping[str, ir.Type], write: Callable[["Function"], None]) -> Any:
-        """A function of rows and whole numbers, which is done for some of the doubles of its numbers after the others.
+        """A function of numbers, rows and whole numbers that does some doubles of every number after the others.
 
         A number that fills more than one register leaves no registers for other numbers, and all of them go to memory
         and back.
         """
-        own = {"fast": True, "own": True, "apart": True}
-        one = Function(self, name if self.parts == 1 else f"{name}_part", arguments, parts=self.parts, **own)
-        write(one)
-        one.end()
+        width = self.width // self.parts
+        of_part = {a: _number(width) if kind == self.type else kind for a, kind in arguments.items()}
+        part_name = name if self.parts == 1 else f"{name}_part"
+        part = Function(self, part_name, of_part, fast=True, own=True, apart=True, width=width)
+        if width > 1:
+            # a number put aside that lies across two lines of the cache is slow, and the compiler lets it lie there
+            part.made.attributes.alignstack = 8 * width
+        write(part)
+        part.end()
         if self.parts == 1:
-            return one.made
-        f = Function(self, name, arguments, **own)
-        for first in range(0, self.width, one.width):
-            passed = [a if a.type == INT else f.builder.gep(a, [ir.Constant(INT, first)]) for a in f.arguments]
-            f.builder.call(one.made, passed)
+            return part.made
+        f = Function(self, name, arguments, own=True, apart=True)
+        for first in range(0, self.width, width):
+            f.builder.call(part.made, [f.doubles_from(first, width, a) for a in f.arguments])
         f.end()
         return f.made
 
@@ -331,8 +335,8 @@ class Function:
         Whether it stays a call in whatever calls it.
     apart : bool, optional
         Whether no two of its pointers lead to the same memory, of which one is written through.
-    parts : int, optional
-        In how many parts numbers in memory are computed, of which it does one.
+    width : int, optional
+        How many doubles its numbers have, if fewer than those in memory.
     """
 
     def __init__(
@@ -346,10 +350,10 @@ class Function:
         own: bool = False,
         stays: bool = False,
         apart: bool = False,
-        parts: int = 1,
+        width: int | None = None,
     ) -> None:
         self.module = module
-        self.width = module.width // parts
+        self.width = width or module.width
         self.type = _number(self.width)
         self.flags = FAST if fast else ()
         kind = ir.FunctionType(ir.VoidType() if result is None else result, list(arguments.values()))
@@ -391,6 +395,15 @@ class Function:
         if not isinstance(count, Index):
             return ir.Constant(INT, int(count) * width)
         return count.value if width == 1 else (count * width).value
+
+    def doubles_from(self, first: int, count: int, argument: Any) -> Any:
+        """An argument for a function whose numbers are so many doubles of those here."""
+        if argument.type == INT:
+            return argument
+        if argument.type != self.type:
+            return self.builder.gep(argument, [ir.Constant(INT, first)])
+        places = ir.Constant(ir.VectorType(_SHORT, count), list(range(first, first + count)))
+        return self.builder.shuffle_vector(argument, argument, places)
 
     def whole_part(self, count: Index, size: int) -> Index:
         """The largest multiple of a power of two that is not above."""

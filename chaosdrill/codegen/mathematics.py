@@ -71,19 +71,21 @@ def _known_to_compiler(name: str) -> Callable[[Number], Number]:
         return f.one_by_one(lambda value: f.builder.call(called, [value]), x)
 
     def number(x: Number) -> Number:
-        if x.function.width == 1 or name not in _SIDE_BY_SIDE:
+        f = x.function
+        if f.width == 1 or name not in _SIDE_BY_SIDE:
             return single(x)
-        made = x.function.module.once(name, lambda _: _written(x.function.module, name, single))
-        return Number(x.function, x.function.builder.call(made, [x.value]))
+        # a name of its own: that of the library is what a double out of range is given to
+        made = f.module.once(f"{name}_of_{f.width}", lambda own: _written(f, own, *_SIDE_BY_SIDE[name], single))
+        return Number(f, f.builder.call(made, [x.value]))
 
     return number
 
 
-def _written(module: Module, name: str, single: Callable[[Number], Number]) -> Any:
+def _written(
+    caller: Function, name: str, inside: Callable[[Number], Number], limit: float, single: Callable[[Number], Number]
+) -> Any:
     """A function of several doubles side by side, one by one where an argument is out of range."""
-    inside, limit = _SIDE_BY_SIDE[name]
-    # a name of its own: that of the library is what a double out of range is given to
-    f = Function(module, f"{name}_side_by_side", {"x": module.type}, module.type, fast=True, own=True)
+    f = Function(caller.module, name, {"x": caller.type}, caller.type, fast=True, own=True, width=caller.width)
     x = Number(f, f.arguments[0])
     with f.when(f.any_beyond(x, limit)):
         beyond = ~f.intrinsic("fabs", x).compare("<=", limit)

@@ -171,7 +171,9 @@ class ModeSeries:
             return self.tables.jet(module, name)
         row = DOUBLE.as_pointer()
         types = {"order": INT, "t": module.type, "c": row, "x": row, "ws": row, "columns": INT}
-        f = Function(module, name, types, fast=True, own=True, apart=True)
+        return module.in_parts(name, types, self._write_jet)
+
+    def _write_jet(self, f: Function) -> None:
         order, t, c, x = (Index(f, f.arguments[0]), Number(f, f.arguments[1]), *map(f.row, f.arguments[2:4]))
         with f.at_entry():
             ws = _rows(f, f.table(f.arguments[4], f.arguments[5]))
@@ -205,8 +207,6 @@ class ModeSeries:
 
         nodes = self._continuing(self.in_jet)
         made.passes(nodes, order, before, after, lambda index, k: self._store(made, index, k))
-        f.end()
-        return f.made
 
     def _next(self, made: Recurrences, rate: int, jk: Number) -> Number:
         """Coefficient k + 1 of a state; every term is divided on its own, so that the last one need not wait."""
@@ -221,29 +221,31 @@ class ModeSeries:
         if self.tables is not None:
             return self.tables.jacobian_jet(module, name)
         row = DOUBLE.as_pointer()
-        f = Function(module, name, {"order": INT, "c": row, "ws": row, "columns": INT}, fast=True, own=True, apart=True)
-        if self.in_jacobian:
-            with f.at_entry():
-                ws = _rows(f, f.table(f.arguments[2], f.arguments[3]))
-            made = self._recurrences(f, ws, f.row(f.arguments[1]))
-            inputs = sorted(self._inputs())
+        types = {"order": INT, "c": row, "ws": row, "columns": INT}
+        return module.in_parts(name, types, self._write_jacobian_jet)
 
-            def read(k: Any) -> None:
-                for index in inputs:
-                    made.become(index, made.rows[index][k])
-                    if index in self.slope_rows and k != 0:
-                        slope = made.slope_rows[index][k]
-                        made.slope_now.setdefault(index, f.variable()).become(slope)
+    def _write_jacobian_jet(self, f: Function) -> None:
+        if not self.in_jacobian:
+            return
+        with f.at_entry():
+            ws = _rows(f, f.table(f.arguments[2], f.arguments[3]))
+        made = self._recurrences(f, ws, f.row(f.arguments[1]))
+        inputs = sorted(self._inputs())
 
-            read(0)
-            for index in self._beginning(self.in_jacobian):
-                made.become(index, made.start(index, Row(f, None), f.number(0.0)))
-                if index in self.rows:
-                    made.rows[index][0] = made.now[index].now
-            nodes = self._continuing(self.in_jacobian)
-            made.passes(nodes, Index(f, f.arguments[0]), read, lambda k: None, lambda i, k: self._store(made, i, k))
-        f.end()
-        return f.made
+        def read(k: Any) -> None:
+            for index in inputs:
+                made.become(index, made.rows[index][k])
+                if index in self.slope_rows and k != 0:
+                    slope = made.slope_rows[index][k]
+                    made.slope_now.setdefault(index, f.variable()).become(slope)
+
+        read(0)
+        for index in self._beginning(self.in_jacobian):
+            made.become(index, made.start(index, Row(f, None), f.number(0.0)))
+            if index in self.rows:
+                made.rows[index][0] = made.now[index].now
+        nodes = self._continuing(self.in_jacobian)
+        made.passes(nodes, Index(f, f.arguments[0]), read, lambda k: None, lambda i, k: self._store(made, i, k))
 
     def tangent(self, module: Module, name: str) -> Any:
         """Write ``(order, c, first, second, ws, columns, row)``: coefficients of two tangent vectors.

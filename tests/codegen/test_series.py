@@ -101,6 +101,26 @@ def kernels(request):
         return kernels_of(system(NAMES, f"every operation {request.param}"))
 
 
+def side_by_side(kernels, mode):
+    """The same in two of eight lanes, whose neighbours start elsewhere: to the bit, wherever the lane is."""
+
+    def lanes(numbers, spread=0.0):
+        filled = aligned(*np.shape(numbers), LANES)
+        filled[:] = np.asarray(numbers)[..., np.newaxis] * (1 - spread * np.array([0, 1, 2, 3, 4, 5, 0, 7]))
+        return filled
+
+    c, rows = kernels.constants(NUMBERS), kernels.rows
+    ws = aligned(rows + 4, COLUMNS, LANES)
+    ws[:] = np.nan
+    jet, jacobian_jet, tangent = kernels.lanes
+    jet(mode, ORDER, lanes(TIME), lanes(c), lanes(PLACE, 0.01), ws)
+    jacobian_jet(mode, ORDER, lanes(c), ws)
+    tangent(mode, ORDER, lanes(c), lanes([1.0, -0.4]), lanes([0.3, 2.0]), ws, rows)
+    first, other = (np.ascontiguousarray(ws[..., lane]) for lane in (0, 6))
+    assert first.tobytes() == other.tobytes()
+    return first
+
+
 @pytest.fixture
 def expand(kernels):
     def one(mode, c, rows):
@@ -111,28 +131,11 @@ def expand(kernels):
         tangent(mode, ORDER, c, np.array([1.0, -0.4]), np.array([0.3, 2.0]), ws, rows)
         return ws
 
-    def side_by_side(mode, c, rows):
-        """The same in two of eight lanes, whose neighbours start elsewhere: to the bit, wherever the lane is."""
-
-        def lanes(numbers, spread=0.0):
-            filled = aligned(*np.shape(numbers), LANES)
-            filled[:] = np.asarray(numbers)[..., np.newaxis] * (1 - spread * np.array([0, 1, 2, 3, 4, 5, 0, 7]))
-            return filled
-
-        ws = aligned(rows + 4, COLUMNS, LANES)
-        ws[:] = np.nan
-        jet, jacobian_jet, tangent = kernels.lanes
-        jet(mode, ORDER, lanes(TIME), lanes(c), lanes(PLACE, 0.01), ws)
-        jacobian_jet(mode, ORDER, lanes(c), ws)
-        tangent(mode, ORDER, lanes(c), lanes([1.0, -0.4]), lanes([0.3, 2.0]), ws, rows)
-        first, other = (np.ascontiguousarray(ws[..., lane]) for lane in (0, 6))
-        assert first.tobytes() == other.tobytes()
-        return first
-
     def run(name):
         plain = name.removesuffix(BESIDE)
-        run_one = one if plain == name else side_by_side
-        return run_one(NAMES.index(plain), kernels.constants(NUMBERS), kernels.rows), kernels.rows
+        if plain != name:
+            return side_by_side(kernels, NAMES.index(plain)), kernels.rows
+        return one(NAMES.index(name), kernels.constants(NUMBERS), kernels.rows), kernels.rows
 
     return run
 
@@ -188,6 +191,18 @@ def test_tangents(name, expand, rate, coefficients, polynomial, agree):
         second = vector[1]
         linear = [(vector[0, k] - second[k] / 3) / (k + 1) for k in range(ORDER)]
         agree(second, [second[0], *linear], 1e-14, beside=ws[:2, : ORDER + 1])
+
+
+def test_registers_of_either_width(monkeypatch):
+    """Whether a register holds all lanes or half of them, the series are the same, up to rounding."""
+    found = []
+    for width in (LANES, LANES // 2):
+        monkeypatch.setattr("chaosdrill.codegen.kernels.register_width", lambda width=width: width)
+        kernels = kernels_of(system(SIDE_BY_SIDE, "registers"))
+        found.append([np.nan_to_num(side_by_side(kernels, mode)) for mode in range(len(SIDE_BY_SIDE))])
+    for name, whole, half in zip(SIDE_BY_SIDE, *found, strict=True):
+        size = np.abs(whole).max(axis=1, keepdims=True)
+        assert (np.abs(half - whole) <= 1e-13 * size).all(), name
 
 
 @pytest.mark.parametrize("name", ["sin", "product", "time alone"])
