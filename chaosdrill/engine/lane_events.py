@@ -32,6 +32,10 @@ DEGREE = 11
 
 _WEIGHTS = bernstein_weights(DEGREE)
 
+# rows of a Bernstein form behind its coefficients
+REST, HIGHEST = DEGREE + 1, DEGREE + 2
+BERNSTEIN = HIGHEST + DEGREE + 1
+
 ITERATIONS = 12
 """Newton steps before a root is left to the search for one trajectory."""
 
@@ -54,29 +58,26 @@ def scale(first, count, order, block):
     totals = row_of(block.total)
     later = row_of(block.later)
     h = row_of(block.h)[0]
+    square = h * h
     for j in range(count):
         g = series[first + j]
         a = scaled[j]
-        a[0] = g[0]
-        odd = 0.0 * h
-        even = odd
-        odd_size = odd
-        even_size = magnitude(g[0])
-        power = h
-        square = h * h
-        for k in range(1, order + 1, 2):
+        even, odd = spread(0.0), spread(0.0)
+        even_size, odd_size = even, odd
+        power = spread(1.0)
+        # the row of a series goes on with zeros
+        for k in range(0, order + 1, 2):
             value = power * g[k]
-            # the row of a series goes on with zeros
             following = (power * h) * g[k + 1]
             a[k] = value
             a[k + 1] = following
-            odd = odd + value
-            even = even + following
-            odd_size = odd_size + magnitude(value)
-            even_size = even_size + magnitude(following)
+            even = even + value
+            odd = odd + following
+            even_size = even_size + magnitude(value)
+            odd_size = odd_size + magnitude(following)
             power = power * square
-        totals[j] = odd_size + even_size
-        later[j] = odd + even
+        totals[j] = even_size + odd_size
+        later[j] = (even - g[0]) + odd
 
 
 @inner
@@ -177,95 +178,93 @@ def _without_zeros(j, order, block):
 
 @series
 def _bernstein(a, order, sign, rest, block):
-    """Coefficients of the Bernstein form of the terms of low degree, times a sign; last what the others may add."""
+    """Coefficients of the Bernstein form of the terms of low degree, times a sign; then what the others may add, and
+    of each coefficient the largest up to it."""
     b = row_of(block.bernstein)
+    highest = spread(-math.inf)
     for j in range(DEGREE + 1):
         value = a[0]
         for k in range(1, j + 1):
             value = value + _WEIGHTS[j, k] * a[k]
-        b[j] = sign * value
+        value = sign * value
+        highest = larger(highest, value)
+        b[j] = value
+        b[HIGHEST + j] = highest
     for k in range(DEGREE + 1, order + 1):
         rest = rest + magnitude(a[k])
-    b[DEGREE + 1] = rest
+    b[REST] = rest
 
 
 @series
-def _crossing(block):
-    """Which lanes have no root, which have one that the Bernstein form isolates, and about where that is.
+def _isolated(block):
+    """Which lanes have no root, which may have one and at most one more behind it, and which of these may come back.
 
-    One root is isolated by signs that change once (Descartes' rule).
+    The Bernstein coefficients of a lane that is negative at the start, up to what the rest may change of their signs,
+    have to go once up and then at most once down, with no valley between (Descartes' rule). Whether they do is told by
+    extremes, and not by truth values from one to the next: these are packed where registers are shorter than lanes.
     """
     b = row_of(block.bernstein)
-    rest = b[DEGREE + 1]
-    before = b[0]
-    reaches = ~(before + rest <= 0.0)
-    goes_back = reaches
-    above = before < -math.inf
-    crossed = above
-    low = before
-    high = before
-    place = 0.0 * before
-    for j in range(1, DEGREE + 1):
+    rest = b[REST]
+    last = b[DEGREE]
+    ahead = last
+    valley = spread(-math.inf)
+    for m in range(1, DEGREE):
+        j = DEGREE - m
         value = b[j]
-        may = ~(value + rest <= 0.0)
-        is_above = ~(value - rest <= 0.0)
-        goes_back = goes_back | (reaches & ~may) | (above & ~is_above)
-        reaches = reaches | may
-        above = above | is_above
-        beyond = ~(value <= 0.0)
-        here = beyond & ~crossed
-        low = chosen(here, before, low)
-        high = chosen(here, value, high)
-        place = chosen(here, j - 1.0, place)
-        crossed = crossed | beyond
-        before = value
-    return ~reaches, above & ~goes_back, (place + low / (low - high)) * (1.0 / DEGREE)
+        rim = smaller(b[HIGHEST + j - 1], ahead)
+        valley = larger(valley, smaller(rim - rest, rest - value))
+        valley = larger(valley, smaller(rim + rest, -rest - value))
+        ahead = larger(ahead, value)
+    highest = b[HIGHEST + DEGREE]
+    # a coefficient that is no number is one of those that come after it, too
+    none = (highest + rest <= 0.0) & (last + rest <= 0.0)
+    return none, (b[0] < 0.0) & (highest > rest) & (valley < 0.0), ~(last > rest)
 
 
 @series
-def _once(a, order, sign, noise, block):
-    """Likewise for lanes that cross zero once before they may come back: which have no root, which have one, and a
-    bound below which there is no other.
+def _first_sign(block):
+    """About where the control polygon of the Bernstein form first gets above zero."""
+    b = row_of(block.bernstein)
+    value = b[DEGREE]
+    low, high = value, value
+    place, at = spread(0.0), spread(float(DEGREE))
+    for m in range(1, DEGREE + 1):
+        at = at - 1.0
+        beyond = value > 0.0
+        before = b[DEGREE - m]
+        place = chosen(beyond, at, place)
+        low = chosen(beyond, before, low)
+        high = chosen(beyond, value, high)
+        value = before
+    return (place + low / (low - high)) * (1.0 / DEGREE)
 
-    The signs of the Bernstein coefficients, up to what the rest may change of them, go once up and at most once down.
+
+@series
+def _summit(a, order, sign, noise, block):
+    """Of lanes that rise and fall: which have no root, which have one before a place, and that place.
+
     Whether what rises and falls gets above zero is seen at its summit; of a concave one its tangent tells that it does
     not.
     """
     b = row_of(block.bernstein)
-    rest = b[DEGREE + 1]
-    refused = ~(b[0] < -rest)
-    up = rest < -math.inf
-    back = up
-    doubtful = up
+    rest = b[REST]
     highest = b[0]
-    bound = 0.0 * rest
-    before = highest
-    rise = bound
-    largest = bound - math.inf
-    at_highest = up
-    bend = bound
-    for j in range(1, DEGREE + 1):
+    bound, bend = spread(0.0), spread(0.0)
+    largest = spread(-math.inf)
+    at = spread(0.0)
+    for j in range(1, DEGREE):
+        at = at + 1.0
         value = b[j]
-        above = value > rest
-        below = value < -rest
-        refused = refused | (above & (back | (up & doubtful))) | (below & doubtful & (back | ~up))
-        back = back | (below & up)
-        up = up | above
-        doubtful = ~(above | below)
-        last_rise = rise
-        rise = value - before
-        if j > 1:
-            largest = larger(largest, rise - last_rise)
-            bend = chosen(at_highest, rise - last_rise, bend)
-        at_highest = value > highest
-        bound = chosen(at_highest, j * (1.0 / DEGREE), bound)
-        highest = chosen(at_highest, value, highest)
-        before = value
-    returns = back | doubtful
-    refused = refused | (doubtful & (back | ~up))
+        turn = (b[j + 1] - value) - (value - b[j - 1])
+        above = value > highest
+        largest = larger(largest, turn)
+        bend = chosen(above, turn, bend)
+        bound = chosen(above, at, bound)
+        highest = chosen(above, value, highest)
+    bound = bound * (1.0 / DEGREE)
     height, slope = _value_and_slope(a, order, bound)
-    hidden = up & returns & ~refused & ~(sign * height > SURE * highest)
-    none = ~(refused | up)
+    hidden = ~(sign * height > SURE * highest)
+    none = highest < -math.inf
     if some(hidden):
         summit = _inside(bound - slope / (DEGREE * (DEGREE - 1.0) * (sign * bend)))
         height, following = _value_and_slope(a, order, summit)
@@ -275,11 +274,11 @@ def _once(a, order, sign, noise, block):
         # in all of the step no point is higher than the tangent there
         top = sign * height + larger(sign * slope * (1.0 - summit), -(sign * slope * summit))
         concave = DEGREE * (DEGREE - 1.0) * largest + order * (order - 1.0) * rest < 0.0
-        none = none | (hidden & concave & (top < -margin))
+        none = hidden & concave & (top < -margin)
         seen = hidden & (sign * height > margin)
         bound = chosen(seen, summit, bound)
         hidden = hidden & ~seen
-    return none, up & ~(refused | hidden), chosen(returns, bound, 1.0)
+    return none, ~hidden, bound
 
 
 @series
@@ -290,72 +289,66 @@ def _inside(u):
 
 @series
 def _value_and_slope(a, order, u):
-    """Values and derivatives of polynomials, every fourth term together: short chains for one long."""
+    """Values and derivatives of polynomials, even and odd terms apart: two short chains for a long one."""
     square = u * u
-    fourth = square * square
-    nothing = 0.0 * u
-    last = uint64(order // 4)
-    f0, f1, f2, f3 = a[4 * last], a[4 * last + 1], a[4 * last + 2], a[4 * last + 3]
-    d0, d1, d2, d3 = nothing, nothing, nothing, nothing
+    nothing = spread(0.0)
+    last = uint64(order // 2)
+    even, odd = a[2 * last], a[2 * last + 1]
+    even_slope, odd_slope = nothing, nothing
     for m in range(1, last + 1):
-        k = 4 * (last - m)
-        d0 = d0 * fourth + f0
-        d1 = d1 * fourth + f1
-        d2 = d2 * fourth + f2
-        d3 = d3 * fourth + f3
-        f0 = f0 * fourth + a[k]
-        f1 = f1 * fourth + a[k + 1]
-        f2 = f2 * fourth + a[k + 2]
-        f3 = f3 * fourth + a[k + 3]
-    slope = ((d0 + u * d1) + square * (d2 + u * d3)) * (4.0 * (square * u))
-    return (f0 + u * f1) + square * (f2 + u * f3), slope + (f1 + u * (2.0 * f2 + 3.0 * (u * f3)))
+        k = 2 * (last - m)
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        even = even * square + a[k]
+        odd = odd * square + a[k + 1]
+    return even + u * odd, odd + (2.0 * u) * (even_slope + u * odd_slope)
 
 
 @series
-def _polish(a, order, active, u):
+def _polish(a, order, searched, u):
     """Newton steps from u in the lanes of a mask: the roots, and where they have not settled."""
-    before = 0.0 * u
+    before = spread(0.0)
+    active = chosen(searched, 1.0, 0.0)
     for _ in range(ITERATIONS):
         f, d = _value_and_slope(a, order, u)
         step = f / d
-        u = chosen(active, u - step, u)
+        u = chosen(active > 0.0, u - step, u)
         size = magnitude(step)
         # what is left after this step is to it as it is to the square of the one before
-        active = active & ~((size <= 1.2e-16 * u) | (size * size * size <= 1e-17 * u * before * before))
+        settled = (size <= 1.2e-16 * u) | (size * size * size <= 1e-17 * u * before * before)
+        active = chosen(settled, 0.0, active)
         before = size
-        if not some(active):
+        if not some(active > 0.0):
             break
-    return u, active
+    return u, active > 0.0
 
 
 @inlined
 def _search(count, order, block):
     """Times of the first crossings of all guards in all lanes, -1 for none; ``alone`` is where that is not plain."""
-    h = row_of(block.h)[0]
+    alone = row_of(block.alone)
     times = row_of(block.times)
-    alone = row_of(block.alone)[0] > 0.0
     for j in range(count):
-        candidates = (row_of(block.wanted)[j] > 0.0) & _reaches(j, block) & ~alone
+        candidates = (row_of(block.wanted)[j] > 0.0) & _reaches(j, block) & ~(alone[0] > 0.0)
         if not some(candidates):
             continue
         a = _without_zeros(j, order, block)
         sign = row_of(block.sign)[j]
         noise = NOISE * row_of(block.total)[j]
         _bernstein(a, order, sign, noise, block)
-        none, once, where = _crossing(block)
+        none, isolated, returns = _isolated(block)
+        searched = candidates & isolated
+        alone[0] = chosen(candidates & ~(none | isolated), 1.0, alone[0])
         bound = spread(1.0)
-        if some(candidates & ~(none | once)):
-            absent, present, until = _once(a, order, sign, noise, block)
-            bound = chosen(once, bound, until)
-            none = none | absent
-            once = once | present
-        searched = candidates & once
-        alone = alone | (candidates & ~(none | once))
+        if some(searched & returns):
+            absent, present, until = _summit(a, order, sign, noise, block)
+            bound = chosen(returns, until, bound)
+            alone[0] = chosen(searched & returns & ~(absent | present), 1.0, alone[0])
+            searched = searched & (~returns | present)
         if some(searched):
-            u, unsettled = _polish(a, order, searched, chosen(searched, where, 0.5))
-            alone = alone | (searched & (unsettled | ~((u >= 0.0) & (u <= bound))))
-            times[j] = chosen(searched, u * h, times[j])
-    row_of(block.alone)[0] = chosen(alone, 1.0, 0.0)
+            u, unsettled = _polish(a, order, searched, _first_sign(block))
+            alone[0] = chosen(searched & (unsettled | ~((u >= 0.0) & (u <= bound))), 1.0, alone[0])
+            times[j] = chosen(searched, u * row_of(block.h)[0], times[j])
 
 
 @inlined

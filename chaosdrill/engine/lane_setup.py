@@ -6,7 +6,7 @@ import numpy as np
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.engine import layout as at
-from chaosdrill.engine.lane_events import DEGREE
+from chaosdrill.engine.lane_events import BERNSTEIN
 from chaosdrill.engine.lane_flow import ACTIVE
 from chaosdrill.engine.lanes import LANES, aligned
 
@@ -56,7 +56,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         times=aligned(guards, LANES),
         backs=aligned(guards, LANES),
         polynomial=aligned(at.COLUMNS, LANES),
-        bernstein=aligned(DEGREE + 2, LANES),
+        bernstein=aligned(BERNSTEIN, LANES),
     )
 
 
