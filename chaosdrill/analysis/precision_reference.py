@@ -179,8 +179,14 @@ def hunt_crossley_peak(v: Any, lam: Any, n: Any, k: Any) -> Any:
 
 
 def hunt_crossley_duration(v: Any, lam: Any, n: Any, k: Any) -> Any:
-    """Duration of the contact, the integral of dx/speed on both branches with x = depth (1 - s^2)."""
+    """Duration of the contact, the integral of dx/speed on both branches with x = depth (1 - s^2).
+
+    Of an elastic contact it is a beta function.
+    """
     with mpmath.workdps(mpmath.mp.dps + GUARD_DIGITS):
+        if lam == 0:
+            shape = mpmath.beta(1 / (n + 1), mpmath.mpf(1) / 2)
+            return 2 * ((n + 1) * v ** (1 - n) / (2 * k)) ** (1 / (n + 1)) * shape / (n + 1)
         whole = _potential(v, lam)
         depth = ((n + 1) * whole / k) ** (1 / (n + 1))
 

@@ -441,15 +441,18 @@ class Function:
         called = self.module.declared(name, [DOUBLE] * len(numbers), DOUBLE)
         return self.one_by_one(lambda *values: self.builder.call(called, values), *numbers)
 
+    def single(self, number: Number, place: int) -> Any:
+        """One of a number's doubles."""
+        return number.value if self.width == 1 else self.builder.extract_element(number.value, _SHORT(place))
+
     def one_by_one(self, call: Callable[..., Any], *numbers: Number) -> Number:
         """What a function of doubles gives for every double of numbers."""
         if self.width == 1:
             return Number(self, call(*(n.value for n in numbers)))
         result = ir.Constant(self.type, ir.Undefined)
         for i in range(self.width):
-            place = ir.Constant(ir.IntType(32), i)
-            one = call(*(self.builder.extract_element(n.value, place) for n in numbers))
-            result = self.builder.insert_element(result, one, place)
+            one = call(*(self.single(n, i) for n in numbers))
+            result = self.builder.insert_element(result, one, _SHORT(i))
         return Number(self, result)
 
     def truth(self, value: bool) -> Test:
@@ -494,7 +497,9 @@ class Function:
 
     def scratch(self, count: int) -> Row:
         """A row of the function's own."""
-        return Row(self, self._slots.alloca(DOUBLE, max(count, 1) * self.module.width))
+        made = self._slots.alloca(DOUBLE, max(count, 1) * self.module.width)
+        made.align = 8 * self.width
+        return Row(self, made)
 
     def variable(self, value: Any = 0.0) -> Variable:
         """A new variable with this value."""

@@ -10,8 +10,11 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from llvmlite import ir
+
 from chaosdrill.codegen import python
-from chaosdrill.codegen.emitter import DOUBLE, Function, Module, Number
+from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row
+from chaosdrill.model.special import SPECIAL
 
 _TURNS = 1e5
 """Largest argument of a sine or cosine for which the reduction is exact enough."""
@@ -20,6 +23,7 @@ _EXPONENT = 700.0
 """Largest argument of an exponential that neither overflows nor is subnormal."""
 
 _PREFIX = "chaosdrill_"
+_EXPANDED = "_expanded"
 
 
 def _sine(r: Number) -> Number:
@@ -142,6 +146,17 @@ def special(f: Function, name: str, arguments: list[Number]) -> Number:
     return f.external(_PREFIX + name, *arguments)
 
 
+def expand(f: Function, name: str, arguments: list[Number], derivative: int, count: Index, target: Row) -> None:
+    """Write Taylor coefficients of a derivative of a special function by its first argument v, at v (1 + w), by w."""
+    pointer = DOUBLE.as_pointer()
+    types = [*[DOUBLE] * len(arguments), INT, INT, pointer, INT]
+    called = f.module.declared(f"{_PREFIX}{name}{_EXPANDED}", types, ir.VoidType(), pure=False)
+    for i in range(f.width):
+        place = f.builder.gep(target.data, [INT(i)])
+        one = [f.single(a, i) for a in arguments]
+        f.builder.call(called, [*one, INT(derivative), count.value, place, INT(f.module.width)])
+
+
 def imports(module: Module) -> list[str]:
     """Names of the special functions that a module calls."""
     declared = (function.name for function in module.module.functions if function.is_declaration)
@@ -149,10 +164,9 @@ def imports(module: Module) -> list[str]:
 
 
 @cache
-def _called_back(function: Callable[..., float]) -> Any:
-    """What lets machine code call a function of doubles that Python runs."""
-    doubles = [ctypes.c_double] * function.__code__.co_argcount
-    return ctypes.CFUNCTYPE(ctypes.c_double, *doubles)(function)
+def _called_back(function: Callable[..., Any], result: Any, *arguments: Any) -> Any:
+    """What lets machine code call a function that Python runs."""
+    return ctypes.CFUNCTYPE(result, *arguments)(function)
 
 
 @cache
@@ -161,13 +175,20 @@ def address(name: str) -> int:
     if name.startswith(python.PREFIX):
         return python.address(name)
     import numba
-    from numba import float64
+    from numba import float64, int64, types, void
 
-    from chaosdrill.codegen.special import CODE
+    from chaosdrill.codegen.special import CODE, EXPANSIONS
 
-    found = CODE[name.removeprefix(_PREFIX)]
+    title = name.removeprefix(_PREFIX)
+    function = title.removesuffix(_EXPANDED)
+    expands = function != title
+    found = (EXPANSIONS if expands else CODE)[function]
+    (count,) = SPECIAL[function].make.nargs
     if numba.config.DISABLE_JIT:
-        return ctypes.cast(_called_back(found), ctypes.c_void_p).value or 0
-    count = found.py_func.__code__.co_argcount
-    made = numba.cfunc(float64(*[float64] * count), cache=True, error_model="numpy")(found.py_func)
-    return int(made.address)
+        double, whole = ctypes.c_double, ctypes.c_int64
+        more = (whole, whole, ctypes.POINTER(double), whole) if expands else ()
+        made = _called_back(found, None if expands else double, *[double] * int(count), *more)
+        return ctypes.cast(made, ctypes.c_void_p).value or 0
+    further = (int64, int64, types.CPointer(float64), int64) if expands else ()
+    signature = (void if expands else float64)(*[float64] * int(count), *further)
+    return int(numba.cfunc(signature, cache=True, error_model="numpy")(found.py_func).address)

@@ -9,13 +9,13 @@ stays in registers. Of a large system this would be too much code, see `chaosdri
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.codegen.emitter import Index, Number, Sums, total
-from chaosdrill.codegen.mathematics import START, power, special
+from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Number, Sums, total
+from chaosdrill.codegen.mathematics import START, expand, power, special
 from chaosdrill.codegen.tape import PATH
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Loaded
-    from chaosdrill.codegen.emitter import Function, Row, Variable
+    from chaosdrill.codegen.emitter import Row, Table, Variable
     from chaosdrill.codegen.tape import Tape
 
 PASS = 4
@@ -33,6 +33,66 @@ def sums_of_older(f: "Function", series: "Row", vectors: "list[Row]", base: "Ind
             for vector, of_vector in zip(vectors, sums, strict=True):
                 of_vector[parity].grow(series, base - j - parity, vector[j + parity])
     return [even.with_those(odd) for even, odd in sums]
+
+
+def composition(caller: Function, name: str) -> Any:
+    """A function ``(argument, table, columns, k, last)``: coefficient k >= 1 of a function of a series.
+
+    Row 0 of the table holds the function's Taylor coefficients c_m at v (1 + w) by powers of w, where v is the
+    argument's coefficient 0, and row k the coefficients k of R_m = c_m + w R_(m + 1), w = argument/v - 1, of which R_0
+    is the function. By this rule of Horner an order needs coefficients of lower orders alone; of the order ``last``
+    only that of R_0 is wanted, of the one before it those of R_0 and R_1, and so on.
+    """
+    row = DOUBLE.as_pointer()
+    types = {"argument": row, "table": row, "columns": INT, "k": INT, "last": INT}
+    f = Function(caller.module, name, types, caller.type, fast=True, own=True, stays=True, width=caller.width)
+    argument, table = f.row(f.arguments[0]), f.table(f.arguments[1], f.arguments[2])
+    k, last = Index(f, f.arguments[3]), Index(f, f.arguments[4])
+    newest, inverse, paired = table[k], 1.0 / argument[0], f.whole_part(k, 2) + 1
+    with f.loop(0, last - k + 1, PASS) as m:
+        even, odd = (Sums(f, PASS) for _ in range(2))
+        with f.loop(1, paired, 2) as j:
+            even.grow(table[k - j], m + 1, argument[j])
+            odd.grow(table[k - j - 1], m + 1, argument[j + 1])
+        with f.loop(paired, k + 1) as j:
+            even.grow(table[k - j], m + 1, argument[j])
+        for i, value in enumerate(even.with_those(odd)):
+            newest[m + i] = inverse * value
+    f.give(newest[0])
+    f.end()
+    return f.made
+
+
+class Expansion:
+    """A function's Taylor coefficients at the start of a series, and its own series.
+
+    Parameters
+    ----------
+    table : Table
+        One row, or as many as the series has coefficients.
+    last : Index
+        Order of the last coefficient.
+    """
+
+    def __init__(self, table: "Table", last: Index) -> None:
+        self.table, self.last = table, last
+
+    def start(self, name: str, arguments: list[Number], derivative: int) -> Number:
+        """Coefficient 0."""
+        expand(self.table.function, name, arguments, derivative, self.last + 1, self.table[0])
+        return self.table[0][0]
+
+    def order(self, argument: "Row", k: Index) -> Number:
+        """Coefficient k >= 1."""
+        f = self.table.function
+        made = f.module.once(f"composition_of_{f.width}", lambda name: composition(f, name))
+        given = [argument.data, self.table.data, self.table.length.value, k.value, self.last.value]
+        return Number(f, f.builder.call(made, given))
+
+
+def value_alone(f: Function) -> Expansion:
+    """What an expansion is where only its coefficient 0 is wanted."""
+    return Expansion(f.table(f.scratch(1).data, INT(1)), f.index(0))
 
 
 class Convolution:
@@ -101,6 +161,8 @@ class Recurrences:
         Coefficients of a node, and those of its derivative.
     constants : Loaded
         Numbers that stand for expressions of parameters.
+    expansions : dict of int to Expansion, optional
+        Those of nodes that move.
     """
 
     def __init__(
@@ -110,9 +172,10 @@ class Recurrences:
         rows: "dict[int, Row]",
         slope_rows: "dict[int, Row]",
         constants: "Loaded",
+        expansions: dict[int, Expansion] | None = None,
     ) -> None:
         self.function, self.tape, self.constants = function, tape, constants
-        self.rows, self.slope_rows = rows, slope_rows
+        self.rows, self.slope_rows, self.expansions = rows, slope_rows, expansions or {}
         self.now: dict[int, Variable] = {}
         """Coefficients of the order at hand."""
         self.slope_now: dict[int, Variable] = {}
@@ -156,6 +219,9 @@ class Recurrences:
             return a[0] / a[1]
         if node.op == "power":
             return power(a[0], self.constants[node.value])
+        if node.op == "expanded":
+            found = self.expansions.get(index) or value_alone(self.function)
+            return found.start(node.name, a, node.value)
         if node.op == "special":
             return special(self.function, node.name, a[: node.value])
         if node.name == PATH:
@@ -206,6 +272,10 @@ class Recurrences:
             (a,) = node.args
             old = self._sum(k, lambda j, rest: j.number() * self.rows[index][j] * self.rows[a][rest])
             return (now[0] - ik * old) / self.begun[a]
+        if node.op == "expanded":
+            if self.tape.is_still(index):
+                return self.function.number(0.0)
+            return self.expansions[index].order(self.rows[node.args[0]], self.function.index(k))
         if node.op == "special":
             return total([self.now[i].now for i in self.tape.paths(index)])
         return self._integral(index, ik, inner, now)

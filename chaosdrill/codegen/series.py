@@ -7,7 +7,8 @@ history that products and functions need, then the tangents.
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, total
-from chaosdrill.codegen.recurrence import PASS, Recurrences, sums_of_older
+from chaosdrill.codegen.recurrence import PASS, Expansion, Recurrences, sums_of_older
+from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.codegen.tables import Operations
 from chaosdrill.codegen.tape import POSITIVE, Tape
 
@@ -21,7 +22,7 @@ IN_LINE = 48
 SUMS = 8 * IN_LINE
 """The same for terms of sums."""
 
-_HISTORY = {"mul", "square", "div", "power", "log", "integral"}
+_HISTORY = {"mul", "square", "div", "power", "log", "integral", "expanded"}
 
 
 class ModeSeries:
@@ -42,8 +43,8 @@ class ModeSeries:
     def __init__(self, system: "HybridSystem", mode: str, guards: list[Any], constants: "Constants") -> None:
         self.n = len(system.states)
         self.constants = constants
-        self.tape = Tape(system.states, system.time)
         field = system.modes[mode]
+        self.tape = Tape(system.states, system.time, frozenset(s for s in system.states if field[s] == 0))
         self.rates = [self.tape.lower(field[s]) for s in system.states]
         self.rates += [self.tape.lower(q) for q in system.integrands(mode)]
         self.guards = [self.tape.lower(g) for g in guards]
@@ -107,7 +108,7 @@ class ModeSeries:
         tape, need = self.tape, set(self.wanted)
         for index in self.in_jet | self.in_jacobian:
             node = tape.nodes[index]
-            if node.op in _HISTORY and tape.turning(index) is None:
+            if node.op in _HISTORY and not tape.is_known(index):
                 need.update([index, *node.args])
                 if index in tape.slopes:
                     need.add(tape.slopes[index][0])
@@ -125,6 +126,12 @@ class ModeSeries:
             if node.op == "integral" and tape.turning(index) is None and node.args[0] not in self.slope_rows:
                 self.slope_rows[node.args[0]] = free
                 free += 1
+        self.expanded: dict[int, int] = {}
+        """Nodes with an expansion, and the rows from which it stands."""
+        for index in sorted(self.in_jet | self.in_jacobian):
+            if tape.nodes[index].op == "expanded" and not tape.is_still(index):
+                self.expanded[index] = free
+                free += WIDTH
         return free
 
     def _inputs(self) -> set[int]:
@@ -150,10 +157,12 @@ class ModeSeries:
         used.update(tape.slopes[i][0] for i in tuple(used) if i in tape.slopes)
         return [i for i in kept if i in used and tape.nodes[i].op != "state"]
 
-    def _recurrences(self, f: Function, row_of: Any, c: Row) -> Recurrences:
+    def _recurrences(self, f: Function, row_of: Any, c: Row, columns: Any) -> Recurrences:
         rows = {index: row_of(place) for index, place in self.rows.items()}
         slope_rows = {index: row_of(place) for index, place in self.slope_rows.items()}
-        return Recurrences(f, self.tape, rows, slope_rows, self.constants.loaded(f, c))
+        last = Index(f, f.arguments[0])
+        expansions = {i: Expansion(f.table(row_of(place).data, columns), last) for i, place in self.expanded.items()}
+        return Recurrences(f, self.tape, rows, slope_rows, self.constants.loaded(f, c), expansions)
 
     def _store(self, made: Recurrences, index: int, k: Any) -> None:
         """Keep coefficient k of a node, if it has a row."""
@@ -177,7 +186,7 @@ class ModeSeries:
         order, t, c, x = (Index(f, f.arguments[0]), Number(f, f.arguments[1]), *map(f.row, f.arguments[2:4]))
         with f.at_entry():
             ws = _rows(f, f.table(f.arguments[4], f.arguments[5]))
-        made = self._recurrences(f, ws, c)
+        made = self._recurrences(f, ws, c, f.arguments[5])
         count = len(self.rates)
         states = {i: self.tape.nodes[i].value for i in self.in_jet if self.tape.nodes[i].op == "state"}
         for i in range(count):
@@ -229,7 +238,7 @@ class ModeSeries:
             return
         with f.at_entry():
             ws = _rows(f, f.table(f.arguments[2], f.arguments[3]))
-        made = self._recurrences(f, ws, f.row(f.arguments[1]))
+        made = self._recurrences(f, ws, f.row(f.arguments[1]), f.arguments[3])
         inputs = sorted(self._inputs())
 
         def read(k: Any) -> None:

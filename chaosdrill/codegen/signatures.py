@@ -70,6 +70,9 @@ def event_places(n: int) -> EventPlaces:
 LANES = 8
 """Trajectories that are stepped side by side."""
 
+WIDTH = 28
+"""Coefficients of a series, at most; beyond the order a row holds zeros, so that all sums have one length."""
+
 LANE_SIGNATURES = {
     "jet": void(int64, int64, vector, matrix, matrix, block),
     "jacobian_jet": void(int64, int64, matrix, block),

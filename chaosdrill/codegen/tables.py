@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row, Table, Test, Variable
 from chaosdrill.codegen.mathematics import START, power, special
-from chaosdrill.codegen.recurrence import PASS, sums_of_older
+from chaosdrill.codegen.recurrence import PASS, Expansion, sums_of_older, value_alone
+from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.codegen.tape import PATH, POSITIVE
 from chaosdrill.model.special import SPECIAL
 
@@ -57,7 +58,8 @@ class Operations:
                 self.rows[item] = node.value
             else:
                 self.rows[item] = free
-                free += 1
+                # the rows of an expansion follow that of its series
+                free += 1 + (WIDTH if node.op == "expanded" and not self.tape.is_still(index) else 0)
         self.kept = free
         """The row from which the tangents of kept nodes stand, those of the first vector before those of the second."""
         self.older = free + 2 * len(mode.kept)
@@ -97,7 +99,7 @@ class Operations:
         node = self.tape.nodes[index]
         if kind == "slope":
             return [("node", index)]
-        if self.tape.turning(index) is not None:
+        if self.tape.is_known(index):
             return []
         nodes: list[Item] = [("node", a) for a in node.args]
         return [*nodes, ("slope", node.args[0])] if node.op in ("integral", "power", "log") else nodes
@@ -122,6 +124,11 @@ class Operations:
             return None if start else "slope"
         if node.op == "state":
             return None
+        if node.op == "expanded":
+            still = self.tape.is_still(index)
+            if start:
+                return f"{node.name} {node.value} {'still' if still else 'moving'}"
+            return "linear" if still else node.op
         if node.op == "special":
             return node.name if start else "linear"
         if node.op == "integral":
@@ -158,7 +165,7 @@ class Operations:
         types = {"order": INT, "t": module.type, "c": _ROW, "x": _ROW, "ws": _ROW, "columns": INT}
         f = Function(module, name, types, fast=True, own=True, apart=True)
         mode, (order, t, c, x, ws, columns) = self.mode, f.arguments
-        writer = _Writer(self, f, f.row(c), f.table(ws, columns))
+        writer = _Writer(self, f, f.row(c), f.table(ws, columns), Index(f, order))
         rates = _Sums(writer, "rates", [(i, rate) for i, rate in enumerate(mode.rates)])
         guards = _Sums(writer, "guards", [(len(mode.rates) + j, guard) for j, guard in enumerate(mode.guards)])
         with f.loop(self.n, len(mode.rates)) as i:
@@ -182,7 +189,7 @@ class Operations:
         f = Function(module, name, types, fast=True, own=True, apart=True)
         order, c, ws, columns = f.arguments
         if self.in_jacobian:
-            writer = _Writer(self, f, f.row(c), f.table(ws, columns))
+            writer = _Writer(self, f, f.row(c), f.table(ws, columns), Index(f, order))
             writer.start(self.in_jacobian, f.number(0.0))
             with f.loop(1, Index(f, order) + 1) as k:
                 writer.go_on(self.in_jacobian, k, f.reciprocal(k))
@@ -396,14 +403,24 @@ class _Writer:
         The constants.
     ws : Table
         The workspace.
+    last : Index, optional
+        Order of the last coefficient; None if only values are wanted.
     anywhere : bool
         Whether powers that are zero where their base is not positive are taken there, too.
     """
 
     def __init__(
-        self, operations: Operations, function: Function, c: Row, ws: Table, *, anywhere: bool = False
+        self,
+        operations: Operations,
+        function: Function,
+        c: Row,
+        ws: Table,
+        last: Index | None = None,
+        *,
+        anywhere: bool = False,
     ) -> None:
-        self.operations, self.function, self.c, self.ws, self.anywhere = operations, function, c, ws, anywhere
+        self.operations, self.function, self.c, self.ws = operations, function, c, ws
+        self.last, self.anywhere = last, anywhere
 
     def begin(self, items: list[Item], x: Row, t: Number) -> None:
         """States, and coefficients 0 of the series that are made of them."""
@@ -420,9 +437,14 @@ class _Writer:
                 return t
             if name == PATH:
                 return self.function.number(0.0)
-            if name in SPECIAL:
-                (count,) = SPECIAL[name].make.nargs
-                return special(self.function, name, [self.ws[record(i + 1)][0] for i in range(int(count))])
+            title, *expanded = name.split()
+            if title in SPECIAL:
+                (count,) = SPECIAL[title].make.nargs
+                arguments = [self.ws[record(i + 1)][0] for i in range(int(count))]
+                if not expanded:
+                    return special(self.function, title, arguments)
+                derivative, motion = expanded
+                return self._expansion(record, motion).start(title, arguments, int(derivative))
             first = self.ws[record(1)][0]
             if name == "square":
                 return first * first
@@ -437,6 +459,12 @@ class _Writer:
             return START[name](first)
 
         self._run("start", items, zero, value, start=True)
+
+    def _expansion(self, record: Callable[[int], Index], motion: str = "moving") -> Expansion:
+        """The Taylor coefficients of a function, in the rows that follow its own."""
+        if self.last is None or motion == "still":
+            return value_alone(self.function)
+        return Expansion(self.function.table(self.ws[record(0) + 1].data, self.ws.length.value), self.last)
 
     def go_on(self, items: list[Item], k: Index, ik: Number) -> None:
         """Coefficients k >= 1; ``ik`` is 1/k."""
@@ -453,6 +481,8 @@ class _Writer:
             a = ws[record(1)]
             if name == "slope":
                 return k.number() * a[k]
+            if name == "expanded":
+                return self._expansion(record).order(a, k)
             if name == "square":
                 return Number(f, f.builder.call(square, [a.data, k.value]))
             b = ws[record(2)]
@@ -518,7 +548,8 @@ class _Writer:
         operations, index = self.operations, item[1]
         first = len(terms)
         summed = operations.terms(index)
-        if operations.tape.nodes[index].op == "special":
+        if operations.tape.nodes[index].op in ("special", "expanded"):
+            # that of what does not move is a sum of nothing
             summed = [(path, 1) for path in operations.tape.paths(index)]
         terms += [(operations.rows["node", i], operations.place(w)) for i, w in summed]
         return operations.rows[item], first, len(terms), 0, operations.place(operations.constant(index))
@@ -562,7 +593,6 @@ def _square(module: Module, name: str) -> Any:
 
 def _older(module: Module, name: str) -> Any:
     """A function: sums over older coefficients, see `sums_of_older`, for both vectors and every order of a pass."""
-
 
     def write(f: Function) -> None:
         series, *vectors = (f.row(argument) for argument in f.arguments[:3])

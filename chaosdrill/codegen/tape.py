@@ -31,10 +31,11 @@ PRODUCT = 10
 class Node:
     """One elementary operation.
 
-    ``op``: ``state``, ``time``, ``linear``, ``mul``, ``square``, ``div``, ``power``, ``log``, ``integral`` or
-    ``special``. An ``integral`` node f(a) obeys f' = sign * slope * a', where ``slope`` is another node.
+    ``op``: ``state``, ``time``, ``linear``, ``mul``, ``square``, ``div``, ``power``, ``log``, ``integral``, ``special``
+    or ``expanded``. An ``integral`` node f(a) obeys f' = sign * slope * a', where ``slope`` is another node.
     A ``special`` node has its ``value`` arguments, then a path for each of those that move; it begins with the
-    function's value, and goes on as the sum of its paths.
+    function's value, and goes on as the sum of its paths. An ``expanded`` node is the derivative of order ``value`` by
+    its first argument of a function whose code gives its Taylor coefficients.
     """
 
     op: str
@@ -56,6 +57,8 @@ class Tape:
 
     states: tuple[Any, ...]
     time: Any
+    still: frozenset[Any] = frozenset()
+    """States that do not move."""
     nodes: list[Node] = field(default_factory=list)
     slopes: dict[int, tuple[int, int]] = field(default_factory=dict)
     _seen: dict[Any, int] = field(default_factory=dict)
@@ -105,12 +108,24 @@ class Tape:
 
     def paths(self, index: int) -> tuple[int, ...]:
         """The integrals that a special function is the sum of."""
-        return self.nodes[index].args[self.nodes[index].value :]
+        node = self.nodes[index]
+        return node.args[node.value :] if node.op == "special" else ()
 
     def is_number(self, index: int) -> bool:
         """Whether a node depends on parameters only."""
         node = self.nodes[index]
         return node.op == "linear" and not node.args
+
+    def is_still(self, index: int) -> bool:
+        """Whether a node is made of parameters and of states that do not move."""
+        node = self.nodes[index]
+        if node.op == "state":
+            return self.states[node.value] in self.still
+        return node.op != "time" and all(self.is_still(i) for i in self.arguments(index))
+
+    def is_known(self, index: int) -> bool:
+        """Whether a node's coefficients follow from those of order 0 alone, or from the ones before."""
+        return self.turning(index) is not None or (self.nodes[index].op == "expanded" and self.is_still(index))
 
     def turning(self, index: int) -> Any:
         """Rate of the argument of a sine or cosine that is linear in time; None for any other node."""
@@ -200,6 +215,8 @@ class Tape:
             return [(a[0], {slope: sign * one})]
         if node.op == "special":
             return [(self.nodes[p].args[0], {self.slopes[p][0]: one}) for p in self.paths(index)]
+        if node.op == "expanded":
+            return [(a[0], {self.add(Node("expanded", a, node.name, node.value + 1)): one})]
         if node.op == "power":
             return [(a[0], {self._power_of(a[0], node.value - 1, node.name): node.value})]
         inverse = self._divide(self.lower(one), a[-1])
@@ -358,6 +375,8 @@ class Tape:
     def _special(self, name: str, expression: Any) -> int:
         moving = [i for i, a in enumerate(expression.args) if not self.is_constant(a)]
         arguments = tuple(self.lower(a) for a in expression.args)
+        if SPECIAL[name].expanded:
+            return self.add(Node("expanded", arguments, name, 0))
         paths = tuple(self.add(Node("integral", (arguments[i],), PATH, (name, i, arguments))) for i in moving)
         index = self.add(Node("special", (*arguments, *paths), name, len(arguments)))
         for i, path in zip(moving, paths, strict=True):

@@ -2,9 +2,9 @@
 
 from numba import uint64
 
+from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.lanes import magnitude
-from chaosdrill.engine.layout import WIDTH
 
 
 @series

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.declared import METHODS
 
 SETTINGS = np.dtype(
@@ -349,9 +350,6 @@ PROGRESS = 7
 
 BEFORE, BEHIND = 1, 2
 """Which state of an event is a section point."""
-
-WIDTH = 28
-"""Coefficients of a series, at most; beyond the order a row holds zeros, so that all sums have one length."""
 
 COLUMNS = WIDTH + 4
 """Length of a workspace row: the last pass over four orders may write beyond the highest."""

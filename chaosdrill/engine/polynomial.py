@@ -6,9 +6,10 @@ sum over the register.
 
 import numpy as np
 
+from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.lanes import LANES, chosen, larger, magnitude, part, powers, total
-from chaosdrill.engine.layout import COLUMNS, WIDTH
+from chaosdrill.engine.layout import COLUMNS
 
 _WITHIN = np.array([[float(k < WIDTH) for k in range(COLUMNS - LANES, COLUMNS)]])
 """Which of the last coefficients of a row are any: behind them stands what a last pass over orders has left."""

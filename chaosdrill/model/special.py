@@ -52,27 +52,17 @@ class hunt_crossley_peak(sympy.Function):
 class hunt_crossley_duration(sympy.Function):
     """Duration of the contact d'' = -k d^n (1 + lam d') entered at speed v: arguments v, lam, n, k.
 
-    A time where k is a stiffness per unit of relative mass.
+    A time where k is a stiffness per unit of relative mass. It is k^(-1/(n + 1)) v^((1 - n)/(1 + n)) f(lam v, n), so
+    that its derivative by v consists of the function itself and of that by lam. The derivative changes its sign;
+    written like this, the bound of its rounding sees the two cancel.
     """
 
     nargs = 4
 
     def fdiff(self, argindex: int = 1) -> Any:
         """Derivative by v, lam, n (integrals of their own) or k (the power -1/(n + 1))."""
-        n, k = self.args[2:]
-        if argindex == 4:
-            return -self / ((n + 1) * k)
-        if argindex not in (1, 2, 3):
-            raise ArgumentIndexError(self, argindex)
-        return (hunt_crossley_duration_v, hunt_crossley_duration_lam, hunt_crossley_duration_n)[argindex - 1](
-            *self.args
-        )
-
-
-class hunt_crossley_duration_v(sympy.Function):
-    """Derivative of the duration by the approach speed."""
-
-    nargs = 4
+        by_lam = hunt_crossley_duration_lam(*self.args)
+        return _derivative(self, argindex, 0, by_lam, hunt_crossley_duration_n)
 
 
 class hunt_crossley_duration_lam(sympy.Function):
@@ -80,11 +70,42 @@ class hunt_crossley_duration_lam(sympy.Function):
 
     nargs = 4
 
+    def fdiff(self, argindex: int = 1) -> Any:
+        """Derivative by v, lam, n or k."""
+        by_lam = hunt_crossley_duration_lam_lam(*self.args)
+        return _derivative(self, argindex, 1, by_lam, hunt_crossley_duration_lam_n)
+
 
 class hunt_crossley_duration_n(sympy.Function):
     """Derivative of the duration by the exponent."""
 
     nargs = 4
+
+
+class hunt_crossley_duration_lam_lam(sympy.Function):
+    """Second derivative of the duration by the damping constant."""
+
+    nargs = 4
+
+
+class hunt_crossley_duration_lam_n(sympy.Function):
+    """Derivative of the duration by the damping constant and the exponent."""
+
+    nargs = 4
+
+
+def _derivative(function: Any, argindex: int, order: int, by_lam: Any, by_n: Any) -> Any:
+    """Derivative of the duration's derivative of this order by lam, by its similarity."""
+    v, lam, n, k = function.args
+    if argindex == 1:
+        return (((1 - n) / (1 + n) + order) * function + lam * by_lam) / v
+    if argindex == 2:
+        return by_lam
+    if argindex == 3:
+        return by_n(v, lam, n, k)
+    if argindex == 4:
+        return -function / ((n + 1) * k)
+    raise ArgumentIndexError(function, argindex)
 
 
 class positive_power(sympy.Function):
@@ -123,13 +144,17 @@ class Special:
     error : float
         Largest relative error of its code.
     moving : tuple of int
-        Arguments, from 0, that may move in rates, guards and quadratures: the derivatives by them are operations on the
-        arguments and on the function itself, so that it has a Taylor series. The others may be parameters there.
+        Arguments, from 0, that may move in rates, guards and quadratures, as the function has a Taylor series in them.
+        The others may be parameters there.
+    expanded : bool
+        Whether its code gives its Taylor coefficients at a point, which are composed with the series of its first
+        argument. Otherwise the derivatives by what moves are operations on the arguments and on the function itself.
     """
 
     make: Any
     error: float
     moving: tuple[int, ...] = ()
+    expanded: bool = False
 
     @property
     def level(self) -> int:
@@ -143,10 +168,11 @@ SPECIAL: dict[str, Special] = {
         Special(hunt_crossley_exit, 5e-16, moving=(0,)),
         Special(hunt_crossley_exit_lam, 1e-14),
         Special(hunt_crossley_peak, 1e-14),
-        Special(hunt_crossley_duration, 1e-12),
-        Special(hunt_crossley_duration_v, 1e-11),
+        Special(hunt_crossley_duration, 1e-12, moving=(0,), expanded=True),
         Special(hunt_crossley_duration_lam, 1e-11),
         Special(hunt_crossley_duration_n, 1e-11),
+        Special(hunt_crossley_duration_lam_lam, 1e-11),
+        Special(hunt_crossley_duration_lam_n, 1e-11),
         Special(positive_power, 2e-16, moving=(0,)),
     )
 }

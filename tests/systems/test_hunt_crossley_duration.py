@@ -1,5 +1,6 @@
 """Duration of a Hunt-Crossley contact against its integral in 30 digits, velocities by Lambert's W."""
 
+import math
 from itertools import pairwise
 
 import mpmath
@@ -8,6 +9,7 @@ import sympy
 
 from chaosdrill.codegen.special import hunt_crossley_duration
 from chaosdrill.model.special import hunt_crossley_duration as symbolic_duration
+from tests.support import contact_durations
 
 PRODUCTS = [1e-12, 1e-6, 0.01, 0.5, 1.0, 3.0, 12.0, 50.0]
 EXPONENTS = [1.0, 1.5, 2.0]
@@ -55,6 +57,44 @@ def test_derivatives(number, argument, x, n):
         expected = (exact(**ahead) - exact(**behind)) / (2 * h * here[argument])
         scale = exact(**here) / here[argument]
     assert found == pytest.approx(float(expected), rel=1e-10, abs=1e-12 * float(scale))
+
+
+@pytest.mark.parametrize("pair", ["v v", "v lam", "lam lam", "lam n", "lam k"])
+@pytest.mark.parametrize(("x", "n"), [(0.02, 1.0), (0.4, 2.0), (1.3, 1.5), (40.0, 1.5)])
+def test_second_derivatives(number, pair, x, n):
+    here = {"v": x / 0.7, "lam": 0.7, "n": n, "k": 12e5}
+    symbols = {name: sympy.Symbol(name, real=True) for name in ARGUMENTS}
+    first, second = pair.split()
+    found = number(sympy.diff(symbolic_duration(*symbols.values()), symbols[first], symbols[second]), here)
+    with mpmath.workdps(contact_durations.DIGITS):
+        h = mpmath.mpf(10) ** -8
+
+        def moved(one, other):
+            there = {name: mpmath.mpf(value) for name, value in here.items()}
+            there[first] += one * h * here[first]
+            there[second] += other * h * here[second]
+            return contact_durations.duration(**there)
+
+        corners = moved(1, 1) - moved(1, -1) - moved(-1, 1) + moved(-1, -1)
+        expected = corners / (4 * h * h * here[first] * here[second])
+        scale = contact_durations.duration(**here) / (here[first] * here[second])
+    assert found == pytest.approx(float(expected), rel=1e-10, abs=1e-11 * float(scale))
+
+
+@pytest.mark.parametrize("n", EXPONENTS)
+def test_the_first_damping_prolongs_a_contact(number, n):
+    """Of an elastic contact, in closed form: by v (n - 1)/(3 (n + 1)) times the duration."""
+    here = {"v": 0.3, "lam": 0.0, "n": n, "k": 50.0}
+    symbols = {name: sympy.Symbol(name, real=True) for name in ARGUMENTS}
+    found = number(sympy.diff(symbolic_duration(*symbols.values()), symbols["lam"]), here)
+    shape = 2 * ((n + 1) / 100) ** (1 / (n + 1)) * 0.3 ** ((1 - n) / (1 + n)) / (n + 1)
+    whole = shape * float(mpmath.beta(1 / (mpmath.mpf(n) + 1), 0.5))
+    assert found == pytest.approx(0.3 * (n - 1) / (3 * (n + 1)) * whole, rel=1e-13)
+
+
+@pytest.mark.parametrize(("v", "lam"), [(-0.3, 0.0), (-0.3, 0.5), (-3.0, 2.0)])
+def test_nothing_touches_at_a_speed_away_from_the_contact(v, lam):
+    assert math.isnan(hunt_crossley_duration(v, lam, 1.5, 50.0))
 
 
 def test_an_elastic_linear_contact_lasts_half_a_period():
