@@ -111,6 +111,11 @@ class Branch:
     def __len__(self) -> int:
         return sum(len(s) for s in self.segments)
 
+    @property
+    def arclength(self) -> float:
+        """How far it was followed."""
+        return self.segments[-1].points[-1].arclength if self.segments else 0.0
+
     def ended(self, end: BranchEnd, words: str = "") -> "Branch":
         """This branch with the given end, described by default in the words of that end."""
         self.end, self.words = end, words or end.advice
@@ -509,10 +514,14 @@ def _doubled_branch(
     if turn > 0:
         longest = min(step, abs(born - found[parent].born) / SETTINGS.steps_between_doublings)
         scale = longest / step
-    beside = doubled(curve, found[parent].orbit(mark), scale, longest)
-    if beside is None:
-        return None
     others = [s for one in found for s in one.segments]
-    branch = trace_branch(curve, curve.first(*beside), longest / float(curve.spans[0]), most, others=others)
-    branch.parent, branch.born = parent, born
-    return branch
+    best: Branch | None = None
+    for *beside, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
+        branch = trace_branch(curve, curve.first(*beside), longest / float(curve.spans[0]), most, others=others)
+        branch.parent, branch.born = parent, born
+        if best is None or branch.arclength > best.arclength:
+            best = branch
+        # so near the doubling the way ahead may be lost in round-off
+        if best.end != BranchEnd.NO_CONVERGENCE or best.arclength > distance:
+            break
+    return best

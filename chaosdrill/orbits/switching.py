@@ -1,5 +1,6 @@
 """Branch switching: onto doubled orbits, and onto the curve behind a change of the event sequence."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +14,8 @@ from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.special import TestFunction, Touching, Vanishing
 
 
-def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> tuple[Orbit, Shot, np.ndarray] | None:
-    """An orbit of twice the period near a period doubling, its shot, and the direction away from the doubling.
+def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> Iterator[tuple[Orbit, Shot, np.ndarray, float]]:
+    """Orbits of twice the period near a period doubling: the orbit, its shot, the direction and distance to it.
 
     Of the two null vectors of the equations of the orbit gone through twice one is the direction of the old branch; the
     new branch starts across it. ``scale`` is a part by which distances are shortened, high up in a cascade; the
@@ -44,10 +45,10 @@ def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> tuple[Orbi
                 break
             change = float(np.abs(found.starts[0, d:] - orbit.starts[0, d:]).max())
             if change <= most:
-                return found, seen, direction
+                yield found, seen, direction, length
+                break
             # the parameter changes with the square of the distance
             length *= 0.9 * np.sqrt(most / change)
-    return None
 
 
 def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[SpecialCurve, Point, str] | None:
