@@ -134,6 +134,7 @@ def test_the_order_in_a_table_of_settings_says_nothing(tree, other):
 # Between machines and versions each variable is compared by what can be, and what is beyond that is found.
 
 
+# below omega = 2.451 the chaotic motion comes to chatter now and then, which ends a run
 CHAOS = """\
 [system]
 model = "impact-oscillator"
@@ -151,7 +152,7 @@ transient = 100
 periods = 3000
 [analysis.diagram]
 kind = "bifurcation-diagram"
-sweep.omega = { start = 2.45, stop = 2.5, num = 3 }
+sweep.omega = { start = 2.46, stop = 2.5, num = 3 }
 transient = 100
 periods = 512
 max_period = 8
@@ -212,7 +213,7 @@ CASES = {
     "a point off the attractor": ("section/section", (7, 1), 50.0),
     "an outcome": ("diagram/outcome", (1, 0), Outcome.ESCAPED),
     "a period": ("diagram/period", (1, 0), 3),
-    "a swept value": ("diagram/omega", 1, 2.4751),
+    "a swept value": ("diagram/omega", 1, 2.4801),
     "a text": ("diagram/state", 1, "w"),
     "a number that is missing": ("spectrum/lyapunov_exponent", 0, np.nan),
 }

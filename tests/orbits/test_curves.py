@@ -77,7 +77,8 @@ def test_birth_of_the_bouncing_orbit():
 
 def test_doublings_begin_at_a_resonance_of_the_grazing_vibration():
     zeta = 0.05
-    system = build("impact-oscillator", {"zeta": zeta, "wall": 0.3, "omega": 2.2}, {})
+    # at 2.2 a transient may end in chatter
+    system = build("impact-oscillator", {"zeta": zeta, "wall": 0.3, "omega": 2.09}, {})
     result = followed(system, {"omega": (1.9, 2.4), "wall": (0.2, 0.5)}, "period_doubling", 0.02)
     (end,) = (e for e in result.events if e.code == Special.GRAZING)
     # Nordmark 1991: where the forcing is twice the damped frequency, on the curve of grazing
