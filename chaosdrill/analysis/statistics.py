@@ -73,7 +73,8 @@ def standard_error(rates: np.ndarray) -> np.ndarray:
 
 def block_ends(length: int, blocks: int) -> np.ndarray:
     """Ends of at most so many blocks of a record, from its beginning on, in units of its length."""
-    return np.unique(np.linspace(0, length, min(blocks, length) + 1).astype(int))
+    count = min(blocks, length)
+    return np.arange(count + 1) * length // max(count, 1)
 
 
 def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:

@@ -45,6 +45,9 @@ def alike(system: "HybridSystem", parameters: Mapping[str, np.ndarray], points: 
     Only a parameter in an exponent makes a difference, see `chaosdrill.model.exponents`.
     """
     named = [name for name in system.exponent_parameters if name in parameters]
+    if not named:
+        yield np.arange(points)
+        return
     groups: dict[tuple[float, ...], list[int]] = {}
     for p in range(points):
         values = (float(parameters[name][p]) for name in named)
