@@ -424,10 +424,14 @@ def _total(value: np.ndarray) -> Any:
 
 @machine_code(_total)
 def total(typingctx: Any, value: Any) -> Any:
-    """Sum of all lanes: of both halves, and so on."""
+    """Sum of all lanes: of both halves, and so on.
+
+    What are products are so rounded first. Where registers are shorter than lanes they would be fused with the sum of
+    halves, and where they are not they would not: the last bit would tell the processor.
+    """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        found, half = arguments[0], LANES // 2
+        found, half = _named("llvm.arithmetic.fence")(builder, arguments[0]), LANES // 2
         while half:
             first, second = (
                 builder.shuffle_vector(

@@ -5,14 +5,25 @@ import operator
 import numba
 import numpy as np
 import pytest
+from llvmlite import binding as llvm
 from numba import float64, void
 
+from chaosdrill.codegen import machine
 from chaosdrill.engine import polynomial
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.lanes import LANES, aligned, chosen, larger, magnitude, row_of
 from chaosdrill.engine.layout import COLUMNS, WIDTH
 
 matrix = float64[:, ::1]
+
+
+def all_of_row(rows, s, out):
+    """What polynomials of row 1 give at s, the terms from order 5 on last."""
+    out[0] = polynomial.value(rows, 1, s)
+    out[1] = polynomial.derivative(rows, 1, s)
+    out[2] = polynomial.size(rows, 1, s)
+    out[3] = 1.0 if polynomial.keeps_side(rows, 1, s, 1.0) else 0.0
+    out[4] = polynomial.late_size(rows, 1, s, 5)
 
 
 def applied(function, x):
@@ -56,17 +67,12 @@ def test_eight_coefficients_of_a_row_at_once():
     rows[:, WIDTH:] = np.nan
     row = rows[1, WIDTH - 1 :: -1]
 
-    @compiled(void(matrix, float64, float64[::1]))
-    def fill(rows, s, out):
-        out[0] = polynomial.value(rows, 1, s)
-        out[1] = polynomial.size(rows, 1, s)
-        out[2] = polynomial.late_size(rows, 1, s, 5)
-        out[3] = 1.0 if polynomial.keeps_side(rows, 1, s, 1.0) else 0.0
+    fill = compiled(void(matrix, float64, float64[::1]))(all_of_row)
 
     def found(rows, s):
-        out = np.zeros(4)
+        out = np.zeros(5)
         fill(rows, s, out)
-        return out
+        return out[[0, 2, 4, 3]]
 
     for s in (0.0, 1e-3, 0.7, 1.3):
         late = np.polyval(np.abs(rows[1, 5:13])[::-1], s)
@@ -76,3 +82,38 @@ def test_eight_coefficients_of_a_row_at_once():
     for highest, keeps in ((0.99, 1.0), (1.01, 0.0)):
         rows[1, 1:WIDTH] = np.where(np.arange(1, WIDTH) == 17, highest, -1.0)
         assert found(rows, 1.0)[3] == keeps
+
+
+@pytest.fixture
+def shorter_registers(monkeypatch):
+    """Code is compiled for this processor without its registers of eight doubles."""
+    features = llvm.get_host_cpu_features()
+    features.update({name: False for name in features if name.startswith(("avx512", "avx10", "evex"))})
+    machine._target.cache_clear()
+    monkeypatch.setattr(machine, "processor", lambda: ("x86-64", features.flatten()))
+    yield
+    monkeypatch.undo()
+    machine._target.cache_clear()
+
+
+def test_bits_do_not_tell_how_long_registers_are(request):
+    """Products are rounded before the halves of a register are added, whether or not the halves are registers."""
+    rows = np.random.default_rng(7).uniform(-1.0, 1.0, (3, COLUMNS))
+    points = np.random.default_rng(8).uniform(0.1, 1.0, 200)
+
+    def all_values():
+        fill, out = compiled(void(matrix, float64, float64[::1]))(all_of_row), np.zeros((len(points), 5))
+        for s, line in zip(points, out, strict=True):
+            fill(rows, s, line)
+        return out
+
+    here = all_values()
+    for s, late in zip(points, here[:, -1], strict=True):
+        s2 = s * s
+        powers = np.array([1.0, s, s2, s2 * s, s2 * s2, s * (s2 * s2), s2 * (s2 * s2), s * s2 * (s2 * s2)])
+        terms = np.abs(rows[1, 5:13]) * powers
+        while len(terms) > 1:
+            terms = terms[: len(terms) // 2] + terms[len(terms) // 2 :]
+        assert late == terms[0]
+    request.getfixturevalue("shorter_registers")
+    np.testing.assert_array_equal(all_values(), here)
