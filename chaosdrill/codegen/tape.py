@@ -62,6 +62,7 @@ class Tape:
     nodes: list[Node] = field(default_factory=list)
     slopes: dict[int, tuple[int, int]] = field(default_factory=dict)
     _seen: dict[Any, int] = field(default_factory=dict)
+    _stands: dict[int, bool] = field(default_factory=dict)
     depths: dict[int, int] = field(default_factory=dict)
     kept: list[int] = field(default_factory=list)
     """Nodes whose variations are computed before others are made of them; see `keep`."""
@@ -118,10 +119,13 @@ class Tape:
 
     def is_still(self, index: int) -> bool:
         """Whether a node is made of parameters and of states that do not move."""
-        node = self.nodes[index]
-        if node.op == "state":
-            return self.states[node.value] in self.still
-        return node.op != "time" and all(self.is_still(i) for i in self.arguments(index))
+        if index not in self._stands:
+            node = self.nodes[index]
+            if node.op == "state":
+                self._stands[index] = self.states[node.value] in self.still
+            else:
+                self._stands[index] = node.op != "time" and all(self.is_still(i) for i in self.arguments(index))
+        return self._stands[index]
 
     def is_known(self, index: int) -> bool:
         """Whether a node's coefficients follow from those of order 0 alone, or from the ones before."""
