@@ -426,7 +426,7 @@ def branches(
     whole.start = f"an orbit of period {orbit.periods} at {parameter} = {system.parameters[parameter]:g}"
     found = [whole]
     _report(progress, found, doublings)
-    generation = [0]
+    generation, missing = [0], []
     for turn in range(doublings):
         following: list[int] = []
         for parent in generation:
@@ -434,13 +434,17 @@ def branches(
                 if _reached(found, parent, mark, step):
                     continue
                 branch = _doubled_branch(curve, found, parent, mark, step, max_points, turn)
-                if branch is not None:
+                if branch is None:
+                    born = found[parent].value(mark)
+                    missing.append(f"no doubled orbit was found next to the period doubling at {parameter} = {born:.9g}")
+                else:
                     branch.start = f"the period doubling at {parameter} = {branch.born:.12g}"
                     found.append(branch)
                     following.append(len(found) - 1)
         generation = following
         _report(progress, found, doublings)
-    return branch_table(problem, (parameter,), found, _longest_cascade(found) if doublings else None, marks)
+    cascade = _longest_cascade(found) if doublings else None
+    return branch_table(problem, (parameter,), found, cascade, marks, missing)
 
 
 def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:

@@ -64,8 +64,9 @@ def branch_table(
     branches: "Sequence[Branch]",
     cascade: Cascade | None,
     marks: Marks | None,
+    missing: "Sequence[str]" = (),
 ) -> BranchResult:
-    """One table of the points of all branches, with those on a section."""
+    """One table of the points of all branches, with those on a section; ``missing`` says what could not be followed."""
     tables, events, infos = [], [], []
     names: dict[str, int] = {}
     total = 0
@@ -91,7 +92,7 @@ def branch_table(
     joined: dict[str, Any] = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
     misses = [words for branch in branches for segment in branch.segments for words in _misses(segment)]
     return BranchResult(
-        message="; ".join(misses[:3]),
+        message="; ".join([*missing, *misses[:3]]),
         neutral=problem.neutral.count,
         parameters=parameters,
         sequences=tuple(names),

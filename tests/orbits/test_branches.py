@@ -279,3 +279,12 @@ def test_a_cascade_does_not_depend_on_how_far_it_is_followed(end):
     np.testing.assert_allclose(found["doubling_value"].values[0], 0.0151, atol=1e-4)
     distances = np.diff(found["doubling_value"].values)
     assert distances[-2] / distances[-1] == pytest.approx(4.669201609, rel=0.01)
+
+
+def test_a_doubling_that_cannot_be_followed_is_told():
+    """The walker's period 16 exists from gamma = 0.0182648 on; round-off of a map with entries of 1e17 hides it."""
+    found = cd.continue_orbit(cd.build("simplest-walker"), {"gamma": (0.009, 0.0189)}, doublings=5)
+    followed = found["branch_period"].values.tolist()
+    assert followed[:4] == [1, 2, 4, 8]
+    told = "no doubled orbit was found next to the period doubling at gamma = 0.018264"
+    assert (told in found.attrs["message"]) == (16 not in followed)
