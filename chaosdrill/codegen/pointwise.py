@@ -210,8 +210,14 @@ class _Transit:
         states = {i: f.variable(self.x[i]) for i in moving}
         if moving:
             values = self.mode._expressions(f, self.x, [guard, *(self.gradient[i] for i in moving)], {})
-            value = values[guard]
-            slopes = {i: values[self.gradient[i]] for i in moving}
+            largest = f.number(0.0)
+            for i in moving:
+                size = f.intrinsic("fabs", values[self.gradient[i]] * self.scale[i])
+                largest = f.choose(size.compare(">", largest), size, largest)
+            # a guard may be measured in what it likes: its square need not be a number
+            unit = f.unit_of(largest)
+            value = values[guard] * unit
+            slopes = {i: values[self.gradient[i]] * unit for i in moving}
             ways = {i: slopes[i] * self.scale[i] * self.scale[i] for i in moving}
             square = f.number(0.0)
             for i in moving:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from chaosdrill.engine.dop853_tables import GUARD_DEGREE, STAGES
-from chaosdrill.engine.guards import ROUNDING
+from chaosdrill.engine.guards import ROUNDING, unit_of
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import TIMED
 from chaosdrill.engine.records import state_of
@@ -59,6 +59,8 @@ def exact_times(arrive: Any) -> Callable[..., None]:
             bend = 0.0
             for k in range(GUARD_DEGREE, 1, -1):
                 bend = bend * s + k * (k - 1) * g[k]
+            unit = unit_of(abs(slope))
+            value, slope, bend = value * unit, slope * unit, bend * unit
             square = slope * slope - 2.0 * bend * value
             if slope == 0.0 or not square >= 0.0:
                 return s

@@ -14,6 +14,7 @@ from numba import uint64
 
 from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
+from chaosdrill.engine.lanes import exponent, power_of_two
 from chaosdrill.engine.layout import (
     AFFINE,
     AFTER,
@@ -279,6 +280,12 @@ def settle(functions, tables, settings, state, ws, i, j, n, h, t, scratch):
     return how, side, order
 
 
+@inlined
+def unit_of(largest):
+    """The power of two by which numbers up to ``largest`` become ones of about 1; 1 if that is 0."""
+    return power_of_two(-exponent(largest)) if largest > 0.0 else 1.0
+
+
 @series
 def _slope_and_bend(g, n, s):
     """First and second derivative of a polynomial at s."""
@@ -366,25 +373,29 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
     # of its terms, which are rounded where the step begins
     off = ROUNDING * (scratch.errors[0] + s * scratch.errors[1])
-    margin = 1e-9 * whole + left + 100.0 * off
+    # what is squared is taken in units of about the guard's size, whatever it is measured in
+    unit = unit_of(whole)
+    margin = (1e-9 * whole + left + 100.0 * off) * unit
     # no second derivative is larger than that of the last term, were it all of the guard
-    if (derivative(ws, uint64(i), s) * h) ** 2 > 2.0 * margin * n * (n - 1) * whole:
+    if (derivative(ws, uint64(i), s) * unit * h) ** 2 > 2.0 * margin * n * (n - 1) * (whole * unit):
         return -1.0, s
     steep, bend = _slope_and_bend(ws[i], n, s)
+    steep, bend = steep * unit, bend * unit
     if steep * steep > 2.0 * margin * abs(bend):
         return -1.0, s
     place = scratch.before[: state.x.size]
     _state_at(ws, place.size, s, place)
     functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
     off = max(off, ROUNDING * scratch.errors[0])
-    doubt = off + 2.0 * EPSILON * size(ws, uint64(i), s) + left
-    told = abs(steep) - ROUNDING * scratch.errors[1]
+    doubt = (off + 2.0 * EPSILON * size(ws, uint64(i), s) + left) * unit
+    told = abs(steep) - ROUNDING * scratch.errors[1] * unit
     if told > 0.0 and told * told > 2.0 * doubt * abs(bend):
         return -1.0, s
     if bend != 0.0:
         # by as much as that the value is in doubt where the rate, with its own error, may vanish
-        doubt += ROUNDING * scratch.errors[1] * (abs(steep) + ROUNDING * scratch.errors[1]) / abs(bend)
-    third = _third(ws[i], n, s)
+        slack = ROUNDING * scratch.errors[1] * unit
+        doubt += slack * (abs(steep) + slack) / abs(bend)
+    third = _third(ws[i], n, s) * unit
     reach = math.inf
     if bend != 0.0:
         summit = steep / bend
@@ -397,7 +408,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         if marks & TIMED:
             across = -side * functions.guard(mode, j, t + clear, state.c, place, scratch.gradient)
         else:
-            off = doubt
+            off = doubt / unit
             across = -side * value(ws, uint64(i), clear)
         if abs(across) > off or clear == h:
             break

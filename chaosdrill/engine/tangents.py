@@ -6,6 +6,7 @@ rank has removed is dropped, so that its exponent is -inf and no invented number
 
 import math
 
+from chaosdrill.engine.guards import unit_of
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import AT_EVENT, CHECKED
 from chaosdrill.engine.records import time_of
@@ -66,9 +67,15 @@ def normals_of(functions, tables, mode, t, state, n, scratch):
         row[size + 1] = functions.guard(mode, tables.active[mode, 0] + k, t, state.c, state.x, gradient)
         for a in range(size + 1):
             row[a] = gradient[a]
-        before = 0.0
+        largest = 0.0
         for a in range(n):
             row[a] = 0.0 if tables.constrained[mode, a] == 1 else row[a] * metric[a]
+            largest = max(largest, abs(row[a]))
+        unit = unit_of(largest)
+        before = 0.0
+        for a in range(size + 2):
+            row[a] *= unit
+        for a in range(n):
             before += row[a] * row[a]
         for _ in range(2):
             for j in range(found):

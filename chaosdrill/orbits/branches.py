@@ -436,7 +436,9 @@ def branches(
                 branch = _doubled_branch(curve, found, parent, mark, step, max_points, turn)
                 if branch is None:
                     born = found[parent].value(mark)
-                    missing.append(f"no doubled orbit was found next to the period doubling at {parameter} = {born:.9g}")
+                    missing.append(
+                        f"no doubled orbit was found next to the period doubling at {parameter} = {born:.9g}"
+                    )
                 else:
                     branch.start = f"the period doubling at {parameter} = {branch.born:.12g}"
                     found.append(branch)

@@ -9,6 +9,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 import chaosdrill as cd
+from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 
@@ -303,3 +304,28 @@ def test_an_event_at_a_strobe_happens_once(system, period):
         # an event at the end itself may be left to the next call
         assert run.counts[0] in ((passed - 1, passed) if at_the_end == 0 else (passed,))
         assert run.counts[1] == int(strobe * period + 0.375)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_unit_of_a_guard_does_not_matter(method):
+    """Of two roots 1e-4 apart both are met in both directions, whether or not squares of the guard are doubles."""
+    unit, a = sympy.symbols("unit a", real=True)
+    system = cd.HybridSystem(
+        states=(X, Y),
+        parameters={unit: 1.0, a: 0.5},
+        modes={"swing": {X: Y, Y: -X}},
+        transitions=[cd.Transition("meet", "swing", "swing", guard=unit * (X - a) * (X - a - 1e-4), direction=0)],
+        period=2 * sympy.pi,
+        initial={"x": 0.0, "y": 1.0},
+    )
+    first, second = np.arcsin([0.5, 0.5001])
+    one = np.array([first, second, np.pi - second, np.pi - first])
+    units = [1e-270, 1e-200, 1e-160, 1e-100, 1.0, 1e100, 1e160, 1e270]
+    for value in units:
+        run = cd.trajectory(system.with_parameters(unit=value), periods=2, method=method, tolerance=TOLERANCE)
+        expected = np.concatenate([one, one + 2 * np.pi])
+        np.testing.assert_allclose(run["event_time"], expected, rtol=0, atol=1e-11)
+    starts, modes = np.tile([0.0, 1.0], (len(units), 1)), np.zeros(len(units), dtype=int)
+    swept = Batch(system, {"unit": np.array(units)}, starts, modes, Numerics(method, TOLERANCE))
+    swept.run(1, np.array([0, 4]))
+    assert swept.counts[:, 0].tolist() == [16] * len(units)
