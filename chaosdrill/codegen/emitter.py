@@ -482,10 +482,10 @@ class Function:
         return Number(self, self.builder.bitcast(self.builder.shl(biased, constant(52)), self.type))
 
     def unit_of(self, x: Number) -> Number:
-        """The power of two by which a double x >= 0 becomes one of about 1; 0 if x is 0, or nearly so."""
+        """The power of two by which a double x >= 0 becomes one of about 1; 1 if x is 0, or nearly so."""
         bits = self.builder.and_(self.builder.bitcast(x.value, INT), INT(0x7FF0000000000000))
         power = Number(self, self.builder.bitcast(bits, DOUBLE))
-        return self.choose(power.compare(">", 0.0), 1.0 / power, 0.0)
+        return self.choose(power.compare(">", 0.0), 1.0 / power, 1.0)
 
     def reciprocal(self, k: Index) -> Number:
         """1/k from the table."""
