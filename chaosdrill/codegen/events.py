@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.model.crossings import Crossing, crossings
 from chaosdrill.model.derive import guard_gradient
 
 if TYPE_CHECKING:
@@ -13,9 +14,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Event:
-    """A guard that one mode watches: its outcomes are transitions in the order in which they are tried."""
+    """A surface that one mode watches: its outcomes are transitions in the order in which they are tried."""
 
     guard: Any
+    """What is zero on it, whatever the way in which guards are written"""
     direction: int
     outcomes: tuple[int, ...]
     affine: bool
@@ -27,19 +29,19 @@ class Event:
     key: int
     """Number of the guard with its direction, the same in all modes that watch it."""
     surface: int
-    """Number of the surface on which it is zero, the same for both directions and for the guard with the other sign."""
+    """Number of the surface on which it is zero, the same for both directions."""
 
 
 def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
     """The events that a mode watches, larger priority first, then in order of declaration."""
-    groups: dict[tuple[Any, int], list[int]] = {}
-    for index, transition in enumerate(system.transitions):
-        if mode in transition.source:
-            groups.setdefault((transition.guard, transition.direction), []).append(index)
+    groups: dict[Crossing, list[int]] = {}
+    for index, crossing in enumerate(crossings(system.transitions)):
+        if mode in system.transitions[index].source:
+            groups.setdefault(crossing, []).append(index)
     moving = {*system.states, system.time}
     in_rates = {part for rate in system.modes[mode].values() for part in sympy.preorder_traversal(rate)}
     keys = guard_keys(system)
-    surfaces = list(dict.fromkeys(_unsigned(g) for g, _ in keys))
+    surfaces = list(dict.fromkeys(surface for surface, _ in keys))
     events = [
         Event(
             guard,
@@ -48,21 +50,17 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
             affine=not any(g.free_symbols & moving for g in guard_gradient(system, guard)),
             entire=_is_entire(guard, moving, in_rates),
             timed=not guard.free_symbols & set(system.states),
-            key=keys.index((guard, direction)),
-            surface=surfaces.index(_unsigned(guard)),
+            key=keys.index(Crossing(guard, direction)),
+            surface=surfaces.index(guard),
         )
         for (guard, direction), found in groups.items()
     ]
     return tuple(sorted(events, key=lambda e: -max(system.transitions[i].priority for i in e.outcomes)))
 
 
-def guard_keys(system: "HybridSystem") -> list[tuple[Any, int]]:
-    """The guards of a system with their directions, each once."""
-    return list(dict.fromkeys((t.guard, t.direction) for t in system.transitions))
-
-
-def _unsigned(guard: Any) -> Any:
-    return -guard if guard.could_extract_minus_sign() else guard
+def guard_keys(system: "HybridSystem") -> list[Crossing]:
+    """The surfaces of a system's guards with the ways in which they are crossed, each once."""
+    return list(dict.fromkeys(crossings(system.transitions)))
 
 
 def _is_entire(expression: Any, moving: set[Any], in_rates: set[Any]) -> bool:

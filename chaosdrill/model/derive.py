@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy
 
+from chaosdrill.model.crossings import Crossing, crossings
 from chaosdrill.model.python import HIGHEST, Along, Called
 from chaosdrill.model.special import SPECIAL
 
@@ -155,12 +156,18 @@ class Rebound(NamedTuple):
 
 def _following(system: "HybridSystem", transition: "Transition") -> "Transition":
     """The rebound after one: the same, or where that leads to another mode, the one that leads from there back."""
-    surface = (transition.guard, -transition.guard)
     for other in (transition, *system.transitions):
         there_and_back = transition.target in other.source and other.target in transition.source
-        if there_and_back and other.completes is None and other.direction != 0 and other.guard in surface:
-            return other
+        if there_and_back and other.completes is None:
+            own, its = _crossing(system, transition), _crossing(system, other)
+            if its.direction != 0 and its.surface == own.surface:
+                return other
     return transition
+
+
+def _crossing(system: "HybridSystem", transition: "Transition") -> Crossing:
+    """The surface of a transition of the system, and the way in which it is crossed."""
+    return crossings(system.transitions)[[t.name for t in system.transitions].index(transition.name)]
 
 
 def rebound(system: "HybridSystem", transition: "Transition") -> Rebound:
@@ -173,9 +180,9 @@ def rebound(system: "HybridSystem", transition: "Transition") -> Rebound:
     """
     incoming, outgoing, pull, jerk = _normal(system, transition)
     other = _following(system, transition)
-    same = other.guard == transition.guard
-    through = -1 if (other.direction == transition.direction) != same else 1
-    towards = through * transition.direction
+    direction, following = _crossing(system, transition).direction, _crossing(system, other).direction
+    through = -1 if direction != following else 1
+    towards = through * direction
     w, e, b, r = -towards * outgoing, -through * outgoing / incoming, towards / pull, jerk / pull
     if other is transition:
         whole = 2 * w * b / (1 - e)
@@ -187,7 +194,7 @@ def rebound(system: "HybridSystem", transition: "Transition") -> Rebound:
     then = {x: image[x] + later * system.modes[transition.target][x].xreplace(image) for x in system.states}
     then |= {} if system.time is None else {system.time: system.time + later}
     incoming_2, outgoing_2, pull_2, jerk_2 = (part.xreplace(then) for part in _normal(system, other))
-    back, back_2 = towards * pull, through * other.direction * pull_2
+    back, back_2 = towards * pull, through * following * pull_2
     r_2 = jerk_2 / pull_2
     e_2, b_2 = -through * outgoing_2 / incoming_2, (1 + r_2 * later) / back_2
     # sums of a times w and b times w^2 for each of the two that comes first, and the rate of a
@@ -206,7 +213,7 @@ def _normal(system: "HybridSystem", transition: "Transition") -> tuple[Any, Any,
     The rate counts as zero where nobody knows it, off a guard that is a Python function.
     """
     image = dict(zip(system.states, reset_map(system, transition), strict=True))
-    speed = rate(system, transition.target, transition.guard)
+    speed = rate(system, transition.target, _crossing(system, transition).surface)
     pull = rate(system, transition.target, speed)
     jerk = rate(system, transition.target, pull)
     if any(len(called.by) > HIGHEST for called in jerk.atoms(Called)):

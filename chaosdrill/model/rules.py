@@ -8,6 +8,7 @@ import sympy
 from sympy.core.function import Application
 from sympy.core.relational import Relational
 
+from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import frozen_states
 from chaosdrill.model.exponents import differences
 from chaosdrill.model.python import Called
@@ -81,11 +82,11 @@ def _modes_instead(name: str, part: Any) -> str:
 def hidden(transitions: "Sequence[Transition]") -> Iterator[tuple[int, str]]:
     """Outcomes that can never be taken, by number, and what stands before each."""
     first: dict[Any, str] = {}
-    for place, transition in enumerate(transitions):
+    for place, (transition, crossing) in enumerate(zip(transitions, crossings(transitions), strict=True)):
         # one that completes another is taken in its place, wherever it stands
         if transition.completes is not None:
             continue
-        events = [(mode, transition.guard, transition.direction) for mode in transition.source]
+        events = [(mode, *crossing) for mode in transition.source]
         before = [first[event] for event in events if event in first]
         if len(before) == len(events):
             yield place, before[0]
@@ -101,7 +102,8 @@ def wrong_completion(transition: "Transition", transitions: "Sequence[Transition
     where = f"completes {transition.completes!r:.60}"
     if any(set(t.source) & set(transition.source) for t in rivals) or rebound.completes is not None:
         return f"{where}: one transition completes a rebound, and is none itself; leave one out"
-    if (rebound.guard, rebound.direction) != (transition.guard, transition.direction) or rebound.direction == 0:
+    own, its = crossings((transition, rebound))
+    if own != its or rebound.direction == 0:
         return f"{where}: both must have the same guard and the same direction, +1 or -1"
     if not set(transition.source) <= set(rebound.source):
         return f"{where}: that one must start from the mode {transition.source[0]!r:.60} too"

@@ -2,8 +2,7 @@
 
 from copy import copy
 
-import sympy
-
+from chaosdrill.model.crossings import crossings
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import Transition
@@ -31,15 +30,15 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
         value = found.gts - found.lts
         if told := refused(value, moving, FLOW):
             raise ExpressionError(told)
-        for t in system.transitions:
-            ways = ((1, t.guard - value), (-1, t.guard + value))
-            if any(t.direction in (0, way) and sympy.expand(gap) == 0 for way, gap in ways):
-                raise ExpressionError(f"this surface is the guard of {t.name!r}; name that, as in at={t.name!r}")
         first = 1 + max((t.priority for t in system.transitions), default=0)
         marks = [
             Transition(f"{at} in {mode}", mode, mode, guard=value, direction=+1, priority=first)
             for mode in system.modes
         ]
+        mark, *others = crossings((marks[0], *system.transitions))
+        for t, other in zip(system.transitions, others, strict=True):
+            if other.surface == mark.surface and other.direction in (0, mark.direction):
+                raise ExpressionError(f"this surface is the guard of {t.name!r}; name that, as in at={t.name!r}")
         known = HybridSystem(
             name=system.name, states=system.states, time=system.time, parameters=system.parameters,
             modes=system.modes, transitions=(*system.transitions, *marks), period=system.period,

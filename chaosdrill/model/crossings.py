@@ -1,0 +1,173 @@
+"""The surfaces on which guards vanish: guards that vanish on the same set, and change sign there together, share one.
+
+``2*x``, ``-3*x``, ``x*(1 + v**2)``, ``sinh(x)`` and ``x + x**3`` are one surface, ``x``, crossed in one or the other
+way. What is told here is told from the expressions: constant factors, factors that cannot vanish, odd powers, monotone
+functions, sums of these. Whatever else vanishes together is seen when a run crosses it (`chaosdrill.engine.guards`).
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import sympy
+
+if TYPE_CHECKING:
+    from chaosdrill.model.reading import Transition
+
+INCREASING = (sympy.sinh, sympy.tanh, sympy.atan, sympy.asinh, sympy.asin, sympy.erf)
+"""Functions that grow with their argument and vanish with it."""
+
+BOUNDED = (sympy.sin, sympy.cos, sympy.tanh, sympy.erf)
+"""Functions with values from -1 to 1."""
+
+SAME = 1e-15
+"""Relative difference of two constants that are one, written in two ways, each of which has been rounded."""
+
+
+class Crossing(NamedTuple):
+    """A surface, as an expression that vanishes on it and nowhere else, and the way in which it is crossed."""
+
+    surface: Any
+    direction: int
+    """+1 where the expression grows, -1 where it falls, 0 for both"""
+
+
+def crossings(transitions: "Sequence[Transition]") -> tuple[Crossing, ...]:
+    """What each transition's guard and direction say, whatever the way in which they are written.
+
+    Of guards that differ by a constant factor the simplest one stands for all.
+
+    Parameters
+    ----------
+    transitions : sequence of Transition
+
+    Returns
+    -------
+    tuple of Crossing
+        One a transition, in their order.
+    """
+    return _crossings(tuple((t.guard, t.direction) for t in transitions))
+
+
+@lru_cache(maxsize=256)
+def _crossings(events: tuple[tuple[Any, int], ...]) -> tuple[Crossing, ...]:
+    found = [stripped(guard) for guard, _ in events]
+    # each stands for all that follow it here and are proportional to it
+    simplest = sorted(dict.fromkeys(core for core, _ in found), key=_simplicity)
+    stands: dict[Any, tuple[Any, int]] = {}
+    for core in simplest:
+        ratios = ((other, ratio(core, other)) for other in dict.fromkeys(one for one, _ in stands.values()))
+        stands[core] = next(((other, 1 if r > 0 else -1) for other, r in ratios if r is not None), (core, 1))
+    return tuple(
+        Crossing(stands[core][0], direction * way * stands[core][1])
+        for (core, way), (_, direction) in zip(found, events, strict=True)
+    )
+
+
+def _simplicity(core: Any) -> Any:
+    turned = sum(1 for term, number in core.as_coefficients_dict().items() if number < 0 and not term.is_number)
+    return sympy.count_ops(core), turned, sympy.default_sort_key(core)
+
+
+def stripped(guard: Any) -> tuple[Any, int]:
+    """What vanishes where a guard does, with +1 if it grows there as the guard does, -1 if it falls instead."""
+    guard, way = sympy.sympify(guard), 1
+    while True:
+        core, turn = _stripped_once(guard)
+        if core == guard:
+            return guard, way
+        guard, way = core, way * turn
+
+
+def _stripped_once(g: Any) -> tuple[Any, int]:
+    if g.is_Mul:
+        return _without_factors(g)
+    if g.is_Pow and g.exp.is_Integer and g.exp > 0 and g.exp % 2 == 1:
+        return g.base, 1
+    if isinstance(g, INCREASING):
+        return g.args[0], 1
+    if not g.is_Add:
+        return g, 1
+    if len(g.args) == 2 and g.args[0] == -1 and isinstance(g.args[1], sympy.exp):
+        return g.args[1].args[0], 1
+    for term in g.args:
+        core, way = stripped(term)
+        if core != term:
+            # a term and all others that vanish together and grow together
+            rest, other = stripped(g - term)
+            found = ratio(rest, core)
+            if found is not None and other * found * way > 0:
+                return core, way
+    together = sympy.factor_terms(g)
+    if together.is_Mul and not all(f.is_Number or f.is_Add for f in together.args):
+        core, way = _without_factors(together)
+        if core != together:
+            return core, way
+    return g, 1
+
+
+def _without_factors(product: Any) -> tuple[Any, int]:
+    """A product without those of its factors, but for a number, that vanish nowhere."""
+    number, rest = product.as_coeff_Mul()
+    signs = {factor: sign_of(factor) for factor in sympy.Mul.make_args(rest)}
+    left = [factor for factor, sign in signs.items() if sign == 0]
+    if len(left) == len(signs):
+        # behind a constant factor there may be what vanishes with something simpler
+        core, way = stripped(rest) if number not in (1, rest) else (rest, 1)
+        return (product, 1) if core == rest else (core, way if number > 0 else -way)
+    if not left:
+        return product, 1
+    way = 1 if number > 0 else -1
+    return sympy.Mul(*left), way * math.prod(sign for sign in signs.values() if sign)
+
+
+def sign_of(expression: Any) -> int:
+    """The sign that an expression of real symbols has everywhere; 0 if it has none that can be told."""
+    if expression.is_positive:
+        return 1
+    if expression.is_negative:
+        return -1
+    low, high = bounds_of(expression)
+    return 1 if low > 0 else -1 if high < 0 else 0
+
+
+def bounds_of(e: Any) -> tuple[float, float]:
+    """Between which numbers the values of an expression lie, whatever its symbols are."""
+    everything = (-math.inf, math.inf)
+    if e.is_number:
+        value = complex(e.evalf())
+        return (value.real, value.real) if value.imag == 0 else everything
+    if isinstance(e, BOUNDED):
+        return -1.0, 1.0
+    if isinstance(e, (sympy.atan, sympy.asin)):
+        return -math.pi / 2, math.pi / 2
+    if e.is_Add:
+        parts = [bounds_of(term) for term in e.args]
+        return sum(low for low, _ in parts), sum(high for _, high in parts)
+    if e.is_Mul:
+        number, rest = e.as_coeff_Mul()
+        if number != 1 and number.is_Number:
+            ends = sorted(float(number) * end for end in bounds_of(rest))
+            return ends[0], ends[1]
+    if e.is_nonnegative:
+        return 0.0, math.inf
+    if e.is_nonpositive:
+        return -math.inf, 0.0
+    return everything
+
+
+def ratio(a: Any, b: Any) -> float | None:
+    """The number by which b is to be multiplied to be a, up to the rounding of constants; None if there is none."""
+    mine, others = a.as_coefficients_dict(), b.as_coefficients_dict()
+    if mine.keys() != others.keys():
+        return None
+    ratios = [float(mine[term] / others[term]) for term in mine]
+    first = ratios[0]
+    return first if all(abs(r - first) <= SAME * abs(first) for r in ratios) else None
+
+
+def same_surface(guards: Iterable[Any]) -> bool:
+    """Whether all guards are told to vanish on one surface."""
+    cores = [stripped(guard)[0] for guard in guards]
+    return all(ratio(core, cores[0]) is not None for core in cores)
