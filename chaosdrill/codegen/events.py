@@ -5,10 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.model.crossings import Crossing, crossings
+from chaosdrill.model.crossings import INCREASING, Crossing, crossings
 from chaosdrill.model.derive import guard_gradient
+from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
+    from chaosdrill.model.reading import Transition
     from chaosdrill.model.system import HybridSystem
 
 
@@ -61,6 +63,18 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
 def guard_keys(system: "HybridSystem") -> list[Crossing]:
     """The surfaces of a system's guards with the ways in which they are crossed, each once."""
     return list(dict.fromkeys(crossings(system.transitions)))
+
+
+def cancels(transition: "Transition") -> bool:
+    """Whether a reset may give what is small beside its operands, and so as inexact as they are.
+
+    A product, such as ``-e*v``, is as exact as its factors.
+    """
+    exact = (*INCREASING, sympy.exp, sympy.cosh)
+    parts = [part for image in transition.reset.values() for part in sympy.preorder_traversal(image)]
+    return any(
+        p.is_Add or (p.is_Function and not isinstance(p, exact) and type(p).__name__ not in SPECIAL) for p in parts
+    )
 
 
 def _is_entire(expression: Any, moving: set[Any], in_rates: set[Any]) -> bool:

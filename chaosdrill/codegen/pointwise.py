@@ -27,6 +27,7 @@ from chaosdrill.model.derive import (
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
     from chaosdrill.codegen.events import Event
+    from chaosdrill.model.reading import Transition
     from chaosdrill.model.system import HybridSystem
 
 ONTO = 100.0
@@ -94,13 +95,24 @@ class Pointwise:
         return f.made
 
     def guard_error(self, name: str, event: "Event") -> Any:
-        """Write ``(t, c, x, out)``: rounding bounds of a guard's value and of its rate along the flow."""
-        f, x, (out,) = self._begin(name, {"out": _ROW})
-        bounds = [rounding_bound(e) for e in (event.guard, rate(self.system, self.mode, event.guard))]
-        return self._fill(f, x, out, bounds)
+        """Write ``(t, c, x, doubt, out)``: error bounds of a guard's value and of its rate along the flow."""
+        return self._errors(name, [event.guard, rate(self.system, self.mode, event.guard)])
 
-    def _fill(self, f: Function, x: Row, out: Any, expressions: list[Any]) -> Any:
-        values, target = self._expressions(f, x, expressions, {}), f.row(out)
+    def image_error(self, name: str, transition: "Transition") -> Any:
+        """Write ``(t, c, x, doubt, out)``: error bounds of the states after a reset."""
+        return self._errors(name, reset_map(self.system, transition))
+
+    def _errors(self, name: str, expressions: list[Any]) -> Any:
+        f, x, (doubt, out) = self._begin(name, {"doubt": _ROW, "out": _ROW})
+        given, states = f.row(doubt), self.system.states
+        doubts = {state: sympy.Symbol(f"e_{i}", real=True, nonnegative=True) for i, state in enumerate(states)}
+        bounds = [rounding_bound(e, doubts) for e in expressions]
+        return self._fill(f, x, out, bounds, {doubts[state]: given[i] for i, state in enumerate(states)})
+
+    def _fill(
+        self, f: Function, x: Row, out: Any, expressions: list[Any], more: Mapping[Any, Number] | None = None
+    ) -> Any:
+        values, target = self._expressions(f, x, expressions, dict(more or {})), f.row(out)
         for i, number in enumerate([values[e] for e in expressions]):
             target[i] = number
         f.end()

@@ -6,6 +6,7 @@ operands become in it (running error analysis: Wilkinson 1963; Higham, Accuracy 
 """
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import sympy
@@ -18,19 +19,21 @@ UNIT = 2.0**-53
 """The rounding unit."""
 
 
-def rounding_bound(expression: Any) -> Any:
+def rounding_bound(expression: Any, doubts: Mapping[Any, Any] | None = None) -> Any:
     """Bound of the rounding error of an expression whose symbols are known to one rounding each.
 
     Parameters
     ----------
     expression : sympy expression
+    doubts : mapping of symbol to expression, optional
+        By how much more a symbol may be off, in units of the rounding unit.
 
     Returns
     -------
     sympy expression
         The bound at the values of the same symbols, in units of the rounding unit.
     """
-    known: dict[Any, Any] = {}
+    known: dict[Any, Any] = {symbol: sympy.Abs(symbol) + more for symbol, more in (doubts or {}).items()}
 
     def bound(e: Any) -> Any:
         if e not in known:

@@ -12,7 +12,7 @@ from chaosdrill.engine import layout as at
 from chaosdrill.engine.ahead import LANES, ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period, forcing_periods, repeats
-from chaosdrill.engine.run import STANDING
+from chaosdrill.engine.run import BESIDE, STANDING
 from chaosdrill.engine.setup import (
     modes_of_starts,
     scratch_of,
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 _EVENT_ROWS = 64
-_BESIDE = ("scale", "sides", "hardest", "extent")
-"""What stands with the guards: sizes of states, sides, hardest events."""
 
 _NEWTON, _SINGULAR, _NEAR = 3, 1e-12, 1e-2
 """Steps to a point at rest, singular values that count as zero, and how far off the point may be, in sizes of the
@@ -468,7 +466,7 @@ class Batch:
         """How the guards of some runs stand."""
         states = self._states
         run = {name: states.run[name][which] for name in (*STANDING, "time")}
-        return Standing(run, {name: getattr(states, name)[which] for name in _BESIDE})
+        return Standing(run, {name: getattr(states, name)[which] for name in BESIDE})
 
     def stand(self, as_those: "Standing") -> None:
         """Let all runs begin with their guards as others stand, at states of their own."""
@@ -495,7 +493,7 @@ class Batch:
         are read anew.
         """
         alive = np.flatnonzero(other.outcome == Outcome.OK)
-        for name in ("x", *_BESIDE):
+        for name in ("x", *BESIDE):
             getattr(self._states, name)[alive] = getattr(other._states, name)[alive]
         for entry in STANDING:
             self._states.run[entry][alive] = other._states.run[entry][alive]

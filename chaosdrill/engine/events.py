@@ -8,8 +8,8 @@ from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
     ADAPTIVE,
     AFFINE,
-    AFTER,
     AT_EVENT,
+    CANCELS,
     EVENT_COLUMNS,
     EVENT_KIND,
     EVENT_MODE,
@@ -94,11 +94,31 @@ def interpolated(tables, settings, mode, j):
 
 
 @inlined
+def _note_errors(functions, tables, settings, transition, t, state, image, scratch):
+    """Note by how much the states may be off after an event, in units of ``guards.ROUNDING``.
+
+    Before it they are as exact as the step and the surface onto which they were put allow, in their sizes; what the
+    reset makes of them may be as inexact as its operands.
+    """
+    n = state.x.size
+    part = 1.0 + settings.tolerance / guards.ROUNDING
+    before = scratch.metric
+    for i in range(n):
+        before[i] = state.doubt[i] = part * state.scale[i]
+    if tables.transitions[transition, CANCELS] == 1:
+        functions.image_error(transition, t, state.c, state.x, before, state.doubt)
+    else:
+        for i in range(n):
+            if image[i] != state.x[i]:
+                state.doubt[i] = abs(image[i])
+
+
+@inlined
 def take(functions, tables, settings, j, t, state, buffer, scratch):
     """Take the event of guard j at the present state; returns the largest entry of the tangents after it.
 
-    An event across which a reset has thrown the state comes with that reset: the state is not put onto the guard, and
-    along a tangent it comes as much sooner as the event of that reset.
+    An event across whose guard a reset has thrown the state comes with that reset: the state is not put onto the guard,
+    and along a tangent it comes as much sooner as the event of that reset.
 
     If no outcome's condition holds, nothing happens but that the guard has been passed. Of an event that replaces
     rebounds the limit time and state are recorded; the run goes on from here, on the same path within the tolerance.
@@ -109,9 +129,10 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     mode = run.mode
     event = scratch.event
     recorded = buffer.shape[0] > 0
-    jumped = guards.cross(tables, state, j)
+    caused = guards.is_thrown(tables, state, j)
+    met = guards.cross(tables, state, j)
     scale = state.scale
-    if jumped:
+    if not met:
         scale = scratch.none
     elif settings.method == RK4:
         scale = scratch.image
@@ -133,11 +154,9 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         event,
     )
     rest = event[place.rest]
-    run.fired = key
-    run.surface = -1 if jumped else tables.surfaces[mode, j]
-    run.fresh = AFTER
-    run.moved_by = -1
     run.residual = 0.0
+    for i in range(n + 1):
+        state.normal[i] = event[place.gradient + i]
     if transition < 0:
         return 0.0
     speed = normal_speed(event, n)
@@ -156,16 +175,16 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         run.moved_by = transition
         if tables.moves[transition, key] == 1:
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
+        _note_errors(functions, tables, settings, transition, t, state, event[place.image :], scratch)
         for i in range(n):
             x[i] = event[place.image + i]
         if run.live > 0:
-            caused = jumped and run.stalls > 0
-            if jumped or (rest >= 0.0 and speed == 0.0):
+            if not met or (rest >= 0.0 and speed == 0.0):
                 # the time of such an event does not depend on the state, if it has no cause
                 speed = math.inf
             saltation_jump(event, scratch.jump)
             largest = saltate(state.vectors, run.live, event, speed, caused, state.sooner, scratch.jump, scratch.image)
-            if jumped or tables.transitions[transition, RANK_DEFICIENT] == 1:
+            if not met or tables.transitions[transition, RANK_DEFICIENT] == 1:
                 run.rank_check = AT_EVENT
         if target != mode:
             guards.enter(tables, state, target)
@@ -187,7 +206,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     state.counts[transition] += 1
     if rest >= 0.0:
         state.hardest[key] = 0.0
-    elif not jumped:
+    elif met:
         state.grazing[transition] = min(state.grazing[transition], abs(speed))
         state.hardest[key] = max(state.hardest[key], abs(speed))
     run.events_in_period += 1

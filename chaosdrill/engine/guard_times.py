@@ -46,7 +46,7 @@ def exact_times(arrive: Any) -> Callable[..., None]:
             run.evaluations += 1
             value = functions.guard(mode, j, t + s, c, out[:n], gradient)
             if least == math.inf:
-                functions.guard_error(mode, j, t + s, c, out[:n], scratch.errors)
+                functions.guard_error(mode, j, t + s, c, out[:n], scratch.none, scratch.errors)
                 if abs(value) <= ROUNDING * scratch.errors[0]:
                     return s
             if not abs(value) < least:

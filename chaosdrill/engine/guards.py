@@ -54,16 +54,21 @@ INTERPOLATION_NOISE = 4 * EPSILON * float((np.abs(TO_CHEBYSHEV[-2:]) / NODES**2)
 INTERPOLATED_IN_TIME = 1e-13
 """The same for a guard of time alone, which is interpolated between values that are exact."""
 
-JUMPED, HELD = 2, 3
-"""A side times this says that the guard is about to fire: a reset threw the state across it, or the motion would not
-leave it any more."""
+JUMPED, HELD, PUT_ACROSS, PLACED = 2, 3, 4, 5
+"""A side times one of the first three says that the guard is about to fire: the last event's reset threw the state
+across it, the motion would not leave it any more, or the state was put beyond it from elsewhere. ``PLACED`` says that
+the guard is zero, and was crossed to this side with the surface of the last event."""
+
+PARALLEL = 1e-12
+"""Part by which the square of the cosine of two gradients may differ from 1 where guards that are zero at the same
+place are on one surface: the angle counts as zero up to 1e-6."""
 
 NEAR = 1e-6
 """Part of the step within which two roots, or a root and a strobe, are looked at for whether they coincide."""
 
 
 @inlined
-def stand(zero, side, order, old, direction, fresh, fired, crossed, marks):
+def stand(zero, side, order, old, direction, fresh, fired, marks):
     """How a guard stands at the start of a step, and its side: the definition of an event.
 
     Parameters
@@ -75,15 +80,13 @@ def stand(zero, side, order, old, direction, fresh, fired, crossed, marks):
     order : int
         First derivative that does not vanish, where it is zero.
     old : int
-        Its side before, 0 if nothing is known.
+        Its side before, or that to which its surface has just been crossed; 0 if nothing is known.
     direction : int
         That of its events, 0 for either.
     fresh : int
         What came before the step.
     fired : bool
         Whether its own event is what came before, and has left it at zero.
-    crossed : bool
-        Whether an event on its surface is what came before, and has not moved it.
     marks : int
         What it is.
     """
@@ -95,15 +98,21 @@ def stand(zero, side, order, old, direction, fresh, fired, crossed, marks):
     elif old == 0:
         # a root of even order is no crossing; but a wall that is stood upon is met
         crosses = order % 2 == 1 or marks & (MARKS | PASSES) == 0
-        if zero and not crossed and ((ahead and crosses) or (direction == 0 and fresh == BEGIN and order % 2 == 1)):
+        if zero and ((ahead and crosses) or (direction == 0 and fresh == BEGIN and order % 2 == 1)):
             return FIRE, -side
         if not zero and ahead and marks & OPEN == 0:
-            return (INVALID, side) if fresh == BEGIN else (FIRE, -JUMPED * side)
+            return (INVALID, side) if fresh == BEGIN else (FIRE, -_across(fresh) * side)
     else:
         before = 1 if old > 0 else -1
         if side != before and (ahead or direction == 0):
-            return FIRE, before if zero else JUMPED * before
+            return FIRE, before if zero else _across(fresh) * before
     return PASSED if ahead and direction != 0 else ARMED, side
+
+
+@inlined
+def _across(fresh):
+    """Who threw a state across a guard."""
+    return JUMPED if fresh == AFTER else PUT_ACROSS
 
 
 @inlined
@@ -114,13 +123,68 @@ def is_moved(key, tables, state):
 
 
 @rare
-def _off(functions, tables, state, j, t, gradient):
-    """By how much a guard may be off zero where the state is off it by no more than its slack."""
-    functions.guard(state.run[0].mode, j, t, state.c, state.x, gradient)
-    found = 0.0
-    for i in range(state.x.size):
-        found += abs(gradient[i]) * tables.slack[i]
-    return found
+def _placed(functions, tables, state, j, t, scratch):
+    """The side of guard j, which is zero, to which the last event has crossed its surface; 0 if that was another one.
+
+    Surfaces are one where gradients are parallel, states being measured by their sizes and time by the period.
+    """
+    run, scale, normal, gradient = state.run[0], state.scale, state.normal, scratch.gradient
+    n = state.x.size
+    functions.guard(run.mode, j, t, state.c, state.x, gradient)
+    largest = own_largest = 0.0
+    for a in range(n + 1):
+        width = run.period if a == n else scale[a]
+        largest = max(largest, abs(normal[a]) * width)
+        own_largest = max(own_largest, abs(gradient[a]) * width)
+    unit, own_unit = unit_of(largest), unit_of(own_largest)
+    square = own_square = dot = 0.0
+    for a in range(n + 1):
+        width = run.period if a == n else scale[a]
+        part, own = normal[a] * width * unit, gradient[a] * width * own_unit
+        square += part * part
+        own_square += own * own
+        dot += part * own
+    if dot == 0.0 or not dot * dot >= (1.0 - PARALLEL) * square * own_square:
+        return 0
+    return run.way if dot > 0.0 else -run.way
+
+
+@inlined
+def side_before(tables, state, j):
+    """The side of guard j before the step, and whether it is zero since its surface has just been crossed."""
+    run = state.run[0]
+    key = tables.keys[run.mode, j]
+    old = state.sides[key]
+    if abs(old) == PLACED:
+        return (1 if old > 0 else -1), True
+    crossed = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface and not is_moved(key, tables, state)
+    return (run.way if crossed and old == 0 else old), crossed
+
+
+@inlined
+def is_zero(functions, tables, state, j, here, old, crossed, t, scratch):
+    """Whether guard j, whose value is given, is zero to its error, and its side before the step.
+
+    Its error is that of the states, where the side is read off the value: else a sign other than that of its side says
+    so.
+    """
+    run = state.run[0]
+    key = tables.keys[run.mode, j]
+    if crossed or not (old == 0 or is_moved(key, tables, state)):
+        zero = crossed or here * old <= 0.0
+        if zero:
+            functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none, scratch.errors)
+        return zero, old
+    functions.guard_error(run.mode, j, t, state.c, state.x, state.doubt, scratch.errors)
+    bound = ROUNDING * scratch.errors[0]
+    if run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface:
+        bound += 2.0 * run.residual
+    zero = abs(here) <= (bound if math.isfinite(bound) else 0.0)
+    if zero and old == 0 and run.fresh == AFTER and run.way != 0:
+        old = _placed(functions, tables, state, j, t, scratch)
+        if old != 0:
+            state.sides[key] = PLACED * old
+    return zero, old
 
 
 @inlined
@@ -128,24 +192,12 @@ def look(functions, tables, state, j, here, slope, t, scratch):
     """How guard j stands by its value and slope: (how, side, vanishing order); UNSURE where both vanish."""
     run = state.run[0]
     key = tables.keys[run.mode, j]
-    direction = tables.active[run.mode, 1 + j]
-    old = state.sides[key]
-    moved = is_moved(key, tables, state)
-    on_surface = run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface
-    crossed = on_surface and not moved
-    if not moved and not crossed and abs(old) > 1:
+    old, crossed = side_before(tables, state, j)
+    if abs(old) > 1 and not crossed and not is_moved(key, tables, state):
         return FIRE, old, 0
     if here != here:
         return NOWHERE, 0, 0
-    read = moved or old == 0
-    zero = crossed or here * old <= 0.0
-    if read or zero:
-        functions.guard_error(run.mode, j, t, state.c, state.x, scratch.errors)
-    if read and not crossed:
-        bound = ROUNDING * scratch.errors[0] + (2.0 * run.residual if on_surface else 0.0)
-        if tables.slack[0] > 0.0:
-            bound += _off(functions, tables, state, j, t, scratch.gradient)
-        zero = abs(here) <= (bound if math.isfinite(bound) else 0.0)
+    zero, old = is_zero(functions, tables, state, j, here, old, crossed, t, scratch)
     order = 0
     side = 1 if here > 0.0 else -1
     if zero:
@@ -155,7 +207,8 @@ def look(functions, tables, state, j, here, slope, t, scratch):
         order = 1
         side = 1 if slope > 0.0 else -1
     fired = zero and run.fresh == AFTER and run.fired == key
-    how, side = stand(zero, side, order, old, direction, run.fresh, fired, crossed, tables.marks[run.mode, j])
+    direction = tables.active[run.mode, 1 + j]
+    how, side = stand(zero, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
     return how, side, order
 
 
@@ -163,20 +216,10 @@ def look(functions, tables, state, j, here, slope, t, scratch):
 def stand_at_rest(tables, state, j, order, side):
     """How guard j stands, (how, side), where its value and slope vanish and a later derivative leads to a side."""
     run = state.run[0]
-    key = tables.keys[run.mode, j]
-    after = run.fresh == AFTER
-    crossed = after and tables.surfaces[run.mode, j] == run.surface and not is_moved(key, tables, state)
-    return stand(
-        True,
-        side,
-        order,
-        state.sides[key],
-        tables.active[run.mode, 1 + j],
-        run.fresh,
-        after and run.fired == key,
-        crossed,
-        tables.marks[run.mode, j],
-    )
+    fired = run.fresh == AFTER and run.fired == tables.keys[run.mode, j]
+    old, _ = side_before(tables, state, j)
+    direction = tables.active[run.mode, 1 + j]
+    return stand(True, side, order, old, direction, run.fresh, fired, tables.marks[run.mode, j])
 
 
 @inner
@@ -193,10 +236,10 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     if settings.method == TAYLOR:
         return 0.0
     place = scratch.before[: state.x.size]
-    functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
+    functions.guard_error(mode, j, t, state.c, state.x, scratch.none, scratch.errors)
     noise = scratch.errors[0]
     _state_at(ws, place.size, h, place)
-    functions.guard_error(mode, j, t + h, state.c, place, scratch.errors)
+    functions.guard_error(mode, j, t + h, state.c, place, scratch.none, scratch.errors)
     noise = max(noise, scratch.errors[0])
     if marks & AFFINE:
         return settings.dense_noise * noise
@@ -316,7 +359,7 @@ def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
     n = state.x.size
     place = scratch.before[:n]
     _state_at(ws, n, s, place)
-    functions.guard_error(run.mode, j, t + s, state.c, place, scratch.errors)
+    functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none, scratch.errors)
     off = ROUNDING * scratch.errors[0]
     if tables.marks[run.mode, j] & TIMED == 0:
         functions.guard(run.mode, j, t + s, state.c, place, scratch.gradient)
@@ -370,7 +413,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     left = 0.0
     if marks & AFFINE == 0:
         left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
-    functions.guard_error(mode, j, t, state.c, state.x, scratch.errors)
+    functions.guard_error(mode, j, t, state.c, state.x, scratch.none, scratch.errors)
     # of its terms, which are rounded where the step begins
     off = ROUNDING * (scratch.errors[0] + s * scratch.errors[1])
     # what is squared is taken in units of about the guard's size, whatever it is measured in
@@ -385,7 +428,7 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         return -1.0, s
     place = scratch.before[: state.x.size]
     _state_at(ws, place.size, s, place)
-    functions.guard_error(mode, j, t + s, state.c, place, scratch.errors)
+    functions.guard_error(mode, j, t + s, state.c, place, scratch.none, scratch.errors)
     off = max(off, ROUNDING * scratch.errors[0])
     doubt = (off + 2.0 * EPSILON * size(ws, uint64(i), s) + left) * unit
     told = abs(steep) - ROUNDING * scratch.errors[1] * unit
@@ -430,7 +473,7 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
     """Of the times of the guards (-1: none) the first: (time, guard, ties).
 
     Of guards whose roots coincide to within their errors the one that comes first in order acts first, at the time of
-    the root that is known best.
+    the root that is known best. What an event has caused comes before all that merely coincides with it.
     """
     times = scratch.times
     first = -1
@@ -439,6 +482,10 @@ def earliest(functions, tables, settings, state, ws, row, count, h, t, scratch):
             first = j
     if first < 0:
         return -1.0, -1, 0
+    if times[first] == 0.0:
+        for j in range(count):
+            if times[j] == 0.0 and is_thrown(tables, state, j):
+                return 0.0, j, 0
     found = first
     ties = 0
     te = times[first]
@@ -560,23 +607,28 @@ def pass_sides(functions, tables, state, backs, s, t, gradient):
 
 @inlined
 def is_thrown(tables, state, j):
-    """Whether the event of guard j happens because a reset threw the state across it."""
+    """Whether the event of guard j happens because the last event's reset threw the state across it."""
     return abs(state.sides[tables.keys[state.run[0].mode, j]]) == JUMPED
 
 
 @inlined
 def cross(tables, state, j):
-    """Let guard j be on the side to which its event leads; whether a reset threw the state across it."""
-    mode = state.run[0].mode
-    key = tables.keys[mode, j]
-    direction = tables.active[mode, 1 + j]
+    """Let guard j be on the side to which its event leads; whether the state was on it, and not beyond it already.
+
+    Then its surface is crossed, and the state is on the far side of all guards that are zero there.
+    """
+    run = state.run[0]
+    key = tables.keys[run.mode, j]
+    direction = tables.active[run.mode, 1 + j]
     before = state.sides[key]
-    thrown = is_thrown(tables, state, j)
-    if direction != 0:
-        state.sides[key] = direction
-    else:
-        state.sides[key] = -1 if before > 0 else 1
-    return thrown
+    met = abs(before) != JUMPED and abs(before) != PUT_ACROSS
+    state.sides[key] = direction if direction != 0 else -1 if before > 0 else 1
+    run.fresh = AFTER
+    run.fired = key
+    run.surface = tables.surfaces[run.mode, j] if met else -1
+    run.way = state.sides[key] if met else 0
+    run.moved_by = -1
+    return met
 
 
 @inlined

@@ -26,7 +26,7 @@ EVENLY, INSTANTS = 1, 2
 
 RUN = np.dtype(
     [
-        *((name, np.int64) for name in ("mode", "strobes", "live", "fresh", "fired", "surface", "moved_by")),
+        *((name, np.int64) for name in ("mode", "strobes", "live", "fresh", "fired", "surface", "way", "moved_by")),
         ("turning", np.int64),
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
@@ -38,8 +38,9 @@ RUN = np.dtype(
 """Where a run stands.
 
 The time is ``origin + whole + rest + time``: whole periods as an exact sum of two doubles, then the time since the last
-strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``moved_by`` the transition that
-was then taken, ``residual`` what the guard's value was at the event. ``turning`` says whether a guard that was passed
+strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``way`` is the side to which that
+was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
+what the guard's value was at the event. ``turning`` says whether a guard that was passed
 comes back in the step.
 """
 
@@ -58,7 +59,7 @@ class Tables(NamedTuple):
     marks: Any
     """(modes, guards): bits that describe a guard, see MARKS, ..."""
     transitions: Any
-    """(transitions, 4): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES"""
+    """(transitions, 5): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS"""
     moves: Any
     """(transitions, keys): whether the reset may change the guard's value"""
     bounds: Any
@@ -99,8 +100,8 @@ class States(NamedTuple):
     sooner: Any
     """(P, m): by how much the last event comes sooner along a live tangent"""
     sides: Any
-    """(P, keys): side of every guard: -1, 1, 0 where it is not known, times
-    ``guards.JUMPED`` or ``guards.HELD`` where it is about to be left"""
+    """(P, keys): side of every guard: -1, 1, 0 where it is not known, times ``guards.JUMPED``, ``PUT_ACROSS``, ``HELD``
+    or ``PLACED``"""
     counts: Any
     """(P, transitions)"""
     grazing: Any
@@ -109,6 +110,10 @@ class States(NamedTuple):
     """(P, keys): largest normal speed met since rebounds from the guard were last completed"""
     extent: Any
     """(P, n): largest values of the states at the start and where steps with a strobe ended"""
+    doubt: Any
+    """(P, n): errors of the states where the run began or after the last event, in units of ``guards.ROUNDING``"""
+    normal: Any
+    """(P, n + 1): gradient of the guard that has just fired, by states and, last, time"""
 
 
 class State(NamedTuple):
@@ -130,6 +135,8 @@ class State(NamedTuple):
     grazing: Any
     hardest: Any
     extent: Any
+    doubt: Any
+    normal: Any
 
 
 class Implicit(NamedTuple):
@@ -201,6 +208,7 @@ class Functions(NamedTuple):
     guard: Any
     guard_error: Any
     event_map: Any
+    image_error: Any
 
 
 class LaneFunctions(NamedTuple):
@@ -324,7 +332,7 @@ EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED = range(5)
 EVENT_COLUMNS = 5
 
 # columns of the table of transitions
-TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES = range(4)
+TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS = range(5)
 
 # bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; its series
 # may end before that of the states; it depends on time alone; a run may begin beyond it; its own event may let the

@@ -45,7 +45,7 @@ tables_type = named_tuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix
 states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
-        *(matrix, matrix, matrix, integer_matrix, integer_matrix, matrix, matrix, matrix),
+        *(matrix, matrix, matrix, integer_matrix, integer_matrix, *[matrix] * 5),
     ),
     States,
 )
@@ -118,6 +118,8 @@ def state_of(states, p):
         states.grazing[k],
         states.hardest[k],
         states.extent[k],
+        states.doubt[k],
+        states.normal[k],
     )
 
 

@@ -5,9 +5,9 @@ step pass unseen. It is here to be compared with.
 """
 
 from chaosdrill.engine.events import PROBE
-from chaosdrill.engine.guards import ROUNDING, stand
+from chaosdrill.engine.guards import is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
-from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING, PUT
+from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
 from chaosdrill.engine.taylor import FADE
@@ -57,28 +57,17 @@ def move(functions, run, t, c, x, s, vectors, live, out, stages):
 @inner
 def _settle(functions, tables, state, j, ahead, t, scratch):
     """How guard j stands where nothing or an event came before; ``ahead`` is its value a little later."""
-    run, c, x = state.run[0], state.c, state.x
+    run = state.run[0]
     mode = run.mode
     key = tables.keys[mode, j]
-    old = state.sides[key]
-    moved = run.fresh == PUT or (run.fresh == AFTER and run.moved_by >= 0 and tables.moves[run.moved_by, key] == 1)
-    on_surface = run.fresh == AFTER and tables.surfaces[mode, j] == run.surface
-    if not moved and not on_surface and abs(old) > 1:
+    old, crossed = side_before(tables, state, j)
+    if abs(old) > 1 and not crossed and not is_moved(key, tables, state):
         return FIRE, old
-    here = functions.guard(mode, j, t, c, x, scratch.gradient)
-    zero = on_surface and not moved
-    if not zero:
-        if moved or old == 0:
-            functions.guard_error(mode, j, t, c, x, scratch.errors)
-            zero = abs(here) <= ROUNDING * scratch.errors[0] + (2.0 * run.residual if on_surface else 0.0)
-        else:
-            zero = here * old <= 0.0
-    value = ahead if zero else here
+    here = functions.guard(mode, j, t, state.c, state.x, scratch.gradient)
+    zero, old = is_zero(functions, tables, state, j, here, old, crossed, t, scratch)
+    side = 1 if (ahead if zero else here) > 0.0 else -1
     fired = zero and run.fresh == AFTER and run.fired == key
-    return stand(
-        zero, 1 if value > 0.0 else -1, 1, old, tables.active[mode, 1 + j], run.fresh, fired, on_surface and not moved,
-        tables.marks[mode, j],
-    )  # fmt: skip
+    return stand(zero, side, 1, old, tables.active[mode, 1 + j], run.fresh, fired, tables.marks[mode, j])
 
 
 @offered
@@ -112,7 +101,7 @@ def locate(place, p, te, h, t):
             if how == INVALID:
                 return -2.0, j, 0
             sides[tables.keys[mode, j]] = side
-            if how == FIRE and fires < 0:
+            if how == FIRE and (fires < 0 or (is_thrown(tables, state, j) and not is_thrown(tables, state, fires))):
                 fires = j
         if fires >= 0:
             return 0.0, fires, 0

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
 
-STANDING = ("mode", "fresh", "fired", "surface", "moved_by", "residual")
-"""What a run says of its guards, beside their sides."""
+STANDING = ("mode", "fresh", "fired", "surface", "way", "moved_by", "residual")
+BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
+"""What a run says of its guards, in its record and beside it."""
 
 
 class Run:
@@ -212,7 +213,7 @@ class Run:
     def continue_from(self, other: "Run") -> None:
         """Take over the state and the standing of the guards of another run of the same system, at a strobe of it."""
         self.x[:] = other.x
-        for name in ("scale", "sides", "hardest", "extent"):
+        for name in BESIDE:
             getattr(self.states, name)[:] = getattr(other.states, name)
         for name in STANDING:
             self.states.run[name] = other.states.run[name]
@@ -226,7 +227,7 @@ class Run:
         j = next(k for k, event in enumerate(events) if transition in event.outcomes)
         key, direction = events[j].key, events[j].direction
         run = self.states.run
-        run["fresh"], run["fired"], run["surface"] = at.AFTER, key, events[j].surface
+        run["fresh"], run["fired"], run["surface"], run["way"] = at.AFTER, key, events[j].surface, direction
         self.states.sides[:] = 0
         run["moved_by"] = -1 if self.system.transitions[transition].marks_only() else transition
         if self.tables.watched[run["mode"][0], key]:

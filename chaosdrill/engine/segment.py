@@ -39,15 +39,20 @@ def begin(tables, state, mode, live, last_mode, last_end, last_outcome):
     run.fresh = BEGIN
     run.fired = -1
     run.surface = -1
+    run.way = 0
     run.moved_by = -1
     run.residual = 0.0
     run.next_step = 0.0
     state.sides[:] = 0
     state.scale[:] = 0.0
+    state.normal[:] = 0.0
+    for i in range(state.x.size):
+        state.doubt[i] = tables.slack[i] / guards.ROUNDING
     if last_end >= 0:
         run.fresh = AFTER
         run.fired = tables.keys[last_mode, last_end]
         run.surface = tables.surfaces[last_mode, last_end]
+        run.way = tables.active[last_mode, 1 + last_end]
         run.moved_by = last_outcome
         if tables.watched[mode, run.fired] == 1:
             state.sides[run.fired] = tables.active[last_mode, 1 + last_end]
@@ -121,8 +126,4 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
             guards.pass_sides(functions, tables, state, scratch.backs, s, t + s, scratch.gradient)
         if marked:
             guards.cross(tables, state, j)
-            run.fresh = AFTER
-            run.fired = tables.keys[mode, j]
-            run.surface = tables.surfaces[mode, j]
-            run.moved_by = -1
         done += s

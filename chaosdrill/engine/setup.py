@@ -64,8 +64,8 @@ def tables_of(
     `chaosdrill.engine.structure.passes` says.
     """
     kernels = kernels_of(system)
-    transitions = np.zeros((len(kernels.transition_table), 4), dtype=np.int64)
-    transitions[:, :2] = kernels.transition_table
+    transitions = np.zeros((len(kernels.transition_table), 5), dtype=np.int64)
+    transitions[:, [at.TO_MODE, at.MARKS_ONLY, at.CANCELS]] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
     transitions[[k for k, t in enumerate(system.transitions) if t.completes is not None], at.COMPLETES] = 1
     watched = np.zeros((len(kernels.events), kernels.moves_table.shape[1]), dtype=np.int64)
@@ -214,6 +214,8 @@ def states_of(
         grazing=np.full((points, kinds), np.inf),
         hardest=np.zeros((points, keys)),
         extent=np.abs(starts),
+        doubt=np.zeros((points, n)),
+        normal=np.zeros((points, n + 1)),
     )
 
 
