@@ -105,8 +105,9 @@ _ADVICE = {
     Outcome.STALLED: (
         "Events went on while no time passed: what chatter ends with, infinitely many impacts in finite time, after "
         "which the contact would have to be held; add a mode that holds it, raise the restitution, or look for a "
-        "reset that leads back across its own guard. Two modes may also lead back and forth: one that is entered where "
-        "its guard has already been passed, such as sin(2*pi*t/T) for half of each period, is left at once; for a "
+        "reset that leads back across its own guard. Two modes may also lead back and forth: their motions push onto "
+        "one surface from both sides, which cd.filippov makes a system that slides of; or one is entered where its "
+        "guard has already been passed, such as sin(2*pi*t/T) for half of each period, and is left at once; for a "
         "clock take sin(pi*t/T) with direction 0."
     ),
     Outcome.NONFINITE: (

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import pinned_values
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import Transition, read_expression, read_symbol
@@ -112,20 +113,32 @@ def driven(
         for k, put in enumerate(puts)
         for mode, field in system.modes.items()
     }
-    transitions = [_in_piece(t, k, put) for k, put in enumerate(puts) for t in system.transitions]
     # what a mode holds is held in the next piece too
     held = {mode: pinned_values(system, mode) for mode in system.modes}
-    guards = {t.guard for t in system.transitions}
-    for k, (_, end, _) in enumerate(found):
+    transitions, corners = [], []
+    for k, (put, (_, end, _)) in enumerate(zip(puts, found, strict=True)):
         following = (k + 1) % len(found)
         guard = sympy.sin(sympy.expand(turn - 2 * sympy.pi * end))
-        # the corner of another drive at the same phase is an event of its own
-        while guard in guards:
-            guard = sympy.expand(2 * guard)
-        for mode in system.modes:
-            reset = {system.states[i]: value.xreplace(puts[following]) for i, value in held[mode].items()}
-            name, target = f"corner-{drive}-{mode}-{k}", f"{mode}-{following}"
-            transitions.append(Transition(name, f"{mode}-{k}", target, guard, +1, reset, kind="corner"))
+        resets = {
+            mode: {system.states[i]: value.xreplace(puts[following]) for i, value in states.items()}
+            for mode, states in held.items()
+        }
+        turns = {
+            mode: Transition(f"corner-{drive}-{mode}-{k}", f"{mode}-{k}", f"{mode}-{following}", guard, +1, reset,
+                             kind="corner")
+            for mode, reset in resets.items()
+        }  # fmt: skip
+        pieces_of = [_in_piece(t, k, put) for t in system.transitions]
+        corner, *ways = crossings((next(iter(turns.values())), *pieces_of))
+        for t, piece, way in zip(system.transitions, pieces_of, ways, strict=True):
+            if way == corner:
+                # what happens at the corner leads into the next piece
+                piece = replace(piece, target=f"{t.target}-{following}", reset={**piece.reset, **resets[t.target]})
+                if not piece.conditions:
+                    turns = {mode: one for mode, one in turns.items() if mode not in t.source}
+            transitions.append(piece)
+        corners += turns.values()
+    transitions += corners
     regions = _regions(system, symbol, given, found)
     start = {name: value for name, value in system.initial.items() if name != "mode"}
     if list(regions.values()) == [sympy.true]:

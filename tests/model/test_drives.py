@@ -302,7 +302,7 @@ def test_two_drives_may_turn_their_corners_at_once(period):
         np.testing.assert_allclose(x[at], [now[round(2 * t) / 2] for t in time[at]], atol=1e-13)
         assert at.sum() >= 12
     # what falls on the end belongs to the run that follows
-    assert run.sizes["event"] == (10 if period == 2 else 5 + 11)
+    assert run.sizes["event"] == (5 if period == 2 else 5 + 11)
 
 
 @pytest.mark.parametrize(

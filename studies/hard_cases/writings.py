@@ -1,0 +1,318 @@
+"""Events and tangents of systems that are written in many ways: how many depend on the way.
+
+    python studies/hard_cases/writings.py [CASES] [--seed N] [--show N]
+
+Draws so many cases (default 500): a system of known kind, written anew by what must not change it. Guards are
+multiplied by constants of either sign or by what cannot vanish, or replaced by monotone functions of themselves, each
+in one mode of its own; transitions change their order; a mode is doubled; a state is added that nothing depends on, and
+an event that changes nothing; states change sign or unit; resets are written so that they cancel. The exit code is 0 if
+every case has the events and the tangents of the plain system.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import sympy
+
+import chaosdrill as cd
+
+METHODS = ("taylor", "dop853", "radau")
+T = sympy.Symbol("t", real=True)
+SLACK = 1e-7
+"""What times and tangents of two writings may differ by, relative to their sizes: their steps differ, and with them
+their errors of 1e-12 a step, which the motion amplifies by 1e4 at most."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A system as data that can be written anew."""
+
+    states: tuple[Any, ...]
+    modes: dict[str, dict[Any, Any]]
+    transitions: tuple[tuple[str, tuple[str, ...], str, Any, int, dict[Any, Any]], ...]
+    """name, sources, target, guard, direction, reset"""
+    start: dict[Any, float]
+    duration: float
+    mode: str = ""
+    forced: bool = False
+    units: dict[Any, float] = field(default_factory=dict)
+    """State of the plain system over that of this one"""
+
+    def system(self) -> cd.HybridSystem:
+        made = [
+            cd.Transition(name, source, target, guard=guard, direction=direction, reset=reset)
+            for name, source, target, guard, direction, reset in self.transitions
+        ]
+        return cd.HybridSystem(
+            name="written",
+            states=self.states,
+            modes=self.modes,
+            transitions=made,
+            initial={"mode": self.mode or next(iter(self.modes)), **self.start},
+            **({"time": T} if self.forced else {}),
+        )
+
+
+def named(text: str) -> tuple[Any, ...]:
+    return sympy.symbols(text, real=True)
+
+
+def impact() -> Written:
+    """A driven oscillator and a wall."""
+    x, v = named("x v")
+    wall = ("hit", ("free",), "free", x - 0.3, 1, {v: -0.8 * v})
+    rates = {x: v, v: -x - 0.1 * v + sympy.cos(2.5 * T)}
+    return Written((x, v), {"free": rates}, (wall,), {x: 0.0, v: 0.3}, 14.0, forced=True)
+
+
+def two_sides() -> Written:
+    """Two modes that meet at x = 0, with a loss at each passage."""
+    x, v = named("x v")
+    modes = {"right": {x: v, v: -x - 0.2}, "left": {x: v, v: -2 * x}}
+    over = (
+        ("over", ("right",), "left", x, -1, {v: 0.9 * v}),
+        ("back", ("left",), "right", x, 1, {v: 0.95 * v}),
+    )
+    return Written((x, v), modes, over, {x: 1.0, v: 0.0}, 20.0)
+
+
+def rocking() -> Written:
+    """A block that rocks on two corners."""
+    a, w = named("a w")
+    modes = {"right": {a: w, w: a - 1}, "left": {a: w, w: a + 1}}
+    hits = (
+        ("to_left", ("right",), "left", a, -1, {w: 0.9 * w}),
+        ("to_right", ("left",), "right", a, 1, {w: 0.9 * w}),
+    )
+    return Written((a, w), modes, hits, {a: 0.3, w: 0.0}, 6.0)
+
+
+def thermostat() -> Written:
+    x, y = named("x y")
+    modes = {"on": {x: 2 - x, y: x - y}, "off": {x: -x, y: x - y}}
+    switches = (("too_hot", ("on",), "off", x - 1.3, 1, {}), ("too_cold", ("off",), "on", x - 0.7, -1, {}))
+    return Written((x, y), modes, switches, {x: 1.0, y: 0.2}, 12.0)
+
+
+def chain() -> Written:
+    """An event throws the state across the guard of another one, and a third has nothing to do with it."""
+    x, y, z, w, u = named("x y z w u")
+    rates = {x: sympy.Integer(1), y: sympy.Integer(1), z: -z, w: -w / 3, u: -u / 5 + z / 7}
+    events = (
+        ("a", ("run",), "run", x - 1, 1, {x: x - 1, z: z + 5}),
+        ("b", ("run",), "run", y - 1, 1, {y: y - 1, w: w + 1}),
+        ("c", ("run",), "run", z - 3, 1, {z: z / 2, u: u + z}),
+    )
+    return Written((x, y, z, w, u), {"run": rates}, events, dict.fromkeys((x, y, w, u), 0.0) | {z: 0.5}, 4.5)
+
+
+def landing() -> Written:
+    """A reset lands on the guard of the mode that it leads to."""
+    th, q = named("th q")
+    modes = {
+        "before": {th: sympy.Integer(1), q: sympy.Integer(0)},
+        "arc": {th: sympy.Integer(1), q: sympy.cos(th)},
+        "after": {th: sympy.Integer(1), q: sympy.Integer(0)},
+    }
+    events = (
+        ("in", ("before",), "arc", th - sympy.pi / 4, 1, {q: sympy.sin(th) - sympy.sqrt(2) / 2}),
+        ("out", ("arc",), "after", q, -1, {q: sympy.Integer(0)}),
+        ("round", ("after",), "before", th - 2 * sympy.pi, 1, {th: th - 2 * sympy.pi}),
+    )
+    return Written((th, q), modes, events, {th: 0.0, q: 0.0}, 20.0)
+
+
+def firing() -> Written:
+    v, w = named("v w")
+    rates = {v: 1.5 - v - w, w: 0.2 * (v - w)}
+    return Written((v, w), {"run": rates}, (("fire", ("run",), "run", v - 1, 1, {v: 0 * v, w: w + 0.1}),),
+                   {v: 0.0, w: 0.0}, 12.0)  # fmt: skip
+
+
+def flip_flop() -> Written:
+    """Two modes that change at every second root of a clock."""
+    x, s = named("x s")
+    modes = {"up": {x: 1 - x, s: sympy.Integer(1)}, "down": {x: -1 - x, s: sympy.Integer(1)}}
+    clock = sympy.sin(2 * sympy.pi * s)
+    turns = (("fall", ("up",), "down", clock, 1, {}), ("rise", ("down",), "up", clock, 1, {}))
+    return Written((x, s), modes, turns, {x: 0.0, s: 0.3}, 7.5)
+
+
+def entered() -> Written:
+    """A mode that is entered on its guard, which the motion leads across at once."""
+    x, v, s = named("x v s")
+    one = sympy.Integer(1)
+    modes = {"rise": {x: v, v: -0.1 * v, s: one}, "fall": {x: v, v: -one, s: one}, "late": {x: one, v: 0 * v, s: one}}
+    events = (
+        ("top", ("rise",), "fall", x - 1, 1, {v: -v / 2}),
+        ("at_once", ("fall",), "late", x - 1, -1, {x: x - 2, v: v + 1}),
+        ("again", ("late",), "rise", x, 1, {v: one, s: 0 * s}),
+    )
+    return Written((x, v, s), modes, events, {x: 0.0, v: 1.0, s: 0.0}, 12.0)
+
+
+KINDS: dict[str, Callable[[], Written]] = {
+    kind.__name__: kind for kind in (impact, two_sides, rocking, thermostat, chain, landing, firing, flip_flop, entered)
+}
+
+
+# What must not change anything
+
+
+def _factor(rng: np.random.Generator, states: tuple[Any, ...]) -> Any:
+    """What cannot vanish."""
+    y = states[rng.integers(len(states))]
+    number = sympy.Rational(int(rng.integers(1, 9)), int(rng.integers(1, 9)))
+    return [number, 1 + y**2, sympy.exp(y / 5), sympy.cosh(y / 3), 2 + sympy.sin(y), sympy.Integer(1)][rng.integers(6)]
+
+
+def _monotone(rng: np.random.Generator, guard: Any) -> Any:
+    forms = (guard, sympy.sinh(guard), guard + guard**3, sympy.atan(guard), guard**3, sympy.tanh(guard / 3), guard**5)
+    return forms[rng.integers(len(forms))]
+
+
+def guards(one: Written, rng: np.random.Generator) -> Written:
+    """Every transition's guard written anew."""
+    found = []
+    for name, source, target, guard, direction, reset in one.transitions:
+        sign = int(rng.choice([-1, 1]))
+        other = sign * _factor(rng, one.states) * _monotone(rng, guard)
+        found.append((name, source, target, other, sign * direction, reset))
+    return replace(one, transitions=tuple(found))
+
+
+def order(one: Written, rng: np.random.Generator) -> Written:
+    return replace(one, transitions=tuple(one.transitions[i] for i in rng.permutation(len(one.transitions))))
+
+
+def doubled(one: Written, rng: np.random.Generator) -> Written:
+    """A mode that events leave for its copy, and the copy for it."""
+    mode = list(one.modes)[rng.integers(len(one.modes))]
+    copy, found = f"{mode}_2", []
+    for name, source, target, guard, direction, reset in one.transitions:
+        found.append((name, source, copy if source == (mode,) and target == mode else target, guard, direction, reset))
+        if mode in source:
+            found.append((f"{name}__2", (copy,), target, guard, direction, reset))
+    return replace(one, modes={**one.modes, copy: one.modes[mode]}, transitions=tuple(found))
+
+
+def more(one: Written, rng: np.random.Generator) -> Written:
+    """A state that nothing depends on, and an event of it that changes nothing."""
+    z = sympy.Symbol("zz", real=True)
+    modes = {mode: {**rates, z: sympy.cos(z) + 0.3} for mode, rates in one.modes.items()}
+    mark = ("zz_mark", tuple(modes)[:1], next(iter(modes)), sympy.sin(z) - 0.5, 1, {})
+    states = (z, *one.states) if rng.integers(2) else (*one.states, z)
+    return replace(one, states=states, modes=modes, transitions=(mark, *one.transitions), start={**one.start, z: 0.0})
+
+
+def units(one: Written, rng: np.random.Generator) -> Written:
+    """Other units, or another sign, of one state."""
+    x = one.states[rng.integers(len(one.states))]
+    unit = float(rng.choice([-1.0, 1.0])) * 2.0 ** float(rng.integers(-40, 41))
+    put = {x: x * unit}
+
+    def image(state: Any, e: Any) -> Any:
+        return sympy.sympify(e).xreplace(put) / (unit if state == x else 1)
+
+    return replace(
+        one,
+        modes={mode: {s: image(s, e) for s, e in rates.items()} for mode, rates in one.modes.items()},
+        transitions=tuple(
+            (name, source, target, guard.xreplace(put), direction, {s: image(s, e) for s, e in reset.items()})
+            for name, source, target, guard, direction, reset in one.transitions
+        ),
+        start={**one.start, x: one.start[x] / unit},
+        units={**one.units, x: unit * one.units.get(x, 1.0)},
+    )
+
+
+def cancelling(one: Written, rng: np.random.Generator) -> Written:
+    """Resets that add and take away what is as large as their operands."""
+    found = []
+    for name, source, target, guard, direction, reset in one.transitions:
+        y = one.states[rng.integers(len(one.states))]
+        large = sympy.sin(y) ** 2 + sympy.cos(y) ** 2
+        images = {s: sympy.Add(e, large, -1, evaluate=False) for s, e in reset.items()}
+        found.append((name, source, target, guard, direction, images))
+    return replace(one, transitions=tuple(found))
+
+
+CHANGES = (guards, order, doubled, more, units, cancelling)
+
+
+# Whether it did
+
+
+def run(one: Written, method: str) -> tuple[str, list[tuple[str, float]], np.ndarray]:
+    """Outcome, events by name and time, and the tangent map, in the plain system's states."""
+    system = one.system()
+    found = cd.trajectory(
+        system, duration=one.duration, samples=1, tangents=True, method=method, tolerance=1e-12, progress=False
+    )
+    names = [system.transitions[int(k)].name.split("__")[0] for k in found["event_kind"].values]
+    events = [(n, float(t)) for n, t in zip(names, found["event_time"].values, strict=True) if n != "zz_mark"]
+    states = [str(s) for s in one.states]
+    matrix = found["final_tangent"].values.reshape(len(states), len(states))
+    scale = np.array([one.units.get(s, 1.0) for s in one.states])
+    order_of = [states.index(str(s)) for s in sorted((s for s in one.states if str(s) != "zz"), key=str)]
+    # a row is what becomes of a tangent along one state
+    matrix = matrix * scale[np.newaxis, :] / scale[:, np.newaxis]
+    return cd.Outcome(int(found["outcome"])).meaning, events, matrix[np.ix_(order_of, order_of)]
+
+
+def differences(plain: Any, other: Any) -> list[str]:
+    """What two runs of one system do not share."""
+    if plain[0] != other[0]:
+        return [f"outcome {other[0]}, not {plain[0]}"]
+    mine, its = sorted(plain[1]), sorted(other[1])
+    if [name for name, _ in mine] != [name for name, _ in its]:
+        return [f"{len(its)} events, not {len(mine)}"]
+    wrong = [f"{a[0]} at {b[1]!r}, not {a[1]!r}" for a, b in zip(mine, its, strict=True) if abs(a[1] - b[1]) > SLACK]
+    gap = float(np.abs(plain[2] - other[2]).max() / np.abs(plain[2]).max())
+    return wrong + ([f"tangents differ by {gap:.1e}"] if not gap <= SLACK * 100 else [])
+
+
+_PLAIN: dict[tuple[str, str], Any] = {}
+
+
+def case(kind: str, number: int, method: str) -> list[str]:
+    """What one case shows: nothing if its events and tangents are those of the plain system."""
+    plain = KINDS[kind]()
+    if (kind, method) not in _PLAIN:
+        _PLAIN[kind, method] = run(plain, method)
+    rng = np.random.default_rng([number, *map(ord, kind)])
+    other = plain
+    for change in rng.permutation(len(CHANGES))[: rng.integers(1, 4)]:
+        other = CHANGES[change](other, rng)
+    return differences(_PLAIN[kind, method], run(other, method))
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="?", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=20261125)
+    parser.add_argument("--show", type=int, default=10)
+    given = parser.parse_args()
+    wrong: dict[str, int] = {}
+    shown = 0
+    for i in range(given.cases):
+        kind, method = list(KINDS)[i % len(KINDS)], METHODS[i // len(KINDS) % len(METHODS)]
+        try:
+            found = case(kind, given.seed + i, method)
+        except cd.ChaosdrillError as error:
+            found = [str(error)]
+        if found:
+            wrong[kind] = wrong.get(kind, 0) + 1
+            if shown < given.show:
+                shown += 1
+                print(f"{kind} {given.seed + i} {method}: {found[0]}")
+    print(f"{given.cases} cases, {sum(wrong.values())} wrong", wrong or "")
+    return int(bool(wrong))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

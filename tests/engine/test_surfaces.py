@@ -1,0 +1,133 @@
+"""What is zero together is one surface: events and tangents do not depend on how a system is written."""
+
+import importlib
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+import chaosdrill as cd
+
+writings = importlib.import_module("writings")
+
+METHODS = ("taylor", "dop853", "radau")
+
+
+@pytest.mark.parametrize("kind", writings.KINDS)
+@settings(max_examples=6, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(number=st.integers(0, 2**32 - 1), method=st.sampled_from(METHODS))
+def test_events_do_not_depend_on_the_writing(kind, number, method):
+    assert writings.case(kind, number, method) == []
+
+
+def events(run, system):
+    return [
+        (system.transitions[int(k)].name, float(t)) for k, t in zip(run["event_kind"], run["event_time"], strict=True)
+    ]
+
+
+# Fields that push onto one surface from both sides
+
+
+def relay(up, way, direction=-1):
+    return cd.HybridSystem(
+        states="x",
+        modes={"above": {"x": "-1"}, "below": {"x": "1"}},
+        transitions=[
+            cd.Transition("down", "above", "below", "x", direction),
+            cd.Transition("up", "below", "above", up, way),
+        ],
+        initial={"mode": "above", "x": 1.0},
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("up", "way"), [("x", 1), ("2*x", 1), ("-x", -1), ("x*(1 + x**2)", 1), ("x", 0)])
+def test_two_modes_that_push_onto_a_surface_stall_there(method, up, way):
+    run = cd.trajectory(relay(up, way, 0 if way == 0 else -1), duration=3.0, samples=1, method=method)
+    assert cd.Outcome(int(run["outcome"])).meaning == "stalled"
+    np.testing.assert_allclose(run["event_time"], 1.0, atol=1e-12)
+
+
+# A mode that is entered on its own guard
+
+
+ENTRIES = {
+    "from another surface": ("s - 1", {"x": "0", "v": "0", "s": "1"}, {}, {}),
+    "at the turning point of a cubic": ("x", {"x": "v", "v": "6*(s - 1)", "s": "1"}, {"x": -1.0, "v": 3.0}, {}),
+    "with its speed taken": ("x", {"x": "v", "v": "0", "s": "1"}, {"x": -1.0, "v": 1.0}, {"v": "0"}),
+    "thrown back": ("x", {"x": "v", "v": "0", "s": "1"}, {"x": -1.0, "v": 1.0}, {"v": "-1"}),
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("guard", "way"), [("x", -1), ("2*x", -1), ("-x", 1)])
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_a_mode_that_is_entered_on_its_guard_is_left_at_once(entry, guard, way, method):
+    first, rates, start, reset = ENTRIES[entry]
+    system = cd.HybridSystem(
+        states="x v s",
+        modes={"A": rates, "B": {"x": "v", "v": "-1", "s": "1"}, "C": {"x": "0", "v": "0", "s": "1"}},
+        transitions=[
+            cd.Transition("enter", "A", "B", first, 1, reset=reset),
+            cd.Transition("leave", "B", "C", guard, way),
+        ],
+        initial={"mode": "A", **start},
+    )
+    found = events(cd.trajectory(system, duration=3.0, samples=1, method=method), system)
+    assert [name for name, _ in found] == ["enter", "leave"]
+    # a triple root is located to the cube root of its error where it is interpolated
+    error = 1e-4 if method != "taylor" and "cubic" in entry else 1e-12
+    assert abs(found[0][1] - 1) < error
+    assert abs(found[1][1] - found[0][1]) < 1e-7
+
+
+# Resets that land on a guard up to rounding
+
+
+@pytest.mark.parametrize("angle", ["pi/4", "pi/6", "0.3", "0.7", "1.1"])
+@pytest.mark.parametrize("image", ["sin(th) - sin({0})", "sin(th)**2 - sin({0})**2", "sin(th)/sin({0}) - 1"])
+def test_a_reset_onto_a_guard_is_on_it(angle, image):
+    system = cd.HybridSystem(
+        states="th q",
+        modes={"A": {"th": "1", "q": "0"}, "B": {"th": "1", "q": "cos(th)"}, "C": {"th": "1", "q": "0"}},
+        transitions=[
+            cd.Transition("in", "A", "B", f"th - {angle}", 1, reset={"q": image.format(angle)}),
+            cd.Transition("out", "B", "C", "q", -1, reset={"q": "0"}),
+            cd.Transition("round", "C", "A", "th - 2*pi", 1, reset={"th": "th - 2*pi"}),
+        ],
+        initial={"mode": "A"},
+    )
+    found = events(cd.trajectory(system, duration=20 * np.pi, samples=1), system)
+    assert [name for name, _ in found] == ["in", "out", "round"] * 9 + ["in", "out"]
+    stays = [after[1] - before[1] for before, after in pairwise(found) if before[0] == "in"]
+    begin = float(eval(angle, {"pi": np.pi}))
+    np.testing.assert_allclose(stays, np.pi - 2 * begin, atol=1e-12)
+
+
+# Causes
+
+
+@pytest.mark.parametrize("order", ["A0 A1 C0 C1", "C0 C1 A0 A1", "A0 C1 A1 C0"])
+@pytest.mark.parametrize("method", METHODS)
+def test_two_copies_in_step_have_the_tangents_of_one(order, method):
+    def made(copies, order):
+        modes, transitions, start = {}, {}, {}
+        for i in copies:
+            x, z = f"x{i}", f"z{i}"
+            modes |= {x: f"1 + {z}/20", z: f"-{z}"}
+            transitions[f"A{i}"] = cd.Transition(f"A{i}", "m", "m", f"{x} - 1", 1, reset={x: f"{x} - 1", z: f"{z} + 5"})
+            transitions[f"C{i}"] = cd.Transition(f"C{i}", "m", "m", f"{z} - 3", 1, reset={z: f"{z}/2"})
+            start |= {z: 0.5}
+        return cd.HybridSystem(
+            states=list(modes), modes={"m": modes}, transitions=[transitions[k] for k in order.split()], initial=start
+        )
+
+    one = cd.trajectory(made([0], "A0 C0"), duration=3.6, samples=1, tangents=True, method=method)
+    two = cd.trajectory(made([0, 1], order), duration=3.6, samples=1, tangents=True, method=method)
+    assert two.sizes["event"] == 2 * one.sizes["event"] > 8
+    alone, together = one["final_tangent"].values, two["final_tangent"].values
+    zero = np.zeros((2, 2))
+    np.testing.assert_allclose(together, np.block([[alone, zero], [zero, alone]]), atol=1e-9)

@@ -1,0 +1,54 @@
+"""Which guards are one surface, as the expressions tell."""
+
+import pytest
+import sympy
+
+from chaosdrill.model.crossings import Crossing, crossings, stripped
+
+NAMES = {name: sympy.Symbol(name, real=True) for name in ("x", "v", "t", "k", "d")}
+
+
+class Written:
+    def __init__(self, guard, direction=1):
+        self.guard, self.direction = sympy.sympify(guard, locals=NAMES), direction
+
+
+@pytest.mark.parametrize(
+    ("guard", "way"),
+    [
+        ("2*x", 1),
+        ("-3*x", -1),
+        ("x*(1 + v**2)", 1),
+        ("-x*exp(v)", -1),
+        ("x*(2 + sin(t))", 1),
+        ("x + x**3", 1),
+        ("-2*x - x**5", -1),
+        ("sinh(x)", 1),
+        ("atan(-2*x)", -1),
+        ("tanh(x)**3", 1),
+        ("exp(x) - 1", 1),
+        ("x + x*v**2", 1),
+        ("1e-9*x", 1),
+    ],
+)
+def test_it_is_the_surface_of_x(guard, way):
+    assert crossings([Written("x"), Written(guard)]) == (Crossing(NAMES["x"], 1), Crossing(NAMES["x"], way))
+    assert crossings([Written(guard, 0), Written("x")])[0] == Crossing(NAMES["x"], 0)
+
+
+@pytest.mark.parametrize("guard", ["2*(x - 0.3)", "-3*(x - 0.3)", "0.3 - x", "(x - 0.3)**3 + x - 0.3", "sinh(x - 0.3)"])
+def test_a_threshold_may_be_written_in_many_ways(guard):
+    plain, other = crossings([Written("x - 0.3"), Written(guard)])
+    assert other.surface == plain.surface == Written("x - 0.3").guard
+
+
+@pytest.mark.parametrize(
+    "guard", ["k*x", "x*v", "x**2 - 1", "x*(1 + v)", "x - x**3", "sin(x)", "x*(1 + sin(t))", "x - v"]
+)
+def test_what_may_vanish_elsewhere_is_another_surface(guard):
+    assert crossings([Written("x"), Written(guard)])[1].surface == Written(guard).guard
+
+
+def test_a_lone_guard_stays_as_it_is_written():
+    for guard in ("-x", "0.3 - x", "1e6*x - 3", "k*x - d", "sin(2*pi*t)"):
+        assert stripped(Written(guard).guard) == (Written(guard).guard, 1)
