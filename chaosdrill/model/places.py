@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.model.crossings import crossings
+
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
@@ -26,7 +28,10 @@ def places_of(system: "HybridSystem") -> dict[Any, Any]:
 
 
 def in_places(system: "HybridSystem") -> "HybridSystem":
-    """The same system with states, parameters and time called by their places; modes and transitions keep names."""
+    """The same system with states, parameters and time called by their places; modes and transitions keep names.
+
+    Its guards are the surfaces on which those of the system vanish, however they are written.
+    """
     places = places_of(system)
 
     def put(expression: Any) -> Any:
@@ -42,6 +47,10 @@ def in_places(system: "HybridSystem") -> "HybridSystem":
     other.bounds = {names[name]: bound for name, bound in system.bounds.items()}
     other.labels = {}
     rewrite(other, put, places)
+    other.transitions = tuple(
+        replace(t, guard=crossing.surface, direction=crossing.direction)
+        for t, crossing in zip(other.transitions, crossings(other.transitions), strict=True)
+    )
     other.period = None if system.period is None else put(system.period)
     other.shared = type(system.shared)()
     return other

@@ -139,7 +139,7 @@ def flip_flop() -> Written:
     modes = {"up": {x: 1 - x, s: sympy.Integer(1)}, "down": {x: -1 - x, s: sympy.Integer(1)}}
     clock = sympy.sin(2 * sympy.pi * s)
     turns = (("fall", ("up",), "down", clock, 1, {}), ("rise", ("down",), "up", clock, 1, {}))
-    return Written((x, s), modes, turns, {x: 0.0, s: 0.3}, 7.5)
+    return Written((x, s), modes, turns, {x: 0.0, s: 0.7}, 7.5)
 
 
 def entered() -> Written:
@@ -212,7 +212,7 @@ def more(one: Written, rng: np.random.Generator) -> Written:
 def units(one: Written, rng: np.random.Generator) -> Written:
     """Other units, or another sign, of one state."""
     x = one.states[rng.integers(len(one.states))]
-    unit = float(rng.choice([-1.0, 1.0])) * 2.0 ** float(rng.integers(-40, 41))
+    unit = float(rng.choice([-1.0, 1.0])) * 2.0 ** float(rng.integers(-25, 26))
     put = {x: x * unit}
 
     def image(state: Any, e: Any) -> Any:
@@ -256,7 +256,7 @@ def run(one: Written, method: str) -> tuple[str, list[tuple[str, float]], np.nda
     names = [system.transitions[int(k)].name.split("__")[0] for k in found["event_kind"].values]
     events = [(n, float(t)) for n, t in zip(names, found["event_time"].values, strict=True) if n != "zz_mark"]
     states = [str(s) for s in one.states]
-    matrix = found["final_tangent"].values.reshape(len(states), len(states))
+    matrix = np.linalg.solve(found["initial_tangent"].values, found["final_tangent"].values)
     scale = np.array([one.units.get(s, 1.0) for s in one.states])
     order_of = [states.index(str(s)) for s in sorted((s for s in one.states if str(s) != "zz"), key=str)]
     # a row is what becomes of a tangent along one state
