@@ -163,11 +163,12 @@ KINDS: dict[str, Callable[[], Written]] = {
 # What must not change anything
 
 
-def _factor(rng: np.random.Generator, states: tuple[Any, ...]) -> Any:
-    """What cannot vanish."""
-    y = states[rng.integers(len(states))]
+def _factor(rng: np.random.Generator, one: Written) -> Any:
+    """What cannot vanish, or does not where these motions are."""
+    y = one.states[rng.integers(len(one.states))]
     number = sympy.Rational(int(rng.integers(1, 9)), int(rng.integers(1, 9)))
-    return [number, 1 + y**2, sympy.exp(y / 5), sympy.cosh(y / 3), 2 + sympy.sin(y), sympy.Integer(1)][rng.integers(6)]
+    proven = [number, 1 + y**2, sympy.exp(y / 5), sympy.cosh(y / 3), 2 + sympy.sin(y), sympy.Integer(1)]
+    return [*proven, *([] if one.units else [1 + y / 50, 1 - y / 40])][rng.integers(6 if one.units else 8)]
 
 
 def _monotone(rng: np.random.Generator, guard: Any) -> Any:
@@ -180,7 +181,7 @@ def guards(one: Written, rng: np.random.Generator) -> Written:
     found = []
     for name, source, target, guard, direction, reset in one.transitions:
         sign = int(rng.choice([-1, 1]))
-        other = sign * _factor(rng, one.states) * _monotone(rng, guard)
+        other = sign * _factor(rng, one) * _monotone(rng, guard)
         found.append((name, source, target, other, sign * direction, reset))
     return replace(one, transitions=tuple(found))
 
