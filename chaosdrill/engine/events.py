@@ -94,22 +94,22 @@ def interpolated(tables, settings, mode, j):
 
 
 @inlined
-def _note_errors(functions, tables, settings, transition, t, state, image, scratch):
+def _note_errors(functions, tables, settings, transition, t, state, rates, image, scratch):
     """Note by how much the states may be off after an event, in units of ``guards.ROUNDING``.
 
-    Before it they are as exact as the step and the surface onto which they were put allow, in their sizes; what the
-    reset makes of them may be as inexact as its operands.
+    Before it they are as exact as the step and the surface onto which they were put allow, in their sizes, unless they
+    stood still; what the reset makes of them may be as inexact as its operands.
     """
     n = state.x.size
     part = 1.0 + settings.tolerance / guards.ROUNDING
     before = scratch.metric
     for i in range(n):
-        before[i] = state.doubt[i] = part * state.scale[i]
+        before[i] = state.doubt[i] = state.doubt[i] if rates[i] == 0.0 else part * state.scale[i]
     if tables.transitions[transition, CANCELS] == 1:
         functions.image_error(transition, t, state.c, state.x, before, state.doubt)
     else:
         for i in range(n):
-            if image[i] != state.x[i]:
+            if tables.resets[transition, i] == 1:
                 state.doubt[i] = abs(image[i])
 
 
@@ -175,7 +175,8 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         run.moved_by = transition
         if tables.moves[transition, key] == 1:
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
-        _note_errors(functions, tables, settings, transition, t, state, event[place.image :], scratch)
+        rates, image = event[place.before :], event[place.image :]
+        _note_errors(functions, tables, settings, transition, t, state, rates, image, scratch)
         for i in range(n):
             x[i] = event[place.image + i]
         if run.live > 0:

@@ -62,6 +62,8 @@ class Tables(NamedTuple):
     """(transitions, 5): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS"""
     moves: Any
     """(transitions, keys): whether the reset may change the guard's value"""
+    resets: Any
+    """(transitions, n): whether the state is reset"""
     bounds: Any
     """(2, n): lower and upper bounds of the states"""
     symmetries: Any

@@ -41,7 +41,7 @@ settings_record = numba.from_dtype(SETTINGS)
 run_record = numba.from_dtype(RUN)
 settings_type = types.Array(settings_record, 1, "C")
 
-tables_type = named_tuple((*[integer_matrix] * 7, matrix, matrix, integer_matrix, integers, vector), Tables)
+tables_type = named_tuple((*[integer_matrix] * 8, matrix, matrix, integer_matrix, integers, vector), Tables)
 states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),

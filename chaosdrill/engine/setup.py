@@ -79,12 +79,20 @@ def tables_of(
         marks=_marks(system, deficient, through),
         transitions=transitions,
         moves=kernels.moves_table,
+        resets=_resets(system),
         bounds=bounds_of(system),
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
         held=np.array(kernels.held, dtype=np.int64),
         slack=np.zeros(len(system.states)),
     )
+
+
+def _resets(system: "HybridSystem") -> np.ndarray:
+    table = np.zeros((max(len(system.transitions), 1), len(system.states)), dtype=np.int64)
+    for row, transition in zip(table, system.transitions, strict=False):
+        row[:] = [transition.reset.get(x, x) != x for x in system.states]
+    return table
 
 
 def _marks(system: "HybridSystem", deficient: Collection[int], through: Collection[tuple[int, int]]) -> np.ndarray:

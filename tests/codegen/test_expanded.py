@@ -174,7 +174,7 @@ def test_the_error_of_a_guard_is_within_its_bound(kernels, contact, x):
     lam, n = CONTACTS[contact]
     place, bounds, gradient = np.array([x, 1.25, x]), np.empty(2), np.empty(4)
     c, rates = constants(kernels, lam, n), np.empty(4)
-    kernels.functions[6](0, 0, 0.0, c, place, bounds)
+    kernels.functions[6](0, 0, 0.0, c, place, np.zeros(3), bounds)
     value = kernels.functions[5](0, 0, 0.0, c, place, gradient)
     kernels.functions[3](0, 0.0, c, place, rates)
     with mpmath.workdps(contact_durations.DIGITS + contact_durations.lost(x, lam)):
