@@ -125,6 +125,23 @@ def read_json(path: Path) -> Any:
     raise ValueError(f"{path}: nested too deeply")
 
 
+def open_target(path: Path) -> BufferedReader:
+    """An ordinary file that is named, or to which a link of that name leads, open for reading.
+
+    Raises
+    ------
+    OSError
+        Also if it is a pipe or a device, at whose opening one may wait for ever.
+    """
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    if not stat.S_ISREG(mode := os.fstat(handle).st_mode):
+        os.close(handle)
+        folder = stat.S_ISDIR(mode)
+        code = errno.EISDIR if folder else errno.EINVAL
+        raise OSError(code, os.strerror(code) if folder else "no ordinary file", str(path))
+    return open(handle, "rb")
+
+
 def open_ordinary(path: Path, most: int) -> BufferedReader:
     """An ordinary file of at most ``most`` bytes, open for reading.
 

@@ -7,11 +7,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import has_checksum, try_reading
-from chaosdrill.dataset.layout import check_layout
+from chaosdrill.archive.trial import borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import netcdf, netcdf_name
+from chaosdrill.files import open_target
 from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
@@ -41,32 +40,28 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
     """
     file = Path(path)
     _check_signature(file)
-    import xarray as xr
+    with borrowed() as reader:
+        # what takes half a second to import does so while the process starts
+        reader.begin(file)
+        try:
+            import xarray as xr
 
-    import_module("chaosdrill.dataset.words")
-    with file.open("rb") as stream:
-        whole = has_checksum(stream)
-    if not whole:
-        try_reading(file)
-    try:
-        check_layout(file)
+            import_module("chaosdrill.dataset.words")
+        except (ImportError, OSError) as fault:
+            raise ArchiveError(
+                f"{file}: cannot be read now, since a library cannot be loaded ({fault}); are too many files open, or "
+                "is there too little memory?"
+            ) from fault
         # what readers warn of in a damaged file is no news for whoever gets it
-        with (
-            netcdf,
-            warnings.catch_warnings(action="ignore"),
-            netcdf_name(file) as known,
-            xr.open_datatree(known, engine="netcdf4", **_AS_STORED) as lazy,
-        ):
-            # DataTree.load of xarray 2026.9 leaves a variable on disk that has the name of a group
-            groups = {node.path: _lists(node.to_dataset(inherit=False).load()) for node in lazy.subtree}
-            tree = xr.DataTree.from_dict(groups)
-    except ArchiveError:
-        raise
-    except MemoryError as fault:
-        raise ArchiveError(f"{file}: not enough memory to read it: {fault}") from fault
-    # a damaged file makes the readers fail in ways of their own
-    except Exception as fault:
-        raise ArchiveError(f"{file}: truncated or damaged: {fault}") from fault
+        with warnings.catch_warnings(action="ignore"):
+            groups = reader.read(file, decoded=True)
+            try:
+                tree = xr.DataTree.from_dict({place: _lists(ds) for place, ds in groups.items()})
+            except MemoryError as fault:
+                raise ArchiveError(f"{file}: not enough memory to read it: {fault}") from fault
+            # groups that contradict each other
+            except Exception as fault:
+                raise ArchiveError(f"{file}: truncated or damaged: {fault!s:.500}") from fault
     if not any("kind" in node.attrs for node in tree.subtree):
         raise ArchiveError(f"{file}: NetCDF, but not an archive of chaosdrill: no group has the attribute 'kind'")
     if (number := format_of(tree.attrs)) > FORMAT:
@@ -76,10 +71,6 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
             "read the file with plain xarray"
         )
     return tree
-
-
-# neither are numbers to become dates, nor codes floats
-_AS_STORED: dict[str, Any] = {"decode_times": False}
 
 
 def format_of(attributes: Mapping[Any, Any]) -> int:
@@ -102,7 +93,7 @@ def _lists(ds: "xr.Dataset") -> "xr.Dataset":
 
 def _check_signature(file: Path) -> None:
     try:
-        with file.open("rb") as stream:
+        with open_target(file) as stream:
             start = stream.read(len(_SIGNATURE))
     except (OSError, ValueError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else fault

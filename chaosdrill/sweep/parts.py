@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.digest import append_checksum, has_checksum
-from chaosdrill.dataset.layout import check_layout
+from chaosdrill.archive.trial import DamagedError, Reader
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.files import (
     draft_of,
     flush,
-    netcdf,
     netcdf_name,
     open_ordinary,
     open_own,
@@ -66,6 +65,7 @@ class Parts:
         self.folder = Path(folder)
         self.scene = plain(scene)
         self.resume = resume
+        self._reader = Reader()
 
     def __enter__(self) -> "Parts":
         self._refuse_link(self.folder)
@@ -81,6 +81,7 @@ class Parts:
         return self
 
     def __exit__(self, fault: type[BaseException] | None, *_: object) -> None:
+        self._reader.end()
         with suppress(OSError):
             if fault is None or not self.kept():
                 # out of the way first, so that what a kill leaves of it is of no run
@@ -116,23 +117,30 @@ class Parts:
 
     def finished(self, group: str) -> "xr.Dataset | None":
         """The stored dataset of an analysis; None if there is none, or, with a warning, if it is damaged."""
-        import xarray as xr
-
         path = self.folder / group / _DATASET
         if not path.exists():
             return None
         try:
             with open_ordinary(path, MOST_BYTES) as file:
-                if not has_checksum(file):
-                    raise ArchiveError(f"{path}: damaged, or its checksum")
-            check_layout(path)
-        except (OSError, ValueError, ArchiveError):
-            warnings.warn(f"{path} is damaged, or its checksum; {group} is computed again", stacklevel=2)
-            return None
-        # nothing is decoded, so that every bit comes back
-        plain: dict[str, Any] = {"mask_and_scale": False, "decode_times": False}
-        with netcdf, netcdf_name(path) as known, xr.open_dataset(known, engine="netcdf4", **plain) as lazy:
-            return lazy.load().drop_encoding()
+                whole = has_checksum(file)
+        except (OSError, ValueError):
+            whole = False
+        told = "is damaged, or its checksum"
+        if whole:
+            try:
+                # nothing is decoded, so that every bit comes back
+                groups = self._reader.read(path, decoded=False)
+                if list(groups) == ["/"]:
+                    return groups["/"].drop_encoding()
+                told = "holds several results"
+            except DamagedError as fault:
+                told = f"cannot be used ({str(fault).removeprefix(f'{path}: ')})"
+        self.recomputed(group, told)
+        return None
+
+    def recomputed(self, group: str, told: str) -> None:
+        """Warn that the stored dataset of an analysis is of no use, and why."""
+        warnings.warn(f"{self.folder / group / _DATASET} {told}; {group} is computed again", stacklevel=3)
 
     def keep(self, group: str, dataset: "xr.Dataset") -> None:
         """Store the dataset of a finished analysis."""

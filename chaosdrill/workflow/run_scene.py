@@ -182,8 +182,10 @@ def compute(
     for group, analysis in scene.analyses.items():
         begin = perf_counter()
         finished = None if parts is None or analysis.parallel else parts.finished(group)
-        if finished is not None:
+        if parts is not None and finished is not None:
             finished = described_again(finished, analysis.kind, system=system)
+            if finished is None:
+                parts.recomputed(group, f"holds what no {analysis.kind} gives")
         if finished is not None:
             groups[group] = finished
             continue

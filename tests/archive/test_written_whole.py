@@ -5,7 +5,6 @@ import random
 import subprocess
 import sys
 from hashlib import sha256
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -262,18 +261,6 @@ def test_of_the_first_format(tree, tmp_path):
     """Without number, digests and last line, and with texts under the names of their dimensions."""
     tree.to_netcdf(tmp_path / "a.nc", engine="netcdf4")
     assert compare(open_archive(tmp_path / "a.nc"), tree) == []
-
-
-def test_a_file_on_which_the_library_goes_round_for_ever_takes_bounded_processor_time(tmp_path, monkeypatch):
-    """Also where nobody is left to end the process in which it is tried."""
-    # the package has a function of that name
-    seal = import_module("chaosdrill.archive.digest")
-    monkeypatch.setattr(seal, "AT_WORK", 1)
-    before_it_reads = seal._TRIAL.split("from chaosdrill")[0]
-    monkeypatch.setattr(seal, "_TRIAL", before_it_reads + "while True: pass\n")
-    (tmp_path / "round.nc").write_bytes(b"any")
-    with pytest.raises(ArchiveError, match="or never ends"):
-        seal.try_reading(tmp_path / "round.nc")
 
 
 # What is not the result of an analysis is refused when it is saved, cut or joined, not when it is read.

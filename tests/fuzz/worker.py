@@ -151,9 +151,9 @@ def _serve(kind, home, line):
 
 def _is_trial(command):
     """Whether a command is the package's own, which reads an archive without its seal."""
-    from chaosdrill.archive.digest import _TRIAL
+    from chaosdrill.archive.trial import source
 
-    return command[:4] == [sys.executable, "-I", "-c", _TRIAL]
+    return command[:5] == [sys.executable, "-I", "-S", "-c", source()]
 
 
 class Reached:
