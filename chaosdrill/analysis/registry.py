@@ -1,22 +1,16 @@
 """What can be asked for by name: kinds of analysis and numerical methods. Imports nothing heavy."""
 
-import os
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.declared import ANALYSES, METHODS
+from chaosdrill.package import modules
 
 if TYPE_CHECKING:
     from chaosdrill.analysis.base import Analysis
 
-FUNCTIONS = tuple(
-    sorted(
-        file.removesuffix(".py")
-        for file in os.listdir(os.path.join(os.path.dirname(__file__), "kinds"))
-        if file.endswith(".py") and not file.startswith("_")
-    )
-)
+FUNCTIONS = tuple(modules("analysis/kinds"))
 """Names of the analysis functions: every file in ``kinds`` is one, of that name."""
 
 

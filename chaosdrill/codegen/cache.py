@@ -9,7 +9,7 @@ import warnings
 from functools import cache
 from pathlib import Path
 
-PACKAGE = Path(__file__).resolve().parent.parent
+from chaosdrill.package import modules, source
 
 
 def lasting_folder() -> Path | None:
@@ -76,7 +76,7 @@ def code_key() -> str:
     import numba
 
     digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
-    compiling = [PACKAGE / "codegen" / name for name in ("signatures.py", "machine.py", "special.py")]
-    for path in (*compiling, *sorted((PACKAGE / "engine").glob("*.py"))):
-        digest.update(path.read_bytes())
+    compiling = [f"codegen.{name}" for name in ("signatures", "machine", "special")]
+    for name in (*compiling, *(f"engine.{name}" for name in modules("engine"))):
+        digest.update(source(f"chaosdrill.{name}"))
     return digest.hexdigest()[:16]

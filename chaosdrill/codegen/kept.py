@@ -19,6 +19,7 @@ import llvmlite
 from chaosdrill.codegen import machine
 from chaosdrill.codegen.cache import cache_folder, code_key, write_private
 from chaosdrill.codegen.machine import processor
+from chaosdrill.package import source
 from chaosdrill.progress import compiling
 
 SUFFIX = ".code"
@@ -80,7 +81,7 @@ def _age(path: Path) -> float:
 def object_code(text: str) -> bytes:
     """Machine code of LLVM code for this processor, from the disk or compiled; see `machine.compile_object`."""
     key = hashlib.sha256("\n".join((llvmlite.__version__, *processor(), text)).encode())
-    key.update(Path(machine.__file__).read_bytes())
+    key.update(source(machine.__name__))
     path = cache_folder() / "kernels" / f"{key.hexdigest()[:32]}{SUFFIX}"
     code = read(path)
     if code is None:
@@ -98,12 +99,12 @@ def engine_path(module: str, name: str) -> Path:
     spec = find_spec(module)
     assert spec is not None
     assert spec.origin is not None
-    source = Path(spec.origin)
-    key = hashlib.sha256("\n".join((code_key(), *processor())).encode() + source.read_bytes())
-    beside = source.parent / "__pycache__"
-    writable = os.access(beside if beside.exists() else source.parent, os.W_OK)
+    file = Path(spec.origin)
+    key = hashlib.sha256("\n".join((code_key(), *processor())).encode() + source(module))
+    beside = file.parent / "__pycache__"
+    writable = os.access(beside if beside.exists() else file.parent, os.W_OK)
     folder = beside if writable else cache_folder() / "engine"
-    return folder / f"{source.stem}.{name}.{key.hexdigest()[:20]}{SUFFIX}"
+    return folder / f"{file.stem}.{name}.{key.hexdigest()[:20]}{SUFFIX}"
 
 
 def engine_code(module: str, name: str, compile_it: Callable[[], bytes]) -> bytes:

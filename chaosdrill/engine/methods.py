@@ -6,9 +6,9 @@ The declaration is a literal, which is read without importing what the method co
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from chaosdrill.declared import METHODS
+from chaosdrill.package import modules, source
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Method:
 
 
 def _found() -> Iterator[tuple[str, Method]]:
-    for file in sorted(Path(__file__).parent.glob("*.py")):
-        text = file.read_text(encoding="utf-8")
+    for name in modules("engine"):
+        text = source(f"chaosdrill.engine.{name}").decode()
         if "\nMETHOD = " in text:
             assigned = (s for s in ast.parse(text).body if isinstance(s, ast.Assign))
             (value,) = (s.value for s in assigned if ast.unparse(s.targets[0]) == "METHOD")
-            yield file.stem, Method(**ast.literal_eval(value))
+            yield name, Method(**ast.literal_eval(value))
 
 
 _methods = dict(_found())

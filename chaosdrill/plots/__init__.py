@@ -1,12 +1,12 @@
 """Pictures of results. Every module is imported here, so that all pictures are known."""
 
 from importlib import import_module
-from pathlib import Path
 
+from chaosdrill.package import modules
 from chaosdrill.plots.animation import animate
 from chaosdrill.plots.pictures import PICTURES, Picture, behind, plan, plot, plot_archive
 
 __all__ = ["PICTURES", "Picture", "animate", "behind", "plan", "plot", "plot_archive"]
 
-for _file in sorted(Path(__file__).parent.glob("[!_]*.py")):
-    import_module(f"{__name__}.{_file.stem}")
+for _module in modules("plots"):
+    import_module(f"{__name__}.{_module}")
