@@ -28,6 +28,7 @@ _HOME = {
     "list_names": "chaosdrill.scene",
     "new_scene": "chaosdrill.scene",
     "run": "chaosdrill.workflow",
+    "system": "chaosdrill.workflow",
     "info": "chaosdrill.workflow",
     "save": "chaosdrill.archive",
     "open": "chaosdrill.archive",
@@ -45,6 +46,7 @@ _HOME = {
     "SettingsError": "chaosdrill.errors",
     "SceneError": "chaosdrill.errors",
     "ArchiveError": "chaosdrill.errors",
+    "StartWarning": "chaosdrill.errors",
 }
 
 _HOME |= dict.fromkeys(FUNCTIONS, "chaosdrill.analysis")

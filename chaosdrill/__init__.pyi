@@ -13,6 +13,7 @@ from chaosdrill.errors import ChaosdrillError as ChaosdrillError
 from chaosdrill.errors import ModelError as ModelError
 from chaosdrill.errors import SceneError as SceneError
 from chaosdrill.errors import SettingsError as SettingsError
+from chaosdrill.errors import StartWarning as StartWarning
 from chaosdrill.model import HybridSystem as HybridSystem
 from chaosdrill.model import Transition as Transition
 from chaosdrill.model.drives import driven as driven
@@ -35,6 +36,7 @@ from chaosdrill.systems.drill import drill as drill
 from chaosdrill.workflow import cite as cite
 from chaosdrill.workflow import info as info
 from chaosdrill.workflow import run as run
+from chaosdrill.workflow import system as system
 from chaosdrill.workflow import verify as verify
 
 __version__: str

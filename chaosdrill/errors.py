@@ -17,5 +17,9 @@ class SceneError(ChaosdrillError):
     """A scene file that cannot be run."""
 
 
+class StartWarning(UserWarning):
+    """No run could begin: every start is beyond a guard of its mode."""
+
+
 class ArchiveError(ChaosdrillError):
     """An archive that cannot be read, written or compared."""

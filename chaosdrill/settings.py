@@ -216,9 +216,14 @@ class Settings:
         ------
         SettingsError
             An argument that cannot be used.
+        TypeError
+            One that is missing, if all others can be.
         """
         read, table = {}, {}
+        missing = [one.name for one in cls.signature() if one.name not in given and one.default is Parameter.empty]
         for one in fields(cls):
+            if one.name in missing:
+                continue
             value, rule = given[one.name], one.metadata["value"]
             if value is None and isinstance(one.default, tuple):
                 value = one.default
@@ -226,6 +231,8 @@ class Settings:
             read[one.name] = None if left_out else rule.read(one.name, value, system)
             if not left_out and not _is_default(one, value):
                 table[one.name] = rule.plain(value)
+        if missing:
+            raise TypeError(f"missing a required argument: {missing[0]!r}")
         for faults in (cls.beside(table), cls.together(table, Known.of(system)), cls.misfits(table, system)):
             for path, text in faults:
                 name, *rest = path or ("",)
@@ -369,9 +376,9 @@ def positive(name: str, value: Any) -> float:
 
 
 def real(value: Any) -> float:
-    """The value as a float; NaN for what is no real number, texts and truth values among it."""
-    truth = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b"
-    if truth or isinstance(value, str | bytes) or getattr(value, "ndim", 0):
+    """The value as a float; NaN for what is no real number, texts, truth values and dates among it."""
+    none = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") in ("b", "m", "M")
+    if none or isinstance(value, str | bytes) or bool(getattr(value, "ndim", 0)):
         return nan
     try:
         return float(value)

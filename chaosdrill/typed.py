@@ -4,11 +4,12 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
-from inspect import signature
+from inspect import Parameter, Signature, signature
 from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 from chaosdrill.errors import ChaosdrillError
+from chaosdrill.names import remedy
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -64,6 +65,22 @@ def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind) -> N
         raise error(f"{name} is {value!r:.60}; it must be {kind.words}")
 
 
+def known_names(function: str, known: Signature, keywords: Mapping[str, Any]) -> None:
+    """Refuse a keyword that a function does not have.
+
+    Raises
+    ------
+    TypeError
+        With the name that is likely to be meant.
+    """
+    if any(one.kind is Parameter.VAR_KEYWORD for one in known.parameters.values()):
+        return
+    names = [name for name, one in known.parameters.items() if one.kind is not Parameter.POSITIONAL_ONLY]
+    for name in keywords:
+        if name not in names:
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {remedy(name, names)}")
+
+
 def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Have a function refuse arguments of other types than these; one whose default is None may be None.
 
@@ -81,10 +98,11 @@ def expecting(error: type[ChaosdrillError], **kinds: Kind) -> Callable[[Callable
 
         @wraps(function)
         def checked(*arguments: P.args, **keywords: P.kwargs) -> R:
+            known_names(function.__name__, known, keywords)
             try:
-                given = known.bind(*arguments, **keywords).arguments
+                given = known.bind_partial(*arguments, **keywords).arguments
             except TypeError:
-                # a call that fits no signature has Python's own words
+                # a call with too many arguments has Python's own words
                 given = {}
             for name, kind in kinds.items():
                 if name in given and not (given[name] is None and name in optional):

@@ -232,12 +232,21 @@ class Between(Settings):
 _LIST = ListOf(Number(), distinct=True, most=LONGEST)
 
 
+def _may_be_limits(value: Any) -> bool:
+    """Whether a tuple reads as start and stop, or as these and a count, as well as it reads as values."""
+    return isinstance(value, tuple) and (len(value) == 2 or (len(value) == 3 and real(value[2]) % 1 == 0))
+
+
 def _values(value: Any) -> Faults:
     """Faults of a list of numbers, or of a `Range`."""
     if isinstance(value, Mapping):
         yield from Range.faults(value)
     elif isinstance(value, list):
         yield from _LIST.faults(value)
+    elif _may_be_limits(value):
+        ends = f"'start': {value[0]!r:.40}, 'stop': {value[1]!r:.40}, 'num': {value[2] if len(value) > 2 else 100}"
+        words = f"may be read as values or as limits; for values write {list(value)!r:.120}, for a range {{{ends}}}"
+        yield (), told(words, value)
     else:
         yield (), told("expected a list of numbers, or a table with start, stop and num", value)
 
@@ -265,7 +274,7 @@ class Axes(Value):
         return {str(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 
     def _plain(self, values: Any) -> Any:
-        return _LIST.plain(values)
+        return values if _may_be_limits(values) else _LIST.plain(values)
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
@@ -321,7 +330,8 @@ class Ranges(Axes):
         if isinstance(values, Mapping):
             yield from Between.faults(values)
         else:
-            yield (), told("expected two limits, start and stop", values)
+            words = "expected two limits, start and stop, between which a branch finds its own points"
+            yield (), told(words, values)
 
     def misfits(self, value: Any, known: Known) -> Faults:
         yield from super().misfits(value, known)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import Parameter, Signature, cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar, cast
+from warnings import warn
 
 from chaosdrill.analysis.arguments import (
     LONGEST_PERIOD,
@@ -17,13 +18,15 @@ from chaosdrill.analysis.arguments import (
     misfits_of_section,
 )
 from chaosdrill.analysis.registry import function
+from chaosdrill.analysis.starts import told_of_starts
 from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
-from chaosdrill.errors import ModelError, SettingsError
+from chaosdrill.errors import ModelError, SettingsError, StartWarning
+from chaosdrill.package import docstring
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
-from chaosdrill.typed import LISTENER, PATH, refuse
+from chaosdrill.typed import LISTENER, PATH, known_names, refuse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -243,7 +246,7 @@ class Analysis:
 
     def _documented(self) -> dict[str, str]:
         """What the function's docstring says of each of its parameters."""
-        _, section = cleandoc(self.run.__doc__ or "").split("Parameters\n----------\n")
+        _, section = cleandoc(docstring(self.run)).split("Parameters\n----------\n")
         section, _ = section.split("\n\nReturns\n")
         found = re.findall(r"^(\w.*?) : (.*)\n((?: .*(?:\n|$))+)", section, re.MULTILINE)
         return {name: f"{kind}: {' '.join(text.split())}" for names, kind, text in found for name in names.split(", ")}
@@ -267,6 +270,8 @@ class Analysis:
         from chaosdrill.model import HybridSystem
         from chaosdrill.model.regions import check_parameters
 
+        if "system" not in given:
+            raise TypeError(f"{self.function}() missing a required argument: 'system'")
         system = given["system"]
         if not isinstance(system, HybridSystem):
             named = f"chaosdrill.build({system!r:.60})" if isinstance(system, str) else "chaosdrill.drill()"
@@ -286,7 +291,10 @@ class Analysis:
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
         system.forcing_period()
-        settings = self.settings.read(given, system)
+        try:
+            settings = self.settings.read(given, system)
+        except TypeError as fault:
+            raise TypeError(f"{self.function}() {fault}") from None
         if not self.settings.parallel or not getattr(settings, "sweep", None):
             check_parameters(system)
         numerics = {} if self.settings.own_numerics else vars(NumericsSettings.read(given, system))
@@ -297,6 +305,9 @@ class Analysis:
         if not self.settings.parallel:
             compile_ahead(ONE_RUN)
         found = self.run(system, settings, job)
+        if "outcome" in found and (told := told_of_starts(system, found["outcome"].values)):
+            # of whoever calls the function
+            warn(f"{self.function}: {told}", StartWarning, stacklevel=4)
         kept = {name: getattr(settings, name) for name in self.settings.values()} | numerics
         return label(found, self.kind, system=system, settings=kept).assign_attrs(found.attrs)
 
@@ -321,8 +332,9 @@ def analysis(
         signature = entry.signature()
 
         def called(*arguments: Any, **keywords: Any) -> Any:
+            known_names(entry.function, signature, keywords)
             try:
-                given = signature.bind(*arguments, **keywords)
+                given = signature.bind_partial(*arguments, **keywords)
             except TypeError as fault:
                 raise TypeError(f"{entry.function}() {fault}") from None
             given.apply_defaults()

@@ -132,6 +132,38 @@ def settled_modes(system: "HybridSystem", states: "np.ndarray", modes: "np.ndarr
     return np.where(modes == UNTOLD, modes_at(system, {}, states)[0], modes) if system.regions else modes
 
 
+def told_of_starts(system: "HybridSystem", outcomes: "np.ndarray") -> str:
+    """Why no run of an analysis could begin, with the guard if the system's own start is beyond one; else empty."""
+    from chaosdrill.dataset import Outcome
+
+    if not outcomes.size or (outcomes != Outcome.INVALID_START).any():
+        return ""
+    passed = _passed(system)
+    return f"the run has no start. {passed or Outcome.INVALID_START.advice}"
+
+
+def _passed(system: "HybridSystem") -> str:
+    """The guard beyond which the system starts, with its value there; empty if it cannot be told."""
+    mode = system.initial["mode"]
+    there = {**system.parameters, **system.initial}
+    for t in system.transitions:
+        if mode not in t.source or t.marks_only():
+            continue
+        try:
+            value = float(t.guard.subs({s: there.get(s.name, 0.0) for s in t.guard.free_symbols}))
+        except TypeError:
+            # a guard of a Python function, or one without a value there
+            continue
+        if t.direction * value > 0:
+            state = ", ".join(f"{name} = {system.initial[name]:g}" for name in system.state_names)
+            side = "negative" if t.direction > 0 else "positive"
+            return (
+                f"At {state} the guard {t.guard} of {t.name!r} is {value:g}, and mode {mode!r} holds while it is "
+                f"{side}; start on that side, or in another mode."
+            )
+    return ""
+
+
 def _entry(place: str, key: str, value: Any, system: "HybridSystem") -> Any:
     if key == "mode":
         if value is None and not system.names_mode:

@@ -2,12 +2,14 @@
 
 import json
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings
 
 import click
 
 from chaosdrill.cli.streams import changes_option, emit, json_option, say, tell
 from chaosdrill.dataset.branches import Special, count_special_points
 from chaosdrill.dataset.outcomes import Outcome, count_outcomes
+from chaosdrill.errors import StartWarning
 from chaosdrill.progress import Display
 
 if TYPE_CHECKING:
@@ -51,7 +53,8 @@ def run(
     """
     from chaosdrill.workflow import run as run_scene
 
-    with Display() as progress:
+    # advice says it for every outcome
+    with catch_warnings(action="ignore", category=StartWarning), Display() as progress:
         tree = run_scene(
             scene,
             output,

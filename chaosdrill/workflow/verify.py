@@ -87,7 +87,7 @@ def verify(
 
     An archive that was saved from Python has no scene. Each group of it is computed again from the definition of its
     system, the numbers and the arguments that it holds; what cannot be is a difference, with the reason. Attributes
-    that somebody added are not compared there.
+    that somebody added are not compared.
 
     With the versions and the platform of the archive numbers are compared bit for bit. With others, cycles, multipliers
     and whatever attracts are to agree within the error of the method, and in chaos averages within their errors;
@@ -129,6 +129,8 @@ Compared = tuple[list[Difference], list[Check], list[str]]
 def _from_scene(
     path: str | os.PathLike[str], tree: "xr.DataTree", text: str, workers: int, report: Callable[[str], Any] | None
 ) -> Compared:
+    import xarray as xr
+
     from chaosdrill.scene import parse_scene
 
     try:
@@ -137,7 +139,11 @@ def _from_scene(
     except ChaosdrillError as fault:
         raise ArchiveError(f"{path}: the scene in it cannot be run:\n{fault}") from fault
     notes = _notes(tree.attrs, again.attrs)
-    differences, checks = examine(tree, again, exact=not notes, older=_is_older(tree.attrs))
+    computed = {node.path: node.to_dataset(inherit=False) for node in again.subtree}
+    groups = {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+    known = {path: _only_known_attributes(ds, computed.get(path, ds)) for path, ds in groups.items()}
+    first = xr.DataTree.from_dict(known)
+    differences, checks = examine(first, again, exact=not notes, older=_is_older(tree.attrs))
     return differences, checks, notes
 
 

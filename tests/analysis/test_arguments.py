@@ -104,7 +104,7 @@ SWEEPS = [
     ({"gamma": [0.1], "delta": [0.1]}, {}, "sweeps one parameter"),
     ({}, {}, "sweeps one parameter"),
     ({"gamma": [0.1]}, {"seeds": []}, "seeds is empty"),
-    ({"gamma": [0.1]}, {"seeds": [{"z": 1.0}]}, "'z'; expected 'mode' or one of"),
+    ({"gamma": [0.1]}, {"seeds": [{"z": 1.0}]}, "'z', which is no state; known here: mode, x, v"),
     ({"gamma": [0.1]}, {"workers": 0}, "workers is 0; must be at least 1"),
     ({"gamma": [0.1]}, {"periods": 1}, "periods is 1; must be at least 2"),
     ({"gamma": [0.1]}, {"exponents": 3}, "the system has 2 states"),

@@ -280,7 +280,8 @@ def test_a_start_where_both_fields_point_away_leaves_to_the_side_that_is_named()
         np.testing.assert_allclose(run["states"].values[:, 1], side * run["time"].values)
     repelling = two_fold(initial={"x": 0.0}, above={"x": "1", "y": "1 + x**2"}, below={"x": "-2", "y": "-1 - x**2"})
     assert repelling.initial["mode"] == "above"
-    refused = cd.trajectory(repelling.with_initial(mode="sliding"), duration=1, samples=2)
+    with pytest.warns(cd.StartWarning):
+        refused = cd.trajectory(repelling.with_initial(mode="sliding"), duration=1, samples=2)
     assert int(refused["outcome"]) == cd.Outcome.INVALID_START
 
 

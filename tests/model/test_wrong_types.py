@@ -47,6 +47,7 @@ RIGHT = {
     "continue_orbit": {"system": SYSTEM, "sweep": {"omega": (2.5, 2.6)}},
     "work_precision": {"system": SYSTEM, "periods": 1},
     "run": {"scene": "scene.toml", "output": "out.nc"},
+    "system": {"result": "own.nc"},
     "info": {"path": "own.nc"},
     "save": {"tree": None, "path": "own.nc"},
     "open": {"path": "own.nc"},

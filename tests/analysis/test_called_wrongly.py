@@ -1,0 +1,93 @@
+"""A call that is wrong in one place is told of that place: not of another, and never read as something else."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+
+DIAGRAM = {"transient": 1, "periods": 4}
+
+
+@pytest.mark.parametrize("values", [(0.1, 0.3), (0.1, 0.3, 5), (1, 2, 3)])
+@pytest.mark.parametrize("kind", ["diagram", "chart", "basins"])
+def test_a_tuple_that_may_be_values_or_limits_is_refused_with_both_ways(duffing, kind, values):
+    calls = {
+        "diagram": lambda: cd.bifurcation_diagram(duffing, {"gamma": values}, **DIAGRAM),
+        "chart": lambda: cd.parameter_chart(duffing, {"gamma": values, "omega": [1.0, 1.1]}, **DIAGRAM),
+        "basins": lambda: cd.basins(duffing, {"x": values, "v": [0.0, 0.1]}, **DIAGRAM),
+    }
+    with pytest.raises(cd.SettingsError) as caught:
+        calls[kind]()
+    assert f"write {list(values)}" in str(caught.value)
+    assert f"'start': {values[0]}, 'stop': {values[1]}, 'num': " in str(caught.value)
+
+
+def test_what_can_be_values_alone_is(duffing):
+    for values in ([0.1, 0.3], (0.1, 0.2, 0.35), np.array([0.1, 0.3])):
+        found = cd.bifurcation_diagram(duffing, {"gamma": values}, max_extension=0, **DIAGRAM)
+        assert found["gamma"].values.tolist() == list(values)
+
+
+def test_limits_are_two(duffing):
+    with pytest.raises(cd.SettingsError, match="expected two limits, start and stop, between which a branch finds"):
+        cd.continue_orbit(duffing, {"gamma": (0.1, 0.3, 100)})
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda s: cd.lyapunov_spectrum(s, period=8), r"lyapunov_spectrum\(\) got .*'period'; did you mean 'periods'"),
+        (lambda s: cd.bifurcation_diagram(s, {"gamma": [0.1]}, transiant=8, periods=4), "'transiant'; did you mean 't"),
+        (lambda s: cd.basins(s, {"x": [0.0, 1.0]}, sytem=3), "got an unexpected keyword argument 'sytem'"),
+        (lambda s: cd.build("lorenz", parametres={}), r"build\(\) got .*'parametres'; did you mean 'parameters'"),
+        (lambda s: cd.save(s, pth="a.nc"), r"save\(\) got .*'pth'; did you mean 'path'"),
+        (lambda s: cd.trajectory(), r"trajectory\(\) missing a required argument: 'system'"),
+        (lambda s: cd.bifurcation_diagram(s, {"gamma": [0.1]}, periods=4), "missing a required argument: 'transient'"),
+    ],
+)
+def test_a_name_that_no_argument_has(duffing, call, told):
+    with pytest.raises(TypeError, match=told):
+        call(duffing)
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda s: cd.bifurcation_diagram("duffing", {"gamma": [0.1]}, periods=4), "system is 'duffing'"),
+        (lambda s: cd.bifurcation_diagram(s, {"gama": [0.1]}, periods=4), "sweep.gama: unknown parameter"),
+        (lambda s: cd.bifurcation_diagram(s, {"gamma": [0.1]}, periods=1), "periods is 1; must be at least 2"),
+    ],
+)
+def test_what_is_missing_hides_no_other_fault(duffing, call, told):
+    with pytest.raises(cd.SettingsError, match=told):
+        call(duffing)
+
+
+def test_dates_are_no_times_of_a_run(duffing):
+    with pytest.raises(cd.SettingsError, match="times"):
+        cd.trajectory(duffing, periods=2, times=np.array(["2020-01-01", "2020-01-02"], dtype="datetime64[ns]"))
+
+
+WALL = {"modes": {"free": {"x": "v", "v": "-x"}}, "states": "x v", "name": "hitter"}
+HIT = cd.Transition("hit", "free", "free", guard="x - 1", direction=1, reset={"v": "-v"})
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda s: cd.trajectory(s, duration=1),
+        lambda s: cd.lyapunov_spectrum(s, duration=1),
+        lambda s: cd.basins(s, initial=[{"x": 2.0}, {"x": 3.0}], duration=4, transient=1, at="x < 0"),
+    ],
+)
+def test_a_start_beyond_a_wall_is_told_where_it_was_asked_for(call):
+    system = cd.HybridSystem(**WALL, transitions=[HIT], initial={"x": 2.0})
+    with pytest.warns(cd.StartWarning, match=r"At x = 2, v = 0 the guard x - 1 of 'hit' is 1, .*negative") as told:
+        call(system)
+    assert [one.filename for one in told] == [__file__]
+
+
+def test_a_grid_with_a_start_on_this_side_is_a_result():
+    system = cd.HybridSystem(**WALL, transitions=[HIT], initial={"x": 2.0})
+    found = cd.basins(system, initial=[{"x": 2.0}, {"x": 0.5}], duration=4, transient=1, at="x < 0")
+    assert (found["outcome"] == cd.Outcome.INVALID_START).values.tolist() == [True, False]
