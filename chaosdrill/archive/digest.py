@@ -107,14 +107,15 @@ def _of_variable(variable: "xr.Variable") -> str:
         total.update(json.dumps(np.asarray(values, dtype=str).ravel().tolist()).encode())
         kind = "text"
     else:
-        kind = values.dtype.newbyteorder("<").str
+        # of dates the file keeps no resolution
+        kind = "<M8[ns]" if values.dtype.kind == "M" else values.dtype.newbyteorder("<").str
         flat = values.reshape(-1)
         for start in range(0, flat.size, _BLOCK):
             block = flat[start : start + _BLOCK].astype(kind)
             if block.dtype.kind == "f":
                 # a NaN has many bit patterns, and readers may exchange one for another
                 block[np.isnan(block)] = np.nan
-            total.update(block.data)
+            total.update(block.view("<i8").data if block.dtype.kind == "M" else block.data)
     total.update(json.dumps([kind, [str(dim) for dim in variable.dims], list(variable.shape)]).encode())
     total.update(_text(variable.attrs))
     return total.hexdigest()[:32]

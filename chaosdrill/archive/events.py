@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.dataset.dates import DATES
 from chaosdrill.dataset.provenance import DERIVED, now, signature
 from chaosdrill.errors import ArchiveError
 from chaosdrill.settings import real
@@ -112,6 +113,8 @@ def _check_trajectory(argument: str, ds: "xr.Dataset") -> None:
     if not isinstance(ds, xr.Dataset):
         advice = "; give its dataset, as in node.to_dataset()" if isinstance(ds, xr.DataTree) else ""
         raise ArchiveError(f"{argument} is {type(ds).__name__}; it must be the xarray.Dataset of a trajectory{advice}")
+    if dated := [name for name in ("time", "event_time") if name in ds.variables and ds[name].dtype.kind in DATES]:
+        raise ArchiveError(f"{argument}: {dated[0]} holds dates; cut and join count model time, which is a number")
     missing = [name for name in ("time", "states", "event_time") if name not in ds.variables]
     if missing:
         kind = ds.attrs.get("kind", "dataset")

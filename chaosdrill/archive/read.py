@@ -82,12 +82,15 @@ def format_of(attributes: Mapping[Any, Any]) -> int:
 
 
 def _lists(ds: "xr.Dataset") -> "xr.Dataset":
-    """The same with codes in a list, of which NetCDF gives back a single one as a number."""
+    """The same with codes in a list, of which NetCDF gives back a single one as a number, and plain numbers beside."""
     import numpy as np
 
-    for variable in ds.variables.values():
-        if "flag_values" in variable.attrs:
-            variable.attrs["flag_values"] = np.atleast_1d(variable.attrs["flag_values"])
+    for attributes in (ds.attrs, *(variable.attrs for variable in ds.variables.values())):
+        for name, value in attributes.items():
+            if name == "flag_values":
+                attributes[name] = np.atleast_1d(value)
+            elif isinstance(value, np.number):
+                attributes[name] = value.item()
     return ds
 
 

@@ -307,4 +307,4 @@ def _dataset(variables: dict[str, Any], attributes: dict[str, Any], *, decoded: 
 
     # numbers shall not become dates
     plain = xr.Dataset(variables, attrs=attributes)
-    return xr.decode_cf(plain, decode_times=False, mask_and_scale=decoded).load()
+    return xr.decode_cf(plain, decode_times=decoded, decode_timedelta=False, mask_and_scale=decoded).load()

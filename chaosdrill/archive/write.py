@@ -74,6 +74,12 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
         )
     target = Path(path)
     check_writable(target)
+    for node in tree.subtree:
+        if spans := [name for name, variable in node.variables.items() if variable.dtype.kind == "m"]:
+            raise ArchiveError(
+                f"{target}: {spans[0]!s:.60} holds spans of time, which NetCDF has as numbers with a unit; divide them "
+                f"by one, as in ds[{str(spans[0])!r:.60}] / numpy.timedelta64(1, 's')"
+            )
     groups = {node.path: without_lost_codes(node.to_dataset(inherit=False)) for node in tree.subtree}
     tree = xr.DataTree.from_dict({path: with_digests(group) for path, group in groups.items()})
     with writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:

@@ -10,6 +10,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.schema import table_of
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.animation import MOVING, animate
@@ -192,7 +193,7 @@ def plot(
         )
     if lost := [name for name in swept(ds) if name in ds.coords and name not in ds.dims]:
         raise SettingsError(f"{lost[0]} has been selected to one value; give several, as in ds.sel({lost[0]}=[value])")
-    ds = _with_dimensions(ds)
+    ds = _with_dimensions(undated(ds))
     suited = {picture.name: picture for picture in PICTURES if picture.suits(ds)}
     if not suited or (kind is not None and kind not in suited):
         raise SettingsError(
@@ -269,7 +270,8 @@ def plot_archive(
         raise SettingsError(
             f"output: {fspath(output)!r} has no {what} format as its ending; use one of {', '.join(formats)}"
         )
-    groups = {node.path.strip("/"): node.to_dataset() for node in open_archive(path).subtree if "kind" in node.attrs}
+    results = (node for node in open_archive(path).subtree if "kind" in node.attrs)
+    groups = {node.path.strip("/"): undated(node.to_dataset()) for node in results}
     # what can be opened has a name, from which that of a picture is made
     target = Path(output) if output is not None else Path(path).with_suffix(f".{formats[0]}")
     if group is not None and group.strip("/") not in groups:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from chaosdrill.dataset.dates import undated
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.files import followed, name_text, remove_drafts
 from chaosdrill.reports import charts, tables
@@ -142,7 +143,8 @@ class _Writer:
 
     def __init__(self, tree: "xr.DataTree", path: Path) -> None:
         self.tree, self.path = tree, path
-        self.groups = {n.path.strip("/") or "result": n.to_dataset() for n in tree.subtree if "kind" in n.attrs}
+        results = (node for node in tree.subtree if "kind" in node.attrs)
+        self.groups = {node.path.strip("/") or "result": undated(node.to_dataset()) for node in results}
         self.pictures, self.charts, self.faults = 0, 0, list[str]()
 
     def page(self) -> str:

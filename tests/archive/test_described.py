@@ -15,6 +15,7 @@ from chaosdrill.archive import save
 from chaosdrill.cli import main
 from chaosdrill.dataset.references import REFERENCES, package, references
 from chaosdrill.errors import ArchiveError
+from chaosdrill.model.definition import write_definition
 from chaosdrill.plots import PICTURES
 from chaosdrill.reports import report
 from chaosdrill.workflow import cite, info, verify
@@ -117,7 +118,7 @@ def results():
             random={"count": 2, "seed": 3, "x": (-0.1, 0.1)},
             seeds=[{"x": 0.05, "mode": "free"}],
         ),
-        "chart": cd.parameter_chart(system, {"omega": [3.3, 3.4], "e": (0.7, 0.8)}, transient=20, periods=16),
+        "chart": cd.parameter_chart(system, {"omega": [3.3, 3.4], "e": [0.7, 0.8]}, transient=20, periods=16),
         "basins": cd.basins(system, {"x": [-0.3, 0.2], "v": np.array([-0.5, 0.5])}, transient=20, periods=16),
         "orbit": cd.periodic_orbit(system, start="search", max_period=1),
         "branch": cd.continue_orbit(system, {"omega": (3.3, 3.35)}, transient=300),
@@ -177,6 +178,64 @@ def test_attributes_of_ones_own_are_welcome(results, tmp_path):
     ds = results["spectrum"].assign_attrs(creator_name="me", license="CC0")
     ds["lyapunov_exponent"].attrs["note"] = "the first is chaotic"
     assert verify(cd.save(ds, tmp_path / "mine.nc")).equal
+
+
+def test_an_archive_of_a_scene_may_say_who_made_it(every_kind, tmp_path):
+    tree = cd.open(every_kind)
+    tree.attrs |= {"creator_name": "me", "license": "CC0", "id": "doi:10.5281/zenodo.1"}
+    tree["motion"].attrs["project"] = "drilling"
+    tree["motion"]["states"].attrs["note"] = "a cycle"
+    path = cd.save(tree, tmp_path / "published.nc")
+    assert verify(path).equal
+    # nothing that was there may say otherwise
+    tree["motion"].attrs["system"] = "another"
+    assert {d.variable for d in verify(cd.save(tree, path)).differences} == {":system"}
+
+
+def test_attributes_of_what_was_opened_are_plain(every_kind, small):
+    for tree in (cd.open(every_kind), cd.open(small)):
+        for node in tree.subtree:
+            json.dumps(node.attrs)
+
+
+def test_the_system_of_an_archive(every_kind, results, tmp_path):
+    tree = cd.open(every_kind)
+    for held in (every_kind, str(every_kind), tree, tree["motion"], tree["motion"].to_dataset().isel(time=0)):
+        system = cd.system(held)
+        assert (system.name, system.state_names) == ("impact-oscillator", ("x", "v"))
+        assert system.parameters == json.loads(tree["motion"].attrs["parameters"])
+    again = cd.system(results["motion"])
+    assert dict(write_definition(again)) == json.loads(results["motion"].attrs["definition"])
+
+
+def test_an_archive_without_a_system_or_with_several_is_told(results, tmp_path):
+    one = results["motion"]
+    other = one.assign_attrs(parameters=one.attrs["parameters"].replace("0.", "0.1", 1))
+    with pytest.raises(ArchiveError, match=r"several systems: those of a, b differ; name one, as in .*'a'"):
+        cd.system(xr.DataTree.from_dict({"a": one, "b": other}))
+    for wrong, told in ((xr.Dataset(), "has no system"), (xr.DataTree(), "no result"), (3, "it must be a dataset")):
+        with pytest.raises(ArchiveError, match=told):
+            cd.system(wrong)
+
+
+def test_dates_come_back_and_are_drawn(results, tmp_path):
+    start = np.datetime64("2020-01-01T12:00:00", "ns")
+    dated = results["motion"].assign_coords(when=start)
+    seconds = (1e9 * dated["time"].values).astype("timedelta64[ns]")
+    dated = dated.assign_coords(time=start + seconds)
+    path = cd.save(dated, tmp_path / "dated.nc")
+    again = cd.open(path).to_dataset()
+    np.testing.assert_array_equal(again["time"].values, dated["time"].values)
+    assert again["when"].values == start
+    assert "altered" not in cd.info(path)["groups"]["/"]
+    axes = cd.plot(again).figure.axes[-1]
+    assert axes.get_xlim()[0] <= 0 < axes.get_xlim()[1] < 1e6
+    assert len(cd.plot_archive(path, tmp_path / "dated.png")) == 2
+    with pytest.raises(ArchiveError, match="time holds dates"):
+        cd.cut(again, 0, 1)
+    spans = results["motion"].assign_coords(time=seconds)
+    with pytest.raises(ArchiveError, match=r"time holds spans of time.*ds\['time'\] / numpy.timedelta64"):
+        cd.save(spans, tmp_path / "spans.nc")
 
 
 def test_other_versions_are_told_and_compared_by_what_can_be(results, tmp_path):
