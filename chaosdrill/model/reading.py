@@ -603,7 +603,8 @@ class Reader:
             raise _TooManyFaults
         if self.open:
             return read_open_text(text, condition=condition)
-        return read_text(text, self._names, condition=condition, hints=self._hints)
+        clock = None if self._clock is None else self._clock.name
+        return read_text(text, self._names, condition=condition, hints=self._hints, clock=clock)
 
     def _from_sympy(self, value: Any, condition: bool) -> Any:
         try:
@@ -695,10 +696,16 @@ def is_name(name: str) -> bool:
 def finite(value: Any) -> float | None:
     """A finite number as a double; None for anything else."""
     try:
-        number = float("nan") if isinstance(value, str | bytes | bool) else float(value)
+        # an array of one number is none, though float takes it; a complex number loses a part there
+        number = float("nan") if isinstance(value, str | bytes | bool) or _is_more(value) else float(value)
     except (TypeError, ValueError, OverflowError):
         return None
     return number if abs(number) <= MOST else None
+
+
+def _is_more(value: Any) -> bool:
+    """Whether something of numpy or xarray is more than one real number."""
+    return bool(getattr(value, "ndim", 0)) or getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
 def _rated(modes: Any) -> Iterator[str]:

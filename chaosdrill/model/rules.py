@@ -13,7 +13,7 @@ from chaosdrill.model.derive import frozen_states
 from chaosdrill.model.exponents import differences
 from chaosdrill.model.python import Called
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
-from chaosdrill.model.text import SMOOTH, double, level_of, unknown_function
+from chaosdrill.model.text import SMOOTH, double, level_of, no_function, unknown_function
 
 if TYPE_CHECKING:
     from chaosdrill.model.reading import Definition, Transition
@@ -38,6 +38,8 @@ def refused(expression: Any, moving: set[Any], level: int) -> str | None:
         if own is None:
             if name == "Heaviside" and level == FLOW:
                 return f"{part!s:.60} has no Taylor series; {_modes_instead(name, part)}"
+            if name in {symbol.name for symbol in moving}:
+                return no_function(name, delayed=True)
             return f"unknown function {name[:40]!r}; {unknown_function(name)}"
         moves = bool(part.free_symbols & moving)
         if own > level and (moves or (level == FLOW and own == CONDITION and name not in _BOUNDED)):

@@ -13,6 +13,7 @@ from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.model.exponents import exponent_parameters
 from chaosdrill.model.places import in_places, parameter
 from chaosdrill.model.reading import UNNAMED, Definition, Reader, Transition, finite
+from chaosdrill.names import remedy
 
 # several threads may ask for the placed form of one system at once, and each would derive it
 _deriving = RLock()
@@ -221,11 +222,13 @@ class HybridSystem:
             )
         return number
 
-    def with_parameters(self, **values: float) -> "HybridSystem":
+    def with_parameters(self, table: Mapping[str, float] | None = None, /, **values: float) -> "HybridSystem":
         """A copy with other parameter values; the compiled kernels are shared.
 
         Parameters
         ----------
+        table : mapping of str to float, optional
+            Parameters of the system, by name.
         **values : float
             Parameters of the system, by name.
 
@@ -239,9 +242,12 @@ class HybridSystem:
         SettingsError
             If the system has no such parameter, or if a value is not a finite number.
         """
+        if not isinstance(table, Mapping | None):
+            raise SettingsError(f"{self.name}: parameters are {table!r:.60}; give them by name, as in eta=0.4")
+        values = {**(table or {}), **values}
         for key in values:
             if key not in self.parameters:
-                raise SettingsError(f"{self.name}: unknown parameter {key!r}; it has {sorted(self.parameters)}")
+                raise SettingsError(f"{self.name}: unknown parameter {key!r}; {remedy(str(key), self.parameters)}")
         other = copy(self)
         other.parameters = {
             **self.parameters,
@@ -251,11 +257,14 @@ class HybridSystem:
         other._find_mode()
         return other
 
-    def with_initial(self, **values: Any) -> "HybridSystem":
-        """A copy that starts elsewhere: ``with_initial(y=0.1, mode="slip")``.
+    def with_initial(self, start: Any = None, /, **values: Any) -> "HybridSystem":
+        """A copy that starts elsewhere: ``with_initial(y=0.1, mode="slip")``, ``with_initial(ds["states"][-1])``.
 
         Parameters
         ----------
+        start : sequence of n float, or mapping of str to float or str, optional
+            All states in order, or some, and ``mode``, by name. Names that the dimension ``state`` of an xarray has
+            count, not its order.
         **values : float or str
             States, and ``mode``, by name; others stay as they are. A mode that was never named is that in whose region
             the state is then.
@@ -268,12 +277,32 @@ class HybridSystem:
         Raises
         ------
         SettingsError
-            If the system has no such state or mode, or if a value is not a finite number.
+            If the system has no such state or mode, if there are more or fewer numbers than states, or if a value is
+            not a finite number.
         """
         other = copy(self)
         other.initial = dict(self.initial)
-        other._set_initial(values)
+        other._set_initial({**self._by_name(start), **values})
         return other
+
+    def _by_name(self, start: Any) -> dict[str, Any]:
+        """A start by names of states."""
+        if start is None:
+            return {}
+        if isinstance(start, Mapping):
+            return {str(name): value for name, value in start.items()}
+        names, found = self.state_names, start
+        if getattr(start, "dims", None) == ("state",):
+            names = tuple(map(str, start["state"].values)) if "state" in start.coords else names
+            found = start.values
+        numbers = list(found) if isinstance(found, Iterable) and not isinstance(found, str | bytes) else []
+        if getattr(found, "ndim", 1) != 1 or len(numbers) != len(self.states):
+            received = f"an array of shape {found.shape}" if hasattr(found, "shape") else f"{found!r:.60}"
+            raise SettingsError(
+                f"{self.name}: the initial state is {received}; it must have {len(self.states)} numbers, in the order "
+                f"{', '.join(self.state_names)}; or give some by name, as in {self.state_names[0]}=0.1"
+            )
+        return dict(zip(names, numbers, strict=True))
 
     def augmented(self, *, time: bool = False, parameters: Iterable[str] = ()) -> "HybridSystem":
         """The same system with time (rate 1) and parameters (rate 0) among its states.
@@ -333,7 +362,8 @@ class HybridSystem:
             elif key in self.state_names:
                 self.initial[key] = _number(self.name, "initial", key, value)
             else:
-                raise SettingsError(f"{self.name}: initial names {key!r}; expected 'mode' or one of {self.state_names}")
+                known = ("mode", *self.state_names)
+                raise SettingsError(f"{self.name}: initial names {key!r}, which is no state; {remedy(key, known)}")
         self._find_mode()
 
     def _find_mode(self) -> None:

@@ -42,6 +42,7 @@ def read_text(
     *,
     condition: bool = False,
     hints: Mapping[str, str] | None = None,
+    clock: str | None = None,
 ) -> Any:
     """Read an expression.
 
@@ -55,6 +56,8 @@ def read_text(
         Whether it is to be true or false rather than a number.
     hints : mapping of str to str, optional
         What to do about names that are likely to be meant but are not among those.
+    clock : str, optional
+        What the time is called.
 
     Returns
     -------
@@ -65,7 +68,7 @@ def read_text(
     ExpressionError
         With all that is wrong with it.
     """
-    return _read_tree(text, parse(text), names, condition=condition, hints=hints)
+    return _read_tree(text, parse(text), names, condition=condition, hints=hints, clock=clock)
 
 
 def read_open_text(text: str, *, condition: bool = False) -> Any:
@@ -95,11 +98,12 @@ def _read_tree(
     *,
     condition: bool,
     hints: Mapping[str, str] | None = None,
+    clock: str | None = None,
 ) -> Any:
     if tree.is_condition != condition:
         wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
         raise ExpressionError(f"{text!r:.60} is to be {wanted}")
-    faults = list(dict.fromkeys(_unknown(tree, names, hints or {})))
+    faults = list(dict.fromkeys(_unknown(tree, names, hints or {}, clock)))
     if faults:
         raise ExpressionError("; ".join(faults[:10]))
     try:
@@ -120,7 +124,7 @@ def _read_tree(
     return found
 
 
-def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> Iterator[str]:
+def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str], clock: str | None) -> Iterator[str]:
     if node.kind == "name" and node.value not in names and node.value != "pi":
         if node.value in FUNCTIONS:
             yield f"{node.value!r} is a function; give it an argument, as in {node.value}(x)"
@@ -129,7 +133,7 @@ def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> 
     elif node.kind == "call":
         function = FUNCTIONS.get(ALIASES.get(node.value, node.value))
         if function is None and node.value in names:
-            yield f"{node.value[:40]!r} is no function; write {node.value:.40}*(...) for a product"
+            yield no_function(node.value, delayed=clock is not None and clock in _names(node))
         elif function is None:
             yield f"unknown function {node.value[:40]!r}; {unknown_function(node.value)}"
         elif not function.least <= len(node.parts) <= function.most:
@@ -138,7 +142,18 @@ def _unknown(node: Node, names: Mapping[str, Any], hints: Mapping[str, str]) -> 
         elif node.value in BRANCHED and len(node.parts) % 2 == 0:
             yield f"{node.value} ends with the value that it has elsewhere, as in {node.value}(x, x > 0, -x)"
     for part in node.parts:
-        yield from _unknown(part, names, hints)
+        yield from _unknown(part, names, hints, clock)
+
+
+def no_function(name: str, *, delayed: bool) -> str:
+    """What is said of a name that is written as a function; of time, if it is ``delayed``."""
+    if delayed:
+        return (
+            f"{name[:40]!r} is written as a function of time: its present value is {name[:40]}, and a value at another "
+            "time, a delay, cannot be simulated, for the states are all that a system remembers; a chain of states can "
+            "approximate it"
+        )
+    return f"{name[:40]!r} is no function; write {name:.40}*(...) for a product"
 
 
 def unknown_name(name: str, names: Mapping[str, Any], hints: Mapping[str, str]) -> str:

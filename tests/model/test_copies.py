@@ -1,7 +1,10 @@
 """Copies with other numbers: the original keeps its own, and both share what was compiled."""
 
+import numpy as np
+import pandas as pd
 import pytest
 import sympy
+import xarray as xr
 
 import chaosdrill as cd
 from chaosdrill.codegen import kernels_of
@@ -44,6 +47,47 @@ def test_the_start_changes_in_the_copy_only(system):
     assert system.initial == {"mode": "free", "x": 0.25, "v": 0.0}
 
 
+@pytest.mark.parametrize(
+    "start",
+    [
+        [0.5, -1.0],
+        np.array([0.5, -1.0]),
+        {"x": 0.5, V: np.float64(-1)},
+        xr.DataArray([-1.0, 0.5], dims="state", coords={"state": ["v", "x"]}),
+        xr.DataArray([0.5, -1.0], dims="state"),
+        pd.Series({"v": -1.0, "x": 0.5}).to_dict(),
+    ],
+    ids=["list", "array", "names", "named by xarray", "in order", "series"],
+)
+def test_a_start_in_any_form(system, start):
+    assert system.with_initial(start).initial == {"mode": "free", "x": 0.5, "v": -1.0}
+    assert system.with_initial(start, v=2.0, mode="held").initial == {"mode": "held", "x": 0.5, "v": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("start", "told"),
+    [
+        ([0.5], r"the initial state is \[0.5\]; it must have 2 numbers, in the order x, v"),
+        (np.zeros((3, 2)), r"an array of shape \(3, 2\); it must have 2 numbers"),
+        ("0.5 1", "the initial state is '0.5 1'"),
+        (3.0, r"the initial state is 3.0; .*as in x=0.1"),
+        ([0.5, "a"], "initial 'v' is 'a'; it must be a finite number"),
+        ({"x": np.array([0.5])}, r"initial 'x' is array\(\[0.5\]\); it must be a finite number"),
+        ({"x": np.complex128(1 + 2j)}, "initial 'x' is .*; it must be a finite number"),
+        ({"velocity": 1.0}, "initial names 'velocity', which is no state"),
+    ],
+)
+def test_a_start_that_is_none_is_told_by_what_is_wrong(system, start, told):
+    with pytest.raises(cd.SettingsError, match=told):
+        system.with_initial(start)
+
+
+def test_parameters_by_a_table(system):
+    assert system.with_parameters({"k": 3}).parameters == system.with_parameters(k=3).parameters
+    with pytest.raises(cd.SettingsError, match=r"parameters are \[3\]; give them by name"):
+        system.with_parameters([3])
+
+
 def test_copies_share_the_kernels(system):
     other = system.with_parameters(k=3).with_initial(x=0.5)
     assert kernels_of(other) is kernels_of(system)
@@ -56,9 +100,9 @@ def test_a_period_that_is_not_positive_is_refused(system, period):
 
 
 def test_unknown_names_are_refused_with_the_known_ones(system):
-    with pytest.raises(cd.SettingsError, match=r"unknown parameter 'omga'.*'k', 'omega'"):
+    with pytest.raises(cd.SettingsError, match=r"unknown parameter 'omga'; did you mean 'omega'"):
         system.with_parameters(omga=1.0)
-    with pytest.raises(cd.SettingsError, match=r"'y'; expected 'mode' or one of \('x', 'v'\)"):
+    with pytest.raises(cd.SettingsError, match=r"'y', which is no state; known here: mode, x, v"):
         system.with_initial(y=1.0)
     with pytest.raises(cd.SettingsError, match=r"unknown parameter 'mass'.*'k', 'omega'"):
         system.augmented(parameters=["mass"])

@@ -98,6 +98,22 @@ def test_every_fault_is_told_with_its_place():
     ]
 
 
+def delayed(name, time):
+    return sympy.Function(name)(sympy.Symbol(time) - sympy.Symbol("tau"))
+
+
+@pytest.mark.parametrize("write", [lambda name, time: f"{name}({time} - tau) - {name}", delayed])
+@pytest.mark.parametrize("time", ["t", "s"])
+def test_a_delay_is_refused_as_one(write, time):
+    with pytest.raises(cd.ModelError, match=r"modes.on.x: 'x' is written as a function of time: .*a delay, cannot be"):
+        cd.HybridSystem(states="x", time=time, parameters={"tau": 1.0}, modes={"on": {"x": write("x", time)}})
+
+
+def test_a_product_without_its_sign_is_no_delay():
+    with pytest.raises(cd.ModelError, match=r"'k' is no function; write k\*\(\.\.\.\) for a product"):
+        cd.HybridSystem(states="x", parameters={"k": 1.0}, modes={"on": {"x": "k(x - 1)"}})
+
+
 def test_a_transition_may_be_a_table():
     table = {"name": "impact", "source": "free", "target": "free", "guard": "x - 0.3", "direction": 1}
     assert by_text(transitions=[table | {"reset": {"v": "-e*v"}}]).transitions == by_text().transitions
