@@ -1,7 +1,7 @@
 """How far long work is: a bar on a terminal or in a notebook, now and then a line elsewhere.
 
-Compilation says so and counts into no rate. The time left comes from the rate of the last seconds, and is not shown
-before there is one.
+Compilation says so and counts into no rate but the last, which is that of the whole time. The time left comes from the
+rate of the last seconds, and is not shown before there is one.
 """
 
 import sys
@@ -26,7 +26,7 @@ Progress = Callable[[int, int, dict[str, int] | None], None]
 REDRAW_S = 0.1
 LINE_S = 10.0
 WINDOW_S = 10.0
-"""Seconds of which the rate is taken, but for the last line, which has the mean."""
+"""Seconds of which the rate is taken, but for the last line, which has the mean of all its time."""
 
 DELAY_S = 1.0
 """Seconds after which work that nobody asked to see is shown."""
@@ -188,10 +188,13 @@ class _Meter:
             while self._seen[0][0] < worked - WINDOW_S and len(self._seen) > 2:
                 self._seen.popleft()
         self.done, self.total, self._outcomes = done, total, outcomes or {}
-        since, before = self._seen[0] if done < total and self._seen else self._begun
+        now = monotonic()
+        since, before = self._seen[0] if self._seen else self._begun
+        if done == total:
+            # the rate over all the time that the last line names
+            worked, since, before = now, self._start, self._begun[1]
         if (self._seen or done == total) and worked > since and done > before:
             self._rate = (done - before) / (worked - since)
-        now = monotonic()
         if (done == total or now - self._drawn >= self.face.every_s) and now >= self._visible_from:
             self._draw()
 

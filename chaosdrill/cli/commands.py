@@ -16,14 +16,19 @@ from chaosdrill.systems import REGISTRY
 
 @click.command()
 @click.argument("system")
-def new(system: str) -> None:
+@json_option
+def new(system: str, as_json: bool) -> None:
     """Print a scene of SYSTEM, a name of `chaosdrill list systems`, with its parameters, initial state and analyses.
 
     For example: chaosdrill new izhikevich > neuron.toml
     """
     from chaosdrill.scene.names import new_scene
 
-    say(new_scene(system).removesuffix("\n"))
+    text = new_scene(system)
+    if as_json:
+        emit({"system": system, "scene": text})
+    else:
+        say(text.removesuffix("\n"))
 
 
 @click.command()

@@ -1,5 +1,6 @@
 """The command ``chaosdrill``: its commands, and what its exit codes mean."""
 
+import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -76,6 +77,8 @@ def _told(fault: BaseException) -> tuple[int, str, str] | None:
         return fault.exit_code, "UsageError", fault.format_message()
     if isinstance(fault, click.Abort | KeyboardInterrupt):
         return INTERRUPTED, "KeyboardInterrupt", "\ninterrupted"
+    if isinstance(fault, FileNotFoundError) and not os.path.exists(os.curdir):
+        return FAILED, "OSError", "the working directory has been removed; change to another one"
     if isinstance(fault, OSError):
         # whatever file it is, its fault is none of the program's
         return FAILED, "OSError", f"{fault.filename}: {fault.strerror}" if fault.filename else str(fault)

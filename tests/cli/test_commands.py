@@ -203,6 +203,25 @@ def test_a_new_scene_is_the_system_as_it_is(call, name):
     assert list(scene.analyses) == ["run", "spectrum"]
 
 
+def test_a_new_scene_for_scripts(call):
+    answer = call("new", "lorenz", "--json")
+    assert (answer.code, answer.err) == (0, "")
+    assert json.loads(answer.out) == {"system": "lorenz", "scene": call("new", "lorenz").out}
+    refused = call("new", "lorentz", "--json")
+    assert refused.code == 2
+    assert "did you mean 'lorenz'" in json.loads(refused.out)["error"]["message"]
+
+
+def test_a_folder_that_has_been_removed_is_told(call, scene, tmp_path, monkeypatch):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    answer = call("run", "scene.toml", "-o", "out.nc")
+    assert answer.code == 1
+    assert answer.err == "the working directory has been removed; change to another one\n"
+
+
 @pytest.fixture
 def archive(tmp_path):
     """A spectrum that says little, from no scene."""

@@ -123,7 +123,7 @@ def test_compilation_says_so_and_makes_no_rate(now):
         "diagram:   0 % 8/10000, compiling",
         "diagram:   0 % 8/10000, periodic 8",
         "diagram:  10 % 1008/10000, 500/s, 0:18 left, periodic 1008",
-        "diagram: 100 % 10000/10000, 488/s, took 1:30, 1:10 of it compiling, periodic 10000",
+        "diagram: 100 % 10000/10000, 110/s, took 1:30, 1:10 of it compiling, periodic 10000",
     ]
 
 
@@ -138,7 +138,21 @@ def test_compilation_before_anyone_knows_how_much_there_is_to_do(now):
         show(4, 4, None)
     texts = drawn(stream)
     assert texts[:2] == ["spectrum", "spectrum, compiling"]
-    assert texts[-1] == "spectrum: 100 % 4/4, 0.15/s, took 0:40, 0:20 of it compiling"
+    assert texts[-1] == "spectrum: 100 % 4/4, 0.075/s, took 0:40, 0:20 of it compiling"
+
+
+def test_the_last_rate_is_that_of_all_the_time_it_names(now):
+    stream = io.StringIO()
+    with Display(stream) as shown:
+        show = shown.report("chart")
+        now[0] += 10
+        show(0, 60, {})
+        with compiling():
+            now[0] += 10
+        now[0] += 10
+        show(60, 60, {})
+    rate, minutes, seconds = re.search(r"60/60  (.*)/s  took (\d):(\d\d)", stream.getvalue()).groups()
+    assert float(rate) * (60 * int(minutes) + int(seconds)) == 60
 
 
 def test_a_file_hears_nothing_of_compilation(now):
@@ -194,7 +208,7 @@ def test_bar_on_a_terminal(now, monkeypatch):
         show(10, 10, {"chaotic": 1})
     lines = [line.rstrip() for line in stream.getvalue().removesuffix("\n").split("\r")]
     assert "spectrum:  50 %|##########          | 5/10, 0.5/s, 0:10 left" in lines
-    assert lines[-1] == "spectrum: 100 %|####################| 10/10, 0.45/s, took 0:30, chaotic"
+    assert lines[-1] == "spectrum: 100 %|####################| 10/10, 0.3/s, took 0:30, chaotic"
     assert max(map(len, lines)) == 71
     assert stream.getvalue().endswith("\n")
 
