@@ -305,6 +305,6 @@ def _attributes(told: list[list[Any]]) -> dict[str, Any]:
 def _dataset(variables: dict[str, Any], attributes: dict[str, Any], *, decoded: bool) -> "xr.Dataset":
     import xarray as xr
 
-    # numbers shall not become dates
+    # numbers shall not become spans of time
     plain = xr.Dataset(variables, attrs=attributes)
     return xr.decode_cf(plain, decode_times=decoded, decode_timedelta=False, mask_and_scale=decoded).load()

@@ -133,6 +133,8 @@ def table(
 STATES: Table = (
     axis("state", "state", "str", "name of the state", "Order of the states, as in the system.", True),
     axis("state_long_name", "state", "str", "long name of the state", "What each state is, for people."),
+    axis("state_scale_si", "state", "f8", "one unit of the state in SI units", "For scenes given in SI units."),
+    axis("state_units_si", "state", "str", "SI unit of the state", "That of state_scale_si."),
 )
 RUN_NUMBER = axis("run", "run", "i4", "number of the run", "One for each initial state, in their order, from 1.")
 INITIAL_STATE = may("initial_state", "run state", "f8", "initial state", "State from which each run starts.")

@@ -7,8 +7,11 @@ import numpy as np
 
 from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots.figures import MOST_PANELS, is_narrow, legend_outside, new_figure
+from chaosdrill.plots.labels import subscript, uncertain
+from chaosdrill.plots.markers import tell
+from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.style import MOST_PANELS, PALETTE, new_figure, subscript, uncertain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,12 +63,11 @@ def convergence(dataset: "xr.Dataset") -> "Figure":
     figure.align_ylabels(list(panels))
     if len(finite):
         handles, _ = panels[0].get_legend_handles_labels()
-        figure.legend(handles=handles, loc="outside upper right", ncols=2, handlelength=1.4)
+        legend_outside(figure, handles, ncols=2, handlelength=1.4)
     lost = [subscript("λ", i + 1) for i in np.flatnonzero(np.isneginf(values)).tolist()]
     told = [f"{' = '.join(lost)} = −∞ (direction lost at an event)"] if lost else []
     told += [f"the first {len(finite)} of {len(every)} exponents"] if len(finite) < len(every) else []
-    if told:
-        figure.suptitle("; ".join(told), x=0.01, ha="left", fontsize=9)
+    tell(figure, "; ".join(told), "black")
     if not len(finite):
         panels[0].set_axis_off()
     return figure
@@ -113,9 +115,10 @@ def work_precision(dataset: "xr.Dataset") -> "Figure":
     quantities = shown_quantities(dataset)
     horizon = bool(np.isfinite(dataset["horizon"]).any())
     count = max(1, len(quantities) + horizon)
-    rows = (count + 1) // 2
+    columns = 1 if is_narrow() else min(count, 2)
+    rows = -(-count // columns)
     figure = new_figure(0.9 + 2.9 * rows)
-    panels = list(np.atleast_1d(figure.subplots(rows, min(count, 2), sharey=True)).ravel())
+    panels = list(np.atleast_1d(figure.subplots(rows, columns, sharey=True)).ravel())
     for panel, quantity in zip(panels, quantities, strict=False):
         _quantity(panel, dataset, quantity)
     if horizon:
@@ -124,7 +127,6 @@ def work_precision(dataset: "xr.Dataset") -> "Figure":
         panels[0].text(0.5, 0.5, "nothing could be measured; see outcome", ha="center", transform=panels[0].transAxes)
     for panel in panels[count:]:
         panel.set_axis_off()
-    columns = min(count, 2)
     what = "forcing period" if "forcing_period" in dataset.variables else "unit of model time"
     times = 1e6 * dataset["wall_time"].values
     if np.isfinite(times).any():
@@ -135,7 +137,7 @@ def work_precision(dataset: "xr.Dataset") -> "Figure":
     figure.suptitle(_heading(dataset), x=0.01, ha="left")
     shown = [line for panel in panels for line in panel.get_lines()]
     if lines := {line.get_label(): line for line in shown if line.get_label() in dataset["method"].values}:
-        figure.legend(handles=list(lines.values()), loc="outside lower center", ncols=len(lines), handlelength=3.0)
+        legend_outside(figure, list(lines.values()), ncols=len(lines), loc="outside lower center", handlelength=3.0)
     return figure
 
 
@@ -156,7 +158,7 @@ def _quantity(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
     name = NAMES[quantity].removeprefix("the ").capitalize()
     # a price is one word
     told = fill(f"each digit: {', '.join(prices)}".replace(" +", "\u00a0+").replace(" %", "\u00a0%"), _LETTERS)
-    panel.set_title(f"{name}\n{told}".replace("\u00a0", " ") if prices else name, fontsize=8)
+    panel.set_title(f"{name}\n{told}".replace("\u00a0", " ") if prices else name, fontsize="small")
 
 
 def _line(panel: "Axes", dataset: "xr.Dataset", number: int, x: np.ndarray) -> float:
@@ -185,7 +187,7 @@ def _ring(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
         digits = min(-np.log10(max(error, 1e-300)), _MOST_DIGITS)
         panel.plot([digits], [1e6 * time], "o", markersize=11, markerfacecolor="none", markeredgecolor="black")
         above: dict[str, Any] = {"xytext": (0, 7), "textcoords": "offset points", "ha": "center"}
-        panel.annotate(_power(tolerance), (digits, 1e6 * time), fontsize=7, **above)
+        panel.annotate(_power(tolerance), (digits, 1e6 * time), fontsize="small", **above)
 
 
 def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
@@ -195,7 +197,7 @@ def _limit(panel: "Axes", dataset: "xr.Dataset", quantity: str) -> None:
         return
     panel.axvspan(-np.log10(error), _WIDTH, color="0.92", zorder=0, linewidth=0)
     text = "lost in the statistical\nerror of the run"
-    panel.text(-np.log10(error) + 0.2, 0.98, text, transform=panel.get_xaxis_transform(), va="top", fontsize=7)
+    panel.text(-np.log10(error) + 0.2, 0.98, text, transform=panel.get_xaxis_transform(), va="top", fontsize="small")
 
 
 def _horizon(panel: "Axes", dataset: "xr.Dataset") -> None:
@@ -205,7 +207,7 @@ def _horizon(panel: "Axes", dataset: "xr.Dataset") -> None:
         _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan))
     what = "forcing periods" if "forcing_period" in dataset.variables else "units of time"
     panel.set_xlabel(f"{what} within 1e-6 of the truth")
-    panel.set_title("One trajectory in chaos\nbeyond this time only averages mean something", fontsize=8)
+    panel.set_title("One trajectory in chaos\nbeyond this time only averages mean something", fontsize="small")
 
 
 def _power(tolerance: float) -> str:

@@ -13,21 +13,12 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.model.grammar import ExpressionError
+from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.curve import Curve, breaks, is_joined, join, pieces
-from chaosdrill.plots.style import (
-    DOTS,
-    EVENT_MARKERS,
-    PALETTE,
-    label,
-    legend_outside,
-    new_figure,
-    places_of,
-    readable,
-    shorten,
-    state_label,
-    style,
-    wrapped,
-)
+from chaosdrill.plots.figures import legend_outside, new_figure
+from chaosdrill.plots.labels import label, readable, shorten, state_label, wrapped
+from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE
+from chaosdrill.plots.style import style
 from chaosdrill.typed import NAMED, NUMBER, PATH, TABLE, expecting
 
 if TYPE_CHECKING:

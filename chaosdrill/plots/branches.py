@@ -7,6 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaosdrill.plots.categories import Category, by_period
+from chaosdrill.plots.contents import limits, places_of, settings, swept
+from chaosdrill.plots.figures import legend_outside, new_figure, one_panel
+from chaosdrill.plots.labels import axis_label, state_label
 from chaosdrill.plots.markers import (
     bar,
     end_label,
@@ -19,21 +23,10 @@ from chaosdrill.plots.markers import (
     specials,
     warn,
 )
-from chaosdrill.plots.pictures import limits, picture, settings, swept
+from chaosdrill.plots.palette import BACKGROUND, LINE_COLOURS
+from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import Plane
 from chaosdrill.plots.sections import first_that_varies
-from chaosdrill.plots.style import (
-    BACKGROUND,
-    LINE_COLOURS,
-    Category,
-    axis_label,
-    by_period,
-    legend_outside,
-    new_figure,
-    one_panel,
-    places_of,
-    state_label,
-)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

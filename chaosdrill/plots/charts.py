@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.plane import Plane
-from chaosdrill.plots.style import (
+from chaosdrill.plots.categories import (
     ATTRACTED,
-    EVENT_MARKERS,
     FURTHER,
     MINUS_INFINITY,
     NO_ATTRACTOR,
@@ -22,19 +19,13 @@ from chaosdrill.plots.style import (
     by_outcome,
     by_period,
     classify,
-    diverging,
-    label,
-    legend_outside,
-    one_panel,
-    places_of,
-    progression,
-    readable,
-    sequential,
-    shorten,
-    state_label,
-    subscript,
-    uncertain,
 )
+from chaosdrill.plots.contents import places_of
+from chaosdrill.plots.figures import legend_outside, one_panel, size_of
+from chaosdrill.plots.labels import label, readable, shorten, state_label, subscript, uncertain
+from chaosdrill.plots.palette import EVENT_MARKERS, diverging, sequential
+from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.plane import Plane
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -132,7 +123,7 @@ def progression_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Fi
     """Draw the mean progression rate over two parameters, a panel for each seed; in SI units where there are some."""
     from matplotlib.colors import Normalize
 
-    rate = progression(dataset)
+    rate = dataset["progression_rate"]
     finite = rate.values[np.isfinite(rate.values)]
     top = float(np.percentile(finite, _RATES_COVERED, method="higher"))
     plane = Plane(dataset, "outcome", ax)
@@ -182,7 +173,7 @@ def basins(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     names = [*(category.name for category in categories), *(str(mark.get_label()) for mark in marks)]
     columns = 2 if max(map(len, names)) <= _LETTERS else 1
     if ax is None:
-        plane.figure.set_figheight(_HEIGHT + 0.18 * -(-len(names) // columns))
+        plane.figure.set_figheight(size_of(_HEIGHT + 0.18 * -(-len(names) // columns))[1])
     plane.legend(marks, ncols=columns)
     return plane.figure
 
@@ -303,6 +294,6 @@ def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) 
             zorder=layer,
         )
         # the number within tells them apart without colours
-        text: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": 8, "color": category.ink}
+        text: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": "small", "color": category.ink}
         axes.annotate(category.short, (x, y), zorder=layer, **text)
     return marks[:1]

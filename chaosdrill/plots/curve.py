@@ -2,26 +2,36 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.errors import ArchiveError
-from chaosdrill.plots.style import PALETTE
+from chaosdrill.errors import ArchiveError, ChaosdrillError
+from chaosdrill.plots.palette import PALETTE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import xarray as xr
     from numpy.typing import NDArray
 
+    from chaosdrill.model import HybridSystem
+
+_SEEN = 2e-3
+"""Part of the picture's width below which nothing is seen of a bend."""
 # a jump smaller than this part of the state's range is no jump to the eye
 _VISIBLE = 1e-6
 MOST_RUNS = len(PALETTE)
 """More runs cannot be distinguished in one picture."""
 
 _REMEDY = "join runs by chaosdrill.join, which says how many events belong to each"
+_TURN = np.radians(4.0)
+"""A line that turns by more from one stretch to the next is seen as a polygon."""
+_COARSE, _OFTEN = np.radians(20.0), 0.02
+"""Where it turns by so much at more than this part of the samples, slopes are asked of the equations."""
+_MOST_PARTS = 24
+"""Stretches into which one between two samples is divided."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +83,139 @@ def join(dataset: "xr.Dataset") -> Curve:
     index = np.lexsort((order, times))
     index = index[~np.isin(index, np.flatnonzero(np.isin(time, events)))]
     return Curve(times[index], np.concatenate(states)[index], np.concatenate([mode, before, after])[index])
+
+
+def smoothed(curve: Curve, rates: "Callable[[], NDArray[np.float64] | None] | None" = None) -> Curve:
+    """Return a curve that bends where its samples are so far apart that straight lines between them were seen.
+
+    Between two events the states are smooth: a cubic through each two samples, with the slopes of parabolas through
+    three (the method of Bessel), limited so that nothing overshoots (Hyman, SIAM J. Sci. Stat. Comput. 4, 645, 1983,
+    doi:10.1137/0904045). Samples stay where they are, and so does whatever the sides of an event are.
+
+    Parameters
+    ----------
+    curve : Curve
+    rates : callable, optional
+        It returns the time derivatives at all points, shape (m, n), or None. It is asked where the samples are too few
+        for slopes that are guessed from them.
+    """
+    step = np.diff(curve.time)
+    parts, coarse = _parts(curve, step)
+    if not (parts > 1).any():
+        return curve
+    exact = rates() if coarse and rates is not None else None
+    slopes = _slopes(curve.state, step) if exact is None else _limited(exact, curve.state, step)
+    start = np.repeat(np.arange(len(parts)), parts)
+    part = (np.arange(len(start)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[start]
+    s, h = part[:, np.newaxis], step[start, np.newaxis]
+    left, right = curve.state[start], curve.state[start + 1]
+    state = left + s**2 * (3 - 2 * s) * (right - left)
+    state += h * s * (1 - s) * ((1 - s) * slopes[start, 1] - s * slopes[start + 1, 0])
+    return Curve(
+        np.append(curve.time[start] + part * step[start], curve.time[-1:]),
+        np.vstack([state, curve.state[-1:]]),
+        np.append(curve.mode[start], curve.mode[-1:]),
+    )
+
+
+def _parts(curve: Curve, step: "NDArray[np.float64]") -> "tuple[NDArray[np.int64], bool]":
+    """Into how many stretches each one between samples is divided, by how much the line of each two states turns.
+
+    And whether it turns so much, and so often, that slopes cannot be guessed from the samples.
+    """
+    extent = np.ptp(curve.state, axis=0) if len(curve.state) else np.ones(curve.state.shape[1])
+    span = float(np.ptp(curve.time)) if curve.time.size else 0.0
+    across = np.column_stack([curve.time / (span or 1.0), curve.state / np.where(extent > 0, extent, 1.0)])
+    moved = np.diff(across, axis=0)
+    parts = np.ones(len(step), dtype=np.int64)
+    smooth = (step[:-1] > 0) & (step[1:] > 0)
+    coarse = 0.0
+    for i in range(across.shape[1]):
+        for j in range(i):
+            before, after = moved[:-1, [i, j]], moved[1:, [i, j]]
+            cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+            turn = np.abs(np.arctan2(cross, (before * after).sum(axis=1)))
+            # what is smaller than a dot turns unseen
+            seen = smooth & (np.minimum(np.hypot(*before.T), np.hypot(*after.T)) > _SEEN)
+            here = np.where(seen, np.minimum(np.ceil(turn / _TURN), _MOST_PARTS), 1).astype(np.int64)
+            parts[:-1] = np.maximum(parts[:-1], here)
+            parts[1:] = np.maximum(parts[1:], here)
+            coarse = max(coarse, float((seen & (turn > _COARSE)).sum() / max(smooth.sum(), 1)))
+    return np.where(step > 0, parts, 1), coarse > _OFTEN
+
+
+def _limited(
+    rates: "NDArray[np.float64]", state: "NDArray[np.float64]", step: "NDArray[np.float64]"
+) -> "NDArray[np.float64]":
+    """Slopes as `_slopes`, from time derivatives, as far as the samples can follow them."""
+    guessed = _slopes(state, step)
+    h = np.where(step > 0, step, np.inf)[:, np.newaxis]
+    rate = np.abs(np.diff(state, axis=0) / h)
+    most = 3 * np.maximum(np.pad(rate, ((0, 1), (0, 0))), np.pad(rate, ((1, 0), (0, 0))))
+    exact = np.clip(rates, -most, most)[:, np.newaxis]
+    return np.where(np.isfinite(exact), exact, guessed)
+
+
+def rates_of(dataset: "xr.Dataset", curve: Curve) -> "NDArray[np.float64] | None":
+    """Return the time derivatives at the points of a curve, by the equations that its dataset holds, if it does."""
+    from chaosdrill.workflow.run_scene import system_of
+
+    # states in SI units are not those of the equations
+    if "definition" not in dataset.attrs or "state_units" in dataset.variables:
+        return None
+    try:
+        system = system_of(dataset)
+        modes = {code: system.modes[name] for code, name in flag_names(dataset["mode"]).items()}
+        return _evaluated(system, {code: list(modes[code].values()) for code in np.unique(curve.mode).tolist()}, curve)
+    # code of the user's, and functions that numpy does not know, have no place here
+    except (ChaosdrillError, KeyError, TypeError, ValueError, NameError, AttributeError):
+        return None
+
+
+def _evaluated(system: "HybridSystem", fields: "dict[int, list[Any]]", curve: Curve) -> "NDArray[np.float64]":
+    import sympy
+
+    known = dict(zip(system.state_names, curve.state.T, strict=True))
+    known |= dict.fromkeys([str(system.time)] if system.time is not None else [], curve.time)
+    rates = np.full(curve.state.shape, np.nan)
+    for code, field in fields.items():
+        here = curve.mode == code
+        for i, rate in enumerate(field):
+            symbols = sorted(rate.free_symbols, key=str)
+            given = [known[s.name][here] if s.name in known else system.parameters[s.name] for s in symbols]
+            with np.errstate(all="ignore"):
+                rates[here, i] = sympy.lambdify(symbols, rate, "numpy")(*given)
+    return rates
+
+
+def _slopes(state: "NDArray[np.float64]", step: "NDArray[np.float64]") -> "NDArray[np.float64]":
+    """Slopes on the left and on the right of every point, shape (m, 2, n): both the same but at events and ends."""
+    h = np.where(step > 0, step, 1.0)[:, np.newaxis]
+    rate = np.diff(state, axis=0) / h
+    inner = (step[:-1] > 0) & (step[1:] > 0)
+    slopes = np.empty((len(state), 2, state.shape[1]))
+    slopes[1:, 0], slopes[:-1, 1] = rate, rate
+    slopes[0, 0], slopes[-1, 1] = rate[0], rate[-1]
+    before, after = rate[:-1], rate[1:]
+    central = (h[1:] * before + h[:-1] * after) / (h[:-1] + h[1:])
+    most = 3 * np.minimum(np.abs(before), np.abs(after))
+    central = np.clip(central, -most, most)
+    # where the curve ends, at an event above all, the parabola through the next point goes on
+    for place, own, other, beside in (
+        (0, before, central, ~_joined(inner, -1)),
+        (1, after, central, ~_joined(inner, 1)),
+    ):
+        end = np.flatnonzero(inner & beside)
+        at, side = (end, 1) if place == 0 else (end + 2, 0)
+        most_here = 3 * np.abs(own[end])
+        slopes[at, side] = np.clip(2 * own[end] - other[end], -most_here, most_here)
+    slopes[1:-1][inner] = central[inner][:, np.newaxis]
+    return slopes
+
+
+def _joined(inner: "NDArray[np.bool_]", side: int) -> "NDArray[np.bool_]":
+    """Whether the point beside each inner point is an inner one as well."""
+    return np.concatenate([[False], inner[:-1]]) if side < 0 else np.concatenate([inner[1:], [False]])
 
 
 def breaks(time: "NDArray[np.float64]", points: "NDArray[np.float64]") -> "NDArray[np.int64]":
@@ -177,17 +320,29 @@ def runs_of(dataset: "xr.Dataset") -> "list[tuple[str, xr.Dataset]]":
     runs = [("", dataset)]
     if is_joined(dataset):
         names = dataset["run"].values if "run" in dataset.variables else range(1, dataset.sizes["run"] + 1)
-        ends = np.cumsum(_counts(dataset))
-        starts = [0, *ends[:-1]]
-        runs = [
-            (str(name), dataset.isel(run=i, event=slice(starts[i], ends[i])).drop_vars("event_count"))
-            for i, name in enumerate(names[:MOST_RUNS])
-        ]
+        if dataset["event_time"].dims == ("run", "event"):
+            # put side by side by xarray, with the events of each in a row
+            runs = [(str(name), _own(dataset.isel(run=i))) for i, name in enumerate(names[:MOST_RUNS])]
+        else:
+            ends = np.cumsum(_counts(dataset))
+            starts = [0, *ends[:-1]]
+            runs = [
+                (str(name), dataset.isel(run=i, event=slice(starts[i], ends[i])).drop_vars("event_count"))
+                for i, name in enumerate(names[:MOST_RUNS])
+            ]
     for name, dims in {"states": ("time", "state"), "mode": ("time",), "event_time": ("event",)}.items():
         if runs[0][1][name].dims != dims:
             received = ", ".join(map(str, dataset[name].dims))
             raise ArchiveError(f"{name} has the dimensions {received}; a trajectory has {', '.join(dims)}: {_REMEDY}")
     return runs
+
+
+def _own(run: "xr.Dataset") -> "xr.Dataset":
+    """One of several runs without the times and events of others that it was filled up with."""
+    return run.isel(
+        time=np.isfinite(run["states"].values).any(axis=1) & np.isfinite(run["mode"].values),
+        event=np.isfinite(run["event_time"].values),
+    )
 
 
 def runs_left_out(dataset: "xr.Dataset") -> str:

@@ -4,8 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.style import LINE_COLOURS, Category, owner, readable, wrapped
+from chaosdrill.dataset.outcomes import MEASURED, Outcome, flag_names
+from chaosdrill.plots.categories import Category
+from chaosdrill.plots.figures import font_size, owner, title_legend
+from chaosdrill.plots.labels import readable, wrapped
+from chaosdrill.plots.palette import LINE_COLOURS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -28,6 +31,8 @@ SPECIAL_MARKERS = {
 }
 """Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour."""
 WARNING = "#B3261E"
+_SINGLE = ("trajectory", "poincare-section", "lyapunov-spectrum")
+"""Kinds of single runs; those of orbits have caveats."""
 _NAMES = {"neimark_sacker": "Neimark-Sacker"}
 _ENDS = {
     "joined": "meets another branch",
@@ -160,13 +165,45 @@ def caveat(dataset: "xr.Dataset") -> str:
 
 def warn(figure: "Figure", datasets: "Sequence[xr.Dataset]") -> None:
     """Write the caveats of all datasets over a figure whose legend is there already."""
-    texts = dict.fromkeys(text for text in map(caveat, datasets) if text)
-    text = "\n".join(wrapped(text, 100) for text in texts)
-    if text and figure.legends:
+    tell(figure, "\n".join(dict.fromkeys(text for text in map(caveat, datasets) if text)))
+
+
+def tell(figure: "Figure", text: str, colour: str = WARNING) -> None:
+    """Write a warning, or a note, over a figure whose legend and title are there already; nothing if it is empty."""
+    if not text:
+        return
+    if figure.legends:
         # a title of its own would lie on the legend
-        legend = figure.legends[0]
-        legend.set_alignment("left")
-        legend.set_title(text)
-        legend.get_title().set(color=WARNING, fontsize=9)
-    elif text:
-        figure.suptitle(text, x=0.01, ha="left", fontsize=9, color=WARNING)
+        title_legend(figure.legends[0], text, colour)
+        return
+    whole = "\n".join(filter(None, [figure.get_suptitle(), text]))
+    figure.suptitle(whole, x=0.01, ha="left", fontsize="medium", color=colour)
+
+
+def tell_on(axes: "Axes", text: str) -> None:
+    """Write a warning into axes of somebody else; nothing if it is empty."""
+    if text:
+        letters = max(20, int(axes.get_window_extent().width / owner(axes).dpi * 72 / (0.55 * font_size())))
+        place: dict[str, Any] = {"transform": axes.transAxes, "ha": "left", "va": "top", "zorder": 6}
+        axes.text(0.02, 0.98, wrapped(text, letters), color=WARNING, fontsize="small", **place)
+
+
+def failures(datasets: "Iterable[xr.Dataset]") -> str:
+    """Return how runs ended that did not reach their end, with advice; empty if there are none.
+
+    It tells of single runs and of joined ones; sweeps show the outcome of each of their points themselves.
+    """
+    advice = {outcome.meaning: outcome.advice for outcome in Outcome if outcome not in MEASURED}
+    told: dict[str, None] = {}
+    for dataset in datasets:
+        if dataset.attrs.get("kind") not in _SINGLE or "outcome" not in dataset.variables:
+            continue
+        names = flag_names(dataset["outcome"])
+        codes = np.atleast_1d(dataset["outcome"].values)
+        runs = np.atleast_1d(dataset["run"].values) if "run" in dataset.variables else np.arange(1, codes.size + 1)
+        for code, run in zip(codes, runs, strict=True) if codes.ndim == 1 and codes.size == runs.size else ():
+            name = names.get(int(code), "") if np.isfinite(code) else ""
+            if name in advice:
+                whose = f"run {run}: " if codes.size > 1 else ""
+                told[f"{whose}{readable(name)}. {advice[name]}"] = None
+    return "\n".join(told)

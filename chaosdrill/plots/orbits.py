@@ -5,26 +5,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots.contents import places_of, swept
 from chaosdrill.plots.curve import pieces
+from chaosdrill.plots.figures import is_narrow, legend_above, legend_inside, legend_outside, new_figure, owner
+from chaosdrill.plots.labels import axis_label, readable, shorten, state_label, subscript, uncertain, wrapped
 from chaosdrill.plots.markers import WARNING, caveat, mark, named_once, period_categories, room, specials, warn
-from chaosdrill.plots.pictures import picture, swept
-from chaosdrill.plots.style import (
-    DOTS,
-    EVENT_MARKERS,
-    PALETTE,
-    axis_label,
-    legend_outside,
-    new_figure,
-    owner,
-    places_of,
-    readable,
-    sequential,
-    shorten,
-    state_label,
-    subscript,
-    uncertain,
-    wrapped,
-)
+from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE, sequential
+from chaosdrill.plots.pictures import picture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,21 +70,27 @@ def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequ
     dataset = _own(dataset)
     plane = places_of(dataset, state, 2)
     if ax is not None:
-        _points(ax, dataset, plane)
+        _points(ax, dataset, plane, owns=False)
         return owner(ax)
     # an orbit that does not hold may be there to draw all the same
     found = bool(np.isfinite(dataset["period_time"]))
     figure = new_figure(5.0 if found else 2.8)
-    if found:
-        grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1.0], height_ratios=[1.3, 1.0])
-        _points(figure.add_subplot(grid[:, 0]), dataset, plane)
-        _circle(figure.add_subplot(grid[0, 1]), dataset)
-        _newton(figure.add_subplot(grid[1, 1]), dataset)
-    else:
+    heading = [_heading(dataset)] * found
+    if not found:
         _newton(figure.subplots(), dataset)
+    elif is_narrow():
+        # numbers say what the other panels show, for which a column has no room
+        _points(figure.subplots(), dataset, plane)
+        heading.append("; ".join(_numbers(_multipliers(dataset))))
+    else:
+        grid = figure.add_gridspec(2, 2, width_ratios=[1.5, 1.0], height_ratios=[1.3, 1.0])
+        panels = [figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1])]
+        _points(panels[0], dataset, plane)
+        _circle(panels[1], dataset)
+        _newton(panels[2], dataset)
     warning = caveat(dataset)
-    text = "\n".join([_heading(dataset)] * found + [wrapped(warning, 100)] * bool(warning))
-    figure.suptitle(text, x=0.01, ha="left", fontsize=9, color=WARNING if warning else "black")
+    text = "\n".join([*heading, *[warning] * bool(warning)])
+    figure.suptitle(text, x=0.01, ha="left", fontsize="medium", color=WARNING if warning else "black")
     return figure
 
 
@@ -117,10 +110,10 @@ def _heading(dataset: "xr.Dataset") -> str:
     events = [readable(names[int(code)]) for code in dataset["event_kind"].values]
     text = f"{kind} orbit of period {int(dataset['period'])}, time {time:.8g}; returns to within {residual:.1e}"
     shown = ", ".join(events[:_TOLD]) + f" and {len(events) - _TOLD} more" * (len(events) > _TOLD)
-    return f"{text}\n{wrapped(f'events: {shown}', 110)}" if events else text
+    return f"{text}\nevents: {shown}" if events else text
 
 
-def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...]) -> None:
+def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...], owns: bool = True) -> None:
     section, period = dataset["section"].values, dataset["period_time"].values
     before, after = dataset["event_state_before"].values, dataset["event_state_after"].values
     time, kinds = dataset["event_time"].values, dataset["event_kind"].values
@@ -149,11 +142,11 @@ def _points(axes: "Axes", dataset: "xr.Dataset", states: tuple[int, ...]) -> Non
     axes.plot(*section.T, "o", color=_SECTION, markersize=5, markeredgewidth=0, zorder=4, label=_where(dataset))
     if 1 < len(section) <= 16:
         for number, (x, y) in enumerate(section, start=1):
-            axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7, zorder=5)
+            axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize="small", zorder=5)
     axes.set_xlabel(state_label(dataset, states[0]) if plane else "time since the start of the period")
     axes.set_ylabel(state_label(dataset, states[-1]))
     axes.margins(0.12)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2, handlelength=1.2)
+    legend_above(axes, 3) if owns else legend_inside(axes)
 
 
 def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: bool = False, **options: Any) -> None:
@@ -174,13 +167,18 @@ def _where(dataset: "xr.Dataset") -> str:
 
 
 def _circle(axes: "Axes", dataset: "xr.Dataset") -> None:
-    values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
+    values = _multipliers(dataset)
     outside = unit_circle(axes, values)
     axes.plot(values.real, values.imag, "o", color=PALETTE[0], markersize=5, zorder=3)
     lines = _numbers(values)
     if outside:
         lines.append(f"{outside} outside of the picture")
-    axes.set_title("\n".join(lines), fontsize=8)
+    axes.set_title("\n".join(lines), fontsize="small")
+
+
+def _multipliers(dataset: "xr.Dataset") -> "NDArray[np.complex128]":
+    values: NDArray[np.complex128] = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
+    return values
 
 
 def _numbers(values: "NDArray[np.complex128]") -> list[str]:
@@ -205,7 +203,7 @@ def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.semilogy(np.arange(len(residual)), np.maximum(residual, _LEAST), "o-", color=PALETTE[0], markersize=4)
     for step in np.flatnonzero(residual == 0):
         axes.annotate(
-            "0", (step, _LEAST), xytext=(-7, 0), textcoords="offset points", ha="center", va="center", fontsize=7
+            "0", (step, _LEAST), xytext=(-7, 0), textcoords="offset points", ha="center", va="center", fontsize="small"
         )
     axes.axhline(np.finfo(float).eps, color="0.6", linewidth=0.8, linestyle="--", zorder=1)
     axes.annotate(
@@ -215,7 +213,7 @@ def _newton(axes: "Axes", dataset: "xr.Dataset") -> None:
         xytext=(2, 0),
         textcoords="offset points",
         va="center",
-        fontsize=8,
+        fontsize="small",
     )
     # orbits near an attractor start where others end
     axes.set_ylim(0.3 * _LEAST, max(1e-12, 3 * residual.max(initial=0.0)))
@@ -246,7 +244,8 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     stable = dataset["stable"].values != 0
     values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
     figure = new_figure(4.0) if ax is None else owner(ax)
-    left, *others = figure.subplots(1, 2, width_ratios=[1.5, 1.0]) if ax is None else [ax]
+    shape: dict[str, Any] = {"nrows": 2} if is_narrow() else {"ncols": 2, "width_ratios": [1.5, 1.0]}
+    left, *others = figure.subplots(**shape) if ax is None else [ax]
     outside = [unit_circle(right, values.ravel()) for right in others]
     plane = section.shape[2] > 1
     first, *second = places_of(dataset, state, 2)
@@ -275,7 +274,7 @@ def orbits(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Seq
     for right, beyond in zip(others, outside, strict=True):
         if beyond:
             told = f"{beyond} of {np.isfinite(values).sum()} multipliers\nlie outside of the picture"
-            right.set_title(told, fontsize=8)
+            right.set_title(told, fontsize="small")
     handles, _ = left.get_legend_handles_labels()
     legend_outside(figure, handles[::-1], ax=ax, handlelength=1.2)
     if ax is None:
@@ -336,11 +335,16 @@ def multipliers(dataset: "xr.Dataset") -> "Figure":
     values = dataset["multiplier_real"].values + 1j * dataset["multiplier_imag"].values
     figure = new_figure(6.4)
     grid = figure.add_gridspec(2, 2, height_ratios=[1.7, 1.0], width_ratios=[1.75, 1.0])
-    plane, side, below = (figure.add_subplot(place) for place in (grid[0, 0], grid[0, 1], grid[1, :]))
+    plane = figure.add_subplot(grid[0, :] if is_narrow() else grid[0, 0])
+    beside = [] if is_narrow() else [figure.add_subplot(grid[0, 1])]
+    below = figure.add_subplot(grid[1, :])
     _plane(figure, plane, dataset, name, values)
     _moduli(below, dataset, name, np.abs(values))
-    side.set_axis_off()
-    side.legend(handles=named_once(below), loc="upper left", handlelength=1.8)
+    if not beside:
+        legend_outside(figure, named_once(below), handlelength=1.8)
+    for side in beside:
+        side.set_axis_off()
+        legend_inside(side, named_once(below), loc="upper left", handlelength=1.8)
     warn(figure, [dataset])
     return figure
 
@@ -457,7 +461,7 @@ def cascade(dataset: "xr.Dataset") -> "Figure":
     upper.set_ylim(0.4 * min(distance[distance > 0].min(initial=np.inf), fall[-1], error or np.inf), None)
     upper.set_ylabel("distance from the accumulation point")
     upper.set_title(f"{axis_label(dataset, name)}: accumulation at {uncertain(limit, error)}")
-    upper.legend(loc="upper right")
+    legend_outside(figure, upper.get_legend_handles_labels()[0])
 
     lower.axhline(FEIGENBAUM, color="0.6", linewidth=0.9, zorder=1)
     lower.annotate(
@@ -467,7 +471,7 @@ def cascade(dataset: "xr.Dataset") -> "Figure":
         xytext=(3, 0),
         textcoords="offset points",
         va="center",
-        fontsize=8,
+        fontsize="small",
     )
     lower.plot(number, ratios, "o", color=PALETTE[1], markersize=5)
     for place, ratio in zip(number, ratios, strict=True):
@@ -479,7 +483,7 @@ def cascade(dataset: "xr.Dataset") -> "Figure":
                 (place, ratio),
                 textcoords="offset points",
                 ha="center",
-                fontsize=7,
+                fontsize="small",
                 **side,
             )
     lower.set_ylabel("Feigenbaum ratio")

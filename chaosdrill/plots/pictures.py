@@ -1,19 +1,19 @@
 """Pictures: their declaration, which a result and an archive give, and the functions that draw these."""
 
-import json
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, wraps
 from inspect import signature
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from chaosdrill.dataset.dates import undated
-from chaosdrill.dataset.schema import table_of
+from chaosdrill.dataset.schema import RUN, table_of
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.animation import MOVING, animate
+from chaosdrill.plots.contents import fits, in_si, limits, swept
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf", "svg")
+# the same picture is the same file
+_UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 F = TypeVar("F", bound="Callable[..., Figure]")
 
@@ -138,10 +140,38 @@ def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]
     """
 
     def wrap(function: F) -> F:
-        PICTURES.append(Picture(kind, name, summary, function, **when))
-        return function
+        made = _complete(function)
+        PICTURES.append(Picture(kind, name, summary, made, **when))
+        return made
 
     return wrap
+
+
+def _complete(function: F) -> F:
+    """The same function in the project's style, of results in SI units where there are some; it tells of failures."""
+    # a function may draw several pictures
+    if hasattr(function, "is_complete"):
+        return function
+
+    @wraps(function)
+    def drawn(*datasets: "xr.Dataset", **options: Any) -> "Figure":
+        from chaosdrill.plots.markers import failures, tell, tell_on
+        from chaosdrill.plots.style import keep_ticks, lettering, style
+
+        if options.get("over") is not None:
+            options["over"] = in_si(options["over"])
+        ax = options.get("ax")
+        with style() if ax is None else lettering():
+            figure = function(*map(in_si, datasets), **options)
+            if ax is None:
+                keep_ticks(figure)
+                tell(figure, failures(datasets))
+            else:
+                tell_on(ax, failures(datasets))
+        return figure
+
+    drawn.is_complete = True  # type: ignore[attr-defined]
+    return cast(F, drawn)
 
 
 @expecting(SettingsError, kind=TEXT, ax=AXES, state=NAMED)
@@ -182,7 +212,7 @@ def plot(
     import xarray as xr
     from matplotlib import pyplot
 
-    from chaosdrill.plots.style import made_by, style
+    from chaosdrill.plots.figures import made_by
 
     if isinstance(ds, xr.DataTree) and "kind" in ds.attrs:
         ds = ds.to_dataset()
@@ -194,6 +224,7 @@ def plot(
     if lost := [name for name in swept(ds) if name in ds.coords and name not in ds.dims]:
         raise SettingsError(f"{lost[0]} has been selected to one value; give several, as in ds.sel({lost[0]}=[value])")
     ds = _with_dimensions(undated(ds))
+    _check_dimensions(ds)
     suited = {picture.name: picture for picture in PICTURES if picture.suits(ds)}
     if not suited or (kind is not None and kind not in suited):
         raise SettingsError(
@@ -204,7 +235,7 @@ def plot(
     if ax is not None:
         picture.draw(ds, ax=ax, state=state)
         return ax
-    with style(), made_by(pyplot.figure):
+    with made_by(pyplot.figure):
         return picture.draw(ds, state=state).axes[0]
 
 
@@ -217,6 +248,24 @@ def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
             places = {n: ds[n].ndim if dim == "state" else len(set(ds[n].dims) & set(swept(ds))) for n in names}
             ds = ds.drop_vars([*names, dim]).assign({n: ds[n].expand_dims(dim, places[n]) for n in names})
     return ds
+
+
+def _check_dimensions(ds: "xr.Dataset") -> None:
+    """Raise a SettingsError if several results have been put into one, which no picture takes apart."""
+    kind = str(ds.attrs["kind"])
+    declared = table_of(kind, map(str, ds.variables))
+    for name, variable in ds.variables.items():
+        dims = declared[str(name)].dims if name in declared else ()
+        further = [str(dim) for dim in variable.dims if dim not in dims]
+        # a name in braces stands for dimensions that a dataset may have
+        if not further or name not in declared or any(dim.startswith("{") for dim in dims):
+            continue
+        if kind == "trajectory" and further == [RUN.strip("{}")]:
+            continue
+        raise SettingsError(
+            f"ds has the dimension {further[0]!r}, which a {kind} has not; choose one of it, as in "
+            f"ds.isel({further[0]}=0), or draw one after the other on the axes of your own (ax)"
+        )
 
 
 @expecting(SettingsError, path=PATH, output=PATH, group=TEXT, animated=SWITCH, state=NAMED)
@@ -261,7 +310,8 @@ def plot_archive(
     from chaosdrill.archive import check_writable, writing
     from chaosdrill.archive import open as open_archive
     from chaosdrill.archive.digest import error_context
-    from chaosdrill.plots.style import OtherCountError, style
+    from chaosdrill.plots.contents import OtherCountError
+    from chaosdrill.plots.style import style
 
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")
@@ -296,7 +346,7 @@ def plot_archive(
             with error_context(path, groups.values(), "drawn"):
                 animate(wanted[names[0]], file, chosen)
             continue
-        with error_context(path, groups.values(), "drawn"), style():
+        with error_context(path, groups.values(), "drawn"), style(svg_hashsalt="chaosdrill"):
             drawn = partial(
                 picture.draw, *(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups)
             )
@@ -307,7 +357,8 @@ def plot_archive(
                 other = fault
                 figure = drawn()
             with writing(file, "picture") as draft:
-                figure.savefig(draft, format=target.suffix.lstrip(".").lower())
+                ending = target.suffix.lstrip(".").lower()
+                figure.savefig(draft, format=ending, metadata=_UNDATED.get(ending))
             # it holds itself in circles, and a million cells would wait for the collector
             figure.clear()
     if other is not None and not shown:
@@ -376,50 +427,3 @@ def _alike(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
 def behind(picture: Picture, dataset: "xr.Dataset", groups: "dict[str, xr.Dataset]") -> "xr.Dataset | None":
     """What a picture is drawn over: the first group of the archive that fits, also if it was not asked for itself."""
     return next((ds for ds in groups.values() if ds.attrs["kind"] == picture.over and fits(dataset, ds)), None)
-
-
-def swept(dataset: "xr.Dataset") -> tuple[str, ...]:
-    """Return the names of the parameters that an analysis ran through, in its own order."""
-    return tuple(settings(dataset).get("sweep") or ())
-
-
-def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
-    """Return the least and the largest value of each parameter that an analysis was asked for."""
-    sweep = settings(dataset).get("sweep") or {}
-    return {name: (float(min(values)), float(max(values))) for name, values in sweep.items()}
-
-
-def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
-    """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
-
-    Where both hold sections these must be the same.
-    """
-    names = set(swept(dataset))
-    places = {_section_of(ds) for ds in (dataset, other)}
-    return (
-        bool(names)
-        and names == set(swept(other))
-        and _fixed(dataset, names) == _fixed(other, names)
-        and len(places - {None}) < 2
-    )
-
-
-def _section_of(dataset: "xr.Dataset") -> str | None:
-    """Where the points of a dataset are taken; None for one that holds none."""
-    if "section" not in dataset.variables:
-        return None
-    return settings(dataset).get("at") or "strobe"
-
-
-def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
-    """All that has to agree: the system, the names of its states, the parameters but those swept."""
-    parameters = json.loads(str(dataset.attrs.get("parameters", "{}")))
-    rest = {name: value for name, value in parameters.items() if name not in apart}
-    states = [str(name) for name in dataset["state"].values]
-    return dataset.attrs.get("system"), states, rest
-
-
-def settings(dataset: "xr.Dataset") -> dict[str, Any]:
-    """Return the arguments of the analysis."""
-    found: dict[str, Any] = json.loads(str(dataset.attrs.get("settings", "{}")))
-    return found

@@ -6,19 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.errors import SettingsError
-from chaosdrill.plots.style import (
-    MOTIONS,
-    NO_RESULT,
-    Category,
-    axis_label,
-    by_outcome,
-    label,
-    legend_outside,
-    new_figure,
-    owner,
-    seed_names,
-    shorten,
-)
+from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_outcome
+from chaosdrill.plots.figures import WIDTH, font_size, is_narrow, legend_outside, new_figure, owner, size_of
+from chaosdrill.plots.labels import axis_label, label, seed_names, shorten
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -32,10 +22,10 @@ if TYPE_CHECKING:
 
 _MOST_PANELS = 9
 _DARK = 0.45
-_SIDE = 6.3
-"""Width in inches that all panels of a row share."""
-_TEXT = 8.0
-"""Size of the names in regions, in points."""
+BESIDE = 0.9
+"""Inches of a figure's width that panels leave to labels."""
+_TEXT = 8 / 9
+"""Size of the names in regions, as a part of that of text."""
 _WIDTH = 0.62
 """Mean width of a letter, in sizes of the text."""
 _INSIDE = 0.88
@@ -91,10 +81,11 @@ class Plane:
 
     def _lay_out(self, names: list[str]) -> None:
         dataset, count = self._dataset, min(len(names), _MOST_PANELS)
-        columns = 1 if count == 1 else 2 if count <= 4 else 3
+        columns = 1 if count == 1 else 2 if count <= 4 or is_narrow() else 3
         rows = -(-count // columns)
-        width = _SIDE / columns
-        height = 4.4 if columns == 1 else 0.8 * width
+        side = size_of(WIDTH)[0] - BESIDE
+        width = side / columns
+        height = 4.4 / 6.3 * side if columns == 1 else 0.8 * width
         detail = max(dataset.sizes[self.across] / width, dataset.sizes[self.up] / height)
         self.figure, self._size = new_figure(1.0 + rows * (height + 0.15), detail), (width, height)
         grid = self.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel().tolist()
@@ -113,7 +104,7 @@ class Plane:
             self.figure.supxlabel(axis_label(dataset, self.across), fontsize="medium")
             self.figure.supylabel(axis_label(dataset, self.up), fontsize="medium")
         if len(names) > count:
-            self.figure.suptitle(f"seeds 1 to {count} of {len(names)}", x=0.01, ha="left", fontsize=9)
+            self.figure.suptitle(f"seeds 1 to {count} of {len(names)}", x=0.01, ha="left", fontsize="medium")
 
     def _parts(self, *arrays: "NDArray[Any]") -> "Iterator[tuple[Axes, list[NDArray[Any]]]]":
         """Each panel with its part of some arrays, in the order of its cells."""
@@ -315,7 +306,8 @@ def _name(
     from matplotlib.patheffects import withStroke
     from scipy import ndimage
 
-    box = np.array([1.3 * _TEXT, (len(category.short) + 1) * _WIDTH * _TEXT])
+    size = font_size(_TEXT)
+    box = np.array([1.3 * size, (len(category.short) + 1) * _WIDTH * size])
     regions, count = ndimage.label(mask)
     areas = np.bincount(regions.ravel(), minlength=count + 1)[1:]
     for region in np.argsort(-areas)[:_NAMED]:
@@ -329,7 +321,7 @@ def _name(
                 category.short,
                 ha="center",
                 va="center",
-                fontsize=_TEXT,
+                fontsize=size,
                 color=category.ink,
                 path_effects=[withStroke(linewidth=3.0 if category.hatch else 1.5, foreground=category.colour)],
             )

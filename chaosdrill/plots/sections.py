@@ -1,35 +1,17 @@
-"""Sections: over the swept parameter with spectrum, progression and periods, in a plane, and as a return map."""
+"""Sections: over the swept parameter with spectrum and periods, in a plane, and as a return map."""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.pictures import picture, settings, swept
-from chaosdrill.plots.plane import bounds, draw_cells, legend_entry
-from chaosdrill.plots.style import (
-    BACKGROUND,
-    MOTIONS,
-    NO_RESULT,
-    PALETTE,
-    SEED_COLOURS,
-    Category,
-    axis_label,
-    by_period,
-    label,
-    legend_above,
-    legend_outside,
-    new_figure,
-    one_panel,
-    owner,
-    places_of,
-    progression,
-    seed_names,
-    shorten,
-    state_label,
-    subscript,
-    wrapped,
-)
+from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_period
+from chaosdrill.plots.contents import places_of, settings, swept
+from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel, owner, size_of
+from chaosdrill.plots.labels import axis_label, label, seed_names, shorten, state_label, subscript, wrapped
+from chaosdrill.plots.palette import BACKGROUND, PALETTE, SEED_COLOURS
+from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.plane import BESIDE, bounds, draw_cells, legend_entry
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -90,7 +72,7 @@ def bifurcation(
         _shade(ax, edges, lost, NO_RESULT)
         _section(ax, dataset, sweep, states[..., index], edges, lost)
         if ax.get_legend_handles_labels()[0]:
-            ax.legend()
+            legend_inside(ax)
         ax.set(xlabel=axis_label(dataset, sweep), ylabel=state_label(dataset, index))
         ax.set_xlim(*(edges if len(x) == 1 else (x[0], x[-1])))
         return owner(ax)
@@ -183,10 +165,18 @@ def first_that_varies(states: "NDArray[np.float64]") -> int:
     The states are the last axis of ``states``; values may be missing.
     """
     for index in range(states.shape[-1]):
-        values = states[..., index][np.isfinite(states[..., index])]
-        if values.size and np.ptp(values) > _FLAT * max(1.0, float(np.abs(values).max())):
+        if varies(states[..., index], states):
             return index
     return 0
+
+
+def varies(values: "NDArray[np.float64]", states: "NDArray[np.float64]") -> bool:
+    """Return whether a state has more than one value on a section, of all states of which the section is made."""
+    known, every = values[np.isfinite(values)], np.abs(states[np.isfinite(states)])
+    if not known.size:
+        return False
+    # round-off around zero is measured by the other states, which may have another unit
+    return bool(np.ptp(known) > _FLAT * max(float(np.abs(known).max()), _FLAT * float(every.max())))
 
 
 def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
@@ -218,7 +208,7 @@ def _spectrum(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
 
 
 def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
-    rate = progression(dataset)
+    rate = dataset["progression_rate"]
     values = rate.transpose(sweep, "seed").values
     for seed, (colour, _, step) in enumerate(seed_lines(dataset)):
         _draw(panel, dataset, seed, values[:, seed], colour, step)
@@ -228,14 +218,16 @@ def _rate(panel: "Axes", dataset: "xr.Dataset", sweep: str) -> None:
 def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[np.float64]", height: float) -> None:
     codes, categories = by_period(dataset.transpose("seed", sweep, ...))
     names = seed_names(dataset)
-    draw_cells(panel, edges, np.arange(len(names) + 1.0), codes, categories, (6.3, height), names=False)
+    size = (size_of(height)[0] - BESIDE, height)
+    size = (size_of(height)[0] - BESIDE, height)
+    draw_cells(panel, edges, np.arange(len(names) + 1.0), codes, categories, size, names=False)
     panel.invert_yaxis()
     panel.spines["left"].set_visible(False)
     named = 1 < len(names) <= _NAMED_ROWS
     panel.set_yticks(np.arange(len(names)) + 0.5 if named else [], names if named else [])
     if len(names) > _NAMED_ROWS:
         panel.set_ylabel(f"{len(names)} seeds")
-    panel.tick_params(axis="y", length=0, labelsize=7)
+    panel.tick_params(axis="y", length=0, labelsize="small")
     legend_above(panel, columns=5, handles=[legend_entry(category) for category in categories])
 
 
@@ -329,9 +321,8 @@ def poincare(
 
 def _plane(section: np.ndarray) -> tuple[int, int]:
     """Return the first two states that are not one value on the whole section, as one is on a surface."""
-    size = np.abs(section).max(axis=0, initial=1.0)
-    varies = np.ptp(section, axis=0) > 1e-9 * size if len(section) else np.ones(section.shape[1], dtype=bool)
-    first, second = sorted(np.argsort(~varies, kind="stable")[:2].tolist())
+    moves = np.array([varies(values, section) for values in section.T])
+    first, second = sorted(np.argsort(~moves, kind="stable")[:2].tolist())
     return first, second
 
 

@@ -1,30 +1,37 @@
 """Trajectories: every state and integral over time, and the first state against the second."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.curve import Curve, is_joined, join, last_parts, pieces, runs_left_out, runs_of, stops, strobe
-from chaosdrill.plots.pictures import picture
-from chaosdrill.plots.style import (
-    DOTS,
-    EVENT_MARKERS,
-    MODE_SHADES,
+from chaosdrill.plots.contents import places_of
+from chaosdrill.plots.curve import (
+    Curve,
+    is_joined,
+    join,
+    last_parts,
+    pieces,
+    rates_of,
+    runs_left_out,
+    runs_of,
+    smoothed,
+    stops,
+    strobe,
+)
+from chaosdrill.plots.figures import (
     MOST_PANELS,
-    PALETTE,
-    label,
     legend_above,
+    legend_inside,
     legend_outside,
     new_figure,
     one_panel,
     owner,
-    places_of,
-    readable,
-    shorten,
-    state_label,
-    wrapped,
 )
+from chaosdrill.plots.labels import label, readable, shorten, state_label, wrapped
+from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
+from chaosdrill.plots.pictures import picture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,6 +44,8 @@ if TYPE_CHECKING:
 # more events than this on one page cannot be told apart; of several runs each has its part, but not less than these
 _EVENTS, _LEAST_EVENTS = 40, 8
 _GREY = "0.4"
+_MODE_HATCHES = ("", "///", "...")
+_HATCHED = "0.7"
 
 
 @picture("trajectory", "time-history", "integrals and states over time, events and modes")
@@ -80,6 +89,7 @@ def time_history(
         panel.margins(x=0)
     for run, name, colour in zip(runs, names, PALETTE, strict=False):
         curve = join(run)
+        curve = smoothed(curve, partial(rates_of, run, curve))
         for panel, quadrature in zip(panels, quadratures, strict=False):
             panel.plot(run["time"], run[quadrature], color=colour)
         for i, panel in zip(states, panels[len(quadratures) :], strict=True):
@@ -152,27 +162,31 @@ def _event_entries(runs: "list[xr.Dataset]") -> "list[Artist]":
 
 
 def _shade(panel: "Axes", curve: Curve, modes: dict[int, str]) -> None:
-    codes = list(modes)
+    looks = _looks(curve, modes)
     for start, end, mode in curve.bands():
-        shade = codes.index(mode) % len(MODE_SHADES)
-        if shade:
-            panel.axvspan(start, end, color=MODE_SHADES[shade], linewidth=0, zorder=0)
+        colour, hatch = looks[mode]
+        if colour != MODE_SHADES[0] or hatch:
+            panel.axvspan(start, end, facecolor=colour, edgecolor=_HATCHED, hatch=hatch, linewidth=0, zorder=0)
+
+
+def _looks(curve: Curve, modes: dict[int, str]) -> dict[int, tuple[str, str]]:
+    """Shade and hatching of each mode that a run was in; shades come again with a hatching."""
+    present = set(curve.mode.tolist())
+    found = {}
+    for number, code in enumerate(code for code in modes if code in present):
+        turn, place = divmod(number, len(MODE_SHADES))
+        found[code] = MODE_SHADES[place], _MODE_HATCHES[turn % len(_MODE_HATCHES)]
+    return found | dict.fromkeys(present - modes.keys(), (MODE_SHADES[0], ""))
 
 
 def _mode_entries(curve: Curve, modes: dict[int, str]) -> "list[Artist]":
     """Entries of the legend for the modes that a run was in."""
     from matplotlib.patches import Patch
 
-    present = set(curve.mode.tolist())
     return [
-        Patch(
-            facecolor=MODE_SHADES[number % len(MODE_SHADES)],
-            edgecolor="0.6",
-            linewidth=0.5,
-            label=f"{readable(name)} (mode)",
-        )
-        for number, (code, name) in enumerate(modes.items())
-        if code in present
+        Patch(facecolor=colour, edgecolor="0.6", hatch=hatch, linewidth=0.5, label=f"{readable(modes[code])} (mode)")
+        for code, (colour, hatch) in _looks(curve, modes).items()
+        if code in modes
     ]
 
 
@@ -181,7 +195,8 @@ def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:
     if "forcing_period" in dataset.variables:
         period = float(dataset["forcing_period"])
         return f"last {part / period:.0f} of {whole / period:.0f} forcing periods"
-    return f"last {part:.4g} of {whole:.4g} units of time"
+    unit = str(dataset["time"].attrs.get("units", "1"))
+    return f"last {part:.4g} of {whole:.4g} {'units of time' if unit == '1' else unit}"
 
 
 @picture("trajectory", "phase-portrait", "the first state against the second", states=2)
@@ -225,7 +240,7 @@ def phase_portrait(
     elif ax is None:
         legend_above(axes)
     else:
-        axes.legend()
+        legend_inside(axes)
     symbols = " against ".join(str(dataset["state"].values[place]) for place in (up, across))
     figure.set_label(f"{symbols}{', a colour for each run' if is_joined(dataset) else ''}")
     return figure
@@ -240,6 +255,7 @@ def _draw(
 ) -> bool:
     """Draw a run: flow, jumps and points once a forcing period, with a label each; tell whether there are jumps."""
     curve = join(run)
+    curve = smoothed(curve, partial(rates_of, run, curve))
     x, y = (curve.state[:, place] for place in plane)
     flow, jumps = pieces(curve.time, x, y)
     weight = 1.1 if len(jumps) < 180 else 0.5

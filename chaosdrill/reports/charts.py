@@ -36,15 +36,11 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
         All of the archive, one of which may lie behind.
     """
     from chaosdrill.plots import behind
-    from chaosdrill.plots.style import readable, style
+    from chaosdrill.plots.labels import readable
+    from chaosdrill.plots.style import style
 
-    with style():
-        import matplotlib as mpl
-
-        # a picture inside of a page has no fonts of its own
-        mpl.rcParams["svg.fonttype"] = "path"
-        # ids inside of the picture are the same whenever it is drawn
-        mpl.rcParams["svg.hashsalt"] = "chaosdrill"
+    # a picture inside of a page has no fonts of its own, and its ids are the same whenever it is drawn
+    with style(user=False, svg_fonttype="path", svg_hashsalt="chaosdrill"):
         drawn = picture.draw(*(groups[name] for name in names), over=behind(picture, groups[names[0]], dict(groups)))
         stored, kind = BytesIO(), "svg+xml"
         drawn.savefig(stored, format="svg", metadata={"Date": None})
@@ -101,7 +97,8 @@ def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, 
     """
     import numpy as np
 
-    from chaosdrill.plots.style import LONGER_COLOUR, PERIOD_COLOURS, axis_label, seed_names, state_label
+    from chaosdrill.plots.labels import axis_label, seed_names, state_label
+    from chaosdrill.plots.palette import LONGER_COLOUR, PERIOD_COLOURS
 
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
     dataset = dataset.sortby(axes).transpose(*axes, "seed", ...)
@@ -172,7 +169,8 @@ def _quantity(dataset: "xr.Dataset", name: str) -> dict[str, Any]:
 
 def _outcomes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
     from chaosdrill.dataset.outcomes import Outcome, flag_names
-    from chaosdrill.plots.style import outcome_colour, readable
+    from chaosdrill.plots.labels import readable
+    from chaosdrill.plots.palette import outcome_colour
 
     advice = {outcome.meaning: outcome.advice for outcome in Outcome}
     return [
@@ -186,7 +184,7 @@ def _scales() -> dict[str, list[str]]:
     import numpy as np
     from matplotlib.colors import to_hex
 
-    from chaosdrill.plots.style import diverging, sequential
+    from chaosdrill.plots.palette import diverging, sequential
 
     at = np.linspace(0, 1, 33)
     return {"diverging": [to_hex(c) for c in diverging()(at)], "sequential": [to_hex(c) for c in sequential()(at)]}

@@ -143,7 +143,7 @@ def number(value: Any, digits: int = 6) -> str:
 
 def uncertain(value: Any, error: Any) -> str:
     """A number with its standard error, where it has one."""
-    from chaosdrill.plots.style import uncertain as written
+    from chaosdrill.plots.labels import uncertain as written
 
     value, error = float(value), float(error)
     return MISSING if value != value else written(value, error)

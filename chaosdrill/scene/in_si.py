@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.dataset import SCHEMA, describe
 from chaosdrill.dataset.label import axes_of
-from chaosdrill.systems.drill.si import MADE, QUANTITIES, UNITS, ReadSI, metres_per_hour
+from chaosdrill.systems.drill.si import MADE, QUANTITIES, STATE_UNITS, UNITS, ReadSI, metres_per_hour
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +34,7 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
     -------
     xarray.Dataset
         ``progression_rate_si`` in m/h beside ``progression_rate``, times in s, the penetration in m, and the force of
-        spring and damper along a trajectory in N.
+        spring and damper along a trajectory in N; and what one unit of each state is in SI units.
     """
     if not scales:
         return result
@@ -42,6 +42,7 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
         "m h-1": metres_per_hour(scales),
         "s": scales["time_s"],
         "m": scales["length_m"],
+        "m s-1": scales["length_m"] / scales["time_s"],
         "N": scales["force_N"],
     }
     dimensionless = dict(result.variables)
@@ -52,6 +53,10 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
         given = dimensionless.get(name.removesuffix(SUFFIX))
         if name.endswith(SUFFIX) and given is not None:
             added[name] = (given.dims, given.values * factors[declared.units])
+    if "state" in result.coords:
+        units = [STATE_UNITS[str(name)] for name in result["state"].values]
+        added["state_scale_si"] = ("state", [factors[unit] for unit in units])
+        added["state_units_si"] = ("state", units)
     if not added:
         return result
     settings = json.loads(result.attrs["settings"])

@@ -14,7 +14,7 @@ import xarray as xr
 from findings import Claim, ended, table
 
 import chaosdrill as cd
-from chaosdrill.plots.style import shorten
+from chaosdrill.plots.labels import shorten
 
 SLOW, FAST = 0.03, 0.1
 """Progression rates below and above which a motion belongs to the slow and to the fast branch."""

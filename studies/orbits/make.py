@@ -114,8 +114,8 @@ def pictures() -> int:
 def enlarged(found: xr.Dataset, diagram: xr.Dataset, part: tuple[tuple[float, float], ...]) -> Figure:
     """Branches over a diagram, and below them a part of both, which a frame shows above."""
     from chaosdrill.plots.branches import branches
+    from chaosdrill.plots.figures import legend_outside, new_figure
     from chaosdrill.plots.markers import named_once
-    from chaosdrill.plots.style import legend_outside, new_figure
 
     (left, right), (low, high) = part
     figure = new_figure(8.4)

@@ -10,7 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chaosdrill.plots.curve import join, strobe
-from chaosdrill.plots.style import PALETTE, WIDTH, legend_above, style
+from chaosdrill.plots.figures import WIDTH, legend_above
+from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.style import style
 
 _GAP, _SPEED = "relative displacement x₁ − x₃", "bit speed x₂"
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.style import shorten, uncertain
+from chaosdrill.plots.labels import shorten, uncertain
 
 CLAIMS = {"period1": "period 1", "period2": "period 2", "period4": "period 4", "chaos": "chaos"}
 RATES = ("progression_rate", "events_per_period", "impacts_per_period")

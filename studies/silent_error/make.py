@@ -21,7 +21,10 @@ from matplotlib.figure import Figure
 
 import chaosdrill as cd
 from chaosdrill.analysis.statistics import standard_error
-from chaosdrill.plots.style import PALETTE, WIDTH, style, uncertain
+from chaosdrill.plots.figures import WIDTH
+from chaosdrill.plots.labels import uncertain
+from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.style import style
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"

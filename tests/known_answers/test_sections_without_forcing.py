@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import chaosdrill as cd
-from chaosdrill.plots.pictures import fits
+from chaosdrill.plots.contents import fits
 from chaosdrill.scene import parse_scene
 
 NEURON = """

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.text import Annotation
 
+from chaosdrill.plots.categories import POSITIVE, UNRECOGNISED, Category
 from chaosdrill.plots.charts import (
     attractor_count_chart,
     basins,
@@ -19,20 +20,17 @@ from chaosdrill.plots.charts import (
     outcome_chart,
     progression_chart,
 )
-from chaosdrill.plots.pictures import PICTURES
-from chaosdrill.plots.plane import bounds, draw_cells
-from chaosdrill.plots.style import (
+from chaosdrill.plots.palette import (
     ATTRACTOR_COLOURS,
     LONGER_COLOUR,
     OUTCOME_COLOURS,
     PERIOD_COLOURS,
-    POSITIVE,
-    UNRECOGNISED,
-    Category,
     diverging,
     sequential,
-    style,
 )
+from chaosdrill.plots.pictures import PICTURES
+from chaosdrill.plots.plane import bounds, draw_cells
+from chaosdrill.plots.style import style
 
 # Charts over two parameters: what each cell shows, what the legend says, and grids of every size.
 
@@ -59,7 +57,7 @@ def test_axes_are_named_by_the_archive_and_cells_have_their_true_bounds(chart):
 
 def test_periods_and_what_there_is_instead(chart):
     figure = isoperiodic_chart(chart)
-    assert [axes.get_title() for axes in figure.axes[:2]] == ["seed 1", "seed 2"]
+    assert [axes.get_title(loc="left") for axes in figure.axes[:2]] == ["seed 1", "seed 2"]
     one, two, three = PERIOD_COLOURS[:3]
     chaos, escaped = (OUTCOME_COLOURS[name] for name in ("chaotic", "escaped"))
     own = [one, two, LONGER_COLOUR, chaos]
@@ -82,7 +80,7 @@ def test_a_cycle_whose_period_was_not_found_is_no_chaos(chart):
 def test_seeds_have_their_names(chart):
     named = chart.assign_coords(seed=["fixed 1", "random 2"])
     figure = isoperiodic_chart(named)
-    assert [axes.get_title() for axes in figure.axes[:2]] == ["fixed 1", "random 2"]
+    assert [axes.get_title(loc="left") for axes in figure.axes[:2]] == ["fixed 1", "random 2"]
     assert (figure.get_supxlabel(), figure.get_supylabel()) == ("load q", "p")
 
 
@@ -90,7 +88,10 @@ def test_panels_say_where_their_seeds_start(chart):
     states = xr.DataArray([[0.5, -1.0, 0.0], [0.5, 0.25, 2.0]], dims=("seed", "state"))
     named = chart.assign(initial_state=states).assign_coords(seed=["fixed 1", "fixed 2"], state=["x", "y", "u"])
     figure = isoperiodic_chart(named)
-    assert [axes.get_title() for axes in figure.axes[:2]] == ["fixed 1: y = −1, u = 0", "fixed 2: y = 0.25, u = 2"]
+    assert [axes.get_title(loc="left") for axes in figure.axes[:2]] == [
+        "fixed 1: y = −1, u = 0",
+        "fixed 2: y = 0.25, u = 2",
+    ]
 
 
 def test_more_seeds_than_find_room_are_counted(chart):
@@ -322,10 +323,10 @@ def test_a_grid_on_which_everything_escapes(basin):
 
 
 def test_the_title_says_where_the_plane_is(basin):
-    assert basins(basin).axes[0].get_title() == "at w = 0.25"
+    assert basins(basin).axes[0].get_title(loc="left") == "at w = 0.25"
     plane = basin.isel(state=[0, 1]).assign_attrs(initial='{"mode": "free", "x": 0.0, "v": 0.0}')
     figure = basins(plane)
-    assert figure.axes[0].get_title() == ""
+    assert figure.axes[0].get_title(loc="left") == ""
     assert len(figure.axes[0].get_lines()) == 2, "in a plane of all states every attractor can be marked"
 
 

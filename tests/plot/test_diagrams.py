@@ -22,7 +22,7 @@ def _several(diagram, count, **coords):
 def test_diagram_names_sweep_unit_lost_exponent_and_outcomes(diagram):
     figure = bifurcation(diagram)
     section, spectrum, rate, outcome = figure.axes
-    assert outcome.get_xlabel() == "load q (kN)"
+    assert outcome.get_xlabel() == "load (kN)"
     assert _labels(spectrum) == ["λ₁", "λ₂ = −∞"]
     assert _labels(outcome) == ["period 1", "period 2", "escaped"]
     assert rate.get_ylabel() == "mean\nprogression\nrate"
@@ -186,7 +186,7 @@ def texts(panel):
 
 def test_a_panel_a_quantity_with_the_price_of_a_digit(table):
     figure = work_precision(table)
-    assert [panel.get_title(loc="left") or panel.get_title() for panel in figure.axes] == [
+    assert [panel.get_title(loc="left") or panel.get_title(loc="left") for panel in figure.axes] == [
         "Strobe point\neach digit: series +3 %, steps +100 %",
         "Multipliers\neach digit: series +3 %, steps +100 %",
     ]

@@ -12,12 +12,12 @@ from matplotlib.colors import to_rgb
 import chaosdrill as cd
 from chaosdrill.dataset import Outcome
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.plots import PICTURES, plot_archive, style
+from chaosdrill.plots import PICTURES, categories, palette, plot_archive
 from chaosdrill.plots.accuracy import convergence
 from chaosdrill.plots.curve import MOST_RUNS, join, last_parts, runs_of, stops, strobe
+from chaosdrill.plots.labels import shorten, subscript, uncertain
 from chaosdrill.plots.pictures import stems_of
 from chaosdrill.plots.sections import poincare
-from chaosdrill.plots.style import shorten, subscript, uncertain
 from chaosdrill.plots.trajectories import phase_portrait, time_history
 from chaosdrill.reports.tables import event_counts
 
@@ -37,9 +37,9 @@ def test_time_history_names_quantities_units_events_and_modes(ball):
 
 def test_a_long_record_says_which_part_is_shown(ball):
     many = ball.isel(event=np.repeat(np.arange(10), 5))
-    title = time_history(many).axes[0].get_title()
+    title = time_history(many).axes[0].get_title(loc="left")
     assert title == "last 7 of 10 forcing periods"
-    assert time_history(many.drop_vars("forcing_period")).axes[0].get_title() == "last 14 of 20 units of time"
+    assert time_history(many.drop_vars("forcing_period")).axes[0].get_title(loc="left") == "last 14 of 20 units of time"
 
 
 def test_phase_portrait_shows_the_stop_and_the_section(ball):
@@ -64,20 +64,20 @@ def test_a_sample_at_the_time_of_an_event_is_one_of_its_sides(ball):
 
 def test_section_names_its_period_and_multipliers(section):
     axes = poincare(section).axes[0]
-    assert axes.get_title() == "period 2, once a forcing period; multipliers 0.5 ± 0.25i"
+    assert axes.get_title(loc="left") == "period 2, once a forcing period; multipliers 0.5 ± 0.25i"
     assert len(axes.collections[0].get_offsets()) == 2
 
 
 def test_section_without_a_period_shows_every_point(section):
     axes = poincare(section.assign(period=0)).axes[0]
-    assert axes.get_title() == "40 points once a forcing period"
+    assert axes.get_title(loc="left") == "40 points once a forcing period"
     assert len(axes.collections[0].get_offsets()) == 40
 
 
 def test_convergence_names_the_lost_exponent_and_draws_the_others(spectrum):
     figure = convergence(spectrum)
-    assert [panel.get_title() for panel in figure.axes] == ["λ₁ = 0.015(1)", "λ₂ = −0.0879(2)"]
-    assert figure.get_suptitle().startswith("λ₃ = −∞")
+    assert [panel.get_title(loc="left") for panel in figure.axes] == ["λ₁ = 0.015(1)", "λ₂ = −0.0879(2)"]
+    assert figure.legends[0].get_title().get_text().startswith("λ₃ = −∞")
     low, high = figure.axes[0].get_ylim()
     assert low < 0.015 - 0.001
     assert high > 0.015 + 0.001
@@ -86,7 +86,7 @@ def test_convergence_names_the_lost_exponent_and_draws_the_others(spectrum):
 def test_long_names_of_states_stand_on_the_axes(ball):
     named = ball.assign_coords(state_long_name=("state", ["height above the floor", "speed"]))
     axes = phase_portrait(named).axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("height above the floor x", "speed v")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("height above the floor", "speed")
 
 
 @pytest.mark.parametrize("known", [0, 1])
@@ -241,7 +241,7 @@ def test_the_portrait_shows_each_run(joined):
 
 def test_runs_that_are_not_shown_are_told(ball):
     figure = time_history(cd.join({f"run {i}": ball for i in range(MOST_RUNS + 3)}))
-    assert figure.axes[0].get_title().startswith(f"first {MOST_RUNS} of {MOST_RUNS + 3} runs")
+    assert figure.axes[0].get_title(loc="left").startswith(f"first {MOST_RUNS} of {MOST_RUNS + 3} runs")
     assert len([line for line in figure.axes[1].lines if line.get_linestyle() == "-"]) == MOST_RUNS
 
 
@@ -400,21 +400,21 @@ def lightness(colours):
 
 
 # most of those after "failed" are outcomes of looking for an orbit, which no chart shows
-SHOWN = (*style.MOTIONS, "no_return")
-OUTCOMES = [style.outcome_category(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in SHOWN]
+SHOWN = (*categories.MOTIONS, "no_return")
+OUTCOMES = [categories.outcome_category(o.meaning) for o in Outcome if o <= Outcome.FAILED or o.meaning in SHOWN]
 
-PERIODS = [style.Category(f"period {n}", colour) for n, colour in enumerate(style.PERIOD_COLOURS, 1)]
+PERIODS = [categories.Category(f"period {n}", colour) for n, colour in enumerate(palette.PERIOD_COLOURS, 1)]
 
-PERIODS.append(style.Category("longer", style.LONGER_COLOUR))
+PERIODS.append(categories.Category("longer", palette.LONGER_COLOUR))
 
 TOGETHER = {
     "outcomes": OUTCOMES,
-    "periods": PERIODS + [one for one in OUTCOMES if one.name != "periodic"] + [style.PERIOD_NOT_FOUND],
-    "attractors": [style.attractor_category(n, str(n)) for n in range(12)]
-    + [one for one in OUTCOMES if one.name not in style.ATTRACTED]
-    + [style.UNRECOGNISED, style.FURTHER],
-    "lines": [style.Category(colour, colour) for colour in (*style.LINE_COLOURS, style.BACKGROUND)],
-    "seeds": [style.Category(colour, colour) for colour in style.SEED_COLOURS],
+    "periods": PERIODS + [one for one in OUTCOMES if one.name != "periodic"] + [categories.PERIOD_NOT_FOUND],
+    "attractors": [categories.attractor_category(n, str(n)) for n in range(12)]
+    + [one for one in OUTCOMES if one.name not in categories.ATTRACTED]
+    + [categories.UNRECOGNISED, categories.FURTHER],
+    "lines": [categories.Category(colour, colour) for colour in (*palette.LINE_COLOURS, palette.BACKGROUND)],
+    "seeds": [categories.Category(colour, colour) for colour in palette.SEED_COLOURS],
 }
 
 
@@ -441,13 +441,13 @@ def test_text_and_hatching_are_read_on_their_colour(category):
     assert abs(first - second) > 45
 
 
-@pytest.mark.parametrize("colours", [style.SEED_COLOURS, style.LINE_COLOURS])
+@pytest.mark.parametrize("colours", [palette.SEED_COLOURS, palette.LINE_COLOURS])
 def test_dots_and_lines_are_seen_on_white(colours):
     assert (lightness(colours) < 75).all()
 
 
 def test_the_diverging_scale_is_even_and_both_signs_alike():
-    shades = style.diverging()(np.linspace(0, 1, 129))[:, :3]
+    shades = palette.diverging()(np.linspace(0, 1, 129))[:, :3]
     light = lightness(shades)
     below, above = light[:64][::-1], light[65:]
     assert light[64] == light.max() > 95
@@ -461,7 +461,7 @@ def test_the_diverging_scale_is_even_and_both_signs_alike():
 
 @pytest.mark.parametrize("eyes", EYES)
 def test_signs_are_told_apart(eyes):
-    shades = style.diverging()(np.linspace(0, 1, 129))[:, :3]
+    shades = palette.diverging()(np.linspace(0, 1, 129))[:, :3]
     seen = lab(shades, eyes)
     apart = np.linalg.norm(seen[:64][::-1] - seen[65:], axis=1)
     assert (apart[8:] > 12).all()
@@ -469,12 +469,12 @@ def test_signs_are_told_apart(eyes):
 
 
 def test_eight_numbers_of_attractors_are_told_apart():
-    light = lightness(style.diverging()(np.linspace(0.5, 0, 8))[:, :3])
+    light = lightness(palette.diverging()(np.linspace(0.5, 0, 8))[:, :3])
     assert (np.diff(light) < -7).all()
 
 
 def test_the_sequential_scale_is_even():
-    light = lightness(style.sequential()(np.linspace(0, 1, 17))[:, :3])
+    light = lightness(palette.sequential()(np.linspace(0, 1, 17))[:, :3])
     steps = -np.diff(light)
     assert steps.min() > 0.8 * steps.mean()
     assert steps.max() < 1.2 * steps.mean()
@@ -483,18 +483,21 @@ def test_the_sequential_scale_is_even():
 
 
 def test_a_hatching_over_a_scale_means_one_thing():
-    others = [one for one in OUTCOMES if one.name not in style.ATTRACTED] + [style.NO_RESULT, style.MINUS_INFINITY]
-    hatches = [one.hatch for one in [*others, style.POSITIVE] if one.hatch]
+    others = [one for one in OUTCOMES if one.name not in categories.ATTRACTED] + [
+        categories.NO_RESULT,
+        categories.MINUS_INFINITY,
+    ]
+    hatches = [one.hatch for one in [*others, categories.POSITIVE] if one.hatch]
     assert len(set(hatches)) == len(hatches)
 
 
 @pytest.mark.parametrize("eyes", EYES)
 def test_what_has_no_number_is_no_shade_of_the_scale(eyes):
     """Either the colour is far from all of the scale, or a hatching marks it."""
-    for scale in (style.sequential(), style.diverging()):
+    for scale in (palette.sequential(), palette.diverging()):
         shades = lab(scale(np.linspace(0, 1, 65))[:, :3], eyes)
-        for category in [*OUTCOMES, style.NO_RESULT, style.MINUS_INFINITY]:
-            if category.name not in style.MOTIONS and not category.hatch:
+        for category in [*OUTCOMES, categories.NO_RESULT, categories.MINUS_INFINITY]:
+            if category.name not in categories.MOTIONS and not category.hatch:
                 assert np.linalg.norm(shades - lab([category.colour], eyes), axis=1).min() > 12, category.name
 
 
@@ -506,6 +509,6 @@ def test_of_many_states_and_exponents_the_first_dozen_are_drawn_and_it_is_said()
     ]
     for figure, told in zip(figures, ("the first 12 of 40 states", "the first 12 of 40 exponents"), strict=True):
         assert len(figure.axes) == 12
-        suptitle = figure.get_suptitle()
-        assert told in suptitle + figure.axes[0].get_title(loc="left")
+        notes = [legend.get_title().get_text() for legend in figure.legends]
+        assert told in "".join([figure.axes[0].get_title(loc="left"), *notes])
     assert len(cd.plot(cd.trajectory(ring, duration=1, samples=4), state=("x0", "x39")).figure.axes) == 2

@@ -5,10 +5,11 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
+import chaosdrill as cd
 from chaosdrill.plots.curve import stops
+from chaosdrill.plots.labels import axis_label, readable, state_label, symbol
 from chaosdrill.plots.markers import room
 from chaosdrill.plots.sections import bifurcation
-from chaosdrill.plots.style import axis_label, symbol
 
 
 @pytest.mark.parametrize(
@@ -42,8 +43,54 @@ def test_names_as_symbols(name, shown):
     ],
 )
 def test_no_word_is_said_twice(name, long_name, shown):
-    ds = xr.Dataset(coords={name: (name, [0.0], {"long_name": long_name})})
+    coords = {name: (name, [0.0], {"long_name": long_name})}
+    ds = xr.Dataset(coords=coords, attrs={"system": "impact-oscillator"})
     assert axis_label(ds, name) == shown
+
+
+@pytest.mark.parametrize(
+    ("given", "units", "shown"),
+    [
+        ("load", "1", "load"),
+        ("load", "kN", "load (kN)"),
+        ("load (kN)", "kN", "load (kN)"),
+        ("load / kN", "kN", "load / kN"),
+        ("$F$ [kN]", "kN", "$F$ [kN]"),
+        (r"$\hat q$", "1", r"$\hat q$"),
+        ("q", "1", "q"),
+    ],
+)
+def test_a_label_stands_in_the_place_of_symbol_and_unit(given, units, shown):
+    own = cd.HybridSystem(
+        name="own", states="x", parameters={"q": 1.0}, modes={"flow": {"x": "-q*x"}}, labels={"q": given, "x": given}
+    )
+    diagram = cd.trajectory(own, duration=1, samples=2)
+    assert state_label(diagram, 0) == given
+    # of the library, and of anybody's own system, whether given to it or put in later
+    for ds in (xr.Dataset(attrs={"system": "own"}), cd.trajectory(cd.build("lorenz"), duration=1, samples=2)):
+        named = ds.assign_coords(q=("q", [0.0], {"long_name": given, "units": units}))
+        assert axis_label(named, "q") == shown
+
+
+def test_what_the_library_calls_it_is_followed_by_its_symbol():
+    run = cd.trajectory(cd.build("impact-oscillator"), duration=1, samples=2)
+    assert state_label(run, 0) == "displacement x"
+    changed = run.assign_coords(state_long_name=("state", ["gap", "velocity"]))
+    assert [state_label(changed, i) for i in (0, 1)] == ["gap", "velocity v"]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("slip_forward", "slip forward"),
+        ("bounce-off", "bounce off"),
+        ("above+-", "above+−"),
+        ("above-+", "above−+"),
+        ("sliding--", "sliding−−"),
+    ],
+)
+def test_the_signs_of_a_mode_are_no_blanks(name, words):
+    assert readable(name) == words
 
 
 def test_a_line_ends_where_another_attractor_begins(diagram):

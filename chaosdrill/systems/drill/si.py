@@ -117,6 +117,10 @@ UNITS = {
 """What one dimensionless unit is, by the scales of a scene: its unit, what it measures, and how it follows."""
 
 
+STATE_UNITS = {"y": "m", "u": "m s-1", "w": "m s-1", "timer": "s", "depth": "m"}
+"""The SI unit of each state that a drill may have."""
+
+
 def si_to_dimensionless(si: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Dimensionless parameters and scales of a drill given in SI units.
 

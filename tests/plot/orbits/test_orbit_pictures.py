@@ -10,8 +10,8 @@ from chaosdrill.dataset import BranchEnd, Outcome, Special, label
 from chaosdrill.orbits.results import Checks
 from chaosdrill.plots import plot_archive
 from chaosdrill.plots.branches import branches, curves
+from chaosdrill.plots.contents import fits
 from chaosdrill.plots.orbits import FEIGENBAUM, cascade, multipliers, orbit
-from chaosdrill.plots.pictures import fits
 
 # One orbit with its events, multipliers and Newton's residuals; a search with all of its orbits; and their doubts.
 
@@ -43,10 +43,12 @@ def test_the_path_has_a_gap_at_each_jump(as_orbit, found):
 
 
 def test_multipliers_are_told_in_numbers(as_orbit, found):
-    title = orbit(as_orbit(found)).axes[1].get_title()
+    title = orbit(as_orbit(found)).axes[1].get_title(loc="left")
     assert title == "μ₁, μ₂ = −0.261 ± 0.6509i\n|μ₁| = |μ₂| = 0.7012"
     lost = replace(found, multipliers=np.array([-3.0, 0.0], dtype=complex))
-    assert orbit(as_orbit(lost)).axes[1].get_title() == "μ₁ = −3\nμ₂ = 0 (rank lost)\n1 outside of the picture"
+    assert (
+        orbit(as_orbit(lost)).axes[1].get_title(loc="left") == "μ₁ = −3\nμ₂ = 0 (rank lost)\n1 outside of the picture"
+    )
 
 
 def test_residuals_fall_on_a_logarithmic_axis(as_orbit, found):
@@ -97,7 +99,7 @@ def test_a_search_shows_all_orbits_by_period_and_stability(as_orbit, found):
     figure = orbit(as_orbit(found, found, other, search=True))
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["period 1: 1 unstable", "period 2: 2 stable"]
-    assert figure.axes[1].get_title() == "1 of 6 multipliers\nlie outside of the picture"
+    assert figure.axes[1].get_title(loc="left") == "1 of 6 multipliers\nlie outside of the picture"
 
 
 def test_paths_of_a_search_have_their_gaps_however_much_fills_them_up(as_orbit, found):
@@ -144,8 +146,8 @@ def _drawn(figure, dashed):
 
 def test_what_is_there_is_named_and_nothing_else(continuation):
     figure = branches(continuation)
-    assert figure.axes[0].get_xlabel() == "growth rate r"
-    assert figure.axes[0].get_ylabel() == "population x"
+    assert figure.axes[0].get_xlabel() == "growth rate"
+    assert figure.axes[0].get_ylabel() == "population"
     names = ["period 1", "period 2", "stable", "unstable", "period doubling", "grazing", "end: grazing"]
     assert _legend(figure) == names
 
@@ -295,7 +297,7 @@ def test_distances_lie_on_the_line(continuation):
 
 
 def test_the_title_tells_the_accumulation_with_its_error(continuation):
-    assert cascade(continuation).axes[0].get_title() == "growth rate r: accumulation at 3.569946(1)"
+    assert cascade(continuation).axes[0].get_title(loc="left") == "growth rate: accumulation at 3.569946(1)"
 
 
 def test_ratios_are_told_from_the_third_doubling_on(continuation):
@@ -351,7 +353,7 @@ def test_curves_are_named_by_kind_and_period(curve):
 
 def test_alone_the_first_parameter_runs_across(curve):
     axes = curves(curve("period_doubling")).axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("growth rate r", "q")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("growth rate", "q")
     a, b = _points(axes).T
     np.testing.assert_allclose(a, 0.75 * (1 - b) ** 2)
 
@@ -409,9 +411,9 @@ def test_what_is_far_outside_is_counted(continuation):
     far = continuation.copy(deep=True)
     far["multiplier_real"][5:9, 0] = 1e4
     axes = multipliers(far).axes[0]
-    assert axes.get_title() == "4 of 266 lie outside; their moduli are below"
+    assert axes.get_title(loc="left") == "4 of 266 lie outside; their moduli are below"
     assert axes.get_xlim()[1] < 2
-    assert multipliers(continuation).axes[0].get_title() == ""
+    assert multipliers(continuation).axes[0].get_title(loc="left") == ""
 
 
 def test_the_circle_is_round(continuation):

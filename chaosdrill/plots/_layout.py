@@ -1,0 +1,179 @@
+"""A layout in which legends and labels keep within their figure, whatever its size becomes."""
+
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.text import Text
+
+from chaosdrill.plots.labels import wrapped
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
+
+_SHORTEST = 6
+"""Letters of a line below which a text is not broken further."""
+_ROUNDS = 3
+"""Broken labels change the room that others have; after so many rounds nothing more does."""
+_EDGE = 4.0
+"""Points between a text and the edge of the figure."""
+
+
+class Entries:
+    """What a legend was made from, by which it is made anew for another width."""
+
+    def __init__(self, handles: "Sequence[Artist]", loc: str | None, most: int) -> None:
+        self.handles, self.loc, self.most = list(handles), loc, most
+        self.labels = [str(handle.get_label()) for handle in handles]
+        self.title = ""
+
+
+entries: "WeakKeyDictionary[Legend, Entries]" = WeakKeyDictionary()
+"""Legends that are fitted."""
+
+
+class FittedLayout(ConstrainedLayoutEngine):
+    """Constrained layout that breaks labels, and chooses columns of legends, by the room that there is."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._whole: WeakKeyDictionary[Text, tuple[str, str]] = WeakKeyDictionary()
+        self._done: tuple[object, ...] | None = None
+
+    def execute(self, fig: "Figure") -> None:
+        """Fit and lay out."""
+        if self._done != self._state(fig):
+            self._fit(fig)
+        super().execute(fig)
+
+    def _fit(self, fig: "Figure") -> None:
+        for text, _ in _rooms(fig):
+            whole, broken = self._whole.get(text, ("", None))
+            shown = text.get_text()
+            self._whole[text] = (whole, broken) if shown == broken else (shown, shown)
+            text.set_text(self._whole[text][0])
+        changed = True
+        for _ in range(_ROUNDS):
+            for legend in _legends(fig) if changed else ():
+                fit_legend(legend, fig)
+            super().execute(fig)
+            # where axes begin, from which on a legend above them has room, the layout has told only now
+            refitted = [fit_legend(legend, fig) for legend in _legends(fig)]
+            changed = any(refitted)
+            for text, room in _rooms(fig):
+                whole, _ = self._whole[text]
+                before = text.get_text()
+                _break(text, whole, room)
+                self._whole[text] = whole, text.get_text()
+                changed |= text.get_text() != before
+            if not changed:
+                break
+        self._done = self._state(fig)
+
+    def _state(self, fig: "Figure") -> tuple[object, ...]:
+        texts = tuple(text.get_text() for text, _ in _rooms(fig))
+        return (*fig.get_size_inches().tolist(), texts, tuple(entries[one].title for one in _legends(fig)))
+
+
+def _legends(fig: "Figure") -> "list[Legend]":
+    every = [*fig.legends, *(ax.get_legend() for ax in fig.axes)]
+    return [legend for legend in every if legend in entries]
+
+
+def _rooms(fig: "Figure") -> "Iterator[tuple[Text, float]]":
+    """Texts beside the axes, each with the length that it may have in pixels."""
+    page, edge = fig.bbox, _EDGE * fig.dpi / 72
+    for text in fig.texts:
+        yield text, (page.height if text.get_rotation() == 90 else page.width) - 2 * edge
+    for ax in fig.axes:
+        if not (ax.axison and ax.get_visible()):
+            continue
+        ax.apply_aspect()
+        box, first, last, high, low = ax.bbox, *_outermost(ax)
+        titles = [child for child in ax.get_children() if isinstance(child, Text) and child not in ax.texts]
+        for title in titles:
+            # that of a round picture in a wide place begins further to the right
+            begins = title.get_window_extent().x0 if title.get_text() else box.x0
+            yield title, (page.x1 - edge if last else max(box.x1, begins)) - begins
+        across, up = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2
+        alone = min(across, page.x1 - across) - edge
+        yield ax.xaxis.label, 2 * alone if first and last else box.width
+        upright = 2 * (min(up, page.y1 - up) - edge) if high and low else box.height
+        yield ax.yaxis.label, upright
+
+
+def _outermost(ax: "Axes") -> tuple[bool, bool, bool, bool]:
+    """Whether axes stand in the first and last column, and in the first and last row; those of a colour bar do."""
+    place = ax.get_subplotspec()
+    if place is None:
+        return True, True, True, True
+    return place.is_first_col(), place.is_last_col(), place.is_first_row(), place.is_last_row()
+
+
+def _break(text: Text, whole: str, room: float) -> None:
+    """Show a text in lines of at most a length in pixels, as far as its words allow."""
+    text.set_text(whole)
+    if not whole:
+        return
+
+    def length() -> float:
+        extent = text.get_window_extent()
+        return float(extent.height if text.get_rotation() == 90 else extent.width)
+
+    longest = max(map(len, whole.split("\n")))
+    while (found := length()) > room > 0 and longest > _SHORTEST:
+        longest = max(_SHORTEST, min(longest - 1, int(longest * room / found)))
+        text.set_text("\n".join(wrapped(line, longest) for line in whole.split("\n")))
+
+
+def fit_legend(legend: "Legend", fig: "Figure") -> bool:
+    """Give a legend as many columns as find room, break its entries where even one does not; tell if it changed."""
+    own = entries[legend]
+    em = legend.prop.get_size_in_points() * fig.dpi / 72
+    room = (fig.bbox.width if legend in fig.legends else fig.bbox.x1 - legend.axes.bbox.x0) - 2 * _EDGE * fig.dpi / 72
+    if own.loc is None:
+        room = legend.axes.bbox.width
+    pads = em * (legend.handlelength + legend.handletextpad)
+    widths = np.array([_width(label, legend, fig) for label in own.labels])
+    for columns in range(min(own.most, len(widths)), 0, -1):
+        parts = [part.max() + pads for part in np.array_split(widths, columns)]
+        if sum(parts) + em * (legend.columnspacing * (columns - 1) + 2 * legend.borderpad) <= room:
+            break
+    most = room - pads - 2 * em * legend.borderpad
+    labels = [_broken(label, width, most) for label, width in zip(own.labels, widths, strict=True)]
+    changed = columns != legend._ncols or labels != [text.get_text() for text in legend.texts]
+    if changed:
+        _make_again(legend, own, labels, columns)
+    if own.title:
+        legend.get_title().set_text(_broken(own.title, _width(own.title, legend, fig), room))
+    return changed
+
+
+def _broken(label: str, width: float, room: float) -> str:
+    if width <= room or room <= 0:
+        return label
+    longest = max(map(len, label.split("\n")))
+    letters = max(_SHORTEST, int(0.95 * longest * room / width))
+    return "\n".join(wrapped(line, letters) for line in label.split("\n"))
+
+
+def _width(label: str, legend: "Legend", fig: "Figure") -> float:
+    text = Text(text=label, fontproperties=legend.prop)
+    text.set_figure(fig)
+    return float(text.get_window_extent().width)
+
+
+def _make_again(legend: "Legend", own: Entries, labels: list[str], columns: int) -> None:
+    """Fill a legend anew: the layout comes when the artists to draw are chosen already, and another would be none."""
+    title = legend.get_title()
+    legend.set_ncols(columns)
+    legend._init_legend_box(own.handles, labels)
+    legend.set_loc(own.loc)
+    legend.set_title(title.get_text() or None)
+    legend.get_title().set(color=title.get_color(), fontproperties=title.get_fontproperties())

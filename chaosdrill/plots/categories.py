@@ -1,0 +1,144 @@
+"""Categories of cells and points: their colour, hatching and name, and what belongs to which."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.dataset.outcomes import MEASURED, flag_names
+from chaosdrill.plots.labels import readable
+from chaosdrill.plots.palette import (
+    ATTRACTOR_COLOURS,
+    BELOW,
+    LONGER_COLOUR,
+    OUTCOME_COLOURS,
+    PERIOD_COLOURS,
+    outcome_colour,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+_OUTCOME_HATCHES = {
+    "ok": "---",
+    "quasiperiodic": "....",
+    "undecided": "..",
+    "open": "OO",
+    "event_limit": "xxx",
+    "stalled": "///",
+    "nonfinite": "\\\\\\",
+    "step_underflow": "|||",
+    "invalid_start": "+++",
+    "failed": "**",
+    "equilibrium": "o",
+    "no_return": "--",
+}
+
+
+@dataclass(frozen=True)
+class Category:
+    """How cells of one category are drawn and named.
+
+    Parameters
+    ----------
+    name : str
+        Entry of the legend.
+    colour : str
+        Colour of the cells.
+    hatch : str, default ""
+        Hatching over them, in matplotlib's letters.
+    short : str, default ""
+        Text to write into large regions; none if empty.
+    """
+
+    name: str
+    colour: str
+    hatch: str = ""
+    short: str = ""
+
+    @property
+    def ink(self) -> str:
+        """Black or white, whichever is readable on the colour."""
+        from matplotlib.colors import to_rgb
+
+        red, green, blue = (part**2.2 for part in to_rgb(self.colour))
+        return "black" if 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.2 else "white"
+
+
+MINUS_INFINITY = Category("−∞ (all directions lost at events)", BELOW[0], "ooo")
+POSITIVE = Category("positive", "#FFFFFF", "....")
+NO_RESULT = Category("no result", "#FFFFFF", "oo")
+"""Where a run has not reached its end, or has no such number: the same in every picture."""
+NO_ATTRACTOR = Category("none", "#FFFFFF", "xx")
+UNRECOGNISED = Category("attractor not recognised", "#FFFFFF", "oo")
+FURTHER = Category("further attractors", "#BBBBBB", "---")
+PERIOD_NOT_FOUND = Category("period not found", OUTCOME_COLOURS["periodic"], "ooo")
+MOTIONS = tuple(outcome.meaning for outcome in MEASURED)
+"""Outcomes of runs that reached their end."""
+ATTRACTED = tuple(name for name in MOTIONS if name != "open")
+"""Outcomes of runs that stay somewhere."""
+
+
+def outcome_category(name: str) -> Category:
+    """Return the category of an outcome by its name."""
+    short = "" if name == "ok" else readable(name)
+    return Category(readable(name), outcome_colour(name), _OUTCOME_HATCHES.get(name, ""), short)
+
+
+def attractor_category(number: int, text: str) -> Category:
+    """Return the category of an attractor by its place in the legend, from 0: colours come again with a hatching."""
+    turn, place = divmod(number, len(ATTRACTOR_COLOURS))
+    return Category(text, ATTRACTOR_COLOURS[place], ("", "////", "....")[turn % 3], str(number + 1))
+
+
+def by_outcome(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+    """Sort points by how they ended.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With ``outcome`` of any shape.
+
+    Returns
+    -------
+    codes : ndarray, the shape of ``outcome``
+        Place of each point's category.
+    categories : list of Category
+        Those that occur.
+    """
+    codes = dataset["outcome"].values
+    return classify([(codes == code, outcome_category(name)) for code, name in flag_names(dataset["outcome"]).items()])
+
+
+def by_period(dataset: "xr.Dataset") -> "tuple[NDArray[np.int64], list[Category]]":
+    """Sort points by period, and those without one by how they ended; parameters and results as for `by_outcome`."""
+    codes, period = dataset["outcome"].values, dataset["period"].values
+    names = {name: code for code, name in flag_names(dataset["outcome"]).items()}
+    cycle = (period > 0) & np.isin(codes, [names.get("ok", -1), names.get("periodic", -1)])
+    table: list[tuple[Any, Category]] = [
+        (cycle & (period == n), Category(f"period {n}", colour, short=str(n)))
+        for n, colour in enumerate(PERIOD_COLOURS, start=1)
+    ]
+    longer = cycle & (period > len(PERIOD_COLOURS))
+    if longer.any():
+        first, last = period[longer].min(), period[longer].max()
+        text = f"period {first}" if first == last else f"periods {first} to {last}"
+        table.append((longer, Category(text, LONGER_COLOUR, short=f"≥ {first}" if first < last else str(first))))
+    for name, code in names.items():
+        category = outcome_category(name)
+        if name == "periodic":
+            category = PERIOD_NOT_FOUND
+        elif name == "ok":
+            category = Category("no period found", category.colour, category.hatch)
+        table.append((~cycle & (codes == code), category))
+    return classify(table)
+
+
+def classify(table: "list[tuple[Any, Category]]") -> "tuple[NDArray[np.int64], list[Category]]":
+    """Return the place of each point's category, and those that occur, from a mask for each; masks do not overlap."""
+    present = [(mask, category) for mask, category in table if mask.any()]
+    codes = np.zeros(table[0][0].shape, dtype=np.int64)
+    for index, (mask, _) in enumerate(present):
+        codes[mask] = index
+    return codes, [category for _, category in present]

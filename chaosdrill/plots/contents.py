@@ -1,0 +1,142 @@
+"""What a dataset shows: states, swept parameters and their limits, and which datasets belong together."""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.errors import SettingsError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+
+
+class OtherCountError(SettingsError):
+    """Another number of states was asked for than the picture shows."""
+
+
+def places_of(dataset: "xr.Dataset", state: "str | Sequence[str] | None", count: int) -> tuple[int, ...]:
+    """Return the places of the states that a picture is asked for.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+    state : str or sequence of str, optional
+        Names of states; default: the first ones.
+    count : int
+        How many the picture shows.
+
+    Raises
+    ------
+    SettingsError
+        A name that no state has, or another number of them, which is an `OtherCountError`.
+    """
+    names = [str(name) for name in dataset["state"].values]
+    wanted = names[:count] if state is None else [state] if isinstance(state, str) else list(state)
+    if unknown := [name for name in wanted if name not in names]:
+        raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(names)}")
+    if len(wanted) != min(count, len(names)):
+        example = f"state={tuple(names[:count])!r}" if count > 1 else f"state={names[0]!r}"
+        raise OtherCountError(f"state is {state!r:.60}, but this picture shows {count}; give {example}")
+    return tuple(names.index(name) for name in wanted)
+
+
+def swept(dataset: "xr.Dataset") -> tuple[str, ...]:
+    """Return the names of the parameters that an analysis ran through, in its own order."""
+    return tuple(settings(dataset).get("sweep") or ())
+
+
+def limits(dataset: "xr.Dataset") -> dict[str, tuple[float, float]]:
+    """Return the least and the largest value of each parameter that an analysis was asked for."""
+    sweep = settings(dataset).get("sweep") or {}
+    return {name: (float(min(values)), float(max(values))) for name, values in sweep.items()}
+
+
+def fits(dataset: "xr.Dataset", other: "xr.Dataset") -> bool:
+    """Return whether two datasets show the same system, at the same other parameters, over the same parameters.
+
+    Where both hold sections these must be the same.
+    """
+    names = set(swept(dataset))
+    places = {_section_of(ds) for ds in (dataset, other)}
+    return (
+        bool(names)
+        and names == set(swept(other))
+        and _fixed(dataset, names) == _fixed(other, names)
+        and len(places - {None}) < 2
+    )
+
+
+def _section_of(dataset: "xr.Dataset") -> str | None:
+    """Where the points of a dataset are taken; None for one that holds none."""
+    if "section" not in dataset.variables:
+        return None
+    return settings(dataset).get("at") or "strobe"
+
+
+def _fixed(dataset: "xr.Dataset", apart: set[str]) -> tuple[Any, ...]:
+    """All that has to agree: the system, the names of its states, the parameters but those swept."""
+    parameters = json.loads(str(dataset.attrs.get("parameters", "{}")))
+    rest = {name: value for name, value in parameters.items() if name not in apart}
+    states = [str(name) for name in dataset["state"].values]
+    return dataset.attrs.get("system"), states, rest
+
+
+def settings(dataset: "xr.Dataset") -> dict[str, Any]:
+    """Return the arguments of the analysis."""
+    found: dict[str, Any] = json.loads(str(dataset.attrs.get("settings", "{}")))
+    return found
+
+
+_IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orbit", "continuation")
+"""Kinds whose states and times are shown in SI units; of charts and basins only results are."""
+_TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")
+
+
+def in_si(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return a dataset whose results are in SI units, as far as its scene was in SI units.
+
+    Every ``NAME_si`` stands in the place of ``NAME``. Times without one, and states, are multiplied by what their unit
+    is; the units of the states are in ``state_units``.
+    """
+    known = {str(name).removesuffix("_si"): name for name in dataset.variables if str(name).endswith("_si")}
+    given = {name: dataset[own].variable for name, own in known.items() if name in dataset.variables}
+    if not known:
+        return dataset
+    shown = dict(given)
+    kind = dataset.attrs.get("kind")
+    if kind in _IN_SI:
+        second = _second(dataset, given)
+        for name in _TIMES:
+            if second and name in dataset.variables and name not in given:
+                shown[name] = _scaled(dataset[name].variable, second, units="s")
+        if "state_scale" in known:
+            scale = dataset["state_scale_si"].variable
+            for name, variable in dataset.variables.items():
+                if "state" in variable.dims and variable.dtype.kind == "f" and name != "state_scale_si":
+                    shown[str(name)] = _scaled(variable, scale)
+            shown["state_units"] = dataset["state_units_si"].variable
+    coords = [name for name in shown if name in dataset.coords or name == "state_units"]
+    # what has no dimensionless counterpart is kept
+    dropped = [own for name, own in known.items() if name in given or name in ("state_scale", "state_units")]
+    return dataset.drop_vars(dropped).assign(shown).set_coords(coords)
+
+
+def _second(dataset: "xr.Dataset", given: "dict[str, xr.Variable]") -> float:
+    """What a unit of time is in seconds; 0 if the dataset does not tell."""
+    for name in _TIMES:
+        if name in given:
+            dimensionless, seconds = np.ravel(dataset[name].values), np.ravel(given[name].values)
+            told = np.isfinite(seconds) & (np.abs(dimensionless) > 0)
+            if told.any():
+                place = int(np.abs(np.where(told, dimensionless, 0.0)).argmax())
+                return float(seconds[place] / dimensionless[place])
+    return 0.0
+
+
+def _scaled(variable: "xr.Variable", scale: Any, **attrs: str) -> "xr.Variable":
+    scaled = (variable * scale).transpose(*variable.dims)
+    scaled.attrs = {**variable.attrs, **attrs}
+    return scaled

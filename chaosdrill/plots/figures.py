@@ -1,0 +1,148 @@
+"""Figures and legends that keep the size which the user, or else the picture, gives them."""
+
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.plots.style import is_changed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
+
+WIDTH = 7.2
+"""Of a figure in inches, if the user has not set another."""
+_NARROW = 5.0
+"""Inches below which panels stand below each other: half of it is too narrow for labels."""
+_DENSEST = 300.0
+MOST_PANELS = 12
+"""Panels of a figure with one for each state or exponent, unless some are named: more cannot be read on a page."""
+
+_figures: "ContextVar[Callable[..., Figure] | None]" = ContextVar("figures", default=None)
+
+
+@contextmanager
+def made_by(figures: "Callable[..., Figure]") -> "Iterator[None]":
+    """Let `new_figure` make figures by another function than matplotlib's class, such as that of pyplot."""
+    token = _figures.set(figures)
+    try:
+        yield
+    finally:
+        _figures.reset(token)
+
+
+def new_figure(height: float, detail: float = 0.0) -> "Figure":
+    """Return an empty figure of the common width, outside of pyplot's global list but for `made_by`.
+
+    Whoever has set ``figure.figsize`` in matplotlib gets that size.
+
+    Parameters
+    ----------
+    height : float
+        In inches.
+    detail : float, default 0
+        Cells an inch; where they are many, dots are so dense, up to 300 an inch, that each has one of its own.
+    """
+    from matplotlib.figure import Figure
+
+    from chaosdrill.plots._layout import FittedLayout
+
+    figure = (_figures.get() or Figure)(figsize=size_of(height), layout=FittedLayout())
+    # labels and colour bars take their part of the width that the cells were counted over
+    figure.set_dpi(float(np.clip(1.25 * detail, figure.dpi, max(figure.dpi, _DENSEST))))
+    return figure
+
+
+def size_of(height: float) -> tuple[float, float]:
+    """Return the width and height in inches of a new figure that is to be so high."""
+    import matplotlib as mpl
+
+    if is_changed("figure.figsize"):
+        width, height = mpl.rcParams["figure.figsize"]
+        return float(width), float(height)
+    return WIDTH, height
+
+
+def is_narrow() -> bool:
+    """Return whether a new figure has no room for panels side by side."""
+    return size_of(WIDTH)[0] < _NARROW
+
+
+def font_size(part: float = 1.0) -> float:
+    """Return a part of the size of text, in points."""
+    import matplotlib as mpl
+
+    return part * float(mpl.rcParams["font.size"])
+
+
+def one_panel(ax: "Axes | None", height: float) -> "tuple[Figure, Axes]":
+    """Return the axes that are given with their figure, or those of a new one."""
+    if ax is None:
+        figure = new_figure(height)
+        return figure, figure.subplots()
+    return owner(ax), ax
+
+
+def owner(ax: "Axes") -> "Figure":
+    """Return the figure that axes stand in."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+def legend_outside(
+    figure: "Figure",
+    handles: "Sequence[Artist]",
+    ax: "Axes | None" = None,
+    ncols: int = 6,
+    loc: str = "outside upper left",
+    **options: Any,
+) -> None:
+    """Put one legend outside of all panels of a figure, in up to ``ncols`` columns, as many as find room.
+
+    The handles bring their labels. That of a picture on axes of somebody else, ``ax``, stands inside of these.
+    """
+    if not handles:
+        return
+    if ax is not None:
+        legend_inside(ax, handles=handles)
+        return
+    _fitted(figure.legend(handles=handles, loc=loc, ncols=ncols, **options), handles, loc, ncols)
+
+
+def legend_above(axes: "Axes", columns: int = 6, handles: "Sequence[Artist] | None" = None, **options: Any) -> None:
+    """Put the legend above the axes, where it covers no data, in up to ``columns`` columns."""
+    handles = axes.get_legend_handles_labels()[0] if handles is None else handles
+    anchor: dict[str, Any] = {"bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "handlelength": 1.4}
+    legend = axes.legend(handles=handles, loc="lower left", ncols=columns, **anchor, **options)
+    _fitted(legend, handles, "lower left", columns)
+
+
+def legend_inside(axes: "Axes", handles: "Sequence[Artist] | None" = None, **options: Any) -> None:
+    """Put the legend inside of the axes, where it covers least."""
+    handles = axes.get_legend_handles_labels()[0] if handles is None else handles
+    _fitted(axes.legend(handles=handles, **options), handles, options.get("loc"), 1)
+
+
+def _fitted(legend: "Legend", handles: "Sequence[Artist]", loc: str | None, most: int) -> None:
+    from chaosdrill.plots._layout import Entries, entries, fit_legend
+
+    entries[legend] = Entries(handles, loc, most)
+    fit_legend(legend, legend.get_figure(root=True))
+
+
+def title_legend(legend: "Legend", text: str, colour: str) -> None:
+    """Give a fitted legend a title in lines that keep within the figure."""
+    from chaosdrill.plots._layout import entries
+
+    text = "\n".join(filter(None, [entries[legend].title, text]))
+    entries[legend].title = text
+    legend.set_alignment("left")
+    legend.set_title(text)
+    legend.get_title().set(color=colour, fontsize=font_size())

@@ -1,0 +1,144 @@
+"""What stands beside pictures: labels from the attributes of the dataset, symbols, and numbers with their errors."""
+
+import json
+import re
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.systems import REGISTRY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_DIGITS = 6
+"""Digits behind the point beyond which a value of a few digits is written with a power of ten."""
+_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+_LETTERS = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
+    "omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
+)
+_GREEK = dict(zip(_LETTERS.split(), "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΦΨΩ", strict=True))
+_COMPLETE = re.compile(r"[$(\[/]")
+"""What a label holds that says its unit, or is a formula."""
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def label(variable: "xr.DataArray", name: str | None = None) -> str:
+    """Return ``long name (unit)`` of a variable or coordinate.
+
+    A dimensionless one has no bracket, nor has a name that says its unit itself or is set as a formula.
+    """
+    return _with_unit(
+        name if name is not None else str(variable.attrs.get("long_name", variable.name)),
+        str(variable.attrs.get("units", "1")),
+    )
+
+
+def _with_unit(text: str, unit: str) -> str:
+    raised = re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(_RAISED), unit)
+    return text if unit in ("1", "") or _COMPLETE.search(text) else f"{text} ({raised})"
+
+
+def symbol(name: str) -> str:
+    """Return a name as a symbol, as far as plain text can: Greek letters by their names, and digits as an index."""
+    parts = re.fullmatch(r"([A-Za-z]+)([0-9]*)", name)
+    letter = "" if parts is None else _GREEK.get(parts[1], parts[1] if len(parts[1]) == 1 else "")
+    return name if parts is None or not letter else letter + parts[2].translate(_LOWERED)
+
+
+def axis_label(dataset: "xr.Dataset", name: str) -> str:
+    """Return the axis label of a coordinate, with its unit.
+
+    A label that the user has given stands alone. What a system of the library calls it is followed by its symbol.
+    """
+    return label(dataset[name], _named(dataset, str(dataset[name].attrs.get("long_name", name)), name))
+
+
+def _named(dataset: "xr.Dataset", text: str, name: str) -> str:
+    if text in ("", name):
+        return symbol(name)
+    # a word such as ``amplitude`` says less than the long name
+    word = name.isalpha() and name.islower() and len(name) > 3 and symbol(name) == name
+    if word or (len(name) > 1 and name in text.split()) or _is_given(dataset, text, name):
+        return text
+    return f"{text} {symbol(name)}"
+
+
+def _is_given(dataset: "xr.Dataset", text: str, name: str) -> bool:
+    """Whether a label is the user's own: of a system of theirs, or put in the place of one of the library's."""
+    if str(dataset.attrs.get("system")) not in REGISTRY:
+        return True
+    known = _labels_of(str(dataset.attrs.get("definition", "")))
+    return known is not None and known.get(name, name) != text
+
+
+@lru_cache(maxsize=8)
+def _labels_of(definition: str) -> dict[str, str] | None:
+    try:
+        return dict(json.loads(definition)["labels"])
+    except (ValueError, TypeError, KeyError):
+        return None
+
+
+def state_label(dataset: "xr.Dataset", index: int) -> str:
+    """Return the axis label of state number ``index``, as `axis_label`."""
+    name = str(dataset["state"].values[index])
+    known = "state_long_name" in dataset.variables
+    text = _named(dataset, str(dataset["state_long_name"].values[index]) if known else name, name)
+    return _with_unit(text, str(dataset["state_units"].values[index]) if "state_units" in dataset.variables else "1")
+
+
+def seed_names(dataset: "xr.Dataset") -> list[str]:
+    """Return what each seed is called: by its name in the archive, or else by its number."""
+    if "seed" in dataset.variables:
+        return [readable(str(name)) for name in np.atleast_1d(dataset["seed"].values)]
+    return [f"seed {number + 1}" for number in range(dataset.sizes["seed"])]
+
+
+def wrapped(text: str, width: int = 18) -> str:
+    """Return a label in lines of at most ``width`` characters, for an axis that is short; formulas stay whole."""
+    lines, room = [""], 0
+    for word in re.findall(r"(?:\$[^$]*\$|[^\s$]|\$)+", text):
+        if room and room + 1 + len(word) > width:
+            lines, room = [*lines, ""], 0
+        lines[-1] += " " * bool(room) + word
+        room += bool(room) + len(word)
+    return "\n".join(lines)
+
+
+def readable(name: str) -> str:
+    """Return a code's name as words; the signs of a mode, as in ``above+-``, stay."""
+    return re.sub(r"_+|(?<=\w)-(?=\w)", " ", name).replace("-", "−")
+
+
+def subscript(letter: str, number: int) -> str:
+    """Return a letter with an index under it, as plain text that every backend can draw."""
+    return letter + str(number).translate(_LOWERED)
+
+
+def shorten(value: float) -> str:
+    """Return a number for a legend: four significant digits, a true minus sign, and infinity by its symbol."""
+    if np.isneginf(value):
+        return "−∞"
+    return f"{value:.4g}".replace("-", "−")
+
+
+def uncertain(value: float, error: float) -> str:
+    """Return ``value(error)`` with one digit of the error, in units of the value's last digit.
+
+    Where both are very small that digit has its power of ten, as in ``2(4)e−15``. An error that is zero or not a number
+    leaves the value alone with six significant digits.
+    """
+    if not np.isfinite(value):
+        return shorten(value)
+    if not np.isfinite(error) or error <= 0 or error < 1e-10 * abs(value):
+        return f"{value:.6g}".replace("-", "−")
+    digits = max(0, int(np.ceil(-np.log10(error))))
+    last = round(error * 10**digits)
+    if last == 10:
+        digits, last = max(0, digits - 1), 1
+    if digits > MOST_DIGITS and abs(round(value * 10**digits)) < 1000:
+        return f"{round(value * 10**digits)}({last})e-{digits}".replace("-", "−")
+    return f"{value:.{digits}f}({last})".replace("-", "−")
