@@ -3,22 +3,36 @@
 import errno
 import json
 import os
+import platform
 import shutil
+import signal
 import stat
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from glob import escape
 from hashlib import sha256
 from io import BufferedReader
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import RLock
+from types import FrameType
 from typing import Any
-from uuid import uuid4
+from uuid import getnode, uuid4
 
 netcdf = RLock()
 """Held for every call into the NetCDF library, which threads that call it at once bring down."""
+
+# a process that is forked while another thread writes would find the locks of the libraries held for ever
+os.register_at_fork(before=netcdf.acquire, after_in_parent=netcdf.release, after_in_child=netcdf.release)
+
+DAY_S = 86400.0
+
+OLD_S = 30 * DAY_S
+"""Seconds after which nobody is at work on a draft that nobody has touched, whoever began it on whichever machine."""
 
 MOST_JSON_BYTES = 2**26
 MOST_JSON_DEPTH = 64
@@ -30,12 +44,15 @@ def replacing(target: Path) -> Iterator[Path]:
     """Name of a file to write beside ``target``; it takes the target's place when the block ends without a fault.
 
     The file is flushed to the disk before, so that a full disk, an interrupt or a kill leaves the earlier file whole.
-    A link is replaced itself.
+    A link is replaced itself. Who may read and write the earlier file may do so with the new one.
     """
     beside = draft_of(target)
     try:
         yield beside
         flush(beside)
+        with suppress(OSError):
+            if stat.S_ISREG(earlier := os.lstat(target).st_mode):
+                os.chmod(beside, stat.S_IMODE(earlier) & 0o777)
         os.replace(beside, target)
         flush(target.parent)
     finally:
@@ -46,6 +63,12 @@ def replacing(target: Path) -> Iterator[Path]:
 def followed(target: Path) -> Path:
     """The file that a target named by the user leads to, if it is a link."""
     return Path(os.path.realpath(target)) if os.path.islink(target) else target
+
+
+def is_read_only(target: Path) -> bool:
+    """Whether a file is there that this user has been kept from changing."""
+    there = os.path.exists(target)
+    return there and not os.access(target, os.W_OK, effective_ids=os.access in os.supports_effective_ids)
 
 
 def draft_of(target: Path) -> Path:
@@ -65,15 +88,77 @@ def draft_of(target: Path) -> Path:
     except UnicodeEncodeError:
         letters = f"the name has letters that names of files do not have here ({sys.getfilesystemencoding()})"
         raise OSError(errno.EILSEQ, letters, ascii(str(target))) from None
-    return target.with_name(f"{_stem(target)}.{uuid4().hex[:12]}.part")
+    owner = f"{_machine()}-{os.getpid()}-{_started(os.getpid())}"
+    return target.with_name(f"{_stem(target)}.{owner}-{uuid4().hex[:8]}.part")
 
 
 def remove_drafts(target: Path) -> None:
-    """Remove what processes that were killed while writing or removing ``target`` have left beside it."""
-    for draft in target.parent.glob(f"{escape(_stem(target))}.{'[0-9a-f]' * 12}.part"):
+    """Remove what processes that were killed while writing or removing ``target`` have left beside it.
+
+    What another process is at work on stays, and what a process of another machine has left, until it is a month old.
+    """
+    for draft in target.parent.glob(f"{escape(_stem(target))}.*.part"):
         # another process may be about it
-        with suppress(FileNotFoundError):
-            remove(draft)
+        with suppress(OSError):
+            if _is_left(draft):
+                remove(draft)
+
+
+def _is_left(draft: Path) -> bool:
+    """Whether nobody is at work on a draft any more."""
+    machine, *owner = draft.name.split(".")[-2].split("-")
+    if machine == _machine() and len(owner) == 3 and owner[0].isascii() and owner[0].isdigit():
+        number = int(owner[0])
+        try:
+            os.kill(number, 0)
+        except ProcessLookupError:
+            return True
+        except (OSError, OverflowError):
+            pass
+        if owner[1] != _started(number) and "" not in (owner[1], _started(number)):
+            return True
+    return time.time() - draft.lstat().st_mtime > OLD_S
+
+
+@cache
+def _machine() -> str:
+    """Where a number says which process is meant: this machine since it was started, and what it holds apart."""
+    told = [platform.node(), str(getnode())]
+    with suppress(OSError):
+        told = [Path("/proc/sys/kernel/random/boot_id").read_text(), str(os.stat("/proc/self/ns/pid").st_ino)]
+    return sha256("\n".join(told).encode(errors="replace")).hexdigest()[:12]
+
+
+def _started(number: int) -> str:
+    """When a process has begun, as its system counts, since numbers come again; empty where nobody can tell."""
+    with suppress(OSError, IndexError):
+        return Path(f"/proc/{number}/stat").read_text(errors="replace").rpartition(")")[2].split()[19]
+    return ""
+
+
+@contextmanager
+def signals_wait() -> Iterator[None]:
+    """Signals wait until the block has ended, as Ctrl-C does, and are then heard as they would have been.
+
+    What they raise would leave the locks of the libraries that write held for ever. Other threads than the main one
+    hear none.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: dict[int, FrameType | None] = {}
+    handlers = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    ours = {number: handler for number, handler in handlers.items() if callable(handler)}
+    try:
+        for number in ours:
+            signal.signal(number, lambda number, frame: heard.setdefault(number, frame))
+        yield
+    finally:
+        # what raises an exception comes last
+        for number in sorted(ours, key=lambda number: number == signal.SIGINT):
+            signal.signal(number, ours[number])
+        for number, frame in heard.items():
+            ours[number](number, frame)
 
 
 def remove(path: Path) -> None:

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.archive.digest import append_checksum, with_digests
 from chaosdrill.dataset.label import without_lost_codes
 from chaosdrill.errors import ArchiveError
-from chaosdrill.files import draft_of, followed, netcdf_name, replacing, small_netcdf_cache
+from chaosdrill.files import (
+    draft_of,
+    followed,
+    is_read_only,
+    netcdf_name,
+    remove_drafts,
+    replacing,
+    signals_wait,
+    small_netcdf_cache,
+)
 from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
@@ -36,8 +45,8 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     """Write an archive.
 
     The file is written beside its target, flushed to the disk and only then moved into place, so that a full disk or an
-    interrupt leaves the earlier file whole and nothing else. Every group gets the digests of its variables, by which
-    `verify` and `info` see what was altered since.
+    interrupt leaves the earlier file whole and nothing else; Ctrl-C is heard when it is written. Every group gets the
+    digests of its variables, by which `verify` and `info` see what was altered since.
 
     Parameters
     ----------
@@ -82,7 +91,7 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
             )
     groups = {node.path: without_lost_codes(node.to_dataset(inherit=False)) for node in tree.subtree}
     tree = xr.DataTree.from_dict({path: with_digests(group) for path, group in groups.items()})
-    with writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:
+    with signals_wait(), writing(target, "archive") as draft, small_netcdf_cache(), netcdf_name(draft) as known:
         try:
             tree.to_netcdf(known, engine="netcdf4", format="NETCDF4", encoding=_encoding(tree))
         except RuntimeError as fault:
@@ -96,8 +105,10 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
 
 
 @contextmanager
-def writing(target: Path, what: str) -> Iterator[Path]:
+def writing(target: Path, what: str, *, named: bool = True) -> Iterator[Path]:
     """Name of a file to write, which takes the place of ``target`` when the block ends without a fault.
+
+    What processes that were killed have left beside it is removed.
 
     Parameters
     ----------
@@ -105,6 +116,8 @@ def writing(target: Path, what: str) -> Iterator[Path]:
         As for `replacing`.
     what : str
         What is written: "archive", "report", "picture".
+    named : bool
+        Whether the user has named the target. A link is followed only then.
 
     Raises
     ------
@@ -112,7 +125,9 @@ def writing(target: Path, what: str) -> Iterator[Path]:
         If the file cannot be written, with the reason.
     """
     try:
-        with replacing(followed(target)) as draft:
+        place = followed(target) if named else target
+        remove_drafts(place)
+        with replacing(place) as draft:
             yield draft
     except OSError as fault:
         raise ArchiveError(
@@ -120,7 +135,7 @@ def writing(target: Path, what: str) -> Iterator[Path]:
         ) from fault
 
 
-def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
+def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: bool = True) -> None:
     """Refuse a target that cannot be written, before any work is done for it.
 
     Parameters
@@ -129,6 +144,8 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
         The target.
     ending : str
         Of the name that a message proposes.
+    named : bool
+        Whether the user has named the target. Where the name was made for him, no link is followed.
 
     Raises
     ------
@@ -147,7 +164,14 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc") -> None:
         raise ArchiveError(f"{target}: is a folder; name a file, as in {target / f'result{ending}'}")
     if os.path.exists(target) and not os.path.isfile(target):
         raise ArchiveError(f"{target}: not an ordinary file, and will not be replaced; name another file")
+    if not named and os.path.islink(target):
+        raise ArchiveError(
+            f"{target}: is a link to {os.path.realpath(target)}, which you have not named; name the file to write with "
+            "-o, or remove the link"
+        )
     place = followed(target)
+    if is_read_only(place):
+        raise ArchiveError(f"{target}: is read-only, and will not be replaced; chmod u+w would allow it")
     if os.path.islink(place):
         raise ArchiveError(f"{target}: a broken link; remove it, or name another file")
     try:

@@ -337,8 +337,10 @@ def plot_archive(
         _check_names(state, [wanted[name] for names, picture in planned if picture.shows_states for name in names])
     stems = stems_of(target.stem, planned) if output is None or len(planned) > 1 else [target.stem]
     files = [target.with_name(stem + target.suffix) for stem in stems]
+    # a name that was made here may be that of a link to anything
+    named = output is not None and files == [target]
     for file in files:
-        check_writable(file, target.suffix)
+        check_writable(file, target.suffix, named=named)
     shown, other = False, None
     for (names, picture), file in zip(planned, files, strict=True):
         chosen = state if picture.shows_states and _has_states(wanted[names[0]], state) else None
@@ -356,7 +358,7 @@ def plot_archive(
             except OtherCountError as fault:
                 other = fault
                 figure = drawn()
-            with writing(file, "picture") as draft:
+            with writing(file, "picture", named=named) as draft:
                 ending = target.suffix.lstrip(".").lower()
                 figure.savefig(draft, format=ending, metadata=_UNDATED.get(ending))
             # it holds itself in circles, and a million cells would wait for the collector

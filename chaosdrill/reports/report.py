@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from chaosdrill.dataset.dates import undated
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
-from chaosdrill.files import followed, name_text, remove_drafts
+from chaosdrill.files import name_text
 from chaosdrill.reports import charts, tables
 from chaosdrill.reports.html import NOTHING, joined, part, render, shown, table
 from chaosdrill.reports.origin import altered_parts, citations_section, origin_section, scene_section
@@ -127,11 +127,10 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     # what can be opened has a name, from which that of the page is made
     tree = open_archive(source)
     target = Path(output) if output is not None else source.with_suffix(".html")
-    check_writable(target, ".html")
+    check_writable(target, ".html", named=output is not None)
     written = _Writer(tree, source)
     content = written.page().encode("utf-8", errors="replace")
-    remove_drafts(followed(target))
-    with writing(target, "report") as draft:
+    with writing(target, "report", named=output is not None) as draft:
         draft.write_bytes(content)
     return Report(
         target, source, len(content), tuple(written.groups), written.pictures, written.charts, tuple(written.faults)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import SceneError
-from chaosdrill.files import followed, replacing
+from chaosdrill.files import followed, is_read_only, replacing
 from chaosdrill.scene.changes import bare_or_quoted, toml_value
 from chaosdrill.scene.load import parse_scene
 from chaosdrill.typed import PATH, TABLE, TABLES, TEXT, expecting
@@ -78,6 +78,8 @@ def save_scene(
     parse_scene(text, target.name)
     if os.path.exists(target) and not os.path.isfile(target):
         raise SceneError(f"{target}: not an ordinary file, and will not be replaced; name another file")
+    if is_read_only(target):
+        raise SceneError(f"{target}: is read-only, and will not be replaced; chmod u+w would allow it")
     try:
         with replacing(followed(target)) as draft:
             draft.write_text(text, encoding="utf-8")

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.archive.digest import append_checksum, has_checksum
-from chaosdrill.archive.trial import DamagedError, Reader
+from chaosdrill.archive.trial import DamagedError, borrowed
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.files import (
     draft_of,
@@ -26,6 +26,7 @@ from chaosdrill.files import (
     remove,
     remove_drafts,
     replacing,
+    signals_wait,
     small_netcdf_cache,
 )
 from chaosdrill.sweep.fingerprint import changes, plain
@@ -65,7 +66,6 @@ class Parts:
         self.folder = Path(folder)
         self.scene = plain(scene)
         self.resume = resume
-        self._reader = Reader()
 
     def __enter__(self) -> "Parts":
         self._refuse_link(self.folder)
@@ -81,7 +81,6 @@ class Parts:
         return self
 
     def __exit__(self, fault: type[BaseException] | None, *_: object) -> None:
-        self._reader.end()
         with suppress(OSError):
             if fault is None or not self.kept():
                 # out of the way first, so that what a kill leaves of it is of no run
@@ -129,7 +128,8 @@ class Parts:
         if whole:
             try:
                 # nothing is decoded, so that every bit comes back
-                groups = self._reader.read(path, decoded=False)
+                with borrowed() as reader:
+                    groups = reader.read(path, decoded=False)
                 if list(groups) == ["/"]:
                     return groups["/"].drop_encoding()
                 told = "holds several results"
@@ -150,7 +150,8 @@ class Parts:
             os.stat(self.folder / _LOCK)
             folder.mkdir(exist_ok=True)
             encoding = {str(name): {"_FillValue": None} for name in dataset.variables}
-            with replacing(folder / _DATASET) as draft, small_netcdf_cache(), netcdf_name(draft) as known:
+            target = folder / _DATASET
+            with signals_wait(), replacing(target) as draft, small_netcdf_cache(), netcdf_name(draft) as known:
                 dataset.to_netcdf(known, engine="netcdf4", encoding=encoding)
                 append_checksum(draft)
 

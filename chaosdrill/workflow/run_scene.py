@@ -6,7 +6,6 @@ What has finished of a scene outlives whatever stops the run.
 import json
 import os
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,6 @@ from chaosdrill.analysis.registry import analyses, function
 from chaosdrill.archive.write import check_writable, save
 from chaosdrill.dataset.provenance import DERIVED
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
-from chaosdrill.files import followed, remove_drafts
 from chaosdrill.typed import COUNT, FUNCTION, PATH, SWITCH, TABLE, expecting, refuse
 
 if TYPE_CHECKING:
@@ -107,7 +105,6 @@ def run(
         return compute(loaded, workers=workers, scheduler=scheduler, report=report)
     check_writable(output)
     with Parts(f"{os.fspath(output)}.parts", loaded.fingerprint(), resume=resume) as parts:
-        remove_drafts(followed(Path(output)))
         for name, state in parts.kept().items():
             if tell:
                 tell(f"{name}: {state} before")

@@ -2,6 +2,7 @@
 
 import os
 import random
+import shutil
 import subprocess
 import sys
 from hashlib import sha256
@@ -166,14 +167,143 @@ def test_what_is_no_ordinary_file_is_not_replaced(tree, tmp_path):
     assert target.is_fifo()
 
 
+def dead_draft_of(target):
+    """The name of a draft of a process that has ended."""
+    script = (
+        "import sys; from pathlib import Path; from chaosdrill import files; print(files.draft_of(Path(sys.argv[1])))"
+    )
+    command = [sys.executable, "-c", script, str(target)]
+    return Path(subprocess.run(command, capture_output=True, text=True, check=True).stdout.removesuffix("\n"))
+
+
 def test_drafts_of_another_target_are_left_alone(tmp_path):
     long = "a" * 90
     one, other = tmp_path / f"{long}1.nc", tmp_path / f"{long}2.nc"
-    mine, theirs = draft_of(one), draft_of(other)
+    mine, theirs = dead_draft_of(one), dead_draft_of(other)
     mine.touch()
     theirs.touch()
     remove_drafts(one)
     assert os.listdir(tmp_path) == [theirs.name]
+
+
+def test_what_a_kill_left_is_removed_by_the_next_save_and_what_is_at_work_stays(tree, tmp_path):
+    target = tmp_path / "a.nc"
+    dead, alive = dead_draft_of(target), draft_of(target)
+    machine = alive.name.split(".")[-2].partition("-")[0]
+    elsewhere = tmp_path / dead.name.replace(machine, "0" * 12)
+    old = tmp_path / elsewhere.name.replace("0" * 12, "1" * 12)
+    again = tmp_path / alive.name.replace(f"-{os.getpid()}-", "-1-")
+    for path in (dead, alive, elsewhere, old, again):
+        path.touch()
+    os.utime(old, (0, 0))
+    save(tree, target)
+    # process 1 is there, and another one than that which began a draft under its number
+    assert {path.name for path in tmp_path.iterdir()} == {"a.nc", alive.name, elsewhere.name}
+
+
+def test_a_read_only_archive_is_not_replaced(tree, tmp_path):
+    target = save(tree, tmp_path / "a.nc")
+    target.chmod(0o444)
+    if os.getuid() == 0:
+        # root may write anything, and an ordinary user is asked for
+        shutil.chown(tmp_path, 65534)
+        shutil.chown(target, 65534)
+    done = subprocess.run([sys.executable, "-c", READ_ONLY], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "a.nc: is read-only, and will not be replaced" in done.stdout
+    assert target.stat().st_mode & 0o777 == 0o444
+
+
+READ_ONLY = """
+import os
+from chaosdrill.archive import check_writable
+from chaosdrill.errors import ArchiveError
+if os.getuid() == 0:
+    os.setuid(65534)
+try:
+    check_writable("a.nc")
+except ArchiveError as fault:
+    print(fault)
+"""
+
+
+def test_who_may_read_and_write_the_earlier_archive_may_do_so_with_the_new_one(tree, tmp_path):
+    target = save(tree, tmp_path / "a.nc")
+    target.chmod(0o640)
+    assert save(tree, target).stat().st_mode & 0o777 == 0o640
+
+
+# Ctrl-C, a fork and threads do not leave a lock of the libraries that write held.
+
+INTERRUPTED = """
+import os, random, signal, sys, threading, time
+sys.path[:0] = sys.argv[2:]
+from conftest import diagram
+import chaosdrill as cd
+folder = sys.argv[1]
+one = diagram(3000)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+start = time.monotonic()
+cd.save(one, f"{folder}/a.nc")
+took = time.monotonic() - start
+chance, heard = random.Random(1), 0
+for _ in range(16):
+    timer = threading.Timer(chance.uniform(0, took), os.kill, (os.getpid(), signal.SIGINT))
+    try:
+        timer.start()
+        for _ in range(20):
+            cd.save(one, f"{folder}/a.nc")
+        timer.join()
+        time.sleep(1)
+    except KeyboardInterrupt:
+        heard += 1
+    timer.join()
+    assert os.listdir(folder) == ["a.nc"], os.listdir(folder)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+assert cd.open(f"{folder}/a.nc").to_dataset().identical(one.assign_attrs(cd.open(f"{folder}/a.nc").attrs))
+print(heard)
+"""
+
+
+def test_interrupts_wait_while_an_archive_is_written(tmp_path):
+    command = [sys.executable, "-c", INTERRUPTED, str(tmp_path), *PLACES]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, "16"), done.stderr[-2000:]
+
+
+FORKED = """
+import os, signal, sys, threading
+sys.path[:0] = sys.argv[2:]
+from conftest import diagram
+import chaosdrill as cd
+folder, one = sys.argv[1], diagram(3000)
+cd.save(one, f"{folder}/a.nc")
+done = threading.Event()
+
+def work():
+    while not done.is_set():
+        cd.save(one, f"{folder}/b.nc")
+
+thread = threading.Thread(target=work)
+thread.start()
+codes = []
+for _ in range(8):
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        cd.open(f"{folder}/a.nc")
+        cd.save(one, f"{folder}/c.nc")
+        os._exit(0)
+    codes.append(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+done.set()
+thread.join()
+print(codes)
+"""
+
+
+def test_a_process_forked_while_another_thread_saves_can_open_and_save(tmp_path):
+    command = [sys.executable, "-W", "ignore", "-c", FORKED, str(tmp_path), *PLACES]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=540, check=False)
+    assert done.stdout.strip() == str([0] * 8), done.stderr[-2000:]
 
 
 # What cannot be opened is refused with the reason, whatever has happened to it.
