@@ -59,7 +59,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
         found = replace(found, period=np.zeros_like(found.period))
     times, length = batch.times[which], batch.length[which]
-    if plan.section is not None and plan.system.period is not None and plan.system.time is not None:
+    if plan.section is not None and plan.system.period is not None and not plan.system.autonomous:
         found = replace(found, period=_in_phase(plan, batch, which, found.period, ends))
     cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
     whole = certain & (_first_whole(ends, cycle) >= 0)

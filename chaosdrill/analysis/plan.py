@@ -74,7 +74,7 @@ class Plan:
     @property
     def at_events(self) -> bool:
         """Whether that map is one of a section, not of strobes; also where lengths are counted otherwise."""
-        return self.system.period is None and self.system.time is None and self.section is not None
+        return self.system.period is None and self.system.autonomous and self.section is not None
 
     @property
     def window(self) -> int:

@@ -127,7 +127,7 @@ def flow_direction_error(place: Place, numerics: Numerics) -> float:
     """
     system, unit = place.system, place.unit
     sizes = np.append(place.sizes, unit)
-    if system.time is not None:
+    if not system.autonomous:
         if "with time" not in system.shared:
             system.shared["with time"] = system.augmented(time=True)
         timed = system.shared["with time"].with_parameters(**system.parameters)

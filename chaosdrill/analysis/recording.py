@@ -151,7 +151,7 @@ def record_returns(
         left -= int(ours.sum())
         met = int(rows[ours, at.EVENT_STROBES].max(initial=met))
         if outcome == Outcome.OK and not full and met < target - cell:
-            still = run.system.time is None and rests(run.x[np.newaxis], run.sizes, flow_of(run), run.period)[0]
+            still = run.system.autonomous and rests(run.x[np.newaxis], run.sizes, flow_of(run), run.period)[0]
             outcome = Outcome.EQUILIBRIUM if still else Outcome.NO_RETURN
         if report:
             report(count - left)

@@ -316,13 +316,13 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
     compared, known = points[:, :n], run.sizes
-    if where.transitions is not None and system.time is not None and system.period is not None:
+    if where.transitions is not None and system.period is not None and not system.autonomous:
         # what comes back at another phase of the forcing goes on otherwise
         angle = 2 * np.pi * (times / run.period % 1)
         compared, known = np.column_stack([compared, np.cos(angle), np.sin(angle)]), np.append(known, [1.0, 1.0])
     period = find_period(compared, known, max_period) if outcome == Outcome.OK else 0
     multipliers = np.full(n, complex(np.nan, np.nan))
-    repeats = system.period is not None or system.time is None
+    repeats = system.period is not None or system.autonomous
     if period and repeats and where.counts != "time":
         multipliers = cycle_multipliers(where, run, period, numerics)
     rates = event_rates(run) if outcome == Outcome.OK else dict.fromkeys(rate_names(system), np.nan)
@@ -427,7 +427,9 @@ def cycle_rates(
     """
     system = run.system
     periods = max(1, round(length / run.period))
-    forced = system.time is not None or abs(length - periods * run.period) <= CLOSE * run.period
+    # a rate that names time has no mean over a cycle that begins at another time
+    clocked = any(system.time in e.free_symbols for rates in system.quadratures.values() for e in rates.values())
+    forced = not system.autonomous or clocked or abs(length - periods * run.period) <= CLOSE * run.period
     at_events = where.counts == "section"
     cycle = Run(system, run.period if forced or at_events else length, numerics)
     cycle.continue_from(run)

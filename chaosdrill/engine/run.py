@@ -62,7 +62,7 @@ class Run:
     ) -> None:
         from chaosdrill.engine.structure import passes
 
-        if system.time is not None and period == system.forcing_period():
+        if period == system.forcing_period():
             check_period(system, period)
         kernels = kernels_of(system)
         start = np.array([[system.initial[s] for s in system.state_names]])

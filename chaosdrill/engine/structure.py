@@ -263,7 +263,7 @@ def _examine(system: "HybridSystem") -> Structure:
         deficient=_deficient(system, jumps),
         frame=_frame(effects, symmetries, n),
         symmetries=len(symmetries),
-        autonomous=system.time is None,
+        autonomous=system.autonomous,
     )
 
 

@@ -47,7 +47,14 @@ def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSyst
 
 def expressions(system: "HybridSystem | Definition") -> Iterator[Any]:
     """Rates, quadratures, guards, resets and conditions."""
-    for rates in (*system.modes.values(), *system.quadratures.values()):
+    yield from motion(system)
+    for rates in system.quadratures.values():
+        yield from rates.values()
+
+
+def motion(system: "HybridSystem | Definition") -> Iterator[Any]:
+    """What the motion is made of: rates, guards, resets and conditions."""
+    for rates in system.modes.values():
         yield from rates.values()
     for transition in system.transitions:
         yield from (transition.guard, *transition.reset.values(), *transition.conditions.values())

@@ -10,7 +10,7 @@ import sympy
 
 from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import ModelError, SettingsError
-from chaosdrill.model.exponents import exponent_parameters
+from chaosdrill.model.exponents import exponent_parameters, motion
 from chaosdrill.model.places import in_places, parameter
 from chaosdrill.model.reading import UNNAMED, Definition, Reader, Transition, finite
 from chaosdrill.names import remedy
@@ -168,6 +168,17 @@ class HybridSystem:
     def start(self) -> dict[str, Any]:
         """The initial state, and the mode unless its region tells it."""
         return {name: value for name, value in self.initial.items() if name != "mode" or self.names_mode}
+
+    @property
+    def autonomous(self) -> bool:
+        """Whether no rate, guard, reset or condition depends on time, so that a motion shifted in time is a motion.
+
+        A symbol for time that nothing names says nothing, and quadratures feed back into nothing.
+        """
+        if "autonomous" not in self.shared:
+            parts = motion(self) if self.time is not None else ()
+            self.shared["autonomous"] = not any(self.time in part.free_symbols for part in parts)
+        return bool(self.shared["autonomous"])
 
     @property
     def mode_names(self) -> tuple[str, ...]:

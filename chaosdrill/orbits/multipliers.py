@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class Neutral:
     """Symmetry directions and conserved combinations of a system."""
 
-    flow: bool  # whether nothing depends on time, so that an orbit shifted in time is an orbit
+    flow: bool  # whether an orbit shifted in time is an orbit
     symmetries: np.ndarray
     """(a, n): directions in which an orbit can be shifted as a whole: right eigenvectors of every tangent map."""
     conserved: np.ndarray
@@ -62,20 +62,11 @@ def neutral_of(system: "HybridSystem") -> Neutral:
     if known is None:
         n = len(system.states)
         known = system.shared["neutral"] = Neutral(
-            flow=system.time is None or not _explicit(system),
+            flow=system.autonomous,
             symmetries=np.reshape(np.array(symmetries_of(system), dtype=float), (-1, n)),
             conserved=np.reshape(np.array(conserved_combinations(system.placed), dtype=float), (-1, n)),
         )
     return known
-
-
-def _explicit(system: "HybridSystem") -> bool:
-    """Whether any expression of the motion depends on time."""
-    expressions = [rate for field in system.modes.values() for rate in field.values()]
-    for transition in system.transitions:
-        expressions += [transition.guard, *transition.reset.values()]
-        expressions += transition.conditions.values()
-    return any(system.time in getattr(e, "free_symbols", ()) for e in expressions)
 
 
 def _combination(vector: np.ndarray, system: "HybridSystem") -> str:
