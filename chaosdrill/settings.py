@@ -7,6 +7,7 @@ from math import inf, isfinite, nan
 from typing import Any, Self, cast
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.limits import Limit
 from chaosdrill.names import remedy
 
 Path = tuple[int | str, ...]
@@ -26,15 +27,18 @@ class Known:
     """Its parameters with their usual values; None as long as they cannot be told."""
     parameters: Mapping[str, float] = field(default_factory=dict)  # those that are given other values
     states: tuple[str, ...] | None = None  # None as long as they cannot be told
+    limits: Mapping[str, Limit] = field(default_factory=dict)  # of its parameters
 
     @classmethod
     def of(cls, system: Any) -> "Known":
         """What a system that is built tells of itself."""
-        return Known() if system is None else Known(known=dict(system.parameters), states=tuple(system.state_names))
+        if system is None:
+            return Known()
+        return Known(dict(system.parameters), states=tuple(system.state_names), limits=system.limits)
 
     def refuses(self, name: str, value: Any) -> str | None:
-        """Why a parameter cannot have a value; None for one that it can."""
-        return None
+        """Why a parameter cannot have a value; None for one that it can, and for what is no finite number."""
+        return self.limits[name].refuses(value) if name in self.limits else None
 
 
 class Value:

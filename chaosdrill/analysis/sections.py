@@ -187,7 +187,7 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     beside.continue_from(run)
     beside.advance(1)
     state = dict(zip(system.state_names, beside.x.tolist(), strict=True))
-    marks = Marks(where.system, where.transitions)
+    marks = Marks(where.system.limited({}), where.transitions)
     return OrbitStart(system.with_initial(**state, mode=beside.mode), 1, float(last_time - first), 0, marks)
 
 

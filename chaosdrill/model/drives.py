@@ -143,7 +143,7 @@ def driven(
     start = {name: value for name, value in system.initial.items() if name != "mode"}
     if list(regions.values()) == [sympy.true]:
         start, regions = {**start, "mode": next(iter(regions))}, {}
-    return HybridSystem(
+    made = HybridSystem(
         name=system.name,
         states=system.states,
         time=clock,
@@ -161,6 +161,7 @@ def driven(
         description=system.description,
         labels={key: label for key, label in system.labels.items() if key != drive},
     )
+    return made.limited(system.limits)
 
 
 def _check_modes(system: "HybridSystem", drive: Any) -> None:

@@ -10,6 +10,7 @@ import sympy
 
 from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import ModelError, SettingsError
+from chaosdrill.limits import Limit
 from chaosdrill.model.exponents import exponent_parameters, motion
 from chaosdrill.model.places import in_places, parameter
 from chaosdrill.model.reading import UNNAMED, Definition, Reader, Transition, finite
@@ -138,6 +139,7 @@ class HybridSystem:
                 f"{self.name}: initial: expected a table of names (a dict in Python), received {initial!r}"
             )
         self.names_mode = not self.regions
+        self.limits: Mapping[str, Limit] = {}
         self.exponent_parameters = exponent_parameters(self)
         self.shared = self._shared_with_others()
         self._set_initial({str(key): value for key, value in (initial or {}).items()})
@@ -251,7 +253,7 @@ class HybridSystem:
         Raises
         ------
         SettingsError
-            If the system has no such parameter, or if a value is not a finite number.
+            If the system has no such parameter, or if a value is not a finite number, or beyond the parameter's limits.
         """
         if not isinstance(table, Mapping | None):
             raise SettingsError(f"{self.name}: parameters are {table!r:.60}; give them by name, as in eta=0.4")
@@ -259,6 +261,9 @@ class HybridSystem:
         for key in values:
             if key not in self.parameters:
                 raise SettingsError(f"{self.name}: unknown parameter {key!r}; {remedy(str(key), self.parameters)}")
+        for key, value in values.items():
+            if key in self.limits and (told := self.limits[key].refuses(_number(self.name, "parameter", key, value))):
+                raise SettingsError(f"{self.name}: parameter {key!r}: {told}")
         other = copy(self)
         other.parameters = {
             **self.parameters,
@@ -315,6 +320,12 @@ class HybridSystem:
             )
         return dict(zip(names, numbers, strict=True))
 
+    def limited(self, limits: Mapping[str, Limit]) -> "HybridSystem":
+        """A copy whose parameters have limits, those of them that it has, from which on no copy may leave them."""
+        other = copy(self)
+        other.limits = {name: one for name, one in limits.items() if name in self.parameters}
+        return other
+
     def augmented(self, *, time: bool = False, parameters: Iterable[str] = ()) -> "HybridSystem":
         """The same system with time (rate 1) and parameters (rate 0) among its states.
 
@@ -348,7 +359,7 @@ class HybridSystem:
         for key in names:
             extra[parameter(key)] = (sympy.Integer(0), self.parameters[key])
         fixed = {parameter(key): self.parameters[key] for key in names}
-        return HybridSystem(
+        wide = HybridSystem(
             name=f"{self.name} (augmented)",
             states=(*self.states, *extra),
             time=None if time else self.time,
@@ -363,6 +374,7 @@ class HybridSystem:
             description=self.description,
             labels=self.labels,
         )
+        return wide.limited(self.limits)
 
     def _set_initial(self, values: Mapping[str, Any]) -> None:
         for key, value in values.items():

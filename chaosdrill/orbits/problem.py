@@ -112,7 +112,8 @@ class Problem:
     """
 
     def __init__(self, system: HybridSystem, free: Sequence[str] = (), numerics: Numerics | None = None) -> None:
-        self.plain, self.free = system, tuple(free)
+        # on the way to an orbit at its limit a parameter may step over it
+        self.plain, self.free = system.limited({}), tuple(free)
         self.numerics = numerics or Numerics()
         self.states = len(system.states)
         self.system = _with_free(system, self.free) if self.free else system

@@ -4,9 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import inf
 from pathlib import Path as File
-from sys import float_info
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import Start
@@ -16,49 +14,13 @@ from chaosdrill.errors import ChaosdrillError, ModelError
 from chaosdrill.names import remedy
 from chaosdrill.scene.lines import Path, Problem, problems_of
 from chaosdrill.settings import Known, Number, Settings, TableOf, Text, setting
-from chaosdrill.systems.drill.si import ReadSI, read_si
+from chaosdrill.systems.drill.effects import LIMITS
+from chaosdrill.systems.drill.si import IN_SI, ReadSI, read_si
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = float_info.max
 _GROUP = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Allowed range, and the quantity in the reader's words."""
-
-    quantity: str
-    low: float = 0.0
-    high: float = inf
-    open_below: bool = False
-
-    def refuses(self, value: float) -> str | None:
-        """What to say of a value outside of the range; None for one inside."""
-        below = value <= self.low if self.open_below else value < self.low
-        if not below and value <= self.high:
-            return None
-        bounds = f"greater than {self.low:g}" if self.open_below else f"at least {self.low:g}"
-        if self.high < inf:
-            bounds += f" and at most {self.high:g}"
-        return f"{self.quantity} must be {bounds}, received {value!r}"
-
-
-_DRILL = {
-    "xi": Limit("the damping ratio"),
-    "eps": Limit("the mass ratio m1/m2", open_below=True),
-    "eta": Limit("the frequency ratio", open_below=True),
-    "lobes": Limit("the number of lobes", open_below=True),
-    "spin": Limit("the rotation speed", open_below=True),
-    "mu": Limit("the friction ratio mu_d/mu_e", high=1.0),
-    "g": Limit("the decay rate of friction"),
-    "lam": Limit("the contact's damping"),
-    "n": Limit("the contact's exponent", low=1.0),
-    "k": Limit("the contact's stiffness", open_below=True),
-    "e": Limit("the coefficient of restitution", high=1.0),
-}
-LIMITS: Mapping[str, Mapping[str, Limit]] = {"percussive-drill": _DRILL, "percussive-drill-5d": _DRILL}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,14 +63,6 @@ class CheckedSystem(Known):
     initial: dict[str, Any] = field(default_factory=dict)
     si: ReadSI = field(default_factory=ReadSI)
     problems: list[Problem] = field(default_factory=list)
-
-    def refuses(self, name: str, value: Any) -> str | None:
-        """Why a parameter of this model cannot have a value."""
-        limit = LIMITS.get(self.model, {}).get(name)
-        # what is no finite number is a fault of another kind
-        if limit is None or isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
-            return None
-        return limit.refuses(value)
 
 
 def check_document(raw: Mapping[str, Any]) -> list[Problem]:
@@ -154,14 +108,14 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         problems += problems_of(Start().misfits(table_in(raw, "initial"), checked), ("system", "initial"))
     given = dict(table_in(raw, "parameters"))
     if table_in(raw, "si") and checked.known is not None:
-        if checked.model in LIMITS:
+        if checked.model in IN_SI:
             checked.si, faults = read_si(raw["si"], given, checked.known)
             beyond = check_limits(checked, checked.si.parameters, ("system", "si"))
             # a parameter made of several quantities has no line of its own
             problems += problems_of(faults, ()) + [replace(fault, path=("system", "si")) for fault in beyond]
             checked.parameters = checked.si.parameters
         else:
-            problems.append(Problem(("system", "si"), f"only {' and '.join(LIMITS)} can be given in SI units"))
+            problems.append(Problem(("system", "si"), f"only {' and '.join(IN_SI)} can be given in SI units"))
     problems += check_limits(checked, given, ("system", "parameters"))
     if sound:
         arguments = SystemTable.arguments(raw)
@@ -332,12 +286,14 @@ def _look_up(checked: CheckedSystem, effects: Mapping[str, Any]) -> None:
     try:
         checked.known = systems.parameters(checked.model, chosen)
         checked.states = systems.states(checked.model, chosen)
+        checked.limits = systems.limits(checked.model, chosen)
     except ModelError as fault:
         if certain:
             faults.append(Problem(("system", "effects"), str(fault)))
         certain = False
     if entry.effects and not certain:
         checked.known, checked.states = _widest(checked.model)
+        checked.limits = LIMITS
     checked.problems += faults
 
 

@@ -1,20 +1,21 @@
 """Library of systems: one file each, discovered by its presence.
 
 A module of the library offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if results cite anything), ``STATES`` (name:
-label), ``PARAMETERS`` (name: default and label) and ``equations()``: the other arguments of `HybridSystem`, or of
-`filippov` if there is a surface among them. One that is assembled from effects offers ``states(effects)``,
-``parameters(effects)`` and ``system(effects)`` instead of the last three. One whose bodies move along a line
-offers ``BODIES`` for animations, the height of each as text, or ``bodies(known)`` if they depend on effects. None
-imports sympy before a system is built.
+label), ``PARAMETERS`` (name: default and label), ``LIMITS`` (name: `Limit`, if any has one) and ``equations()``: the
+other arguments of `HybridSystem`, or of `filippov` if there is a surface among them. One that is assembled from effects
+offers ``states(effects)``, ``parameters(effects)``, ``limits(effects)`` and ``system(effects)`` instead of the last
+four. One whose bodies move along a line offers ``BODIES`` for animations, the height of each as text, or
+``bodies(known)`` if they depend on effects. None imports sympy before a system is built.
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
+from chaosdrill.limits import Limit
 from chaosdrill.names import remedy
 from chaosdrill.systems.drill.effects import OPTIONS
 from chaosdrill.typed import TABLE, TEXT, expecting
@@ -87,6 +88,12 @@ def parameters(name: str, effects: Mapping[str, str] | None = None) -> dict[str,
     return module.parameters(effects) if entry.effects else _defaults(module)
 
 
+def limits(name: str, effects: Mapping[str, str] | None = None) -> dict[str, Limit]:
+    """Limits of the parameters of a system with these effects; arguments and errors as for `parameters`."""
+    entry, module = _module(name, effects)
+    return module.limits(effects) if entry.effects else _limits(module)
+
+
 def states(name: str, effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
     """Names of the states that a system has with these effects; arguments and errors as for `parameters`."""
     entry, module = _module(name, effects)
@@ -147,7 +154,8 @@ def build(
     ModelError
         If the system, an effect, an option or a parameter does not exist, with the remedy.
     SettingsError
-        If a value is not a finite number, or ``initial`` names what the system does not have.
+        If a value is not a finite number or beyond the limits of its parameter, or ``initial`` names what the system
+        does not have.
     """
     entry, module = _module(name, effects)
     known = module.parameters(effects) if entry.effects else _defaults(module)
@@ -171,6 +179,13 @@ def _defaults(module: Any) -> dict[str, float]:
     return {name: default for name, (default, _) in module.PARAMETERS.items()}
 
 
+def _limits(module: Any) -> dict[str, Limit]:
+    """Limits, each with its parameter's label if it has no words of its own."""
+    own: Mapping[str, Limit] = getattr(module, "LIMITS", {})
+    words = {name: one.quantity or f"the {module.PARAMETERS[name][1]}" for name, one in own.items()}
+    return {name: replace(one, quantity=words[name]) for name, one in own.items()}
+
+
 def _system(module: Any) -> "HybridSystem":
     """A system that is not assembled from effects, with its defaults."""
     from chaosdrill.model import HybridSystem
@@ -180,5 +195,5 @@ def _system(module: Any) -> "HybridSystem":
     labels = module.STATES | {name: label for name, (_, label) in module.PARAMETERS.items()} | given.pop("labels", {})
     about = {"name": module.NAME, "description": module.SUMMARY, "labels": labels, "parameters": _defaults(module)}
     if "surface" in given:
-        return filippov(**about, **given)
-    return HybridSystem(**about, states=tuple(module.STATES), **given)
+        return filippov(**about, **given).limited(_limits(module))
+    return HybridSystem(**about, states=tuple(module.STATES), **given).limited(_limits(module))

@@ -9,6 +9,8 @@ doi:10.1152/jn.00686.2005.
 
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
+
 NAME = "adaptive-integrate-and-fire"
 SUMMARY = "adaptive exponential integrate-and-fire neuron"
 GROUP = "neurons"
@@ -26,6 +28,7 @@ PARAMETERS = {
     "V_r": (-70.6, "potential after a spike"),
     "peak": (0.0, "potential at which a spike is cut"),
 }
+LIMITS = {"C": POSITIVE, "g_L": NOT_NEGATIVE, "slope": POSITIVE, "tau_w": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

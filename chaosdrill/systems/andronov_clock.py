@@ -8,6 +8,8 @@ The cycle has the period T = 2 pi/sqrt(1 - h^2), the speed p/sqrt(1 - exp(-2 h T
 
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE
+
 NAME = "andronov-clock"
 SUMMARY = "clock with an escapement"
 GROUP = "machines"
@@ -16,6 +18,7 @@ PARAMETERS = {
     "h": (0.1, "damping ratio"),
     "p": (1.0, "speed that a kick gives from rest"),
 }
+LIMITS = {"h": NOT_NEGATIVE, "p": NOT_NEGATIVE}
 
 
 def equations() -> dict[str, Any]:

@@ -11,6 +11,8 @@ doi:10.1007/978-3-540-44398-8.
 
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE
+
 NAME = "belt-stick-slip"
 SUMMARY = "spring-held mass on a moving belt, Coulomb friction"
 GROUP = "friction and sliding"
@@ -21,6 +23,7 @@ PARAMETERS = {
     "F_s": (1.0, "static friction force"),
     "F_k": (0.5, "kinetic friction force"),
 }
+LIMITS = {"belt": NOT_NEGATIVE, "F_s": NOT_NEGATIVE, "F_k": NOT_NEGATIVE}
 
 
 def equations() -> dict[str, Any]:

@@ -10,6 +10,8 @@ Systems I 39, 680-683.
 
 from typing import Any
 
+from chaosdrill.limits import POSITIVE
+
 NAME = "boost-converter"
 SUMMARY = "boost converter under current control"
 GROUP = "converters"
@@ -22,6 +24,7 @@ PARAMETERS = {
     "I_ref": (1.2, "reference current"),
     "T": (0.1, "period of the clock"),
 }
+LIMITS = {"R": POSITIVE, "L": POSITIVE, "C": POSITIVE, "T": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

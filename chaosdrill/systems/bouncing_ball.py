@@ -12,6 +12,8 @@ amplitude omega^2 sin(omega t) = gravity. Source: Luck and Mehta 1993, doi:10.11
 from math import pi
 from typing import Any
 
+from chaosdrill.limits import POSITIVE, RESTITUTION
+
 NAME = "bouncing-ball"
 SUMMARY = "ball on a fixed or sinusoidally moving floor"
 GROUP = "impacts"
@@ -23,6 +25,7 @@ PARAMETERS = {
     "omega": (1.0, "frequency of the floor's motion"),
     "e": (0.8, "coefficient of restitution"),
 }
+LIMITS = {"gravity": POSITIVE, "omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"ball": "x", "floor": "amplitude*sin(omega*t)"}
 
 

@@ -9,6 +9,8 @@ begins at 32.34 V. Source: Fossas and Olivar 1996, doi:10.1109/81.481457.
 
 from typing import Any
 
+from chaosdrill.limits import POSITIVE
+
 NAME = "buck-converter"
 SUMMARY = "buck converter under voltage control"
 GROUP = "converters"
@@ -24,6 +26,7 @@ PARAMETERS = {
     "upper": (8.2, "highest voltage of the ramp"),
     "T": (0.4, "period of the ramp"),
 }
+LIMITS = {"R": POSITIVE, "L": POSITIVE, "C": POSITIVE, "T": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

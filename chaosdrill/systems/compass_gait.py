@@ -11,6 +11,8 @@ the source: Goswami, Thuilot and Espiau 1998, doi:10.1177/027836499801701202.
 from math import pi
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
+
 NAME = "compass-gait"
 SUMMARY = "compass-like biped on a slope"
 GROUP = "walkers"
@@ -28,6 +30,7 @@ PARAMETERS = {
     "g": (9.81, "gravity"),
     "slope": (pi / 60, "inclination of the ground"),
 }
+LIMITS = {"M": NOT_NEGATIVE, "m": POSITIVE, "a": NOT_NEGATIVE, "b": POSITIVE, "g": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

@@ -8,6 +8,8 @@ a mode of its own. Source: Den Hartog 1931, Trans. ASME 53, APM-53-9, 107.
 
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
+
 NAME = "den-hartog"
 SUMMARY = "forced oscillator with Coulomb friction"
 GROUP = "friction and sliding"
@@ -17,6 +19,7 @@ PARAMETERS = {
     "omega": (0.8, "forcing frequency over natural frequency"),
     "S": (0.3, "friction force over the amplitude of the force"),
 }
+LIMITS = {"omega": POSITIVE, "S": NOT_NEGATIVE}
 
 
 def equations() -> dict[str, Any]:

@@ -13,6 +13,8 @@ doi:10.1115/1.2358141; here without damping of the torsion, and dimensionless.
 
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
+
 NAME = "drill-string"
 SUMMARY = "drill string with torsion and bit bounce"
 GROUP = "drilling"
@@ -36,6 +38,16 @@ PARAMETERS = {
     "R": (1.0, "radius of the bit"),
     "mu_s": (1.0, "coefficient of static friction"),
     "mu_k": (0.5, "coefficient of kinetic friction"),
+}
+LIMITS = {
+    "J": POSITIVE,
+    "K": NOT_NEGATIVE,
+    "M": POSITIVE,
+    "c": NOT_NEGATIVE,
+    "k": POSITIVE,
+    "R": NOT_NEGATIVE,
+    "mu_s": NOT_NEGATIVE,
+    "mu_k": NOT_NEGATIVE,
 }
 
 

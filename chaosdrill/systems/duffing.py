@@ -7,6 +7,8 @@ The exponents sum to -delta. Source: Moon and Holmes 1979, doi:10.1016/0022-460X
 
 from typing import Any
 
+from chaosdrill.limits import POSITIVE
+
 NAME = "duffing"
 SUMMARY = "Duffing's forced oscillator"
 GROUP = "smooth flows"
@@ -18,6 +20,7 @@ PARAMETERS = {
     "amplitude": (0.4, "amplitude of the force"),
     "omega": (1.0, "forcing frequency"),
 }
+LIMITS = {"omega": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

@@ -8,6 +8,8 @@ doi:10.1007/BF00045670.
 
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, RESTITUTION
+
 NAME = "gear-rattle"
 SUMMARY = "idler gear that rattles in its backlash"
 GROUP = "machines"
@@ -20,6 +22,7 @@ PARAMETERS = {
     "omega": (1.0, "frequency of the unevenness"),
     "e": (0.9, "coefficient of restitution"),
 }
+LIMITS = {"backlash": POSITIVE, "beta": NOT_NEGATIVE, "omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"idler gear": "s", "driving flank": "0", "coast flank": "backlash"}
 
 

@@ -8,6 +8,8 @@ doi:10.1016/0022-460X(83)90407-8; grazing: Nordmark 1991, doi:10.1016/0022-460X(
 
 from typing import Any
 
+from chaosdrill.limits import POSITIVE, RESTITUTION
+
 NAME = "impact-oscillator"
 SUMMARY = "forced oscillator that hits a wall"
 GROUP = "impacts"
@@ -20,6 +22,7 @@ PARAMETERS = {
     "omega": (2.5, "forcing frequency over natural frequency"),
     "e": (0.8, "coefficient of restitution"),
 }
+LIMITS = {"omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"mass": "x", "wall": "wall"}
 
 

@@ -8,6 +8,8 @@ Journal of Sound and Vibration 87, 19-40.
 
 from typing import Any
 
+from chaosdrill.limits import POSITIVE, RESTITUTION
+
 NAME = "impact-pair"
 SUMMARY = "ball between the walls of a shaken box"
 GROUP = "impacts"
@@ -18,6 +20,7 @@ PARAMETERS = {
     "omega": (1.0, "frequency of the box"),
     "e": (0.6, "coefficient of restitution"),
 }
+LIMITS = {"gap": POSITIVE, "omega": POSITIVE, "e": RESTITUTION}
 BODIES = {"ball": "x", "right wall": "gap/2", "left wall": "-gap/2"}
 
 

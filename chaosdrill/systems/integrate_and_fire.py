@@ -7,6 +7,8 @@ It spikes every tau ln(drive/(drive - threshold)). Source: Abbott 1999, doi:10.1
 
 from typing import Any
 
+from chaosdrill.limits import POSITIVE
+
 NAME = "integrate-and-fire"
 SUMMARY = "leaky integrate-and-fire neuron"
 GROUP = "neurons"
@@ -16,6 +18,7 @@ PARAMETERS = {
     "drive": (1.5, "current times resistance"),
     "threshold": (1.0, "potential at which it fires"),
 }
+LIMITS = {"tau": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

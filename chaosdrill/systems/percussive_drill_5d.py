@@ -15,7 +15,7 @@ counts. Digits of x1 - x3 are lost as the bit advances, which the reduced form a
 from typing import Any
 
 from chaosdrill.systems.drill import LABELS
-from chaosdrill.systems.drill.effects import PAPER, parameters
+from chaosdrill.systems.drill.effects import PAPER, limits, parameters
 
 NAME = "percussive-drill-5d"
 SUMMARY = "the drill in the autonomous form of the paper, with phase and penetration as states"
@@ -29,6 +29,7 @@ STATES = {
     "x5": "phase of the dynamic load",
 }
 PARAMETERS = {name: (value, LABELS[name]) for name, value in parameters().items()}
+LIMITS = limits()
 
 
 def equations() -> dict[str, Any]:

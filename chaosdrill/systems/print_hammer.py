@@ -11,6 +11,8 @@ Journal of Vibration, Acoustics, Stress, and Reliability in Design 110, 193-200.
 
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE, RESTITUTION
+
 if TYPE_CHECKING:
     from chaosdrill.model import Transition
 
@@ -28,6 +30,7 @@ PARAMETERS = {
     "damping": (2.0, "damping of the paper over the mass"),
     "e": (0.5, "coefficient of restitution at the backstop"),
 }
+LIMITS = {"omega": POSITIVE, "gap": POSITIVE, "stiffness": NOT_NEGATIVE, "damping": NOT_NEGATIVE, "e": RESTITUTION}
 BODIES = {"hammer": "x", "paper": "gap", "backstop": "0"}
 
 

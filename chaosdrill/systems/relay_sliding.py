@@ -9,6 +9,8 @@ doi:10.1109/TAC.1977.1101446; di Bernardo, Johansson and Vasca 2001, doi:10.1142
 
 from typing import Any
 
+from chaosdrill.limits import NOT_NEGATIVE, POSITIVE
+
 NAME = "relay-sliding"
 SUMMARY = "mass under relay control, with sliding"
 GROUP = "friction and sliding"
@@ -19,6 +21,7 @@ PARAMETERS = {
     "d": (0.5, "disturbance over the mass"),
     "omega": (2.0, "frequency of the disturbance"),
 }
+LIMITS = {"U": NOT_NEGATIVE, "tau": POSITIVE, "omega": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

@@ -8,6 +8,8 @@ Half the angle between spokes is alpha, the slope gamma; lengths and gravity are
 
 from typing import Any
 
+from chaosdrill.limits import POSITIVE
+
 NAME = "rimless-wheel"
 SUMMARY = "spoked wheel that rolls down a slope"
 GROUP = "walkers"
@@ -17,6 +19,7 @@ PARAMETERS = {
     "alpha": (0.3, "half the angle between spokes"),
     "gamma": (0.15, "slope"),
 }
+LIMITS = {"alpha": POSITIVE}
 
 
 def equations() -> dict[str, Any]:

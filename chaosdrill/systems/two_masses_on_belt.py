@@ -10,6 +10,8 @@ stick-slip cycle of one mass. Source: Galvanetto and Bishop 1999, doi:10.1023/A:
 
 from typing import TYPE_CHECKING, Any
 
+from chaosdrill.limits import NOT_NEGATIVE
+
 if TYPE_CHECKING:
     from chaosdrill.model import Transition
 
@@ -28,6 +30,7 @@ PARAMETERS = {
     "F_s": (1.0, "static friction force"),
     "F_k": (0.5, "kinetic friction force"),
 }
+LIMITS = {"belt": NOT_NEGATIVE, "k": NOT_NEGATIVE, "F_s": NOT_NEGATIVE, "F_k": NOT_NEGATIVE}
 
 
 def equations() -> dict[str, Any]:

@@ -91,6 +91,8 @@ def drill(
     ModelError
         If an option does not exist, effects exclude each other, or a parameter is used by none of them; if a quantity
         is missing, cannot be read, has the wrong dimension, or says what a parameter says.
+    SettingsError
+        If a parameter is not a finite number, or beyond its limits.
     """
     chosen = {"drive": drive, "friction": friction, "rock": rock, "contact": contact}
     used = effects.parameters(chosen)
@@ -157,7 +159,7 @@ def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
     parameters = effects.parameters(chosen)
     quadratures = {"penetration": balance.w} if balance.moves else {}
     kept = {*(s.name for s in states), *parameters, *quadratures}
-    return HybridSystem(
+    assembled = HybridSystem(
         name=name,
         states=states,
         time=None if balance.period is None else balance.t,
@@ -170,6 +172,7 @@ def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
         description="percussive drill: " + ", ".join(f"{effect} {option}" for effect, option in chosen.items()),
         labels={key: label for key, label in LABELS.items() if key in kept},
     )
+    return assembled.limited(effects.limits(chosen))
 
 
 def _unused(key: str, chosen: Mapping[str, str], used: Mapping[str, float]) -> str:

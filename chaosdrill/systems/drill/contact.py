@@ -7,6 +7,8 @@ round-off whatever s is. Source: equations (4), (5), (9) of the paper; Hunt and 
 
 from typing import Any
 
+from chaosdrill.limits import Limit
+
 OPTIONS = {
     "none": "no stop: the gap never closes",
     "newton": "instantaneous, constant restitution e",
@@ -23,6 +25,13 @@ PARAMETERS: dict[str, dict[str, float]] = {
     "hunt-crossley": _LAW,
     "hunt-crossley-timed": _LAW,
     "compliant": _LAW,
+}
+
+LIMITS = {
+    "lam": Limit(quantity="the contact's damping"),
+    "n": Limit(low=1.0, quantity="the contact's exponent"),
+    "k": Limit(open_below=True, quantity="the contact's stiffness"),
+    "e": Limit(high=1.0, quantity="the coefficient of restitution"),
 }
 
 LABELS = {

@@ -6,6 +6,8 @@ Source: equations (1) and (7) of the paper; lobes after its introduction (three 
 from math import pi
 from typing import Any
 
+from chaosdrill.limits import Limit
+
 OPTIONS = {
     "none": "no dynamic load, only the static load",
     "harmonic": "a cos(eta t + phi), eta = forcing frequency over natural frequency",
@@ -16,6 +18,12 @@ PARAMETERS: dict[str, dict[str, float]] = {
     "none": {},
     "harmonic": {"a": 0.25, "eta": 0.8, "phi": pi / 2},
     "lobes": {"a": 0.25, "lobes": 3.0, "spin": 0.8 / 3, "phi": pi / 2},
+}
+
+LIMITS = {
+    "eta": Limit(open_below=True, quantity="the frequency ratio"),
+    "lobes": Limit(open_below=True, quantity="the number of lobes"),
+    "spin": Limit(open_below=True, quantity="the rotation speed"),
 }
 
 LABELS = {

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from chaosdrill.errors import ModelError
+from chaosdrill.limits import Limit
 from chaosdrill.names import remedy
 from chaosdrill.systems.drill import contact, drive, friction, rock
 
@@ -13,6 +14,15 @@ OPTIONS = {
     "contact": contact.OPTIONS,
 }
 ABSENT = {"drive": "none", "friction": "none", "rock": "fixed", "contact": "none"}
+LIMITS = {
+    "xi": Limit(quantity="the damping ratio"),
+    **drive.LIMITS,
+    **friction.LIMITS,
+    **rock.LIMITS,
+    **contact.LIMITS,
+}
+"""Of all parameters that some effect has."""
+
 PAPER = {"drive": "harmonic", "friction": "stribeck", "rock": "moving", "contact": "hunt-crossley"}
 
 
@@ -52,6 +62,11 @@ def parameters(effects: Mapping[str, str] | None = None) -> dict[str, float]:
     for effect, part in (("drive", drive), ("rock", rock), ("friction", friction), ("contact", contact)):
         values |= part.PARAMETERS[chosen[effect]]
     return values
+
+
+def limits(effects: Mapping[str, str] | None = None) -> dict[str, Limit]:
+    """Limits of the parameters that the chosen effects use."""
+    return {name: LIMITS[name] for name in parameters(effects) if name in LIMITS}
 
 
 def states(effects: Mapping[str, str] | None = None) -> tuple[str, ...]:

@@ -7,6 +7,8 @@ read as mu + (1 - mu) exp(-g w), which is 1 at rest.
 
 from typing import Any
 
+from chaosdrill.limits import Limit
+
 OPTIONS = {
     "none": "no friction: the rock moves freely in both directions",
     "coulomb": "static friction 1, kinetic friction mu at any speed; one-sided",
@@ -21,6 +23,11 @@ PARAMETERS: dict[str, dict[str, float]] = {
     "stribeck": {"mu": 0.6, "g": 3.0},
     "coulomb-two-sided": {"mu": 0.6},
     "stribeck-two-sided": {"mu": 0.6, "g": 3.0},
+}
+
+LIMITS = {
+    "mu": Limit(high=1.0, quantity="the friction ratio mu_d/mu_e"),
+    "g": Limit(quantity="the decay rate of friction"),
 }
 
 LABELS = {

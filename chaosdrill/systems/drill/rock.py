@@ -5,6 +5,8 @@ Source: equations (2) and (7) of the paper, the friction force with the sign tha
 
 from typing import Any
 
+from chaosdrill.limits import Limit
+
 OPTIONS = {
     "fixed": "the rock never moves: no progression",
     "moving": "the rock-side mass moves forward; the drill progresses",
@@ -14,6 +16,8 @@ PARAMETERS: dict[str, dict[str, float]] = {
     "fixed": {},
     "moving": {"eps": 1.0},
 }
+
+LIMITS = {"eps": Limit(open_below=True, quantity="the mass ratio m1/m2")}
 
 LABELS = {"eps": "bit mass over rock-side mass"}
 

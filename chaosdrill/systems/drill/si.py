@@ -66,6 +66,10 @@ QUANTITIES: dict[str, Entry] = {
     "n": Entry("exponent of the contact force", NONE, "1", "1", ("n",), positive=True),
     "phi": Entry("phase of the dynamic load", ANGLE, "rad", "90 deg", ("phi",), signed=True),
 }
+
+IN_SI = ("percussive-drill", "percussive-drill-5d")
+"""Systems whose parameters may be given as quantities with units."""
+
 SCALES = ("m1", "K", "F_N", "mu_e")
 
 

@@ -1,0 +1,43 @@
+"""Limits of parameters, declared beside these and read wherever a parameter gets a value."""
+
+from dataclasses import dataclass
+from math import inf
+from sys import float_info
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Allowed range of a parameter, and the quantity in the reader's words.
+
+    Parameters
+    ----------
+    low, high : float
+        Both allowed, if finite.
+    open_below : bool
+        Whether ``low`` itself is not allowed.
+    quantity : str
+        As in ``"the damping ratio"``; what a system leaves empty is the parameter's label.
+    """
+
+    low: float = 0.0
+    high: float = inf
+    open_below: bool = False
+    quantity: str = ""
+
+    def refuses(self, value: object) -> str | None:
+        """What to say of a value outside of the range; None for one inside, and for what is no finite number."""
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= float_info.max:
+            return None
+        below = value <= self.low if self.open_below else value < self.low
+        if not below and value <= self.high:
+            return None
+        bounds = f"greater than {self.low:g}" if self.open_below else f"at least {self.low:g}"
+        if self.high < inf:
+            bounds += f" and at most {self.high:g}"
+        return f"{self.quantity or 'it'} must be {bounds}, received {value!r}"
+
+
+POSITIVE = Limit(open_below=True)
+NOT_NEGATIVE = Limit()
+RESTITUTION = Limit(high=1.0)
+"""More than 1 would be a wall that gives energy."""
