@@ -21,7 +21,8 @@ FINEST, FINE = 1e-9, 1e-5
 def _nodes(stages: int) -> np.ndarray:
     """0, then the nodes on ]0, 1]."""
     coefficients = np.array([*[0.0] * (stages - 1), -1.0, 1.0], dtype=np.longdouble)
-    found = legendre.legroots(coefficients.astype(float)).astype(np.longdouble)
+    # zeros of orthogonal polynomials are real, though numpy 2.5 gives them as complex numbers
+    found = np.real(legendre.legroots(coefficients.astype(float))).astype(np.longdouble)
     for _ in range(3):
         found -= legendre.legval(found, coefficients) / legendre.legval(found, legendre.legder(coefficients))
     found[-1] = 1.0
