@@ -13,7 +13,7 @@
     python3 studies/run.py docs           builds the documentation into docs/_build/html and runs every example in it
     python3 studies/run.py tests          the test suite
     python3 studies/run.py coverage       the test suite with coverage, which takes a third longer
-    python3 studies/run.py versions       the core of the tests, with the lowest and the newest numpy, numba, xarray, ...
+    python3 studies/run.py versions       its core, with the lowest and the newest of numpy, numba, xarray, ...
     python3 studies/run.py lines          coverage of the engine's lines by short runs in plain Python, uncompiled
 
 The first run creates ``.venv`` next to ``pyproject.toml`` and installs the package into it. Further arguments are
