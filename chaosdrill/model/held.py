@@ -42,7 +42,7 @@ def held_surfaces(system: "HybridSystem") -> dict[str, tuple[Any, ...]]:
     frozen = set(frozen_states(system))
     moving = set(system.states) - frozen
     ways = [(source, t) for t in system.transitions if not t.marks_only() for source in t.source]
-    zero = _Trial(system).zero
+    zero = Trial(system).zero
     established = {t.name: _established(t, zero, moving) for source, t in ways if source != t.target}
     together = [tuple(surfaces) for surfaces in established.values()]
     groups = dict.fromkeys([*((surface,) for surfaces in together for surface in surfaces), *filter(None, together)])
@@ -108,7 +108,7 @@ def _modes_on(
     return modes
 
 
-class _Trial:
+class Trial:
     """Says of expressions whether they are zero wherever surfaces are, whatever the time and the parameters.
 
     They are tried at random numbers; what a special or a Python function gives is a number of its own.

@@ -10,6 +10,7 @@ import sympy
 from chaosdrill.errors import ModelError
 from chaosdrill.model.filippov import SLIDING, Field, More, TwoSided, Written, several, vanishes
 from chaosdrill.model.reading import Transition, read_table
+from chaosdrill.model.touching import unfolded
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -39,8 +40,9 @@ def in_modes(
     """A system whose field has kinks and jumps, in modes between which it is smooth.
 
     ``Abs``, ``sign``, ``Max``, ``Min``, ``Heaviside`` and ``Piecewise`` change at surfaces, which are found in the
-    field. Where the field is continuous at a surface, motions cross it. It may jump at one surface; there they slide
-    as `filippov` says.
+    field; so do roots of what touches zero, as ``sqrt(1 - cos(t)**2)``, ``asin`` and ``acos`` of what touches 1 or -1,
+    as ``asin(sin(t))``, and ``atan(tan(t))``. Where the field is continuous at a surface, motions cross it. It may jump
+    at one surface; there they slide as `filippov` says.
 
     Modes are ``flow``, or ``above``, ``below`` and ``sliding`` if there is a jump, with a sign for every surface of a
     kink, ``+`` where its expression is positive: ``flow+-``. Surfaces stand in the order in which the states name them.
@@ -127,7 +129,9 @@ class _Broken:
     """
 
     def __init__(self, written: Written, rates: Field) -> None:
-        self._written, self._rates = written, rates
+        moving = {*written.states, written.time} - {None}
+        self._written = written
+        self._rates = {state: unfolded(rate, moving, written.parameters) for state, rate in rates.items()}
         self._parts: dict[Any, tuple[Any, int, Any, Any]] = {}
         for part in self._find():
             g, positive, negative = self._branches(part)

@@ -17,9 +17,10 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean, BooleanAtom, BooleanFunction
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.completion import never_completed
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
-from chaosdrill.model.rules import hidden, refused, wrong_completion, wrong_period
+from chaosdrill.model.rules import folded, hidden, refused, wrong_completion, wrong_period
 from chaosdrill.model.special import CONDITION, FLOW, RESET
 from chaosdrill.model.text import (
     has_doubles,
@@ -589,12 +590,19 @@ class Reader:
                 found = self._from_sympy(value, condition)
             if not self.open and (told := refused(found, self._moving, level)):
                 raise ExpressionError(told)
+            if not self.open and level == FLOW and (told := folded(found, self._moving, self._values())):
+                raise ExpressionError(told)
         except ExpressionError as fault:
             if not str(fault).startswith(tuple(f"unknown name {one!r};" for one in self._lacking)):
                 self._fault(path, str(fault))
             return None
         self.used |= {s.name for s in found.free_symbols}
         return found
+
+    def _values(self) -> dict[str, float]:
+        """Values of the parameters, those that are numbers."""
+        values = ((name, finite(value)) for name, value in self.parameters.items())
+        return {name: value for name, value in values if value is not None}
 
     def _from_text(self, path: Path, text: str, condition: bool) -> Any:
         self._letters += len(text)
@@ -646,7 +654,7 @@ class Reader:
     def _check_whole(self, found: Definition) -> None:
         """What can be told of a definition without other faults."""
         for place, transition in enumerate(found.transitions):
-            if transition.completes is not None and (told := wrong_completion(transition, found.transitions)):
+            if transition.completes is not None and (told := self._wrong_completion(found, transition)):
                 self._fault(("transitions", place, "completes"), told)
         for place, before in hidden(found.transitions):
             told = (
@@ -657,6 +665,14 @@ class Reader:
         numbers = {name: finite(value) for name, value in self.parameters.items()}
         if None not in numbers.values() and (told := wrong_period(found, numbers)):
             self._fault(("period",), told)
+
+    def _wrong_completion(self, found: Definition, transition: Transition) -> str | None:
+        """Why a transition cannot complete the one that it names."""
+        if told := wrong_completion(transition, found.transitions):
+            return told
+        rebound = next(t for t in found.transitions if t.name == transition.completes)
+        told = never_completed(found, self.parameters, rebound)
+        return f"completes {rebound.name!r:.60}: {told}" if told else None
 
 
 def read_expression(where: str, value: Any) -> Any:

@@ -14,6 +14,7 @@ from chaosdrill.model.exponents import differences
 from chaosdrill.model.python import Called
 from chaosdrill.model.special import CONDITION, FLOW, RESET, SPECIAL
 from chaosdrill.model.text import SMOOTH, double, level_of, no_function, unknown_function
+from chaosdrill.model.touching import find_fold
 
 if TYPE_CHECKING:
     from chaosdrill.model.reading import Definition, Transition
@@ -56,6 +57,25 @@ def refused(expression: Any, moving: set[Any], level: int) -> str | None:
                 "and conditions may hold it as it is"
             )
     return None
+
+
+def folded(expression: Any, moving: set[Any], numbers: Mapping[str, float]) -> str | None:
+    """Why an expression of functions with a Taylor series has a kink or a jump nevertheless; None if it has none.
+
+    ``numbers`` are values of the parameters.
+    """
+    fold = find_fold(expression, moving, numbers)
+    if fold is None:
+        return None
+    part, where = f"{fold.part!s:.80}", f"{fold.where!s:.80}"
+    if fold.instead is None:
+        return (
+            f"{part} has a kink where {where} is zero; write Abs({where}) times a function without one instead of it, "
+            f"and a mode for each side of {where}; {_TAKEN_APART}"
+        )
+    (kink, *_) = sorted(fold.instead.atoms(sympy.Abs), key=sympy.default_sort_key)
+    what, instead = "jump" if fold.instead.has(sympy.sign) else "kink", _modes_instead("Abs", kink)
+    return f"{part} has a {what} where {where} is zero: it is {fold.instead!s:.200}. For {kink} {instead}"
 
 
 def _modes_instead(name: str, part: Any) -> str:

@@ -6,7 +6,7 @@ from chaosdrill.model.crossings import crossings
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import Transition
-from chaosdrill.model.rules import refused
+from chaosdrill.model.rules import folded, refused
 from chaosdrill.model.special import FLOW
 from chaosdrill.model.system import HybridSystem
 from chaosdrill.model.text import read_text
@@ -28,7 +28,7 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
         if not hasattr(found, "gts") or not found.free_symbols & set(system.states):
             raise ExpressionError("a section is one comparison of states by < or >, such as x > 0")
         value = found.gts - found.lts
-        if told := refused(value, moving, FLOW):
+        if told := refused(value, moving, FLOW) or folded(value, moving, system.parameters):
             raise ExpressionError(told)
         first = 1 + max((t.priority for t in system.transitions), default=0)
         marks = [

@@ -1,0 +1,85 @@
+"""Whether rebounds that a transition is to complete can be an infinite series that ends in a finite time.
+
+What is refused here is what can never be one, whatever the parameters; what may be one is left to the run.
+"""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.model.derive import rate, reset_map
+from chaosdrill.model.held import Trial
+
+if TYPE_CHECKING:
+    from chaosdrill.model.reading import Definition, Transition
+
+_REMEDY = (
+    "leave completes out, and end what does accumulate by a guard of its own that is zero when all is over, such as "
+    "the sum of what is left"
+)
+
+
+def never_completed(found: "Definition", parameters: Mapping[str, Any], rebound: "Transition") -> str | None:
+    """Why no series of rebounds comes of one, or none that ends; None if one may.
+
+    A series needs a way back: a transition on the surface of the guard in a mode to which the rebound leads. It needs
+    an acceleration that brings the motion back to the surface, so that the times between rebounds fall as their speeds
+    do; a rebound that turns the speed; and a loss. Each is asked of expressions on the surface, at random numbers.
+
+    Parameters
+    ----------
+    found : Definition
+    parameters : mapping of str to number
+        The parameters; their values do not matter.
+    rebound : Transition
+        The one that is completed.
+    """
+    system: Any = SimpleNamespace(**vars(found), parameters=dict(parameters))
+    zero, guard, target = Trial(system).zero, rebound.guard, rebound.target
+    surface = (guard,)
+    if not guard.free_symbols & set(found.states):
+        return f"the guard {guard} is one of time alone, which no rebound moves; {_REMEDY}"
+    back = _way_back(found, rebound, zero)
+    if back is None:
+        return (
+            f"{rebound.name!r} leads to the mode {target!r}, from which no transition leads on to a guard that is zero "
+            f"where {guard} is; {_REMEDY}"
+        )
+    image = dict(zip(found.states, reset_map(system, rebound), strict=True))
+    leaves = rate(system, target, guard)
+    if zero(rate(system, target, leaves).xreplace(image), surface):
+        others = [t for t in back if not zero(t.guard, surface)]
+        turns = f", and {others[0].name!r} is an event of another surface, {others[0].guard} = 0" if others else ""
+        return (
+            f"after {rebound.name!r} the guard {guard} has no acceleration where it is zero in {target!r}, which would "
+            f"bring the next rebounds ever sooner{turns}; {_REMEDY}"
+        )
+    after = leaves.xreplace(image)
+    before = [rate(system, mode, guard) for mode in rebound.source]
+    if target in rebound.source:
+        if all(zero(after - one, surface) for one in before):
+            return f"{rebound.name!r} leaves the rate of {guard} as it is, so that it throws nothing back; {_REMEDY}"
+        if all(zero(after + one, surface) for one in before):
+            return (
+                f"{rebound.name!r} loses no speed, so that rebounds never come faster; let its reset lose some, as in "
+                "v = -e*v with e < 1, or leave completes out"
+            )
+    return None
+
+
+def _way_back(found: "Definition", rebound: "Transition", zero: Any) -> "list[Transition] | None":
+    """The transitions from a rebound to the next one on its surface, in order; None if there are none."""
+    usual = [t for t in found.transitions if t.completes is None and not t.marks_only()]
+    ways: dict[str, list[Transition]] = {rebound.target: []}
+    waiting = [rebound.target]
+    while waiting:
+        mode = waiting.pop(0)
+        for t in usual:
+            if mode not in t.source:
+                continue
+            if t.guard in (rebound.guard, -rebound.guard) or zero(t.guard, (rebound.guard,)):
+                return [*ways[mode], t]
+            if t.target not in ways:
+                ways[t.target] = [*ways[mode], t]
+                waiting.append(t.target)
+    return None

@@ -1,0 +1,132 @@
+"""A transition that completes what can never be a series of rebounds is refused, with the reason; others are not."""
+
+import pytest
+
+import chaosdrill as cd
+
+HELD = {"x": "0", "v": "0"}
+FLIGHT = {"x": "v", "v": "-g"}
+
+
+def ball(*more, reset="-e*v", rate="-g", guard="x", target="fly", parameters=None, **modes):
+    transitions = [
+        cd.Transition("hit", "fly", target, guard, -1, {"v": reset}),
+        cd.Transition("rest", "fly", "held", guard, -1, HELD, completes="hit"),
+        *more,
+    ]
+    return cd.HybridSystem(
+        name="ball",
+        states="x v",
+        parameters={"e": 0.5, "g": 1.0, "w": 2.0, **(parameters or {})},
+        modes={"fly": {"x": "v", "v": rate}, "held": HELD, **modes},
+        transitions=transitions,
+    )
+
+
+def tanks(*which):
+    """Two of them leak, one at a time is filled, the one that is empty (Lee and Seshia 2017, Figure 4.17)."""
+    turns = [("to2", "fill1", "fill2", "x2", -1), ("to1", "fill2", "fill1", "x1", -1)]
+    empty = {"x1": "0", "x2": "0"}
+    return cd.HybridSystem(
+        name="tanks",
+        states="x1 x2",
+        parameters={"w": 0.75, "a": 0.5, "b": 0.5},
+        modes={"fill1": {"x1": "w - a", "x2": "-b"}, "fill2": {"x1": "-a", "x2": "w - b"}, "dry": empty},
+        transitions=[
+            *(cd.Transition(*one) for one in turns),
+            *(
+                cd.Transition(f"dry-{name}", source, "dry", guard, way, empty, completes=name)
+                for name, source, _, guard, way in turns
+                if name in which
+            ),
+        ],
+        initial={"mode": "fill1", "x2": 1.0},
+    )
+
+
+@pytest.mark.parametrize("which", [("to2",), ("to1",), ("to1", "to2")])
+def test_two_tanks_that_take_turns_are_refused(which):
+    with pytest.raises(cd.ModelError) as caught:
+        tanks(*which)
+    told = str(caught.value).splitlines()
+    assert len(told) == len(which)
+    for line, other in zip(
+        told,
+        [
+            {
+                "to1": "'to2' is an event of another surface, x2 = 0",
+                "to2": "'to1' is an event of another surface, x1 = 0",
+            }[one]
+            for one in sorted(which, reverse=True)
+        ],
+        strict=True,
+    ):
+        assert other in line
+        assert "has no acceleration" in line
+        assert "a guard of its own that is zero when all is over" in line
+
+
+def test_two_tanks_end_by_the_guard_that_is_advised():
+    """Both are empty at 1/(a + b - w) = 4, when their sum is zero."""
+    plain = tanks()
+    over = cd.Transition("over", ("fill1", "fill2"), "dry", "x1 + x2 - 1e-6", -1, {"x1": "0", "x2": "0"})
+    system = cd.HybridSystem(
+        name="tanks", states="x1 x2", parameters=plain.parameters, modes=plain.modes,
+        transitions=[*plain.transitions, over], initial=plain.initial,
+    )  # fmt: skip
+    run = cd.trajectory(system, duration=6.0)
+    assert int(run["outcome"]) == cd.Outcome.OK
+    assert run["event_time"].values[-1] == pytest.approx((1 - 1e-6) / 0.25, rel=1e-12)
+
+
+REFUSED = {
+    "lossless": (lambda: ball(reset="-v"), "loses no speed, .*e < 1"),
+    "lossless on a lift": (lambda: ball(reset="-v - 2*g", guard="x + g*t"), "loses no speed"),
+    "passed": (lambda: ball(reset="v"), "throws nothing back"),
+    "unaccelerated": (lambda: ball(rate="0"), "has no acceleration"),
+    "unaccelerated on the guard": (lambda: ball(rate="-x - x*v**2"), "has no acceleration"),
+    "a clock": (lambda: ball(guard="sin(w*t)"), "time alone"),
+    "without a way back": (lambda: ball(target="gone", gone=FLIGHT), "no transition leads on"),
+    "a way to another surface": (
+        lambda: ball(
+            cd.Transition("roof", "gone", "fly", "x - 1", 1, {"v": "-v"}), target="gone", gone={"x": "v", "v": "0"}
+        ),
+        "has no acceleration",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_can_be_no_series_is_refused(case):
+    make, reason = REFUSED[case]
+    with pytest.raises(cd.ModelError, match=rf"ball: transitions\.rest\.completes: completes 'hit': .*{reason}"):
+        make()
+
+
+RISE = {"x": "v", "v": "-g - v**2"}
+ACCEPTED = {
+    "ball": ball,
+    "elastic for some values": lambda: ball(parameters={"e": 1.0}),
+    "less than the speed": lambda: ball(reset="-v*(1 - v**2/2)"),
+    "drag": lambda: ball(rate="-g - v*sqrt(1 + v**2)"),
+    "drive": lambda: ball(rate="-x - cos(w*t)"),
+    "at rest for some values": lambda: ball(parameters={"g": 0.0}),
+    "mode of its own for the way up": lambda: ball(
+        cd.Transition("top", "up", "fly", "v", -1), target="up", rate="-g + v**2", up=RISE
+    ),
+    "through another mode, at the same surface written otherwise": lambda: ball(
+        cd.Transition("again", "other", "fly", "2*x*(1 + v**2)", -1, {"v": "-e*v"}), target="other", other=FLIGHT
+    ),
+    "a cycle of three modes": lambda: ball(
+        cd.Transition("second", "two", "three", "x", -1, {"v": "-e*v"}),
+        cd.Transition("third", "three", "fly", "-x", 1, {"v": "-e*v"}),
+        target="two",
+        two=FLIGHT,
+        three=FLIGHT,
+    ),
+}
+
+
+@pytest.mark.parametrize("make", ACCEPTED.values(), ids=ACCEPTED)
+def test_what_may_be_a_series_is_not_refused(make):
+    assert make().transitions[1].completes == "hit"
