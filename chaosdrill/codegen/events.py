@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.codegen.steep import steep_operations
 from chaosdrill.model.crossings import INCREASING, Crossing, crossings
 from chaosdrill.model.derive import guard_gradient
 from chaosdrill.model.special import SPECIAL
@@ -24,8 +25,8 @@ class Event:
     outcomes: tuple[int, ...]
     affine: bool
     """Whether it is linear in the states and free of time."""
-    entire: bool
-    """Whether its series reaches as far as that of the states: sums, products, sines, cosines, and what drives them."""
+    steep: bool
+    """Whether it has operations that may hide something from a step."""
     timed: bool
     """Whether it depends on time alone."""
     key: int
@@ -41,7 +42,6 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
         if mode in system.transitions[index].source:
             groups.setdefault(crossing, []).append(index)
     moving = {*system.states, system.time}
-    in_rates = {part for rate in system.modes[mode].values() for part in sympy.preorder_traversal(rate)}
     keys = guard_keys(system)
     surfaces = list(dict.fromkeys(surface for surface, _ in keys))
     events = [
@@ -50,7 +50,7 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
             direction,
             tuple(found),
             affine=not any(g.free_symbols & moving for g in guard_gradient(system, guard)),
-            entire=_is_entire(guard, moving, in_rates),
+            steep=bool(steep_operations([guard], moving)),
             timed=not guard.free_symbols & set(system.states),
             key=keys.index(Crossing(guard, direction)),
             surface=surfaces.index(guard),
@@ -75,12 +75,3 @@ def cancels(transition: "Transition") -> bool:
     return any(
         p.is_Add or (p.is_Function and not isinstance(p, exact) and type(p).__name__ not in SPECIAL) for p in parts
     )
-
-
-def _is_entire(expression: Any, moving: set[Any], in_rates: set[Any]) -> bool:
-    if not expression.free_symbols & moving or expression.is_Symbol or expression in in_rates:
-        return True
-    power = expression.is_Pow and expression.exp.is_Integer and expression.exp > 0
-    if not (power or expression.is_Add or expression.is_Mul or expression.func in (sympy.sin, sympy.cos)):
-        return False
-    return all(_is_entire(part, moving, in_rates) for part in expression.args)

@@ -19,6 +19,7 @@ from chaosdrill.codegen.mathematics import address, imports
 from chaosdrill.codegen.pointwise import Pointwise
 from chaosdrill.codegen.series import ModeSeries
 from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, LANES, POINTWISE, SIGNATURES
+from chaosdrill.codegen.steep import Steep, steep_operations
 from chaosdrill.model.exponents import specialise
 from chaosdrill.model.held import held_surfaces
 from chaosdrill.model.places import parameter, places_of
@@ -65,6 +66,8 @@ class Written:
     constants: int
     held: tuple[int, ...]
     """How many surfaces each mode holds."""
+    steep: tuple[tuple[Steep, ...], ...]
+    """Operations of each mode that are watched."""
 
     def lanes(self) -> Code:
         """The same series for several trajectories in SIMD lanes."""
@@ -75,21 +78,27 @@ def write(system: "HybridSystem") -> Written:
     """The code of a system."""
     constants = Constants(system)
     events = tuple(mode_events(system, mode) for mode in system.modes)
-    modes = tuple(
-        ModeSeries(system, m, [e.guard for e in ev], constants)
+    moving = {*system.states, system.time}
+    steep = tuple(
+        steep_operations([*system.modes[m].values(), *system.integrands(m), *(e.guard for e in ev)], moving)
         for m, ev in zip(system.modes, events, strict=True)
+    )
+    modes = tuple(
+        ModeSeries(system, m, [e.guard for e in ev], [s.argument for s in watched], constants)
+        for m, ev, watched in zip(system.modes, events, steep, strict=True)
         if not sources(system)
     )
     filled = len(system.states) + len(system.quadratures) + max(map(len, events))
     held = tuple(held_surfaces(system).values())
     return Written(
-        single=(*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, held, modes)),
+        single=(*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, held, modes, steep)),
         modes=modes,
         events=events,
         rows=max((m.row_count for m in modes), default=filled),
         own_jacobian=any(m.in_jacobian for m in modes),
         constants=len(constants.places),
         held=tuple(map(len, held)),
+        steep=steep,
     )
 
 
@@ -148,6 +157,7 @@ def _pointwise(
     events: tuple[tuple[Event, ...], ...],
     held: tuple[tuple[Any, ...], ...],
     series: tuple[ModeSeries, ...],
+    steep: tuple[tuple[Steep, ...], ...],
 ) -> Code:
     """The functions of one point."""
     module = Module()
@@ -198,6 +208,7 @@ def _pointwise(
     inexact = [k for k, t in enumerate(system.transitions) if cancels(t)]
     errors = {k: modes[0].image_error(f"image_error_{k}", system.transitions[k]) for k in inexact}
     _by_number(f, f.arguments[0], errors, passed(f, f.arguments[1:]))
+    of_modes("watch", {"out": _VECTOR}, lambda i, name: modes[i].watch(module, name, [s.argument for s in steep[i]]))
     _constants(module, constants)
     for name in (*POINTWISE, "constants"):
         _from_python(module, name)
@@ -275,6 +286,11 @@ class Kernels:
     def held(self) -> tuple[int, ...]:
         """How many surfaces each mode holds; ``guard`` numbers them behind the guards."""
         return self.written.held
+
+    @property
+    def steep(self) -> tuple[tuple[Steep, ...], ...]:
+        """Operations of each mode that are watched; ``watch`` gives what they are applied to."""
+        return self.written.steep
 
     @property
     def rows(self) -> int:

@@ -94,6 +94,11 @@ class Pointwise:
         f.end()
         return f.made
 
+    def watch(self, module: Module, name: str, arguments: list[Any]) -> Any:
+        """Write ``(t, c, x, out)``: what the steep operations are applied to."""
+        f, x, (out,) = self._begin(name, {"out": _ROW})
+        return self._fill(f, x, out, arguments)
+
     def guard_error(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, doubt, out)``: error bounds of a guard's value and of its rate along the flow."""
         return self._errors(name, [event.guard, rate(self.system, self.mode, event.guard)])

@@ -36,11 +36,15 @@ class ModeSeries:
         Entries of the Jacobian that depend on parameters only.
     products : dict of (int, int) to (int, expression)
         Node and weight, whose product the other entries have besides.
+    watched : list of int
+        Nodes that steep operations are applied to.
     tables : Operations or None
         What writes the functions of a large mode; those of a small one are written here, in line.
     """
 
-    def __init__(self, system: "HybridSystem", mode: str, guards: list[Any], constants: "Constants") -> None:
+    def __init__(
+        self, system: "HybridSystem", mode: str, guards: list[Any], watched: list[Any], constants: "Constants"
+    ) -> None:
         self.n = len(system.states)
         self.constants = constants
         field = system.modes[mode]
@@ -48,7 +52,8 @@ class ModeSeries:
         self.rates = [self.tape.lower(field[s]) for s in system.states]
         self.rates += [self.tape.lower(q) for q in system.integrands(mode)]
         self.guards = [self.tape.lower(g) for g in guards]
-        self.in_jet = self._reach([*self.rates, *self.guards])
+        self.watched = [self.tape.lower(w) for w in watched]
+        self.in_jet = self._reach([*self.rates, *self.guards, *self.watched])
         self.kept: list[int] = []
         in_line = self._is_small(self.in_jet)
         if in_line:
@@ -86,6 +91,13 @@ class ModeSeries:
         self.wanted = {index for index, _ in self.products.values()}
         self.in_jacobian = self._reach(sorted(self.wanted)) - self.in_jet
 
+    def watched_rows(self) -> list[int]:
+        """Rows of what the steep operations are applied to."""
+        rows = self.rows
+        if self.tables is not None:
+            rows = {i: row for (kind, i), row in self.tables.rows.items() if kind == "node"}
+        return [rows.get(i, -1) for i in self.watched]
+
     def columns_of(self, i: int) -> list[int]:
         """The states that the rate of state i depends on."""
         return self._columns[i]
@@ -112,7 +124,7 @@ class ModeSeries:
                 need.update([index, *node.args])
                 if index in tape.slopes:
                     need.add(tape.slopes[index][0])
-        need |= self._inputs()
+        need |= {*self._inputs(), *self.watched}
         free = len(self.rates) + len(self.guards)
         for index in sorted(need):
             node = tape.nodes[index]

@@ -19,8 +19,9 @@ SIGNATURES = {
     "guard_error": void(int64, int64, float64, vector, vector, vector, vector),
     "event_map": int64(int64, int64, float64, vector, vector, int64, vector, float64, vector),
     "image_error": void(int64, float64, vector, vector, vector, vector),
+    "watch": void(int64, float64, vector, vector, vector),
 }
-"""name -> signature of the nine functions that make a system, in the order in which the engine takes them
+"""name -> signature of the ten functions that make a system, in the order in which the engine takes them
 
 * ``jet(mode, order, t, c, x, ws)`` Taylor coefficients of states, quadratures and guards
 * ``jacobian_jet(mode, order, c, ws)`` coefficients of the Jacobian's entries
@@ -37,9 +38,10 @@ SIGNATURES = {
   since rebounds from it were last completed is given, under ``lowest`` and ``shortest`` how high and how long rebounds
   have to be. Where ``tangents`` is 0, what only tangents need is left out
 * ``image_error(k, t, c, x, doubt, out)`` errors of the states after the reset of transition k, in the same units
+* ``watch(mode, t, c, x, out)`` what the mode's steep operations are applied to, see ``codegen.steep``
 """
 
-POINTWISE = ("field", "variation", "guard", "guard_error", "event_map", "image_error")
+POINTWISE = ("field", "variation", "guard", "guard_error", "event_map", "image_error", "watch")
 """Those that are no series."""
 
 

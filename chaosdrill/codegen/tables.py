@@ -69,7 +69,7 @@ class Operations:
     def _without_sums(self, nodes: set[int]) -> set[int]:
         """Nodes without sums that are rates or guards and nothing else: these are added up where they are wanted."""
         tape, every = self.tape, nodes | self.mode.in_jacobian
-        used = self.mode.wanted | {a for i in every for a in tape.nodes[i].args}
+        used = {*self.mode.wanted, *self.mode.watched} | {a for i in every for a in tape.nodes[i].args}
         used |= {tape.slopes[i][0] for i in every if i in tape.slopes}
         used |= {i for root in (*self.mode.rates, *self.mode.guards) for i, _ in self.terms(root)}
         return {i for i in nodes if i in used or tape.nodes[i].op != "linear"}

@@ -33,6 +33,7 @@ class Outcome(IntEnum):
     NO_SPECIAL_POINT = 15
     UNDECIDED = 16
     NO_RETURN = 17
+    SINGULAR = 18
 
     @property
     def meaning(self) -> str:
@@ -112,12 +113,18 @@ _ADVICE = {
     ),
     Outcome.NONFINITE: (
         "A state, a tangent or a guard became infinite or not a number; look for a singular term, for a guard that is "
-        "met at no speed or has no value where its mode holds, or choose tighter bounds. The right-hand side may not "
-        'be analytic there, as d**1.5 at d = 0; then choose method "dop853".'
+        "met at no speed or has no value where its mode holds, or choose tighter bounds."
     ),
     Outcome.STEP_UNDERFLOW: (
         "The step became too small to move time; loosen the tolerance, or look for a singularity, of a guard too. "
         'Where a mode is stiff, choose method "radau".'
+    ),
+    Outcome.SINGULAR: (
+        "The motion has come to a place where a term of the equations ends, such as sqrt(h) at h = 0, log(h) or 1/h; "
+        "how it goes on is not for the equations to say. A trajectory names term and place in its message. Add a "
+        "transition there, whose guard is what becomes zero, to a mode that says how the motion goes on, or write the "
+        "term so that it has a value beyond. Where it has one and only no series, as d**1.5 at d = 0, choose method "
+        '"dop853".'
     ),
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
     Outcome.FAILED: "The point could not be computed; run it alone as a trajectory to see where it stops.",

@@ -10,6 +10,16 @@ import math
 
 import numpy as np
 
+from chaosdrill.engine.checked import (
+    DENSE_DEFECT,
+    DOUBT,
+    dense_defect,
+    doubt_of_rates,
+    guards_agree,
+    has_ended,
+    looks,
+    may_hide_between,
+)
 from chaosdrill.engine.dop853_tables import (
     DEGREE,
     DENSE,
@@ -27,13 +37,15 @@ from chaosdrill.engine.dop853_tables import (
 )
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
-from chaosdrill.engine.guards import EPSILON
+from chaosdrill.engine.guards import EPSILON, INTERPOLATED
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.step_control import (
+    SMALLEST_GROWTH,
     TANGENTS,
     UNDERFLOW,
     accept,
+    begin_anew,
     begun,
     note_scale,
     shrink,
@@ -163,6 +175,24 @@ def dense_output(functions, t, c, x, h, run, stages, ws):
             ws[i, k] = s * power
 
 
+@inner
+def _agrees(functions, tables, settings, s, t, state, ws, scratch):
+    """Whether the dense output obeys the equations at s."""
+    dense_defect(functions, DEGREE, s, t, state, ws, scratch)
+    rate, slope = scratch.before, scratch.after
+    for i in range(state.x.size):
+        allowed = DENSE_DEFECT * settings.tolerance * state.scale[i] + DENSE_NOISE * abs(rate[i]) * s
+        off = abs(slope[i] - rate[i]) * s
+        if not off <= allowed:
+            doubt_of_rates(functions, s, t, state, scratch)
+            if not off <= allowed + DOUBT * scratch.doubt[i] * s:
+                return False
+    return guards_agree(functions, tables, settings, DENSE_DEFECT * INTERPOLATED, s, t, state, ws, scratch)
+
+
+_look = looks(_agrees)
+
+
 @offered
 def expand(place, p, t):
     """Take a step within tolerance and turn the guards into polynomials; returns its length, NaN if there is no rate.
@@ -185,12 +215,15 @@ def expand(place, p, t):
     wanted = wanted_length(functions, t, state, known, tolerance, stages)
     h = up_to_goal(settings, run, wanted)
     rejected = False
+    cut = False
     halvings = 0
     longer = 0.0
     larger = 0.0
     while h > UNDERFLOW * run.longest:
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, scale, vectors, live, stages) / tolerance
+        if not error < math.inf and has_ended(functions, tables, t, state, scratch) >= 0:
+            return 0.0
         if not error <= 1.0:
             factor = shrink(error, h, larger, longer, 8.0)
             larger = error
@@ -198,15 +231,27 @@ def expand(place, p, t):
             h *= factor
             rejected = True
             continue
-        if tables.active[mode, 0] > 0:
+        watching = tables.active[mode, 0] > 0
+        steep = tables.steep[mode, 0] > 0
+        if watching or steep:
             dense_output(functions, t, state.c, x, h, run, stages, scratch.workspace)
+        if watching:
             left = guard_polynomials(functions, tables, settings, state, t, h, scratch)
             if left == math.inf or (left > 1.0 and halvings < MOST_HALVINGS):
                 halvings += 1
                 rejected = True
                 h *= 0.5
                 continue
+        if steep and may_hide_between(functions, tables, settings, h, t, state, scratch):
+            seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
+            if seen < h:
+                # what is wrong of the dense output may be wrong everywhere
+                h = max(seen, SMALLEST_GROWTH * h)
+                cut = True
+                continue
         accept(run, error, 8.0, h, wanted, rejected, LARGEST_GROWTH)
+        if cut:
+            begin_anew(run, h)
         break
     for i in range(stages.shape[1]):
         note_scale(scale, x, i, abs(stages[0, i]) * h)

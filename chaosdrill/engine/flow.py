@@ -17,9 +17,7 @@ from chaosdrill.engine.layout import (
     FULL,
     INSTANTS,
     INVALID_START,
-    NONFINITE,
     RK4,
-    STEP_UNDERFLOW,
     Method,
 )
 from chaosdrill.engine.records import SMALLEST_STEP, machine_at, state_of, state_outcome, time_of
@@ -32,6 +30,7 @@ from chaosdrill.engine.step import (
     locate,
     record,
     record_instants,
+    stop,
 )
 from chaosdrill.engine.tangents import begin_tangents, orthonormalise
 
@@ -82,7 +81,10 @@ def flow(place, p, samples, events):
         if te == -2.0:
             return INVALID_START
         if not h > SMALLEST_STEP * run.longest:
-            return STEP_UNDERFLOW if h == h else NONFINITE
+            outcome = stop(functions, tables, settings, h, t, state, events, scratch)
+            if outcome != DONE:
+                return outcome
+            continue
         happens = te >= 0.0
         if not happens:
             te = h

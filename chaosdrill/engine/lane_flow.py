@@ -5,10 +5,13 @@ stepped together, each with its own step, and go to the queue of the mode that t
 one by the functions of a single run. No number of a run depends on which others are stepped with it.
 """
 
+import math
+
 from numba import int64, uint64, void
 
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
+from chaosdrill.engine.checked import first_row, look_along_series, proven
 from chaosdrill.engine.jit import compiled, inlined
 from chaosdrill.engine.lane_events import GUARD, OUTCOME, TIES
 from chaosdrill.engine.lane_runs import at_goal, begin, is_over
@@ -25,9 +28,8 @@ from chaosdrill.engine.layout import (
     LAST,
     LEFT,
     MET,
-    NONFINITE,
     STAGE,
-    STEP_UNDERFLOW,
+    STEEP,
     TAKEN,
     TO_MODE,
 )
@@ -41,29 +43,40 @@ from chaosdrill.engine.records import (
     state_of,
     state_outcome,
 )
-from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe
+from chaosdrill.engine.step import add_to, end_step, instant_after, pass_strobe, stop
 from chaosdrill.engine.window import keep
 
 ACTIVE = 64
 """Runs under way at a time: enough to fill the lanes of every queue, few enough to stay in the cache."""
 
 
+_STOPPED = -2
+"""In the place of a guard: the step of this lane had no length, and what comes of that has been done."""
+
+
 @inlined
-def _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch):
-    """The step of one lane, shortened where series do not obey the equation or the guards at its end."""
+def _checked(functions, tables, settings, mode, lane, live, state, block, scratch):
+    """The step of one lane, shortened where its series may not be believed, as for a run alone."""
     h = block.h[lane]
+    t = block.t[lane]
     suspicious = not block.gap[0, lane] <= 0.0
     overruns = not block.gap[1, lane] <= 0.0
-    rows = block.out.shape[0] + tables.active[mode, 0]
-    if suspicious or overruns or unproven:
-        lane_step.copy_lane(block.ws, 0, rows, lane, settings.order, scratch.workspace)
+    hides = not block.gap[2, lane] <= 0.0
+    ws, n, marks, count = scratch.workspace, state.x.size, tables.marks[mode], tables.active[mode, 0]
+    first = block.out.shape[0]
+    if suspicious or overruns or hides:
+        lane_step.copy_lane(block.ws, 0, first + count, lane, settings.order, ws)
+        own = first_row(ws, state.vectors, 0)
+        lane_step.copy_lane(block.ws, own, live * n, lane, settings.order, ws[own:])
     if suspicious:
-        h = taylor.proven_step(functions, settings, h, block.t[lane], state, scratch.workspace, scratch)
+        h = proven(functions, tables, settings, h, t, state, ws, scratch)
+    if hides:
+        h = look_along_series(functions, tables, settings, h, t, state, ws, scratch)
     if suspicious or overruns:
-        n, marks, count = state.x.size, tables.marks[mode], tables.active[mode, 0]
-        h = taylor.restrain(scratch.workspace, n, settings.quadratures, count, marks, settings, h)
-    if unproven:
-        h = taylor.proven_guards(functions, tables, settings, h, block.t[lane], state, scratch.workspace, scratch)
+        h = taylor.restrain(ws, n, settings.quadratures, count, marks, settings, h)
+    for j in range(count):
+        if marks[j] & STEEP and not abs(block.ws[first + j, 0, lane]) < math.inf:
+            return math.nan
     return h
 
 
@@ -131,17 +144,16 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     first = block.out.shape[0]
     lane_step.gather(places, live, states, varying, block)
     lane_step.expand(lane_functions, mode, live, m, settings, block, scratch.polynomial)
-    lane_step.look_for_gaps(n, settings.quadratures, guard_count, tables.marks[mode], settings, block)
+    lane_step.look_for_gaps(n, settings.quadratures, guard_count, tables.marks[mode], tables, mode, settings, block)
     for lane in range(count):
         state = state_of(states, places[lane])
         for i in range(n):
             state.scale[i] = block.scale[i, lane]
     gaps = row_of(block.gap)
-    unproven = taylor.has_unproven(tables.marks[mode], guard_count)
-    if unproven or some(~(gaps[0] <= 0.0) | ~(gaps[1] <= 0.0)):
+    if some(~(gaps[0] <= 0.0) | ~(gaps[1] <= 0.0) | ~(gaps[2] <= 0.0)):
         for lane in range(count):
             state = state_of(states, places[lane])
-            block.h[lane] = _proven(functions, tables, settings, mode, unproven, lane, state, block, scratch)
+            block.h[lane] = _checked(functions, tables, settings, mode, lane, live, state, block, scratch)
     for lane in range(count, LANES):
         block.reach[lane] = 0.0
     lane_events.first_events(machine, place, settings, mode, count, places, first, ends, block)
@@ -155,7 +167,12 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
         if te == -2.0:
             ends[lane, OUTCOME] = INVALID_START
         elif not h > SMALLEST_STEP * run.longest:
-            ends[lane, OUTCOME] = STEP_UNDERFLOW if h == h else NONFINITE
+            state = state_of(states, p)
+            ends[lane, OUTCOME] = stop(functions, tables, settings, h, block.t[lane], state, row, scratch)
+            _note_section(p, state.run[0], tables, section, row, results, n, mode)
+            ends[lane, GUARD] = _STOPPED
+            block.reach[lane] = 0.0
+            continue
         happens = te >= 0.0
         if not happens:
             te = h
@@ -176,7 +193,7 @@ def _step(machine, place, lane_functions, results, section, varying, places, cou
     lane_step.note_beyond(tables.bounds, n, block)
     strobed = section.size == 0 and results.window.shape[1] > 0
     for lane in range(count):
-        if ends[lane, OUTCOME] != DONE:
+        if ends[lane, OUTCOME] != DONE or ends[lane, GUARD] == _STOPPED:
             continue
         p = places[lane]
         state = state_of(states, p)

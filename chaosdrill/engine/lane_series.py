@@ -51,3 +51,21 @@ def lane_late_size(g, s, first):
     c = magnitude(g[first + 2]) + fourth * magnitude(g[first + 6])
     d = magnitude(g[first + 3]) + fourth * magnitude(g[first + 7])
     return (a + b * s) + (c + d * s) * (s * s)
+
+
+@series
+def lane_size(g, order, s):
+    """Sums of the sizes of the terms at s > 0 of polynomials up to an order, which is one below a multiple of four."""
+    fourth = (s * s) * (s * s)
+    last = uint64(order // 4)
+    a = magnitude(g[4 * last])
+    b = magnitude(g[4 * last + 1])
+    c = magnitude(g[4 * last + 2])
+    d = magnitude(g[4 * last + 3])
+    for m in range(1, last + 1):
+        k = 4 * (last - m)
+        a = a * fourth + magnitude(g[k])
+        b = b * fourth + magnitude(g[k + 1])
+        c = c * fourth + magnitude(g[k + 2])
+        d = d * fourth + magnitude(g[k + 3])
+    return (a + b * s) + (c + d * s) * (s * s)

@@ -42,7 +42,7 @@ def block(system: "HybridSystem", m: int, constants: np.ndarray) -> at.Block:
         metric=aligned(n, LANES),
         h=aligned(LANES),
         reach=aligned(LANES),
-        gap=aligned(2, LANES),
+        gap=aligned(3, LANES),
         out=aligned(n + q, LANES),
         period=aligned(LANES),
         scaled=aligned(guards, at.COLUMNS, LANES),

@@ -9,7 +9,7 @@ import math
 from numba import uint64
 
 from chaosdrill.engine.jit import inlined, inner
-from chaosdrill.engine.lane_series import lane_late_size, lane_value
+from chaosdrill.engine.lane_series import lane_late_size, lane_size, lane_value
 from chaosdrill.engine.lanes import (
     LANES,
     chosen,
@@ -22,6 +22,7 @@ from chaosdrill.engine.lanes import (
     spread,
     table_of,
 )
+from chaosdrill.engine.layout import STEEP
 from chaosdrill.engine.taylor import EPSILON, FADE, GAP, LONGEST, SLOW, SMALLEST, is_held, own_scale, radius
 
 
@@ -122,6 +123,7 @@ def expand(lane_functions, mode, live, m, settings, block, row):
             last = larger(last, a * length)
             last_but_one = larger(last_but_one, b * length)
     h = smaller(smaller(radius(last, last_but_one, order) * reach, row_of(block.period)[0]), LONGEST)
+    h = chosen(larger(last, last_but_one) < math.inf, h, math.nan)
     row_of(block.h)[0] = h
     for i in range(n):
         size = smaller(magnitude(series[i][0]), SLOW * magnitude(series[i][1]) * h)
@@ -129,8 +131,8 @@ def expand(lane_functions, mode, live, m, settings, block, row):
 
 
 @inlined
-def look_for_gaps(n, quadratures, count, marks, settings, block):
-    """What raises suspicion where it is above zero: of the series of states, and of those of integrals and guards."""
+def look_for_gaps(n, quadratures, count, marks, tables, mode, settings, block):
+    """What raises suspicion where it is above zero: of states, of integrals and guards, of steep operations."""
     order, reach = settings.order, settings.reach
     series = table_of(block.ws)
     weights = row_of(block.weights)
@@ -159,6 +161,17 @@ def look_for_gaps(n, quadratures, count, marks, settings, block):
             ends = larger(magnitude(g[order]) * last * h, magnitude(g[order - 1]) * last * reach)
             excess = larger(excess, ends - settings.tolerance * lane_late_size(g, h, 1) * h)
     gaps[1] = excess - SMALLEST
+    hides = 0.0 * h - 1.0
+    for k in range(tables.steep[mode, 0]):
+        g = series[tables.steep[mode, 1 + k]]
+        shape = tables.shapes[mode, k]
+        here = magnitude(g[0])
+        allowed = larger(shape[0] * order + 0.0 * here, shape[1] * here - shape[2])
+        hides = larger(hides, chosen(lane_size(g, order, h) - here <= allowed, -1.0, 1.0))
+    for j in range(count):
+        if marks[j] & STEEP:
+            hides = larger(hides, chosen(magnitude(series[n + quadratures + j][0]) < math.inf, -1.0, 1.0))
+    gaps[2] = hides
 
 
 @inlined

@@ -30,6 +30,7 @@ RUN = np.dtype(
         ("turning", np.int64),
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
+        ("blocked", np.int64),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
         *((name, np.float64) for name in ("next_step", "tried", "strength", "residual")),
     ],
@@ -40,8 +41,8 @@ RUN = np.dtype(
 The time is ``origin + whole + rest + time``: whole periods as an exact sum of two doubles, then the time since the last
 strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``way`` is the side to which that
 was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
-what the guard's value was at the event. ``turning`` says whether a guard that was passed
-comes back in the step.
+what the guard's value was at the event. ``turning`` says whether a guard that was passed comes back in the step,
+``blocked`` which of the mode's steep operations has ended the run, -1 for none.
 """
 
 
@@ -74,6 +75,10 @@ class Tables(NamedTuple):
     """(modes,): number of surfaces that a mode holds; ``guard`` knows them behind the guards"""
     slack: Any
     """(n,): how far states may lie off the guards on which a run begins"""
+    steep: Any
+    """(modes, 1 + operations): number of steep operations, then the rows of what they are applied to, where such are"""
+    shapes: Any
+    """(modes, operations, 7): `codegen.steep.Shape` of each"""
 
 
 class States(NamedTuple):
@@ -197,6 +202,10 @@ class Scratch(NamedTuple):
     """(surfaces, n + 2): gradients of surfaces that a mode holds, then their time derivative and value"""
     implicit: Any
     """`Implicit`"""
+    doubt: Any
+    """(n + q,): what rounding may make of rates"""
+    watched: Any
+    """(4, operations): what steep operations are applied to, at two places, its largest and its first size in a step"""
 
 
 class Functions(NamedTuple):
@@ -211,6 +220,7 @@ class Functions(NamedTuple):
     guard_error: Any
     event_map: Any
     image_error: Any
+    watch: Any
 
 
 class LaneFunctions(NamedTuple):
@@ -273,7 +283,7 @@ class Block(NamedTuple):
     h: Any
     reach: Any
     gap: Any
-    """(2, lanes): what raises suspicion of the series of states, and of what follows from them"""
+    """(3, lanes): what raises suspicion of the series of states, of what follows from them, of steep operations"""
     out: Any
     period: Any
     scaled: Any
@@ -336,10 +346,10 @@ EVENT_COLUMNS = 5
 # columns of the table of transitions
 TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS = range(5)
 
-# bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; its series
-# may end before that of the states; it depends on time alone; a run may begin beyond it; its own event may let the
+# bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; it has
+# steep operations; it depends on time alone; a run may begin beyond it; its own event may let the
 # motion go on beyond it
-MARKS, LOSES_RANK, AFFINE, UNPROVEN, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
+MARKS, LOSES_RANK, AFFINE, STEEP, TIMED, OPEN, PASSES = 1, 2, 4, 8, 16, 32, 64
 
 # how a method is stepped: by the series that are part of the engine, by steps of one length, by steps that it chooses
 (TAYLOR, RK4, ADAPTIVE) = range(3)
@@ -358,6 +368,8 @@ def method_code(name: str) -> int:
 STAGE, GOAL, LAST, TAKEN, LEFT, CELL, MET = range(7)
 PROGRESS = 7
 
+EPSILON = 2.220446049250313e-16
+
 BEFORE, BEHIND = 1, 2
 """Which state of an event is a section point."""
 
@@ -367,7 +379,7 @@ COLUMNS = WIDTH + 4
 # what a call of the engine ends with; values from 4 on are those of dataset.Outcome
 DONE, FULL = range(2)
 ESCAPED, EVENT_LIMIT, STALLED, NONFINITE, STEP_UNDERFLOW, INVALID_START, FAILED = range(4, 11)
-NO_RETURN = 17
+NO_RETURN, SINGULAR = 17, 18
 
 # what a guard does in a step: it is on the side from which it can be crossed; it must come back first; it fires at the
 # start of the step; it cannot be started from; it is zero all along; its slope is zero, too

@@ -11,15 +11,25 @@ import math
 
 import numpy as np
 
+from chaosdrill.engine.checked import (
+    DENSE_DEFECT,
+    dense_defect,
+    doubt_of_rates,
+    guards_agree,
+    has_ended,
+    looks,
+    may_hide_between,
+)
 from chaosdrill.engine.dop853_tables import END, ROWS_A_VECTOR, STAGES, VECTORS, WEIGHTS
 from chaosdrill.engine.guard_series import guard_polynomials
 from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
-from chaosdrill.engine.guards import EPSILON
+from chaosdrill.engine.guards import EPSILON, INTERPOLATED
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import ONGOING
 from chaosdrill.engine.radau_step import (
     LEAST,
     Z,
+    damped,
     dense_output,
     errors_of,
     factors,
@@ -33,8 +43,10 @@ from chaosdrill.engine.radau_step import (
 from chaosdrill.engine.radau_tables import DEGREE, FINE, FINEST, POWERS
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.step_control import (
+    SMALLEST_GROWTH,
     UNDERFLOW,
     accept,
+    begin_anew,
     note_scale,
     shrink,
     size,
@@ -63,6 +75,22 @@ FAILED_PART = 0.25
 @inner
 def _kind(tolerance):
     return (0 if tolerance > FINE else 1) if tolerance > FINEST else 2
+
+
+@inner
+def _agrees(functions, tables, settings, s, t, state, ws, scratch):
+    """Whether the polynomial through the stages obeys the equations at s, but for what is stiff, as in an error."""
+    dense_defect(functions, DEGREE, s, t, state, ws, scratch)
+    rate, slope, allowed = scratch.before, scratch.after, DENSE_DEFECT * max(settings.tolerance, LEAST)
+    room, stages = scratch.implicit, scratch.stages
+    if not damped(rate, slope, scratch.none, s, state.x.size, room, stages) <= allowed:
+        doubt_of_rates(functions, s, t, state, scratch)
+        if not damped(rate, slope, scratch.doubt, s, state.x.size, room, stages) <= allowed:
+            return False
+    return guards_agree(functions, tables, settings, DENSE_DEFECT * INTERPOLATED, s, t, state, ws, scratch)
+
+
+_look = looks(_agrees)
 
 
 @offered
@@ -105,6 +133,7 @@ def expand(place, p, t):
     weigh_all(stages[WEIGHTS][:n])
     h = up_to_goal(settings, run, wanted)
     rejected = False
+    cut = False
     halvings = 0
     longer = 0.0
     larger = 0.0
@@ -113,6 +142,8 @@ def expand(place, p, t):
             for i in range(n):
                 stages[Z + j, i] = 0.0
         if not newton(functions, kind, t, state, h, tolerance, room, stages, False):
+            if has_ended(functions, tables, t, state, scratch) >= 0:
+                return 0.0
             h *= FAILED_PART
             rejected = True
             continue
@@ -141,7 +172,17 @@ def expand(place, p, t):
                 rejected = True
                 h *= 0.5
                 continue
+        if tables.steep[mode, 0] > 0 and may_hide_between(functions, tables, settings, h, t, state, scratch):
+            seen = _look(functions, tables, settings, h, t, state, scratch.workspace, scratch)
+            if seen < h:
+                functions.field(mode, t, state.c, x, stages[0])
+                # what is wrong of the dense output may be wrong everywhere
+                h = max(seen, SMALLEST_GROWTH * h)
+                cut = True
+                continue
         accept(run, error, order, h, wanted, rejected, LARGEST_GROWTH)
+        if cut:
+            begin_anew(run, h)
         break
     for i in range(stages.shape[1]):
         moved = 0.0

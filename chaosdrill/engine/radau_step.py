@@ -10,6 +10,7 @@ of the stages; for every tangent its rate at the start, then the tangents at the
 
 import math
 
+from chaosdrill.engine.checked import DOUBT, ROUNDING
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
@@ -353,6 +354,21 @@ def errors_of(kind, x, h, scale, room, stages):
     error = size(raw, widths)
     weigh_all(widths[:n])
     return error, plain
+
+
+@inner
+def damped(rate, slope, doubt, s, n, room, stages):
+    """Length of s times the difference of two rates, but for their doubt, without its stiff part; sizes and filter are
+    those of the step."""
+    widths, weights, right = stages[WIDTHS], stages[WEIGHTS], room.right
+    for i in range(n):
+        off = abs(slope[i] - rate[i])
+        off = off if math.isnan(off) else max(off - ROUNDING * abs(rate[i]) - DOUBT * doubt[i], 0.0)
+        right[i] = math.copysign(off * s, slope[i] - rate[i]) * weights[i]
+    solve(room.filter, n, room.filter_pivots, right)
+    for i in range(n):
+        right[i] /= weights[i]
+    return size(right[:n], widths[:n])
 
 
 @inner

@@ -41,7 +41,9 @@ settings_record = numba.from_dtype(SETTINGS)
 run_record = numba.from_dtype(RUN)
 settings_type = types.Array(settings_record, 1, "C")
 
-tables_type = named_tuple((*[integer_matrix] * 8, matrix, matrix, integer_matrix, integers, vector), Tables)
+tables_type = named_tuple(
+    (*[integer_matrix] * 8, matrix, matrix, integer_matrix, integers, vector, integer_matrix, cube), Tables
+)
 states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
@@ -51,7 +53,7 @@ states_type = named_tuple(
 )
 implicit_type = named_tuple((matrix, cube, *[matrix] * 3, vector, matrix, *[integers] * 3), Implicit)
 scratch_type = named_tuple(
-    (matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, matrix, implicit_type), Scratch
+    (matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, matrix, implicit_type, vector, matrix), Scratch
 )
 block_type = named_tuple(
     (

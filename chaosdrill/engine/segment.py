@@ -5,6 +5,7 @@ no event is searched for; on the way the guards are only watched, to say whether
 """
 
 from chaosdrill.engine import guards
+from chaosdrill.engine.checked import ending
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
     AFTER,
@@ -12,11 +13,9 @@ from chaosdrill.engine.layout import (
     DONE,
     INVALID_START,
     MARKS,
-    NONFINITE,
     ONGOING,
     RK4,
     STALLED,
-    STEP_UNDERFLOW,
     Method,
 )
 from chaosdrill.engine.records import SMALLEST_STEP, state_outcome
@@ -99,7 +98,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
             continue
         steps += 1
         if not h > SMALLEST_STEP * run.longest or (steps > MOST_STEPS and settings.method != RK4):
-            return (STEP_UNDERFLOW if h == h else NONFINITE), crossed, when
+            return ending(functions, tables, h, t, state, scratch)[0], crossed, when
         run.fresh = ONGOING
         if rest < -h:
             return INVALID_START, crossed, when

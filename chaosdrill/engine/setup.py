@@ -9,6 +9,7 @@ import sympy
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
+from chaosdrill.codegen.steep import Shape
 from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout as at
@@ -85,6 +86,7 @@ def tables_of(
         constrained=constrained_states(system),
         held=np.array(kernels.held, dtype=np.int64),
         slack=np.zeros(len(system.states)),
+        **_steep(system),
     )
 
 
@@ -93,6 +95,21 @@ def _resets(system: "HybridSystem") -> np.ndarray:
     for row, transition in zip(table, system.transitions, strict=False):
         row[:] = [transition.reset.get(x, x) != x for x in system.states]
     return table
+
+
+def _steep(system: "HybridSystem") -> dict[str, np.ndarray]:
+    """What is known of the operations that are watched."""
+    kernels = kernels_of(system)
+    most = max(map(len, kernels.steep))
+    rows = np.full((len(kernels.steep), 1 + most), -1, dtype=np.int64)
+    shapes = np.zeros((len(kernels.steep), most, len(Shape._fields)))
+    for mode, watched in enumerate(kernels.steep):
+        rows[mode, 0] = len(watched)
+        shapes[mode, : len(watched)] = [one.shape for one in watched] or shapes[mode, :0]
+    for mode, one in enumerate(kernels.written.modes):
+        found = one.watched_rows()
+        rows[mode, 1 : 1 + len(found)] = found
+    return {"steep": rows, "shapes": shapes}
 
 
 def _marks(system: "HybridSystem", deficient: Collection[int], through: Collection[tuple[int, int]]) -> np.ndarray:
@@ -108,7 +125,7 @@ def _marks(system: "HybridSystem", deficient: Collection[int], through: Collecti
                 at.MARKS * only
                 + at.LOSES_RANK * any(k in deficient for k in event.outcomes)
                 + at.AFFINE * event.affine
-                + at.UNPROVEN * (not event.entire)
+                + at.STEEP * event.steep
                 + at.TIMED * event.timed
                 + at.OPEN * (only or (kicks and on))
                 + at.PASSES * on
@@ -201,7 +218,7 @@ def states_of(
     run["mode"] = modes
     run["live"] = m
     run["fresh"] = at.BEGIN
-    run["fired"] = run["surface"] = run["moved_by"] = -1
+    run["fired"] = run["surface"] = run["moved_by"] = run["blocked"] = -1
     run["qr_wait"], run["rank_check"] = 1, at.CHECKED
     run["period"] = periods
     run["fixed_step"] = periods / (numerics.steps or 200)
@@ -252,6 +269,8 @@ def scratch_of(system: "HybridSystem", m: int, method: str) -> at.Scratch:
         stages=np.zeros((stage_rows(m), n + q)),
         normals=np.zeros((max(kernels_of(system).held), n + 2)),
         implicit=_implicit(n if METHODS[method].implicit else 0),
+        doubt=np.zeros(n + q),
+        watched=np.zeros((4, max(map(len, kernels_of(system).steep)))),
     )
 
 

@@ -3,6 +3,7 @@
 import math
 
 from chaosdrill.engine import guards, taylor
+from chaosdrill.engine.checked import ending
 from chaosdrill.engine.events import take
 from chaosdrill.engine.jit import inlined, inner, rare
 from chaosdrill.engine.layout import (
@@ -237,3 +238,15 @@ def end_step(functions, tables, settings, te, strobe, j, ties, backs, outcome, s
     if orthonormal and (run.rank_check >= CHECKED or run.qr_since >= run.qr_wait):
         orthonormalise(functions, tables, state, scratch)
     return DONE
+
+
+@rare
+def stop(functions, tables, settings, h, t, state, buffer, scratch):
+    """What comes of a step h that has no length or is no number: DONE where the event of a guard is due, or an outcome.
+
+    There is no series to be evaluated; the event is taken where the run stands.
+    """
+    outcome, j = ending(functions, tables, h, t, state, scratch)
+    if j >= 0:
+        outcome = end_step(functions, tables, settings, 0.0, -1.0, j, 0, scratch.backs, DONE, state, buffer, scratch)
+    return outcome

@@ -168,6 +168,13 @@ def accept(run, error, order, h, wanted, rejected, largest_growth):
 
 
 @inlined
+def begin_anew(run, h):
+    """Note a step that ends before something it did not see: its error says nothing of the next one."""
+    run.strength = 0.0
+    run.next_step = h
+
+
+@inlined
 def note_scale(scale, x, i, moved):
     """Let the scale of state or quadrature i follow a step that moves it so far."""
     scale[i] = max(scale[i], min(abs(x[i]), SLOW * moved) if i < x.size else moved)

@@ -4,10 +4,11 @@ import math
 
 from numba import uint64
 
-from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare, series
+from chaosdrill.engine.checked import first_row, look_along_series, may_hide, proven
+from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare
 from chaosdrill.engine.lanes import exponent, floor, larger, mantissa, power_of_two
-from chaosdrill.engine.layout import AFFINE, UNPROVEN
-from chaosdrill.engine.polynomial import late_size, size, value
+from chaosdrill.engine.layout import AFFINE, STEEP
+from chaosdrill.engine.polynomial import late_size, value
 
 METHOD = {
     "summary": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
@@ -23,12 +24,6 @@ LONGEST = 1e9
 GAP = 10.0
 """Factor between the sizes of two terms and the next two, at the radius of convergence, that raises suspicion; about 5
 in the series of exp."""
-
-DEFECT = 20.0
-"""Defect at the end of a step, times its length, in units of the tolerance, above which the step is shortened."""
-
-SHORTENINGS = 16
-"""Times that a step is shortened for it; what does not change then is round-off, as about a point at rest."""
 
 FADE = 0.98
 """What is left of a state's scale after a step: it follows the motion within some hundred steps."""
@@ -60,43 +55,6 @@ def radius(last, last_but_one, order):
     a = _log2(larger(last, SMALLEST)) * RECIPROCAL[uint64(order)]
     b = _log2(larger(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
     return _exp2(-larger(a, b))
-
-
-@inner
-def _first_row(ws, vectors, v):
-    """Row from which the series of tangent v stand."""
-    m, n = vectors.shape
-    return ws.shape[0] - (m + m % 2) * n + v * n
-
-
-@series
-def _values_and_rates(ws, count, order, s, values, rates):
-    """Polynomials of the first ``count`` rows and their derivatives at s."""
-    i = 0
-    while i < count:
-        second = min(i + 1, count - 1)
-        third = min(i + 2, count - 1)
-        a = ws[i, order]
-        b = ws[second, order]
-        c = ws[third, order]
-        da = 0.0
-        db = 0.0
-        dc = 0.0
-        for j in range(order):
-            k = uint64(order - 1 - j)
-            da = da * s + a
-            db = db * s + b
-            dc = dc * s + c
-            a = a * s + ws[i, k]
-            b = b * s + ws[second, k]
-            c = c * s + ws[third, k]
-        values[i] = a
-        values[second] = b
-        values[third] = c
-        rates[i] = da
-        rates[second] = db
-        rates[third] = dc
-        i += 3
 
 
 @rare
@@ -182,73 +140,13 @@ def restrain(ws, n, quadratures, count, marks, settings, h):
     return h
 
 
-@rare
-def proven_step(functions, settings, h, t, state, ws, scratch):
-    """The step h, shortened until the series obeys the equation at its end.
-
-    The last coefficients may lie in a gap of the series (the solution of x'' = -x**3 from x = 0 has every fourth one
-    only) and promise a step far beyond its radius; earlier ones show that, and the defect tells how far it goes.
-    """
-    place, rate, slope = scratch.out, scratch.before, scratch.after
-    n = place.size
-    whole = h
-    for _ in range(SHORTENINGS):
-        _values_and_rates(ws, n, settings.order, h, place, slope)
-        functions.field(state.run[0].mode, t + h, state.c, place, rate)
-        holds = True
-        for i in range(n):
-            allowed = 1e-12 * abs(rate[i]) * h
-            if i < state.x.size:
-                allowed += max(DEFECT * settings.tolerance, 1e-12) * state.scale[i]
-            else:
-                allowed += DEFECT * settings.tolerance * late_size(ws, uint64(i), h, uint64(1)) * h
-            holds = holds and abs(slope[i] - rate[i]) * h <= allowed
-        if holds:
-            return h
-        h *= 0.6
-    return whole
-
-
 @inlined
-def has_unproven(marks, count):
-    """Whether the series of any guard may end before that of the states."""
+def has_no_value(ws, first, marks, count):
+    """Whether a guard with steep operations is no number where the step begins."""
     found = False
     for j in range(count):
-        found = found or marks[j] & UNPROVEN != 0
+        found |= marks[j] & STEEP != 0 and not abs(ws[first + j, 0]) < math.inf
     return found
-
-
-@rare
-def proven_guards(functions, tables, settings, h, t, state, ws, scratch):
-    """The step h, shortened until guards whose series may end before it are what their series say at its end.
-
-    A pole, a root or a logarithm near by ends a guard's series; tanh far from its slope shows none of it. NaN if a
-    guard is no number where the step begins.
-    """
-    n = state.x.size
-    first = n + settings.quadratures
-    mode = state.run[0].mode
-    marks = tables.marks[mode]
-    count = tables.active[mode, 0]
-    place = scratch.before[:n]
-    for j in range(count):
-        if marks[j] & UNPROVEN and not abs(ws[first + j, 0]) < math.inf:
-            return math.nan
-    for _ in range(100):
-        for i in range(n):
-            place[i] = value(ws, uint64(i), h)
-        holds = True
-        for j in range(count):
-            if marks[j] & UNPROVEN:
-                row = uint64(first + j)
-                error = functions.guard(mode, j, t + h, state.c, place, scratch.gradient) - value(ws, row, h)
-                moved = late_size(ws, row, h, uint64(1)) * h
-                allowed = DEFECT * settings.tolerance * moved + 1e-12 * size(ws, row, h)
-                holds = holds and abs(error) <= allowed
-        if holds:
-            return h
-        h *= 0.5
-    return h
 
 
 @inlined
@@ -267,6 +165,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     run.evaluations += order
     last = 0.0
     last_but_one = 0.0
+    broken = False
     finest = EPSILON / settings.tolerance
     common = math.inf
     for i in range(n):
@@ -278,19 +177,20 @@ def expand(functions, tables, settings, t, state, ws, scratch):
         if here > SMALLEST:
             weights[i] = 1.0 / here
             common = min(common, weights[i])
+        broken |= not abs(ws[i, order]) < math.inf
         last = max(last, abs(ws[i, order]) * weights[i])
         last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weights[i])
     if live > 0:
         if settings.own_jacobian == 1:
             functions.jacobian_jet(mode, order, state.c, ws)
         for v in range(0, live, 2):
-            row = _first_row(ws, vectors, v)
+            row = first_row(ws, vectors, v)
             functions.tangent(mode, order, state.c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
         metric = scratch.metric
         for i in range(n):
             metric[i] = weights[i] if weights[i] > 0.0 else (common if common < math.inf else 1.0)
         for v in range(live):
-            row = _first_row(ws, vectors, v)
+            row = first_row(ws, vectors, v)
             length = 0.0
             a = 0.0
             b = 0.0
@@ -300,16 +200,19 @@ def expand(functions, tables, settings, t, state, ws, scratch):
                 b = max(b, abs(ws[row + i, order - 1]) * metric[i])
             last = max(last, a / length)
             last_but_one = max(last_but_one, b / length)
+    if broken:
+        return math.nan
     h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)
     for i in range(n):
         scale[i] = max(scale[i], min(abs(ws[i, 0]), SLOW * abs(ws[i, 1]) * h))
+    hides = may_hide(tables, settings, mode, h, ws)
     if _has_gap(ws, n, order, h / reach, weights):
-        h = proven_step(functions, settings, h, t, state, ws, scratch)
+        h = proven(functions, tables, settings, h, t, state, ws, scratch)
+    if hides:
+        h = look_along_series(functions, tables, settings, h, t, state, ws, scratch)
     if _overruns(ws, n, settings.quadratures, count, marks, h, settings):
         h = restrain(ws, n, settings.quadratures, count, marks, settings, h)
-    if has_unproven(marks, count):
-        h = proven_guards(functions, tables, settings, h, t, state, ws, scratch)
-    return h
+    return math.nan if has_no_value(ws, n + settings.quadratures, marks, count) else h
 
 
 @inner
@@ -324,6 +227,6 @@ def evaluate_vectors(ws, s, live, vectors):
     """Live tangents at s, in place."""
     n = vectors.shape[1]
     for v in range(live):
-        row = _first_row(ws, vectors, v)
+        row = first_row(ws, vectors, v)
         for i in range(n):
             vectors[v, i] = value(ws, uint64(row + i), s)

@@ -1,0 +1,157 @@
+"""Operations that may hide something from a step, although what they are applied to is smooth along it.
+
+The last coefficients of a series, and the stages of a Runge-Kutta step, tell of sums, products, sines and low powers
+all that there is. They do not tell of a tanh far from its slope, of a pulse ahead, of a pole or a branch point beside
+the path: there the coefficients are zero to the last digit, and the next stage lies behind it. But what such an
+operation is applied to is smooth, so that its range over the step is known, and how far it may move before the
+operation has to be looked at again is a property of the operation. These arguments are watched, see
+`chaosdrill.engine.checked`.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import sympy
+
+from chaosdrill.model.special import SPECIAL, positive_power
+
+CROSSED, AT_SERIES, AT_ALL = range(3)
+"""Whether the argument of an operation may pass through zero: it may; not in a series; never."""
+
+VISIBLE = 9
+"""Degree from which on a power may hide: the next lower ones show in one of the last eight terms of a series."""
+
+UNTOLD = 10
+"""The exponent that counts where it is a parameter."""
+
+
+class Shape(NamedTuple):
+    """How far the argument w of an operation may move in a step before the operation is looked at.
+
+    That is ``orders`` times the order of the series, or ``part * abs(w) - dead``, whichever is larger. Between two
+    looks it may move by ``unit``, or by ``finer`` of how far it is beyond ``dead``, or of ``floor`` times its largest
+    value in the step.
+    """
+
+    orders: float
+    part: float
+    dead: float
+    unit: float
+    finer: float
+    floor: float
+    through: float
+    """CROSSED, AT_SERIES or AT_ALL"""
+
+
+# exp(w) grows by the factor that the last terms of a series of that order still show; below 745 it is zero to doubles
+EXPONENTIAL = Shape(0.6, 1.0, 745.0, 4.0, 0.3, 0.0, CROSSED)
+# 1 - tanh(w) decays twice as fast, and 1 is all that doubles see of tanh from 19 on
+SIGMOID = Shape(0.3, 1.0, 19.0, 1.5, 0.3, 0.0, CROSSED)
+
+
+def _singular(exponent: float, through: int = AT_ALL) -> Shape:
+    """That of w**exponent, log(w), 1/w, whose scale is w itself."""
+    return Shape(0.0, min(0.8, 6.0 / exponent), 0.0, 0.0, min(0.5, 2.0 / exponent), 0.0, through)
+
+
+def _monomial(exponent: float) -> Shape:
+    """That of a high whole power, whose scale is w where it matters: near the largest w."""
+    return Shape(0.0, min(0.8, 6.0 / exponent), 0.0, 0.0, 2.0 / exponent, 0.25, CROSSED)
+
+
+@dataclass(frozen=True)
+class Steep:
+    """An operation to watch: what it is applied to, how that may move, and the whole of it, to be named."""
+
+    argument: Any
+    shape: Shape
+    term: Any
+
+
+def steep_operations(expressions: Iterable[Any], moving: Iterable[Any]) -> tuple[Steep, ...]:
+    """The operations of expressions that are to be watched, each argument once for each kind of operation.
+
+    Parameters
+    ----------
+    expressions : iterable of sympy expression
+    moving : iterable of symbol
+        States and time; what is made of parameters alone hides nothing.
+    """
+    symbols = frozenset(moving)
+    found: dict[tuple[Any, float], Steep] = {}
+    for expression in expressions:
+        for part in sympy.preorder_traversal(sympy.sympify(expression)):
+            if not isinstance(part, sympy.Expr) or part.free_symbols.isdisjoint(symbols):
+                continue
+            for argument, shape in _watched(part, symbols):
+                if argument.free_symbols.isdisjoint(symbols):
+                    continue
+                key = (argument, shape.dead + shape.through)
+                if key not in found or found[key].shape.part > shape.part:
+                    found[key] = Steep(argument, shape, part)
+    return tuple(found.values())
+
+
+def _watched(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
+    """What one operation is watched by."""
+    name = type(part).__name__
+    if isinstance(part, positive_power):
+        yield part.args[0], _singular(_size(part.args[1]), AT_SERIES)
+    elif name in SPECIAL:
+        yield from ((part.args[i], _singular(1.0)) for i in SPECIAL[name].moving)
+    elif part.is_Pow:
+        yield from _power(part, symbols)
+    elif part.is_Mul and _degree(part, symbols) >= VISIBLE:
+        for factor in part.args:
+            base, exponent = factor.as_base_exp()
+            if exponent.is_Integer and exponent > 1:
+                yield base, _monomial(float(exponent))
+    elif isinstance(part, (sympy.exp, sympy.sinh, sympy.cosh)):
+        yield part.args[0], EXPONENTIAL
+    elif isinstance(part, sympy.tanh):
+        yield part.args[0], SIGMOID
+    elif isinstance(part, sympy.log):
+        yield part.args[0], _singular(1.0)
+    elif isinstance(part, sympy.tan):
+        yield sympy.cos(part.args[0]), _singular(1.0)
+    elif isinstance(part, (sympy.atan, sympy.asinh)):
+        yield 1 + part.args[0] ** 2, _singular(1.0)
+    elif isinstance(part, (sympy.asin, sympy.acos, sympy.atanh)):
+        yield 1 - part.args[0] ** 2, _singular(1.0)
+    elif isinstance(part, sympy.acosh):
+        yield part.args[0] ** 2 - 1, _singular(1.0)
+
+
+def _power(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
+    base, exponent = part.args
+    if not exponent.free_symbols.isdisjoint(symbols):
+        if base != sympy.E:
+            yield base, _singular(1.0)
+        yield exponent * sympy.log(base), EXPONENTIAL
+    elif _is_whole(exponent) and exponent > 0:
+        if exponent * _degree(base, symbols) >= VISIBLE:
+            yield base, _monomial(float(exponent))
+    else:
+        yield base, _singular(_size(exponent), AT_ALL if exponent.is_negative else AT_SERIES)
+
+
+def _is_whole(exponent: Any) -> bool:
+    return bool(exponent.is_Integer or (exponent.is_Float and float(exponent).is_integer()))
+
+
+def _size(exponent: Any) -> float:
+    return max(abs(float(exponent)), 1.0) if exponent.is_number else float(UNTOLD)
+
+
+def _degree(expression: Any, symbols: frozenset[Any]) -> float:
+    """Degree of an expression as a polynomial; whatever is no polynomial counts as one symbol."""
+    if expression.free_symbols.isdisjoint(symbols):
+        return 0.0
+    if expression.is_Add:
+        return max(_degree(a, symbols) for a in expression.args)
+    if expression.is_Mul:
+        return float(sum(_degree(a, symbols) for a in expression.args))
+    if expression.is_Pow and _is_whole(expression.exp) and expression.exp > 0:
+        return float(expression.exp) * _degree(expression.base, symbols)
+    return 1.0

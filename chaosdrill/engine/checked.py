@@ -1,0 +1,437 @@
+"""When a step counts: what the estimate of a method cannot see is looked at.
+
+An estimate tells of the operations of the equations that are smooth on the scale of the step. A steep one, a tanh far
+from its slope, a pulse, a pole or a branch point beside the path, may hide something; see `chaosdrill.codegen.steep`.
+What it is applied to is smooth, and how far that moves in the step is known. Where it moves no farther than the
+operation shows in the estimate, nothing is hidden and nothing is done. Else the step is looked at from its start on, at
+places between which no argument moves by more than the scale of its operation: at each the rates of the polynomial are
+compared with the equations. The step ends before the first place at which they do not agree, or at which an argument is
+about to leave where its operation has a series.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from numba import uint64
+
+from chaosdrill.codegen.steep import AT_SERIES, CROSSED
+from chaosdrill.engine.jit import inlined, inner, rare, series
+from chaosdrill.engine.layout import EPSILON, NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW, TAYLOR
+from chaosdrill.engine.polynomial import late_size, size, value
+
+DEFECT = 20.0
+"""Defect of a series, times the length of the step, in units of the tolerance, above which the step is shortened."""
+
+DENSE_DEFECT = 1000.0
+"""The same of a dense output, whose rates are two orders less exact than the step."""
+
+ROUNDING = 1e-12
+"""What rounding may make of a rate, as a part of it, and of a state in its scale."""
+
+SHORTENINGS = 16
+"""Times that a step is shortened for a defect; what does not change then is round-off, as about a point at rest."""
+
+DOUBT = 4.0
+"""Times by which rounding may be larger than what it is seen to make of the rates."""
+
+SAMPLED = 0.75
+"""Part of what an argument may move by that counts where its range is only known at a few places."""
+
+BEGIN = 2.0**-10
+"""Part of a step to its first place; from one to the next at most twice as far, which no turn of a smooth argument
+escapes."""
+
+PLACES = 600
+"""Places of one step; where more would be needed it ends at the last."""
+
+NEXT = 0.7
+"""Part of what an argument may move to the next place that is aimed at."""
+
+FINEST = 1e-14
+"""Part of a step between two places below which an argument is where its operation ends."""
+
+PASSED = 1e-3
+"""Part of its largest size below which an argument passes zero in a method that needs no series."""
+
+LARGEST = 1e300
+"""Size of an argument that has become infinite, as a hyperbolic cosine in a divisor does."""
+
+NUDGE = 1e-6
+"""Part of states and time by which an argument is seen to depend on them."""
+
+AHEAD = 1e-8
+"""Part of the longest step within which an operation ends that has stopped a run."""
+
+
+@series
+def values_and_rates(ws, first, count, order, s, values, rates):
+    """Polynomials of ``count`` rows from the first on, and their derivatives, at s."""
+    i = 0
+    while i < count:
+        second = min(i + 1, count - 1)
+        third = min(i + 2, count - 1)
+        a = ws[first + i, order]
+        b = ws[first + second, order]
+        c = ws[first + third, order]
+        da = 0.0
+        db = 0.0
+        dc = 0.0
+        for j in range(order):
+            k = uint64(order - 1 - j)
+            da = da * s + a
+            db = db * s + b
+            dc = dc * s + c
+            a = a * s + ws[first + i, k]
+            b = b * s + ws[first + second, k]
+            c = c * s + ws[first + third, k]
+        values[i] = a
+        values[second] = b
+        values[third] = c
+        rates[i] = da
+        rates[second] = db
+        rates[third] = dc
+        i += 3
+
+
+@inner
+def first_row(ws, vectors, v):
+    """Row from which the series of tangent v stand."""
+    m, n = vectors.shape
+    return ws.shape[0] - (m + m % 2) * n + v * n
+
+
+@inlined
+def free(shape, order, here):
+    """How far the argument of an operation may move from ``here`` without a look."""
+    return max(shape[0] * order, shape[1] * abs(here) - shape[2])
+
+
+@inlined
+def may_hide(tables, settings, mode, h, ws):
+    """Whether a steep operation may hide something in a step of a series."""
+    found = False
+    for k in range(tables.steep[mode, 0]):
+        row = uint64(tables.steep[mode, 1 + k])
+        here = abs(ws[row, 0])
+        found |= not size(ws, row, h) - here <= free(tables.shapes[mode, k], settings.order, here)
+    return found
+
+
+@inner
+def read(functions, mode, t, c, x, out):
+    """What steep operations are applied to at a state; what is infinite is as large as a number that is none."""
+    functions.watch(mode, t, c, x, out)
+    for k in range(out.size):
+        if abs(out[k]) > LARGEST:
+            out[k] = math.copysign(LARGEST, out[k])
+
+
+@inner
+def watch(functions, mode, t, c, ws, n, s, place, out):
+    """What steep operations are applied to at s, where the states are polynomials."""
+    for i in range(n):
+        place[i] = value(ws, uint64(i), s)
+    read(functions, mode, t + s, c, place, out)
+
+
+@inner
+def may_hide_between(functions, tables, settings, h, t, state, scratch):
+    """Whether a steep operation may hide something in a step with a dense output, by a few places of it."""
+    mode, n = state.run[0].mode, state.x.size
+    start, there = scratch.watched[0], scratch.watched[1]
+    read(functions, mode, t, state.c, state.x, start)
+    for m in range(4):
+        watch(functions, mode, t, state.c, scratch.workspace, n, 0.25 * (m + 1) * h, scratch.image, there)
+        for k in range(tables.steep[mode, 0]):
+            shape = tables.shapes[mode, k]
+            moved = abs(there[k] - start[k])
+            if math.isnan(moved):
+                return True
+            if shape[6] != AT_SERIES and not moved <= SAMPLED * free(shape, settings.order, start[k]):
+                return True
+    # a root may have been taken across its branch point by less than the error of the step
+    functions.field(mode, t + h, state.c, scratch.image, scratch.doubt)
+    for i in range(n):
+        if not abs(scratch.doubt[i]) < math.inf:
+            return True
+    return False
+
+
+@inner
+def _apart(shapes, count, in_series, now, then, largest):
+    """By how much arguments move between two places, in units of what they may, and whether that is worth a look."""
+    most = 0.0
+    active = False
+    for k in range(count):
+        shape = shapes[k]
+        moved = abs(then[k] - now[k])
+        near = min(abs(now[k]), abs(then[k]))
+        if shape[6] == CROSSED:
+            unit = max(shape[3], shape[4] * max(near - shape[2], shape[5] * largest[k]))
+            active |= near < shape[2] or shape[5] > 0.0
+        else:
+            active = True
+            unit = shape[4] * near
+            if now[k] == 0.0:
+                unit = abs(then[k])
+            elif (now[k] > 0.0) != (then[k] > 0.0):
+                unit = 0.0
+            if shape[6] == AT_SERIES and not in_series:
+                unit = max(shape[4] * near, PASSED * largest[k])
+        if moved != 0.0 and not moved <= most * unit:
+            most = moved / unit if unit > 0.0 else math.inf
+    return most, active
+
+
+@rare
+def has_ended(functions, tables, t, state, scratch):
+    """Number of an operation that ends where the state is, to the rounding of its argument; -1 for none."""
+    mode, x, c = state.run[0].mode, state.x, state.c
+    now, then, doubt, place = scratch.watched[0], scratch.watched[1], scratch.watched[2], scratch.image
+    count = tables.steep[mode, 0]
+    read(functions, mode, t, c, x, now)
+    read(functions, mode, t * (1.0 + NUDGE), c, x, then)
+    for k in range(count):
+        doubt[k] = abs(then[k] - now[k])
+    for i in range(x.size):
+        place[i] = x[i]
+    for i in range(x.size):
+        place[i] = x[i] * (1.0 + NUDGE)
+        read(functions, mode, t, c, place, then)
+        place[i] = x[i]
+        for k in range(count):
+            doubt[k] += abs(then[k] - now[k])
+    for k in range(count):
+        if tables.shapes[mode, k, 6] != CROSSED and abs(now[k]) <= 8.0 * EPSILON / NUDGE * doubt[k]:
+            return k
+    return -1
+
+
+@inner
+def _fades(shapes, count, in_series, first, then):
+    """Whether what may not become zero is no more than rounding has made of its larger values in the same step."""
+    found = False
+    for k in range(count):
+        through = shapes[k, 6]
+        if through != CROSSED and (through != AT_SERIES or in_series):
+            found |= abs(then[k]) <= ROUNDING * first[k]
+    return found
+
+
+def looks(agrees: Any) -> Callable[..., float]:
+    """What looks at a step from its start on.
+
+    Parameters
+    ----------
+    agrees : compiled function
+        ``agrees(functions, tables, settings, s, t, state, ws, scratch)`` says whether the polynomials in the workspace
+        obey the equations at s.
+    """
+
+    @rare
+    def look(functions, tables, settings, h, t, state, ws, scratch):  # type: ignore[no-untyped-def]
+        """The step h, shortened to the last place up to which nothing is hidden; 0 if there is none."""
+        mode, n, c = state.run[0].mode, state.x.size, state.c
+        shapes, count = tables.shapes[mode], tables.steep[mode, 0]
+        now, then, largest = scratch.watched[0], scratch.watched[1], scratch.watched[2]
+        place = scratch.image
+        read(functions, mode, t, c, state.x, now)
+        for k in range(count):
+            largest[k] = abs(now[k])
+        for m in range(2):
+            watch(functions, mode, t, c, ws, n, h if m == 0 else 0.5 * h, place, then)
+            for k in range(count):
+                largest[k] = max(largest[k], abs(then[k]))
+        first = scratch.watched[3]
+        for k in range(count):
+            first[k] = abs(now[k])
+        s = 0.0
+        ds = BEGIN * h
+        failed = 0
+        for _ in range(PLACES):
+            # the last place is the end of the step to the bit
+            end = s + ds if s + 1.01 * ds < h else h
+            watch(functions, mode, t, c, ws, n, end, place, then)
+            apart, active = _apart(shapes, count, settings.method == TAYLOR, now, then, largest)
+            if not apart <= 1.0:
+                if end - s <= FINEST * h:
+                    return 0.0 if has_ended(functions, tables, t, state, scratch) >= 0 else s
+                ds = (end - s) * (max(NEXT / apart, 0.1) if apart < math.inf else 0.25)
+                continue
+            if active and not agrees(functions, tables, settings, end, t, state, ws, scratch):
+                if s > 0.0:
+                    return s
+                if failed == SHORTENINGS:
+                    return end
+                failed += 1
+                ds = 0.5 * end
+                continue
+            if end == h or _fades(shapes, count, settings.method == TAYLOR, first, then):
+                return end
+            ds = (end - s) * (min(2.0, NEXT / apart) if apart > 0.0 else 2.0)
+            s = end
+            for k in range(count):
+                now[k] = then[k]
+        return s
+
+    return look
+
+
+@inner
+def guards_agree(functions, tables, settings, part, s, t, state, ws, scratch):
+    """Whether guards with steep operations are what their polynomials say, where the states are, to part of a size."""
+    mode, n = state.run[0].mode, state.x.size
+    for j in range(tables.active[mode, 0]):
+        if tables.marks[mode, j] & STEEP:
+            row = uint64(n + settings.quadratures + j)
+            error = functions.guard(mode, j, t + s, state.c, scratch.out[:n], scratch.gradient) - value(ws, row, s)
+            moved = late_size(ws, row, s, uint64(1)) * s
+            if not abs(error) <= part * moved + ROUNDING * size(ws, row, s):
+                return False
+    return True
+
+
+@rare
+def doubt_of_rates(functions, s, t, state, scratch):
+    """What rounding of the state and of time makes of the rates at s, into ``doubt``; place and rates are there.
+
+    Every state is moved by another part of itself, for those of which a difference is small may be rounded alike.
+    """
+    mode, n, place = state.run[0].mode, state.x.size, scratch.image
+    part = 4.0 * EPSILON
+    for i in range(n):
+        place[i] = scratch.out[i] * (1.0 + part)
+        part = -part - math.copysign(EPSILON, part)
+    functions.field(mode, (t + s) * (1.0 + 4.0 * EPSILON), state.c, place, scratch.doubt)
+    for i in range(scratch.doubt.size):
+        scratch.doubt[i] = abs(scratch.doubt[i] - scratch.before[i])
+
+
+@inner
+def _tangents_agree(functions, settings, s, t, state, ws, scratch):
+    """Whether the series of tangents obey the variational equation."""
+    run, vectors, scale = state.run[0], state.vectors, state.scale
+    n = state.x.size
+    direction, rate, slope, place = scratch.jump, scratch.before[:n], scratch.after[:n], scratch.image
+    widest = 0.0
+    for i in range(n):
+        widest = max(widest, scale[i])
+        place[i] = scratch.out[i] * (1.0 + (4.0 + i) * (1 - 2 * (i % 2)) * EPSILON)
+    for v in range(run.live):
+        values_and_rates(ws, first_row(ws, vectors, v), n, settings.order, s, direction, slope)
+        functions.variation(run.mode, t + s, state.c, scratch.out[:n], direction, rate)
+        length = 0.0
+        off = 0.0
+        for i in range(n):
+            width = scale[i] if scale[i] > 0.0 else widest if widest > 0.0 else 1.0
+            length = max(length, abs(direction[i]) / width)
+            part = (abs(slope[i] - rate[i]) - ROUNDING * abs(rate[i])) * s / width
+            off = part if not part <= off else off
+        if not off <= max(DEFECT * settings.tolerance, ROUNDING) * length:
+            functions.variation(run.mode, (t + s) * (1.0 + 4.0 * EPSILON), state.c, place, direction, scratch.doubt[:n])
+            for i in range(n):
+                width = scale[i] if scale[i] > 0.0 else widest if widest > 0.0 else 1.0
+                doubt = DOUBT * abs(scratch.doubt[i] - rate[i]) + ROUNDING * abs(rate[i])
+                part = (abs(slope[i] - rate[i]) - doubt) * s / width
+                if not part <= max(DEFECT * settings.tolerance, ROUNDING) * length:
+                    return False
+    return True
+
+
+@inner
+def series_agree(functions, tables, settings, s, t, state, ws, scratch):
+    """Whether series of states, integrals, tangents and steep guards obey their equations at s."""
+    place, rate, slope = scratch.out, scratch.before, scratch.after
+    values_and_rates(ws, 0, place.size, settings.order, s, place, slope)
+    functions.field(state.run[0].mode, t + s, state.c, place, rate)
+    told = False
+    for i in range(place.size):
+        bound = ROUNDING * abs(rate[i]) * s
+        if i < state.x.size:
+            bound += max(DEFECT * settings.tolerance, ROUNDING) * state.scale[i]
+        else:
+            bound += DEFECT * settings.tolerance * late_size(ws, uint64(i), s, uint64(1)) * s
+        off = abs(slope[i] - rate[i]) * s
+        if not off <= bound:
+            if not told:
+                doubt_of_rates(functions, s, t, state, scratch)
+                told = True
+            if not off <= bound + DOUBT * scratch.doubt[i] * s:
+                return False
+    if not guards_agree(functions, tables, settings, DEFECT * settings.tolerance, s, t, state, ws, scratch):
+        return False
+    return state.run[0].live == 0 or _tangents_agree(functions, settings, s, t, state, ws, scratch)
+
+
+look_along_series = looks(series_agree)
+
+
+@inner
+def dense_defect(functions, degree, s, t, state, ws, scratch):
+    """Rates of the states, into ``before``, and those of their polynomials, into ``after``; ``out`` is where."""
+    values_and_rates(ws, 0, state.x.size, degree, s, scratch.out, scratch.after)
+    functions.field(state.run[0].mode, t + s, state.c, scratch.out, scratch.before)
+
+
+@rare
+def proven(functions, tables, settings, h, t, state, ws, scratch):
+    """The step h, shortened until the series obey the equations at its end.
+
+    The last coefficients may lie in a gap of the series (the solution of x'' = -x**3 from x = 0 has every fourth one
+    only) and promise a step far beyond its radius; earlier ones show that, and the defect tells how far it goes.
+    """
+    whole = h
+    for _ in range(SHORTENINGS):
+        if series_agree(functions, tables, settings, h, t, state, ws, scratch):
+            return h
+        h *= 0.6
+    return whole
+
+
+@inner
+def _ends(now, then):
+    """Whether a value that becomes another one soon is zero, or is no number, on the way."""
+    return math.isnan(now) or now == 0.0 or not abs(then - now) < abs(now)
+
+
+@rare
+def ending(functions, tables, h, t, state, scratch):
+    """What a run ends with whose step h has no length or is no number: (outcome, guard).
+
+    Where a steep operation ends at the state, the run is told to be blocked by it. A guard that ends there, too, and
+    is met from its side, fires: then it is its event that comes next, and the outcome is to be left alone.
+    """
+    run, x = state.run[0], state.x
+    mode, n = run.mode, x.size
+    now, then, place, rate = scratch.watched[0], scratch.watched[1], scratch.image, scratch.before
+    soon = AHEAD * (run.longest if run.longest > 0.0 else run.period)
+    functions.field(mode, t, state.c, x, rate)
+    for i in range(n):
+        rate[i] = soon * rate[i] if abs(rate[i]) < math.inf else 0.0
+    outcome = STEP_UNDERFLOW if h == h else NONFINITE
+    run.blocked = has_ended(functions, tables, t, state, scratch)
+    if run.blocked >= 0:
+        outcome = SINGULAR
+    read(functions, mode, t, state.c, x, now)
+    for i in range(n):
+        place[i] = x[i] + rate[i]
+    read(functions, mode, t + soon, state.c, place, then)
+    for k in range(tables.steep[mode, 0]):
+        if tables.shapes[mode, k, 6] >= AT_SERIES and outcome != SINGULAR and _ends(now[k], then[k]):
+            outcome = SINGULAR
+            run.blocked = k
+    if outcome != SINGULAR:
+        return outcome, -1
+    for j in range(tables.active[mode, 0]):
+        side = state.sides[tables.keys[mode, j]]
+        direction = tables.active[mode, 1 + j]
+        if abs(side) == 1 and (direction == 0 or direction == -side):
+            here = functions.guard(mode, j, t, state.c, x, scratch.gradient)
+            ahead = functions.guard(mode, j, t + soon, state.c, place, scratch.gradient)
+            leads = (ahead - here) * side < 0.0 or (here == 0.0 and ahead == 0.0)
+            if abs(here) < math.inf and leads and _ends(here, ahead):
+                run.blocked = -1
+                run.turning = 0
+                return outcome, j
+    return outcome, -1

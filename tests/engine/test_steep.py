@@ -1,0 +1,167 @@
+"""Steps count when they were compared with the equations where a method's own estimate sees nothing."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import chaosdrill as cd
+from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.engine.run import Run
+
+ADAPTIVE = ("taylor", "dop853", "radau")
+MOST = 100.0
+
+
+@pytest.fixture(scope="module")
+def study():
+    """The study of generated motions through steep terms."""
+    folder = Path(__file__).parents[2] / "studies" / "hard_cases"
+    sys.path.insert(0, str(folder))
+    yield importlib.import_module("steep")
+    sys.path.remove(str(folder))
+
+
+@pytest.fixture(scope="module")
+def friction():
+    return cd.HybridSystem(
+        name="friction",
+        states="v",
+        parameters={"e": 0.05},
+        modes={"all": {"v": "-tanh(v/e)"}},
+        transitions=[cd.Transition("slow", "all", "all", "v - 0.01", -1)],
+        initial={"v": 1.0},
+    )
+
+
+def slowed(t, e):
+    """sinh(v/e) decays like exp(-t/e)."""
+    return e * np.arcsinh(np.exp((1 - t) / e - np.log(2) + np.log1p(-np.exp(-2 / e))))
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-8, 1e-4])
+def test_smoothed_friction_holds(friction, method, tolerance):
+    """The series of -tanh(20 v) from 1 is constant to the last digit, and the motion slows down all the same."""
+    times = [0.5, 0.9, 1.1, 1.5, 2.0]
+    run = cd.trajectory(friction, times=times, method=method, tolerance=tolerance)
+    exact = [slowed(t, 0.05) for t in times]
+    assert run["states"].values[:, 0] == pytest.approx(exact, abs=MOST * tolerance)
+    at = 1 / 20 * (np.log(np.sinh(20)) - np.log(np.sinh(0.2)))
+    assert run["event_time"].values == pytest.approx([at], abs=1e4 * tolerance)
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_tangents_go_through_what_is_steep(friction, method):
+    """Along one state a tangent is the ratio of the rates at its ends."""
+    run = Run(friction, 1.2, Numerics(method), tangents=np.eye(1), orthonormalise=False)
+    assert run.advance(1)[0] == cd.Outcome.OK
+    ratio = np.tanh(slowed(1.2, 0.05) / 0.05) / np.tanh(20)
+    assert run.vectors[0, 0] == pytest.approx(ratio, rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def tank():
+    return cd.HybridSystem(
+        name="tank", states="h", parameters={"k": 0.2}, modes={"full": {"h": "-k*sqrt(h)"}}, initial={"h": 4.0}
+    )
+
+
+@pytest.fixture(scope="module")
+def emptied():
+    return cd.HybridSystem(
+        name="tank",
+        states="h",
+        parameters={"k": 0.2},
+        modes={"full": {"h": "-k*sqrt(h)"}, "empty": {"h": "0"}},
+        transitions=[cd.Transition("empties", "full", "empty", "h", -1, reset={"h": "0"})],
+        initial={"h": 4.0},
+    )
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_no_level_rises_beyond_a_branch_point(tank, method):
+    """sqrt(h) = sqrt(h0) - k t/2 until the tank is empty, at time 20."""
+    before = cd.trajectory(tank, times=[5.0, 15.0, 19.9], method=method)
+    assert before["states"].values[:, 0] == pytest.approx([(2 - 0.1 * t) ** 2 for t in (5, 15, 19.9)], abs=1e-10)
+    after = cd.trajectory(tank, duration=50.0, samples=100, method=method)
+    assert cd.Outcome(int(after["outcome"])) == cd.Outcome.SINGULAR
+    assert float(after["time"][-1]) == pytest.approx(20.0, abs=0.5)
+    told = after.attrs["message"]
+    assert "sqrt(h) ends where h = 0" in told
+    assert "'full'" in told
+    assert "time 20" in told or "time 19.99" in told
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_guard_at_a_branch_point_fires(emptied, method):
+    run = cd.trajectory(emptied, duration=50.0, samples=10, method=method)
+    assert cd.Outcome(int(run["outcome"])) == cd.Outcome.OK
+    # the level is exact to the tolerance, and time to the root of it
+    assert run["event_time"].values == pytest.approx([20.0], abs=1e-5)
+    assert float(run["states"][-1, 0]) == 0.0
+
+
+def test_a_guard_at_a_branch_point_fires_in_lanes(emptied):
+    starts = np.linspace(1.0, 4.0, 9)
+    batch = Batch(emptied, {}, starts[:, np.newaxis], np.zeros(9, dtype=int), Numerics(), unit=30.0)
+    batch.run(0, np.array([0, 1]))
+    assert batch.outcome.tolist() == [cd.Outcome.OK] * 9
+    assert batch.mode.tolist() == [1] * 9
+    assert batch.x[:, 0].tolist() == [0.0] * 9
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+def test_a_pulse_of_a_guard_within_a_step_is_found(method):
+    """A guard whose series at the ends of a step tell of nothing."""
+    system = cd.HybridSystem(
+        name="clock",
+        states="x",
+        parameters={},
+        modes={"all": {"x": "1"}},
+        transitions=[cd.Transition("pulse", "all", "all", "exp(-1000*(x - 1)**2) - 0.5", +1)],
+        initial={"x": 0.0},
+    )
+    run = cd.trajectory(system, duration=3.0, samples=3, method=method)
+    assert run["event_time"].values == pytest.approx([1 - np.sqrt(np.log(2) / 1000)], abs=1e-9)
+
+
+# A case of the study for every method: none is ok and off by more than a hundred tolerances.
+
+
+@settings(max_examples=80)
+@given(data=st.data())
+def test_nothing_is_wrong_in_silence(study, data):
+    family = data.draw(st.sampled_from(study.families()))
+    method = data.draw(st.sampled_from(study.METHODS))
+    tolerance = data.draw(st.sampled_from(study.TOLERANCES))
+    draw = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    cases = [family.draw(draw) for _ in range(2)]
+    for case, (outcome, found) in zip(cases, study.ends(family, cases, method, tolerance), strict=True):
+        assert study.off(case, outcome, found, tolerance) <= MOST
+        # a run that ends says why: where it is singular, or where a hyperbolic cosine is no double any more
+        assert outcome in (cd.Outcome.OK, cd.Outcome.SINGULAR, cd.Outcome.NONFINITE)
+        assert not np.isnan(case.right) or outcome == cd.Outcome.SINGULAR
+
+
+def test_a_guard_is_not_met_where_the_motion_leaves_it():
+    """A contact that begins at no depth, where its force has no series."""
+    system = cd.HybridSystem(
+        name="contact",
+        states="d v",
+        parameters={},
+        modes={"touch": {"d": "v", "v": "-d**(3/2)"}, "apart": {"d": "v", "v": "0"}},
+        transitions=[cd.Transition("part", "touch", "apart", "d", -1)],
+        initial={"mode": "touch", "d": 0.0, "v": 1.0},
+    )
+    ended = cd.trajectory(system, duration=1.0, samples=2)
+    assert cd.Outcome(int(ended["outcome"])) == cd.Outcome.SINGULAR
+    assert ended["event_time"].size == 0
+    # v^2/2 + d^(5/2)/2.5 stays what it is
+    gone = cd.trajectory(system, duration=10.0, samples=2, method="dop853")
+    assert gone["event_state_before"].values[0] == pytest.approx([0.0, -1.0], abs=1e-9)
