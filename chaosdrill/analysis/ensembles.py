@@ -81,7 +81,8 @@ def _dataset(
         coords["tangent"] = np.arange(1, len(tangents) + 1, dtype=np.int32)
     if system.period is not None:
         variables["forcing_period"] = ((), system.forcing_period())
-    return xr.Dataset(variables, coords=coords)
+    messages = dict.fromkeys(path.message for path in paths if path.message)
+    return xr.Dataset(variables, coords=coords, attrs={"message": "; ".join(messages)} if messages else None)
 
 
 def _events(system: "HybridSystem", records: list[Record]) -> Mapping[str, Any]:

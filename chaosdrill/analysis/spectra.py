@@ -102,7 +102,8 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
             "block_time": ("block", ends[1:] * plan.unit),
         },
     )
-    return ds.assign(_averages(system, run, plan, job.numerics, ends, drilled, complete))
+    ds = ds.assign(_averages(system, run, plan, job.numerics, ends, drilled, complete))
+    return ds.assign_attrs(message=run.blocked()) if run.blocked() else ds
 
 
 def computed_exponents(structure: Structure, count: int) -> int:

@@ -13,6 +13,7 @@ from chaosdrill.engine.ahead import ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
 from chaosdrill.engine.setup import modes_of_starts, scratch_of, settings_of, states_of, tables_of
+from chaosdrill.model.places import places_of
 from chaosdrill.model.regions import own_mode
 
 if TYPE_CHECKING:
@@ -309,6 +310,19 @@ class Run:
             self._no_events if events is None else events,
         )
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
+
+    def blocked(self) -> str:
+        """Which term has ended the run, and where; empty if none has."""
+        k = int(self.standing["blocked"])
+        if k < 0:
+            return ""
+        system, mode = self.system, int(self.standing["mode"])
+        names = {place: symbol for symbol, place in places_of(system).items()}
+        one = kernels_of(system).steep[mode][k]
+        term, argument = one.term.xreplace(names), one.argument.xreplace(names)
+        state = ", ".join(f"{name} = {x:.6g}" for name, x in zip(system.state_names, self.x.tolist(), strict=True))
+        where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
+        return f"{term} ends where {argument} = 0: {where}"
 
     def filled(self) -> tuple[int, int]:
         """Rows of samples and of events that the last call has written."""
