@@ -152,10 +152,10 @@ def may_hide_between(functions, tables, settings, h, t, state, scratch):
                 return True
     # a root may have been taken across its branch point by less than the error of the step
     functions.field(mode, t + h, state.c, scratch.image, scratch.doubt)
+    finite = True
     for i in range(n):
-        if not abs(scratch.doubt[i]) < math.inf:
-            return True
-    return False
+        finite &= abs(scratch.doubt[i]) < math.inf
+    return not finite
 
 
 @inner
