@@ -200,7 +200,7 @@ class Path:
     rows: np.ndarray  # (T, n + q + 1): states, quadratures and mode there
     events: Record  # all events but those that only mark a surface that was named for the purpose
     tangents: np.ndarray | None  # (m, n): those that were followed over the record, at its end, if any were
-    message: str  # what ended the run and where, if a term of the equations did
+    message: str  # what ended the run and where, as `Run.stopped` tells
 
 
 def traced(where: Section, given: Any, job: "Job") -> Path:
@@ -224,7 +224,7 @@ def traced(where: Section, given: Any, job: "Job") -> Path:
     tangents = (
         None if beside is None else _followed(beside, plan.length if since is None else float(since[-1]), outcome)
     )
-    return Path(outcome, times, rows, found.of(set(range(where.own))), tangents, run.blocked())
+    return Path(outcome, times, rows, found.of(set(range(where.own))), tangents, run.stopped(outcome))
 
 
 def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
@@ -293,7 +293,7 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
     table = np.vstack(rows)
     tangents = None if beside is None else _followed(beside, length, outcome)
     times = start + np.arange(len(table)) * (length / parts)
-    return Path(outcome, times, table, found.of(set(range(where.own))), tangents, run.blocked())
+    return Path(outcome, times, table, found.of(set(range(where.own))), tangents, run.stopped(outcome))
 
 
 def _present(run: Run) -> np.ndarray:

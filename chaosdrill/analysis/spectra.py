@@ -103,7 +103,8 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         },
     )
     ds = ds.assign(_averages(system, run, plan, job.numerics, ends, drilled, complete))
-    return ds.assign_attrs(message=run.blocked()) if run.blocked() else ds
+    message = run.stopped(outcome)
+    return ds.assign_attrs(message=message) if message else ds
 
 
 def computed_exponents(structure: Structure, count: int) -> int:

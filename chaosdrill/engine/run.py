@@ -1,7 +1,7 @@
 """A run of one system at one set of numbers: its arrays, and the calls that continue it."""
 
-from collections.abc import Collection
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -311,18 +311,45 @@ class Run:
         )
         return (Outcome.OK if code in (at.DONE, at.FULL) else Outcome(code)), code == at.FULL
 
-    def blocked(self) -> str:
-        """Which term has ended the run, and where; empty if none has."""
-        k = int(self.standing["blocked"])
-        if k < 0:
-            return ""
-        system, mode = self.system, int(self.standing["mode"])
+    def stopped(self, outcome: Outcome) -> str:
+        """What has ended the run, and where: a term of the equations, or modes that change without end; else empty."""
+        k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
         names = {place: symbol for symbol, place in places_of(system).items()}
-        one = kernels_of(system).steep[mode][k]
-        term, argument = one.term.xreplace(names), one.argument.xreplace(names)
         state = ", ".join(f"{name} = {x:.6g}" for name, x in zip(system.state_names, self.x.tolist(), strict=True))
         where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
-        return f"{term} ends where {argument} = 0: {where}"
+        if k >= 0:
+            one = kernels_of(system).steep[mode][k]
+            return f"{one.term.xreplace(names)} ends where {one.argument.xreplace(names)} = 0: {where}"
+        if outcome == Outcome.STALLED and (found := self._facing(mode)) is not None:
+            surface, other = found
+            return (
+                f"the motions of {system.mode_names[mode]!r} and {system.mode_names[other]!r} push onto "
+                f"{surface.xreplace(names)} = 0 from both sides, and events lead back and forth; cd.filippov makes a "
+                f"system that slides there: {where}"
+            )
+        return ""
+
+    def _facing(self, mode: int) -> "tuple[Any, int] | None":
+        """The surface on which the state is and another mode, if both modes lead across it to each other."""
+        kernels, n, t = kernels_of(self.system), len(self.system.states), self.elapsed
+        c, gradient, rates = self.states.c[0], np.empty(n + 1), np.empty(n + len(self.system.quadratures))
+        field, guard = kernels.functions[3], kernels.functions[5]
+
+        def ways(mode: int, surface: int) -> "Iterator[tuple[Any, int]]":
+            """Modes to which the motion of one leads across a surface."""
+            for j, event in enumerate(kernels.events[mode]):
+                guard(mode, j, t, c, self.x, gradient)
+                field(mode, t, c, self.x, rates)
+                speed = gradient[:n] @ rates[:n] + gradient[n]
+                if event.surface == surface and speed != 0 and event.direction * speed >= 0:
+                    for k in event.outcomes:
+                        yield event.guard, int(kernels.transition_table[k, 0])
+
+        surface = int(self.standing["surface"])
+        for expression, other in ways(mode, surface):
+            if other != mode and any(back == mode for _, back in ways(other, surface)):
+                return expression, other
+        return None
 
     def filled(self) -> tuple[int, int]:
         """Rows of samples and of events that the last call has written."""

@@ -49,6 +49,8 @@ def test_two_modes_that_push_onto_a_surface_stall_there(method, up, way):
     run = cd.trajectory(relay(up, way, 0 if way == 0 else -1), duration=3.0, samples=1, method=method)
     assert cd.Outcome(int(run["outcome"])).meaning == "stalled"
     np.testing.assert_allclose(run["event_time"], 1.0, atol=1e-12)
+    message = run.attrs["message"]
+    assert all(part in message for part in ("'above'", "'below'", "x = 0", "cd.filippov", "time 1,"))
 
 
 # A mode that is entered on its own guard
