@@ -8,7 +8,7 @@ from numba import float64, int64, void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.records import integers
-from chaosdrill.engine.taylor import SMALLEST
+from chaosdrill.engine.scales import SMALLEST
 
 CLOSE = 1e-6
 """Largest distance of two section points that count as the same, relative to the size of every state."""

@@ -40,6 +40,7 @@ from chaosdrill.engine.guard_times import MOST_HALVINGS, exact_times
 from chaosdrill.engine.guards import EPSILON, INTERPOLATED
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.scales import SMALLEST, fill, finest
 from chaosdrill.engine.step_control import (
     SMALLEST_GROWTH,
     TANGENTS,
@@ -53,10 +54,8 @@ from chaosdrill.engine.step_control import (
     up_to_goal,
     wanted_length,
     weigh,
-    weigh_all,
 )
 from chaosdrill.engine.stepper import offered
-from chaosdrill.engine.taylor import SMALLEST
 
 METHOD = {
     "summary": "adaptive Runge-Kutta of order 8, for right-hand sides that are not analytic; events as for taylor",
@@ -131,7 +130,7 @@ def _estimate(stages, first, n, h, length):
 
 
 @inner
-def error_of(x, h, scale, vectors, live, stages):
+def error_of(x, h, scale, least, longest, vectors, live, stages):
     """Largest error of a step: of states and quadratures in their scales, of a tangent relative to its length.
 
     What has begun to move in this step has at least the scale of what it moves, and keeps that of the first length that
@@ -142,11 +141,11 @@ def error_of(x, h, scale, vectors, live, stages):
         rate = 0.0
         for j in range(STAGES):
             rate = max(rate, abs(stages[j, i]))
-        width = begun(scale, i, rate * h)
+        width = begun(x, scale, i, stages[0, i], least, longest, rate * h)
         stages[WEIGHTS, i] = 1.0 / width if width > SMALLEST else 0.0
     error = _estimate(stages, 0, stages.shape[1], h, 1.0)
     if live > 0:
-        weigh_all(stages[WEIGHTS][: x.size])
+        fill(stages[WEIGHTS][: x.size])
     for v in range(live):
         length = size(vectors[v], stages[WEIGHTS])
         if length > 0.0:
@@ -205,6 +204,7 @@ def expand(place, p, t):
     run, x, scale, vectors, stages = state.run[0], state.x, state.scale, state.vectors, scratch.stages
     mode, live = run.mode, run.live
     tolerance = settings.tolerance
+    least = finest(tolerance)
     functions.field(mode, t, state.c, x, stages[0])
     run.evaluations += 1
     for v in range(live):
@@ -221,7 +221,7 @@ def expand(place, p, t):
     larger = 0.0
     while h > UNDERFLOW * run.longest:
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
-        error = error_of(x, h, scale, vectors, live, stages) / tolerance
+        error = error_of(x, h, scale, least, run.period, vectors, live, stages) / tolerance
         if not error < math.inf and has_ended(functions, tables, t, state, scratch) >= 0:
             return 0.0
         if not error <= 1.0:

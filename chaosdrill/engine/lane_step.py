@@ -8,6 +8,7 @@ import math
 
 from numba import uint64
 
+from chaosdrill.engine import scales
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_size, lane_value
 from chaosdrill.engine.lanes import (
@@ -23,7 +24,8 @@ from chaosdrill.engine.lanes import (
     table_of,
 )
 from chaosdrill.engine.layout import STEEP
-from chaosdrill.engine.taylor import EPSILON, FADE, GAP, LONGEST, SLOW, SMALLEST, is_held, own_scale, radius
+from chaosdrill.engine.scales import SMALLEST
+from chaosdrill.engine.taylor import GAP, LONGEST, is_held, radius
 
 
 @inlined
@@ -56,10 +58,10 @@ def _first_row(ws, m, n, v):
 def _begin_scales(n, order, reach, lane, block, row):
     """Scales of one lane of which nothing is known yet."""
     for i in range(n):
-        if block.scale[i, lane] <= SMALLEST:
+        if scales.has_none(block.scale[i, lane], block.ws[i, 1, lane], block.period[lane]):
             for k in range(order + 1):
                 row[k] = block.ws[i, k, lane]
-            block.scale[i, lane] = max(block.scale[i, lane], own_scale(row, order, reach))
+            block.scale[i, lane] = max(block.scale[i, lane], scales.of_series(row, order, reach))
 
 
 @inlined
@@ -72,16 +74,17 @@ def expand(lane_functions, mode, live, m, settings, block, row):
     ws = block.ws
     n = block.x.shape[0]
     series = table_of(ws)
-    scales = row_of(block.scale)
+    sizes = row_of(block.scale)
+    period = row_of(block.period)[0]
     lane_functions.jet(mode, order, block.t, block.c, block.x, ws)
-    finest = EPSILON / settings.tolerance
+    least = scales.finest(settings.tolerance)
     nothing = spread(0.0)
     unknown = nothing
     for i in range(n):
-        scale = larger(FADE * scales[i], finest * magnitude(series[i][0]))
-        scales[i] = scale
+        size = scales.brought(sizes[i], series[i][0], least)
+        sizes[i] = size
         ends = larger(magnitude(series[i][order]), magnitude(series[i][order - 1]))
-        unknown = larger(unknown, chosen(~(scale <= SMALLEST), 0.0, ends))
+        unknown = larger(unknown, chosen(~scales.has_none(size, series[i][1], period), 0.0, ends))
     if some(unknown > 0.0):
         row_of(block.gap)[0] = unknown
         for lane in range(LANES):
@@ -92,10 +95,10 @@ def expand(lane_functions, mode, live, m, settings, block, row):
     last = nothing
     last_but_one = nothing
     for i in range(n):
-        scale = scales[i]
-        known = ~(scale <= SMALLEST)
-        weight = chosen(known, 1.0 / scale, 0.0)
-        widest = larger(widest, chosen(known, scale, 0.0))
+        size = sizes[i]
+        known = ~(size <= SMALLEST)
+        weight = chosen(known, 1.0 / size, 0.0)
+        widest = larger(widest, chosen(known, size, 0.0))
         weights[i] = weight
         last = larger(last, magnitude(series[i][order]) * weight)
         last_but_one = larger(last_but_one, magnitude(series[i][order - 1]) * weight)
@@ -122,12 +125,11 @@ def expand(lane_functions, mode, live, m, settings, block, row):
             length = 1.0 / length
             last = larger(last, a * length)
             last_but_one = larger(last_but_one, b * length)
-    h = smaller(smaller(radius(last, last_but_one, order) * reach, row_of(block.period)[0]), LONGEST)
+    h = smaller(smaller(radius(last, last_but_one, order) * reach, period), LONGEST)
     h = chosen(larger(last, last_but_one) < math.inf, h, math.nan)
     row_of(block.h)[0] = h
     for i in range(n):
-        size = smaller(magnitude(series[i][0]), SLOW * magnitude(series[i][1]) * h)
-        scales[i] = larger(scales[i], size)
+        sizes[i] = scales.followed(sizes[i], series[i][0], series[i][1], h)
 
 
 @inlined

@@ -42,6 +42,7 @@ from chaosdrill.engine.radau_step import (
 )
 from chaosdrill.engine.radau_tables import DEGREE, FINE, FINEST, POWERS
 from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.scales import fill, finest
 from chaosdrill.engine.step_control import (
     SMALLEST_GROWTH,
     UNDERFLOW,
@@ -53,7 +54,6 @@ from chaosdrill.engine.step_control import (
     up_to_goal,
     wanted_length,
     weigh,
-    weigh_all,
 )
 from chaosdrill.engine.stepper import offered
 
@@ -130,7 +130,7 @@ def expand(place, p, t):
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
     wanted = wanted_length(functions, t, state, known, tolerance, stages)
-    weigh_all(stages[WEIGHTS][:n])
+    fill(stages[WEIGHTS][:n])
     h = up_to_goal(settings, run, wanted)
     rejected = False
     cut = False
@@ -148,7 +148,7 @@ def expand(place, p, t):
             rejected = True
             continue
         finish(functions, kind, t, state, h, stages, stages[END])
-        error, plain = errors_of(kind, x, h, scale, room, stages)
+        error, plain = errors_of(kind, x, h, scale, finest(tolerance), run.period, room, stages)
         if error <= tolerance:
             error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))
         error /= tolerance

@@ -14,8 +14,8 @@ from chaosdrill.engine.checked import DOUBT, ROUNDING
 from chaosdrill.engine.dop853_tables import PLACE, STAGES, WEIGHTS
 from chaosdrill.engine.jit import inner, series
 from chaosdrill.engine.radau_tables import DEGREE, MOST_STAGES, NODES, PIVOT, POWERS, SLOPES, WEIGHTS_OF_RATES
-from chaosdrill.engine.step_control import TANGENTS, begun, size, weigh_all
-from chaosdrill.engine.taylor import EPSILON, SMALLEST
+from chaosdrill.engine.scales import EPSILON, SMALLEST, fill
+from chaosdrill.engine.step_control import TANGENTS, begun, size
 
 Z, F, WIDTHS = 1, 1 + MOST_STAGES, 1 + 2 * MOST_STAGES
 """Rows of ``stages``: increments of the stages, their rates, one over the sizes by which errors are told."""
@@ -323,7 +323,7 @@ def _filter(h, kind, n, room, stages):
 
 
 @inner
-def errors_of(kind, x, h, scale, room, stages):
+def errors_of(kind, x, h, scale, least, longest, room, stages):
     """Error of a step: as it counts, and without the damping of what is stiff; the sizes by which it is told are kept.
 
     Tangents count states that have no size, as what has decayed to nothing, by the largest one of the others.
@@ -338,7 +338,7 @@ def errors_of(kind, x, h, scale, room, stages):
         moved = 0.0
         for j in range(s):
             moved = max(moved, abs(stages[Z + j, i]))
-        width = begun(scale, i, moved)
+        width = begun(x, scale, i, stages[0, i], least, longest, moved)
         widths[i] = 1.0 / width if width > SMALLEST else 0.0
     if not _filter(h, kind, n, room, stages):
         return math.nan, math.nan
@@ -352,7 +352,7 @@ def errors_of(kind, x, h, scale, room, stages):
     for i in range(n):
         raw[i] = right[i] / weights[i]
     error = size(raw, widths)
-    weigh_all(widths[:n])
+    fill(widths[:n])
     return error, plain
 
 

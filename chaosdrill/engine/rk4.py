@@ -4,13 +4,13 @@ A guard is looked at only at the two ends of a step, and an event is as exact as
 step pass unseen. It is here to be compared with.
 """
 
+from chaosdrill.engine import scales
 from chaosdrill.engine.events import PROBE
 from chaosdrill.engine.guards import is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING
 from chaosdrill.engine.records import machine_at, state_of
 from chaosdrill.engine.stepper import offered
-from chaosdrill.engine.taylor import FADE
 
 METHOD = {
     "summary": "fixed-step Runge-Kutta of order 4 with bisection, the method of the paper",
@@ -76,7 +76,7 @@ def expand(place, p, t):
     state = state_of(machine_at(place).states, p)
     run, x, scale = state.run[0], state.x, state.scale
     for i in range(x.size):
-        scale[i] = max(FADE * scale[i], abs(x[i]))
+        scale[i] = scales.brought(scale[i], x[i], 1.0)
     step = run.fixed_step
     h = step - run.time % step
     return h if h > 1e-9 * step else h + step

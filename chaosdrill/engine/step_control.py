@@ -1,4 +1,4 @@
-"""How long the steps of Runge-Kutta methods are: scales of states, errors, lengths to try.
+"""How long the steps of Runge-Kutta methods are: sizes of states, errors, lengths to try.
 
 Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed. 1993, section II.4
 (doi:10.1007/978-3-540-78862-1). Rows of ``stages``: see ``dop853_tables``.
@@ -10,7 +10,7 @@ from chaosdrill.engine.dop853_tables import PLACE, ROWS_A_VECTOR, STAGES, VECTOR
 from chaosdrill.engine.guard_times import NEAR
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.layout import ONGOING
-from chaosdrill.engine.taylor import EPSILON, FADE, SLOW, SMALLEST
+from chaosdrill.engine.scales import brought, finest, followed, has_none
 
 SAFETY = 0.9
 
@@ -22,6 +22,19 @@ TANGENTS = 0.1
 
 BEGINNING = 0.01
 """Part of a period, or of a run without one, to begin with where the size of no state is known."""
+
+QUICK = 1e9
+"""Sizes that a state may move in a period, or in a run without one, for a length of that motion to be looked for; what
+is quicker is about to leave what it has decayed to."""
+
+CALM = 0.3
+"""Part of itself by which a rate may change in a first length."""
+
+PROBES = 9
+"""Lengths at which that is looked at, each"""
+
+CLOSER = 0.1
+"""times the next one."""
 
 UNDERFLOW = 1e-16
 """Part of the longest step below which shortening is given up."""
@@ -44,44 +57,34 @@ def size(x, weights):
 
 @inner
 def weigh(x, scale, longest, tolerance, stages):
-    """Let the scales fade, and note one over them; returns whether any was known.
+    """Let the sizes fade, and note one over them, 0 where there is none; returns whether there is any.
 
-    Where none is, as at the start of a run, they come from the rates. A state that begins to move later has none yet,
-    as its first rate may be nothing but round-off.
+    A length is looked for that no state could make short by leaving a size that has nearly decayed.
     """
-    n = x.size
+    least = finest(tolerance)
     known = False
-    pace = longest
-    for i in range(n):
-        known = known or scale[i] > SMALLEST
-        if x[i] != 0.0 and stages[0, i] != 0.0:
-            pace = min(pace, abs(x[i] / stages[0, i]))
     for i in range(stages.shape[1]):
-        here = EPSILON / tolerance * abs(x[i]) if i < n else 0.0
-        if not known:
-            here = max(here, abs(stages[0, i]) * pace)
-        scale[i] = max(FADE * scale[i], here)
-        stages[WEIGHTS, i] = 1.0 / scale[i] if scale[i] > SMALLEST else 0.0
+        value = x[i] if i < x.size else 0.0
+        rate = stages[0, i]
+        scale[i] = brought(scale[i], value, least)
+        stages[WEIGHTS, i] = 0.0
+        if not is_new(scale[i], value, rate, least, longest):
+            stages[WEIGHTS, i] = 1.0 / max(scale[i], abs(rate) * longest / QUICK)
+            known = known or i < x.size
     return known
 
 
-@inner
-def weigh_all(weights):
-    """Give states without a scale the largest one of the others."""
-    common = math.inf
-    for i in range(weights.size):
-        if weights[i] > 0.0:
-            common = min(common, weights[i])
-    for i in range(weights.size):
-        if weights[i] == 0.0:
-            weights[i] = common if common < math.inf else 1.0
+@inlined
+def is_new(size, value, rate, least, longest):
+    """Whether a size is but that of rounding, so that only steps to come can tell one."""
+    return size <= least * abs(value) or has_none(size, rate, longest)
 
 
 @inlined
-def begun(scale, i, moved):
-    """Scale of a state or a quadrature in a step that moves it so far; where it has none yet, this is it."""
-    if scale[i] <= SMALLEST and moved < math.inf:
-        scale[i] = moved
+def begun(x, scale, i, rate, least, longest, moved):
+    """Size of a state or a quadrature in a step that moves it so far; where it has none yet, this is it."""
+    if moved < math.inf and is_new(scale[i], x[i] if i < x.size else 0.0, rate, least, longest):
+        scale[i] = max(scale[i], moved)
     return max(scale[i], moved)
 
 
@@ -135,12 +138,47 @@ def first_length(functions, t, state, tolerance, longest, stages):
 
 
 @inner
+def calm_length(functions, t, state, h, stages):
+    """The length h, or a shorter one in which no state without a size changes its rate by a part of it.
+
+    What such a state moves in the stages of a step that is far too long would be no size of its motion. A rate that is
+    zero or round-off at the start changes at any length by more than itself, and counts for nothing.
+    """
+    run, c, x = state.run[0], state.c, state.x
+    n = x.size
+    begins = False
+    for i in range(n):
+        begins = begins or (stages[WEIGHTS, i] == 0.0 and stages[0, i] != 0.0)
+        stages[2, i] = 0.0
+    if not begins:
+        return h
+    place = stages[PLACE]
+    s = h * CLOSER ** (PROBES - 1)
+    before = s
+    for _ in range(PROBES):
+        for i in range(n):
+            place[i] = x[i] + s * stages[0, i]
+        functions.field(run.mode, t + s, c, place, stages[1])
+        run.evaluations += 1
+        for i in range(n):
+            calm = abs(stages[1, i] - stages[0, i]) <= CALM * abs(stages[0, i])
+            if stages[2, i] == 1.0 and not calm:
+                return before
+            moves = stages[WEIGHTS, i] == 0.0 and stages[0, i] != 0.0
+            stages[2, i] = 1.0 if calm and moves else 0.0
+        before = s
+        s /= CLOSER
+    return h
+
+
+@inner
 def wanted_length(functions, t, state, known, tolerance, stages):
     """Length to try first; ``known`` says whether the size of any state is."""
     run = state.run[0]
     if run.next_step > 0.0:
         return run.next_step
-    return first_length(functions, t, state, tolerance, run.period, stages) if known else BEGINNING * run.period
+    h = first_length(functions, t, state, tolerance, run.period, stages) if known else BEGINNING * run.period
+    return calm_length(functions, t, state, h, stages)
 
 
 @inlined
@@ -176,5 +214,5 @@ def begin_anew(run, h):
 
 @inlined
 def note_scale(scale, x, i, moved):
-    """Let the scale of state or quadrature i follow a step that moves it so far."""
-    scale[i] = max(scale[i], min(abs(x[i]), SLOW * moved) if i < x.size else moved)
+    """Let the size of state or quadrature i follow a step that moves it so far."""
+    scale[i] = followed(scale[i], x[i], moved, 1.0) if i < x.size else max(scale[i], moved)

@@ -4,11 +4,13 @@ import math
 
 from numba import uint64
 
+from chaosdrill.engine import scales
 from chaosdrill.engine.checked import first_row, look_along_series, may_hide, proven
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare
 from chaosdrill.engine.lanes import exponent, floor, larger, mantissa, power_of_two
 from chaosdrill.engine.layout import AFFINE, STEEP
 from chaosdrill.engine.polynomial import late_size, value
+from chaosdrill.engine.scales import SMALLEST
 
 METHOD = {
     "summary": "adaptive Taylor series of variable order; events are roots of the guards' polynomials",
@@ -16,22 +18,12 @@ METHOD = {
     "series": True,
 }
 
-SMALLEST = 1e-290
-
 LONGEST = 1e9
 """Longest step, so that no power of it overflows."""
 
 GAP = 10.0
 """Factor between the sizes of two terms and the next two, at the radius of convergence, that raises suspicion; about 5
 in the series of exp."""
-
-FADE = 0.98
-"""What is left of a state's scale after a step: it follows the motion within some hundred steps."""
-
-SLOW = 1000.0
-"""Steps' motion up to which the size of a state counts as its scale: what moves on for ever has no size."""
-
-EPSILON = 2.220446049250313e-16
 
 
 @inlined
@@ -55,22 +47,6 @@ def radius(last, last_but_one, order):
     a = _log2(larger(last, SMALLEST)) * RECIPROCAL[uint64(order)]
     b = _log2(larger(last_but_one, SMALLEST)) * RECIPROCAL[uint64(order - 1)]
     return _exp2(-larger(a, b))
-
-
-@rare
-def own_scale(g, order, reach):
-    """Scale of a motion of which nothing is known but its series: what it moves in a step of its own."""
-    first = 1
-    while first < order and g[first] == 0.0:
-        first += 1
-    if not (first < order - 1 and abs(g[first]) > SMALLEST):
-        return 0.0
-    a = abs(g[order] / g[first]) ** (1.0 / (order - first))
-    b = abs(g[order - 1] / g[first]) ** (1.0 / (order - 1 - first))
-    if not max(a, b) > 0.0:
-        return 0.0
-    h = reach / max(a, b)
-    return max(abs(g[1]) * h, abs(g[2]) * h * h, abs(g[3]) * h * h * h)
 
 
 @inlined
@@ -166,17 +142,13 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     last = 0.0
     last_but_one = 0.0
     broken = False
-    finest = EPSILON / settings.tolerance
-    common = math.inf
+    least = scales.finest(settings.tolerance)
     for i in range(n):
-        here = max(FADE * scale[i], finest * abs(ws[i, 0]))
-        if here <= SMALLEST:
-            here = max(here, own_scale(ws[i], order, reach))
+        here = scales.brought(scale[i], ws[i, 0], least)
+        if scales.has_none(here, ws[i, 1], run.period):
+            here = max(here, scales.of_series(ws[i], order, reach))
         scale[i] = here
-        weights[i] = 0.0
-        if here > SMALLEST:
-            weights[i] = 1.0 / here
-            common = min(common, weights[i])
+        weights[i] = 1.0 / here if here > SMALLEST else 0.0
         broken |= not abs(ws[i, order]) < math.inf
         last = max(last, abs(ws[i, order]) * weights[i])
         last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weights[i])
@@ -188,7 +160,8 @@ def expand(functions, tables, settings, t, state, ws, scratch):
             functions.tangent(mode, order, state.c, vectors[v], vectors[min(v + 1, live - 1)], ws, row)
         metric = scratch.metric
         for i in range(n):
-            metric[i] = weights[i] if weights[i] > 0.0 else (common if common < math.inf else 1.0)
+            metric[i] = weights[i]
+        scales.fill(metric)
         for v in range(live):
             row = first_row(ws, vectors, v)
             length = 0.0
@@ -204,7 +177,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
         return math.nan
     h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)
     for i in range(n):
-        scale[i] = max(scale[i], min(abs(ws[i, 0]), SLOW * abs(ws[i, 1]) * h))
+        scale[i] = scales.followed(scale[i], ws[i, 0], ws[i, 1], h)
     hides = may_hide(tables, settings, mode, h, ws)
     if _has_gap(ws, n, order, h / reach, weights):
         h = proven(functions, tables, settings, h, t, state, ws, scratch)

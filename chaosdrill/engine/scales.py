@@ -1,0 +1,77 @@
+"""The size of a state, in which its errors are told: one idea of it for every method, for one run and for lanes.
+
+A state comes to a step with the largest size that it has had of late, `brought`, and that follows it, `followed`. The
+size is that of a motion: what rests keeps none, whatever its value, and what a reset writes is a value and no size.
+Where such a state begins to move, its size is what it moves in a step of its own, `has_none` so far; a method of series
+reads that off its series, others take it from the first length that they try. All of this is the same in any unit of
+states and time.
+"""
+
+from chaosdrill.engine.jit import inlined, inner, rare
+from chaosdrill.engine.lanes import larger, magnitude, smaller
+
+EPSILON = 2.220446049250313e-16
+
+SMALLEST = 1e-290
+"""Size below which one over it overflows."""
+
+FADE = 0.98
+"""What is left of a state's size after a step: it follows the motion within some hundred steps."""
+
+SLOW = 1000.0
+"""Steps' motion up to which the value of a state counts as its size: what moves on for ever has no size."""
+
+
+@inlined
+def finest(tolerance):
+    """Part of its value that is the least size of a state, in which its rounding is the tolerance."""
+    return EPSILON / tolerance
+
+
+@inlined
+def brought(scale, x, least):
+    """Size with which a state, or one in each lane, comes to a step; ``least`` is `finest` of the tolerance."""
+    return larger(FADE * scale, least * magnitude(x))
+
+
+@inlined
+def has_none(size, rate, longest):
+    """Whether a size says nothing of the motion: it is no more than rounding of what the state may move in a step."""
+    return size <= EPSILON * longest * magnitude(rate) + SMALLEST
+
+
+@inlined
+def followed(scale, x, rate, h):
+    """Size after a step of length h from x with that rate, of one state or of one in each lane."""
+    return larger(scale, smaller(magnitude(x), SLOW * magnitude(rate) * h))
+
+
+@rare
+def of_series(g, order, reach):
+    """Size of a motion of which nothing is known but its series: what it moves in a step of its own, 0 if that is 0."""
+    first = 1
+    while first < order and g[first] == 0.0:
+        first += 1
+    if not (first < order - 1 and abs(g[first]) > SMALLEST):
+        return 0.0
+    a = abs(g[order] / g[first]) ** (1.0 / (order - first))
+    b = abs(g[order - 1] / g[first]) ** (1.0 / (order - 1 - first))
+    if not max(a, b) > 0.0:
+        return 0.0
+    h = reach / max(a, b)
+    size = 0.0
+    for k in range(order, 0, -1):
+        size = max(size * h, abs(g[k]) * h)
+    return size
+
+
+@inner
+def fill(weights):
+    """Let states without a size, whose weight is 0, have the largest one of the others, for tangents."""
+    common = 0.0
+    for i in range(weights.size):
+        if weights[i] > 0.0 and not 0.0 < common <= weights[i]:
+            common = weights[i]
+    for i in range(weights.size):
+        if weights[i] == 0.0:
+            weights[i] = common if common > 0.0 else 1.0

@@ -1,0 +1,117 @@
+"""The size of a state is that of its motion: in any unit, for every method, whatever a reset writes."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import chaosdrill as cd
+from chaosdrill.dataset import Outcome
+from chaosdrill.declared import METHODS
+from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.numerics import Numerics
+
+ADAPTIVE = sorted(name for name, method in METHODS.items() if not method.fixed_step)
+
+
+def held():
+    """States that rest until a clock passes 0.7, are then set, and move: one at once, one with the eighth power of
+    time. Their units, that of the clock and that of time are parameters."""
+    return cd.HybridSystem(
+        name="held",
+        states="x y z",
+        parameters={"set": 0.0, "a": 1.0, "b": 1.0, "w": 1.0},
+        modes={
+            "rests": {"x": "a*w", "y": "0", "z": "0"},
+            "moves": {"x": "a*w", "y": "b*w*cos(x/a)", "z": "b*w*(1 - cos(x/a - 0.7))**4"},
+        },
+        transitions=[
+            cd.Transition("go", "rests", "moves", guard="x - 0.7*a", direction=+1, reset={"y": "b*set", "z": "b*set"})
+        ],
+        bounds={name: (-1e300, 1e300) for name in "xyz"},
+        initial={"mode": "rests"},
+    )
+
+
+HELD = held()
+
+with mpmath.workdps(30):
+    LATE = float(mpmath.quad(lambda t: (1 - mpmath.cos(t)) ** 4, [0, 1.3]))
+
+values = st.one_of(st.just(0.0), st.floats(-280, -6).map(lambda e: 10.0**e))
+
+
+@given(method=st.sampled_from(ADAPTIVE), value=values, sign=st.sampled_from([-1, 1]), started=st.booleans())
+@example(method="dop853", value=1e-30, sign=1, started=False)
+@example(method="radau", value=1e-10, sign=1, started=False)
+@example(method="dop853", value=1e-30, sign=1, started=True)
+def test_a_state_that_is_set_to_next_to_nothing_goes_on(method, value, sign, started):
+    value *= sign
+    system = HELD.with_parameters(set=value)
+    if started:
+        system = system.with_initial(mode="moves", x=0.7, y=value, z=value)
+    run = cd.trajectory(system, duration=1.3 if started else 2.0, samples=1, method=method)
+    assert Outcome(int(run["outcome"])) == Outcome.OK
+    x, y, z = run["states"].values[-1]
+    assert x == pytest.approx(2.0, abs=1e-13)
+    assert y == pytest.approx(math.sin(2.0) - math.sin(0.7) + value, abs=1e-12)
+    assert z == pytest.approx(LATE + value, rel=3e-12)
+
+
+powers = st.integers(-40, 40).map(lambda k: 2.0**k)
+
+
+@settings(max_examples=60)
+@given(
+    method=st.sampled_from([*ADAPTIVE, "lanes"]),
+    value=values,
+    a=powers,
+    b=powers,
+    w=st.integers(-20, 20).map(lambda k: 2.0**k),
+)
+@example(method="dop853", value=1e-13, a=1.0, b=2.0**-40, w=1.0)
+def test_units_change_nothing_but_units(method, value, a, b, w):
+    """Those of states that are powers of two, not one bit; of time, and in the pivots of an implicit step, rounding."""
+
+    def end(a, b, w):
+        system = HELD.with_parameters(set=value, a=a, b=b, w=w)
+        if method == "lanes":
+            batch = Batch(system, {}, np.zeros((3, 3)), np.zeros(3, dtype=int), Numerics(), unit=2.0 / w)
+            batch.run(0, np.array([0, 1]))
+            return batch.x[1] / [a, b, b]
+        run = cd.trajectory(system, duration=2.0 / w, samples=1, method=method)
+        assert Outcome(int(run["outcome"])) == Outcome.OK
+        return [*(run["states"].values[-1] / [a, b, b]), float(run["event_time"][0]) * w]
+
+    off = 0.0 if method != "radau" and w == 1.0 else 1e-13
+    np.testing.assert_allclose(end(a, b, w), end(1.0, 1.0, 1.0), rtol=0, atol=off)
+
+
+FILTER = cd.driven(
+    cd.HybridSystem(
+        name="filter", states="y", parameters={"u": 0.0, "om": 0.1, "k": 5.0}, modes={"m": {"y": "k*(u - y)"}},
+        period="2*pi/om", initial={},
+    ),
+    "u",
+    {0: "1", 0.1: "0"},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("om", [0.2, 0.1, 0.03])
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_a_filter_behind_a_drive_with_pauses_goes_on(method, om):
+    system = FILTER.with_parameters(om=om)
+    spectrum = cd.lyapunov_spectrum(system, periods=20, method=method)
+    assert Outcome(int(spectrum["outcome"])) == Outcome.PERIODIC
+    assert spectrum["lyapunov_exponent"].values == pytest.approx([-5.0], abs=1e-9)
+    run = cd.trajectory(system, periods=10, samples=20, method=method)
+    assert Outcome(int(run["outcome"])) == Outcome.OK
+    period = 2 * math.pi / om
+    phase = np.arange(run.sizes["time"]) % 20 / 20
+    # what the pulses before have left is below all rounding
+    rise = -np.expm1(-5.0 * np.minimum(phase, 0.1) * period)
+    right = rise * np.exp(-5.0 * np.maximum(phase - 0.1, 0.0) * period)
+    np.testing.assert_allclose(run["states"].values[:, 0], np.where(phase > 0, right, 0.0), rtol=0, atol=1e-11)
