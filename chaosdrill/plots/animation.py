@@ -12,7 +12,6 @@ import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.errors import ArchiveError, SettingsError
-from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.plots.contents import places_of
 from chaosdrill.plots.curve import Curve, breaks, is_joined, join, pieces
 from chaosdrill.plots.figures import legend_outside, new_figure
@@ -242,6 +241,7 @@ def _heights(
     """The height of each body at given times."""
     import sympy
 
+    from chaosdrill.model.grammar import ExpressionError
     from chaosdrill.model.text import read_text
     from chaosdrill.systems import bodies_of
 

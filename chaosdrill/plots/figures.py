@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plots.style import is_changed
+from chaosdrill.plots.style import is_changed, width
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
-WIDTH = 7.2
-"""Of a figure in inches, if the user has not set another."""
 _NARROW = 5.0
 """Inches below which panels stand below each other: half of it is too narrow for labels."""
 _DENSEST = 300.0
@@ -64,14 +62,14 @@ def size_of(height: float) -> tuple[float, float]:
     import matplotlib as mpl
 
     if is_changed("figure.figsize"):
-        width, height = mpl.rcParams["figure.figsize"]
-        return float(width), float(height)
-    return WIDTH, height
+        across, height = mpl.rcParams["figure.figsize"]
+        return float(across), float(height)
+    return width(), height
 
 
 def is_narrow() -> bool:
     """Return whether a new figure has no room for panels side by side."""
-    return size_of(WIDTH)[0] < _NARROW
+    return size_of(0.0)[0] < _NARROW
 
 
 def font_size(part: float = 1.0) -> float:

@@ -180,6 +180,7 @@ def plot(
     kind: str | None = None,
     ax: "Axes | None" = None,
     state: "str | Sequence[str] | None" = None,
+    over: "xr.Dataset | None" = None,
 ) -> "Axes":
     """Draw a result.
 
@@ -197,6 +198,9 @@ def plot(
     state : str or pair of str, optional
         State that is shown, or two that are shown against each other; default: the first ones, of a section the first
         that varies. Of a trajectory any number of states is drawn over time.
+    over : xarray.Dataset, optional
+        What it is drawn over: a bifurcation diagram behind branches, or a parameter chart behind curves, of the same
+        system over the same parameters.
 
     Returns
     -------
@@ -206,8 +210,8 @@ def plot(
     Raises
     ------
     SettingsError
-        No result, a name that no picture of it has, a state that it does not have, or one axes for a picture that needs
-        several.
+        No result, several in one, a name that no picture of it has, a state that it does not have, one axes for a
+        picture that needs several, or something that it cannot be drawn over.
     """
     import xarray as xr
     from matplotlib import pyplot
@@ -232,11 +236,30 @@ def plot(
             f"there {'are ' + ', '.join(suited) if suited else 'is none'}"
         )
     picture = next(iter(suited.values())) if kind is None else suited[kind]
+    if over is not None:
+        _check_behind(picture, ds, over)
     if ax is not None:
-        picture.draw(ds, ax=ax, state=state)
+        picture.draw(ds, ax=ax, state=state, over=over)
         return ax
     with made_by(pyplot.figure):
-        return picture.draw(ds, state=state).axes[0]
+        return picture.draw(ds, state=state, over=over).axes[0]
+
+
+def _check_behind(picture: Picture, ds: "xr.Dataset", over: Any) -> None:
+    """Raise a SettingsError if a picture cannot be drawn over something."""
+    import xarray as xr
+
+    if not picture.over:
+        raise SettingsError(f"over is given, but the picture {picture.name!r} lies over nothing; leave it out")
+    kind = over.attrs.get("kind") if isinstance(over, xr.Dataset) else None
+    if kind != picture.over:
+        what = f"a {kind}" if kind else type(over).__name__
+        raise SettingsError(f"over is {what}, but the picture {picture.name!r} lies over a {picture.over}")
+    if not fits(ds, over):
+        raise SettingsError(
+            f"over is of another system, other parameters or another section, or over {', '.join(swept(over))}; give "
+            f"a {picture.over} over {', '.join(swept(ds))} that was made as ds"
+        )
 
 
 def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
@@ -311,7 +334,7 @@ def plot_archive(
     from chaosdrill.archive import open as open_archive
     from chaosdrill.archive.digest import error_context
     from chaosdrill.plots.contents import OtherCountError
-    from chaosdrill.plots.style import style
+    from chaosdrill.plots.style import saved_alike
 
     if output is not None and fspath(output) == "-":
         raise SettingsError("output is '-', but pictures are files, one or several; name one, such as figure.png")
@@ -348,7 +371,7 @@ def plot_archive(
             with error_context(path, groups.values(), "drawn"):
                 animate(wanted[names[0]], file, chosen)
             continue
-        with error_context(path, groups.values(), "drawn"), style(svg_hashsalt="chaosdrill"):
+        with error_context(path, groups.values(), "drawn"), saved_alike():
             drawn = partial(
                 picture.draw, *(wanted[name] for name in names), over=behind(picture, wanted[names[0]], groups)
             )

@@ -7,7 +7,7 @@ import numpy as np
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_outcome
-from chaosdrill.plots.figures import WIDTH, font_size, is_narrow, legend_outside, new_figure, owner, size_of
+from chaosdrill.plots.figures import font_size, is_narrow, legend_outside, new_figure, owner, size_of
 from chaosdrill.plots.labels import axis_label, label, seed_names, shorten
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Plane:
         dataset, count = self._dataset, min(len(names), _MOST_PANELS)
         columns = 1 if count == 1 else 2 if count <= 4 or is_narrow() else 3
         rows = -(-count // columns)
-        side = size_of(WIDTH)[0] - BESIDE
+        side = size_of(0.0)[0] - BESIDE
         width = side / columns
         height = 4.4 / 6.3 * side if columns == 1 else 0.8 * width
         detail = max(dataset.sizes[self.across] / width, dataset.sizes[self.up] / height)

@@ -4,12 +4,17 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_FONT_SIZE = 9.0
+WIDTH = 7.2
+"""Of a figure in inches."""
+_FONT_SIZE, _PAGE_FONT_SIZE = 9.0, 10.5
+_PAGE_WIDTH = 10.5
+"""Inches that the pictures of a page have beside each other, which a screen shows larger and paper smaller."""
 _LOOK: dict[str, Any] = {
     "axes.axisbelow": True,
     "axes.linewidth": 0.7,
@@ -96,23 +101,39 @@ def _restore(before: dict[str, Any], set_to: dict[str, Any]) -> None:
 
 
 _turn = _Turn()
+_width: ContextVar[float] = ContextVar("width", default=WIDTH)
+_SAME = {"svg.hashsalt": "chaosdrill"}
 
 
-def style(user: bool = True, **settings: Any) -> AbstractContextManager[None]:
+def style() -> AbstractContextManager[None]:
     """Return a context in which matplotlib draws in the project's style.
 
-    What it sets is as before after it, and nothing else is touched. Threads wait for each other.
-
-    Parameters
-    ----------
-    user : bool, default True
-        Whether sizes, fonts and whatever else the user has changed stay; colours are always those of white paper. If
-        not, the picture is the same whatever matplotlib's settings are.
-    **settings
-        Further settings, with ``_`` for the dot in their names.
+    Sizes, fonts and whatever else the user has changed stay, but colours are always those of white paper. What it sets
+    is as before after it, and nothing else is touched. Threads wait for each other.
     """
-    more = {name.replace("_", ".", 1): value for name, value in settings.items()}
-    return _turn.holding(lambda: (_of_user() if user else _of_nobody()) | more)
+    return _turn.holding(_of_user)
+
+
+@contextmanager
+def page_style() -> "Iterator[None]":
+    """Let pictures be those of a page: as wide as it is, and the same whatever matplotlib's settings are."""
+    token = _width.set(_PAGE_WIDTH)
+    try:
+        # a picture inside of a page has no fonts of its own, and its ids are the same whenever it is drawn
+        with _turn.holding(lambda: _of_nobody() | {"svg.fonttype": "path", **_SAME}):
+            yield
+    finally:
+        _width.reset(token)
+
+
+def saved_alike() -> AbstractContextManager[None]:
+    """Return a context in which the same figure is saved as the same file."""
+    return _turn.holding(lambda: _of_user() | _SAME)
+
+
+def width() -> float:
+    """Return how wide a figure is, in inches, if the user has not set another size."""
+    return _width.get()
 
 
 def lettering() -> AbstractContextManager[None]:
@@ -140,7 +161,7 @@ def _of_nobody() -> dict[str, Any]:
     import matplotlib as mpl
 
     changed = [name for name in mpl.rcParams if not name.startswith(_NOT_OF_PICTURES) and is_changed(name)]
-    sizes = {name: part * _FONT_SIZE for name, part in _SIZES.items()}
+    sizes = {name: part * _PAGE_FONT_SIZE for name, part in _SIZES.items()} | {"font.size": _PAGE_FONT_SIZE}
     default = {name: mpl.rcParamsDefault[name] for name in changed}
     return default | _LOOK | sizes | _PAPER | {"font.family": [_COMPLETE_FONT]}
 

@@ -36,11 +36,9 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
         All of the archive, one of which may lie behind.
     """
     from chaosdrill.plots import behind
-    from chaosdrill.plots.labels import readable
-    from chaosdrill.plots.style import style
+    from chaosdrill.plots.style import page_style
 
-    # a picture inside of a page has no fonts of its own, and its ids are the same whenever it is drawn
-    with style(user=False, svg_fonttype="path", svg_hashsalt="chaosdrill"):
+    with page_style():
         drawn = picture.draw(*(groups[name] for name in names), over=behind(picture, groups[names[0]], dict(groups)))
         stored, kind = BytesIO(), "svg+xml"
         drawn.savefig(stored, format="svg", metadata={"Date": None})
@@ -51,16 +49,29 @@ def figure(picture: "Picture", names: "Sequence[str]", groups: "Mapping[str, xr.
         # a function that draws more or less, depending on what there is, says so itself
         summary = str(drawn.get_label()) or picture.summary
         drawn.clear()
-    title = readable(picture.name).capitalize()
+    title = in_words(picture.name)
+    title = title[:1].upper() + title[1:]
+    shown = ", ".join(name for name in names if not is_said(name, picture))
     return part(
         "figure",
         kind,
         Markup(b64encode(stored.getvalue()).decode()),
-        f"{title} of {', '.join(names)}",
+        f"{title} of {shown}" if shown else title,
         summary,
         round(96 * width),
         round(96 * height),
     )
+
+
+def in_words(name: str) -> str:
+    """Name of a kind or of a picture as words."""
+    return name.replace("-", " ").replace("poincare", "Poincaré")
+
+
+def is_said(name: str, picture: "Picture") -> bool:
+    """Whether a group is called as its picture, or its analysis, so that nobody need say it twice."""
+    said = {word for one in (picture.name, picture.kind) for word in one.lower().split("-")}
+    return set(name.lower().replace("_", "-").split("-")) <= said
 
 
 def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) -> Markup:
@@ -97,11 +108,12 @@ def explorer_data(dataset: "xr.Dataset", share: float = 1.0) -> tuple[dict[str, 
     """
     import numpy as np
 
+    from chaosdrill.plots.contents import in_si
     from chaosdrill.plots.labels import axis_label, seed_names, state_label
     from chaosdrill.plots.palette import LONGER_COLOUR, PERIOD_COLOURS
 
     axes = [str(name) for name in dataset["outcome"].dims if name != "seed"]
-    dataset = dataset.sortby(axes).transpose(*axes, "seed", ...)
+    dataset = in_si(dataset).sortby(axes).transpose(*axes, "seed", ...)
     if not all(np.isfinite(dataset[name].values).all() for name in axes):
         raise ValueError(f"{' and '.join(axes)}: not all values are finite numbers")
     left_out = []

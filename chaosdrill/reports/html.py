@@ -19,6 +19,10 @@ NOTHING = Markup("")
 _SHORT = 24
 """Letters that a narrow column may have; more want some width."""
 
+GREEK = {"eps": "epsilon", "lam": "lambda"}
+"""Names that are short for those of Greek letters, as programmers write them."""
+_TIMES = "<mo>&InvisibleTimes;</mo>"
+
 # what is not seen, or turns the order of letters around, is shown as its code
 _UNSEEN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff\ufff0-\uffff\ud800-\udfff]"
@@ -48,6 +52,7 @@ def mathml(expression: Any) -> Markup:
 
     if isinstance(expression, str):
         expression = sympy.Symbol(expression)
+    expression = expression.xreplace(_greek(expression))
     symbols = expression.free_symbols
     longest = max((len(s.name) for s in symbols), default=0)
     strange = [s for s in symbols if not PLAIN_NAME.fullmatch(s.name)]
@@ -56,9 +61,23 @@ def mathml(expression: Any) -> Markup:
     written = written_by_sympy(expression.xreplace(stands_for), printer="presentation")
     # browsers set a hyphen as a hyphen, and the entity for e as a doubled letter
     written = written.replace("<mo>-</mo>", "<mo>−</mo>").replace("&ExponentialE;", "e")
+    # names of factors would run into each other, and into that of a function
+    written = written.replace(_TIMES, f'{_TIMES}<mspace width="0.17em"></mspace>')
     for symbol, placeholder in stands_for.items():
         written = written.replace(f"<mi>{placeholder.name}</mi>", f"<mi>{escape(shown(symbol.name))}</mi>")
     return Markup(written)
+
+
+def _greek(expression: Any) -> dict[Any, Any]:
+    """Symbols that are short for Greek letters, with those; none where the whole name stands beside the short one."""
+    import sympy
+
+    names = {symbol.name for symbol in expression.free_symbols}
+    return {
+        symbol: sympy.Symbol(GREEK[symbol.name], real=True)
+        for symbol in expression.free_symbols
+        if symbol.name in GREEK and GREEK[symbol.name] not in names
+    }
 
 
 def csp_hash(content: str) -> str:

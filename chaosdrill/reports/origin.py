@@ -16,7 +16,7 @@ from chaosdrill.errors import ChaosdrillError
 from chaosdrill.files import name_text
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.grammar import PLAIN_NAME
-from chaosdrill.reports.html import NOTHING, Quantity, joined, number, part, render, shown, table
+from chaosdrill.reports.html import GREEK, NOTHING, Quantity, joined, number, part, render, shown, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -285,6 +285,7 @@ def _latex(expression: Any) -> str:
 
     # a word in italics would be the product of its letters
     upright = {s: _roman(s.name) for s in expression.free_symbols if not _is_set(s.name)}
+    upright |= {s: f"\\{GREEK[s.name]}" for s in upright if s.name in GREEK}
     written: str = sympy.latex(expression, symbol_names=upright)
     return written
 

@@ -149,9 +149,9 @@ class _Writer:
     def page(self) -> str:
         title = str(self.tree.attrs.get("title", name_text(self.path.name)))
         sections = [
+            *self._analyses(),
             _Section("summary", "Summary", self._try("summary", self._summary)),
             _Section("scene", "Scene and equations", self._try("scene", scene_section, self.tree)),
-            *self._analyses(),
             _Section("accuracy", "Accuracy and cost", self._try("accuracy", tables.accuracy_section, self.groups)),
             _Section("citations", "What to cite", self._try("citations", citations_section, self.tree)),
             _Section("origin", "Provenance", self._try("provenance", origin_section, self.tree, self.path)),
@@ -197,12 +197,14 @@ class _Writer:
         sections = []
         for place, (name, dataset) in enumerate(self.groups.items()):
             parts = [
-                self._try(name, charts.summary, dataset),
                 *drawn[name],
+                self._try(name, charts.summary, dataset),
                 self._try(f"{name}: interactive chart", self._explorer, dataset, name),
                 *(self._try(f"{name}: {t.__name__.replace('_', ' ')}", t, dataset) for t in _TABLES),
             ]
-            title = f"{name}: {str(dataset.attrs['kind']).replace('-', ' ')}"
+            kind = charts.in_words(str(dataset.attrs["kind"]))
+            said = set(name.lower().split()) <= set(str(dataset.attrs["kind"]).split("-"))
+            title = f"{kind[:1].upper()}{kind[1:]}" if said else f"{name}: {kind}"
             sections.append(_Section(f"analysis-{place}", title, joined(parts)))
         return sections
 

@@ -10,8 +10,8 @@ from paper_method import CHAOS, LARGEST, MULTIPLIERS
 from programs import Own, strobe_error, timed
 
 import chaosdrill as cd
-from chaosdrill.plots.figures import WIDTH
 from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.style import WIDTH
 
 BISECTIONS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 CHAOTIC_BISECTIONS = (1e-2, 1e-3, 1e-4, 1e-6)

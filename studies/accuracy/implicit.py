@@ -22,8 +22,8 @@ from scipy.integrate import solve_ivp
 import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-from chaosdrill.plots.figures import WIDTH
 from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.style import WIDTH
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "hard_cases"))
 from case_08_stiff_tangents import AFTER, LOAD, SPEED, contact_time, entry, leaving, pressed

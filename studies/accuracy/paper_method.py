@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from programs import strobe_error
 
 import chaosdrill as cd
-from chaosdrill.plots.figures import WIDTH
 from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.style import WIDTH
 
 CASES = {0.8: 1, 0.6: 2, 0.63: 4, 0.448: 0}
 """Frequency ratio -> period of the attractor from rest; 0: chaos."""

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 import chaosdrill as cd
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-from chaosdrill.plots.figures import WIDTH
 from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.style import WIDTH
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "hard_cases"))
 from case_08_stiff_tangents import AFTER, METHODS, SPEED, contact_time, entry, leaving, pressed

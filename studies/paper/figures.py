@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chaosdrill.plots.curve import join, strobe
-from chaosdrill.plots.figures import WIDTH, legend_above
+from chaosdrill.plots.figures import legend_above
 from chaosdrill.plots.palette import PALETTE
-from chaosdrill.plots.style import style
+from chaosdrill.plots.style import WIDTH, style
 
 _GAP, _SPEED = "relative displacement x₁ − x₃", "bit speed x₂"
 

@@ -21,10 +21,9 @@ from matplotlib.figure import Figure
 
 import chaosdrill as cd
 from chaosdrill.analysis.statistics import standard_error
-from chaosdrill.plots.figures import WIDTH
 from chaosdrill.plots.labels import uncertain
 from chaosdrill.plots.palette import PALETTE
-from chaosdrill.plots.style import style
+from chaosdrill.plots.style import WIDTH, style
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"

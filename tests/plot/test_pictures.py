@@ -273,6 +273,88 @@ def test_runs_that_cannot_be_told_apart_are_refused_with_the_remedy(joined, spoi
             draw(spoil(joined))
 
 
+def test_runs_that_xarray_has_put_side_by_side_are_drawn(runs):
+    """With as many events each, or filled up; of one kind only."""
+    low = runs["low"]
+    high = low.copy()
+    for name in ("states", "event_state_before", "event_state_after"):
+        high[name] = 2 * high[name]
+    axes = cd.plot(xr.concat([low, high], xr.Variable("run", ["low", "high"])), "phase-portrait")
+    extents = {line.get_label(): np.nanmax(line.get_xdata()) for line in axes.lines}
+    assert (extents["low"], extents["high"]) == (0.5, 1.0)
+    filled = xr.concat([low, high.isel(event=slice(6)).pad(event=(0, 4))], "run")
+    marks = [line for line in time_history(filled).axes[2].lines if line.get_linestyle() == "None"]
+    assert [len(line.get_xdata()) for line in marks] == [10, 6]
+
+
+@pytest.mark.parametrize("which", ["spectrum", "section"])
+def test_several_results_in_one_are_refused_with_the_way(request, which):
+    one = request.getfixturevalue(which)
+    with pytest.raises(SettingsError, match=r"ds has the dimension 'run', .* has not; choose one .*ds.isel\(run=0\)"):
+        cd.plot(xr.concat([one, one], "run", data_vars="all"))
+
+
+# A run that failed has little to draw, and says why and what to do.
+
+
+@pytest.mark.parametrize("outcome", [Outcome.ESCAPED, Outcome.INVALID_START, Outcome.NONFINITE, Outcome.STALLED])
+def test_a_run_that_failed_says_so_with_its_advice(ball, outcome):
+    names = " ".join(one.meaning for one in Outcome)
+    flags = {"flag_values": np.arange(len(Outcome), dtype=np.int8), "flag_meanings": names}
+    failed = ball.isel(time=slice(1), event=slice(0)).assign(outcome=((), np.int8(outcome), flags))
+    told = f"{outcome.meaning.replace('_', ' ')}. {outcome.advice}"
+    for draw in (time_history, phase_portrait):
+        figure = draw(failed)
+        title = figure.legends[0].get_title().get_text() if figure.legends else figure.get_suptitle()
+        assert title == told
+    axes = mpl.figure.Figure().subplots()
+    cd.plot(failed, ax=axes)
+    assert [text.get_text().replace("\n", " ") for text in axes.texts] == [told]
+    assert time_history(ball).get_suptitle() == ""
+
+
+def test_of_several_runs_those_that_failed_are_named(joined):
+    codes = joined["outcome"].copy(data=np.array([0, 4], dtype=np.int8))
+    figure = time_history(joined.assign(outcome=codes))
+    assert figure.legends[0].get_title().get_text() == f"run high: escaped. {Outcome.ESCAPED.advice}"
+
+
+# Results of scenes in SI units are shown in SI units.
+
+
+def test_a_run_in_si_is_shown_in_seconds_and_metres(ball):
+    """A unit of time is 10 ms, and one of length 2 mm."""
+    scales = {"time": 0.01, "event_time": 0.01, "forcing_period": 0.01, "penetration": 0.002}
+    units = {"penetration": "m"}
+    si = {
+        f"{name}_si": (ball[name].dims, scale * ball[name].values, {"long_name": name, "units": units.get(name, "s")})
+        for name, scale in scales.items()
+    }
+    coords = {"state_scale_si": ("state", [0.002, 0.2]), "state_units_si": ("state", ["m", "m s-1"])}
+    run = ball.assign(si).assign_coords(coords)
+    figure = time_history(run)
+    assert [axes.get_ylabel() for axes in figure.axes] == ["penetration (m)", "x (m)", "v (m s⁻¹)"]
+    assert figure.axes[-1].get_xlabel() == "time (s)"
+    x, y = figure.axes[1].lines[0].get_data()
+    assert (np.nanmax(x), np.nanmax(y)) == pytest.approx((0.2, 0.002 * 0.5))
+    many = run.isel(event=np.repeat(np.arange(10), 5))
+    assert time_history(many).axes[0].get_title(loc="left") == "last 7 of 10 forcing periods"
+    axes = cd.plot(run, "phase-portrait")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "v (m s⁻¹)")
+    assert len(axes.collections[0].get_offsets()) == 11
+
+
+def test_modes_of_the_same_words_are_told_apart(ball):
+    signs = [f"{side}{a}{b}" for side in ("above", "below") for a in "+-" for b in "+-"]
+    modes = {"flag_values": np.arange(8, dtype=np.int8), "flag_meanings": " ".join(signs)}
+    many = ball.isel(event=slice(0)).assign(mode=("time", np.arange(401) // 51, modes))
+    legend = time_history(many).legends[0]
+    names = [text.get_text() for text in legend.get_texts()]
+    assert len(set(names)) == 8
+    looks = {(patch.get_facecolor(), patch.get_hatch()) for patch in legend.get_patches()}
+    assert len(looks) == 8
+
+
 def test_what_is_drawn_is_what_the_caption_names(ball, joined):
     assert time_history(ball).get_label() == "penetration and states over time, with events and modes"
     assert time_history(joined).get_label() == "penetration and states over time, a colour for each run, with events"

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 import chaosdrill as cd
 from chaosdrill.plots.figures import new_figure
-from chaosdrill.plots.style import lettering, style
+from chaosdrill.plots.style import lettering, page_style, saved_alike, style
 from chaosdrill.plots.trajectories import phase_portrait, time_history
 
 
@@ -31,10 +31,12 @@ def test_threads_leave_nothing_changed():
 
     def draw(number):
         entered.wait()
+        made = (style, page_style, saved_alike)[number % 3]
         for _ in range(20):
-            with style(), lettering() if number % 2 else style(user=False, svg_hashsalt=str(number)):
-                if mpl.rcParams["axes.spines.top"] or mpl.rcParams["svg.hashsalt"] not in (None, str(number)):
-                    faults.append(number)
+            with made(), lettering():
+                size, salt = mpl.rcParams["font.size"], mpl.rcParams["svg.hashsalt"]
+                if (size, salt) != ((9.0, None), (10.5, "chaosdrill"), (9.0, "chaosdrill"))[number % 3]:
+                    faults.append((number, size, salt))
 
     threads = [threading.Thread(target=draw, args=(number,)) for number in range(8)]
     for thread in threads:

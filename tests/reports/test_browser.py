@@ -59,7 +59,7 @@ def click(browser, across, up, number=0):
         canvas,
     )
     width, height = canvas.size["width"], canvas.size["height"]
-    left, right, top, bottom = 62, width - 22, 10, height - 42
+    left, right, top, bottom = 74, width - 22, 10, height - 42
     x, y = left + across * (right - left), bottom - up * (bottom - top)
     # a page that is still laid out moves away from under the pointer
     for _ in range(5):

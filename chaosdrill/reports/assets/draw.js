@@ -31,7 +31,7 @@ class Frame {
     canvas.style.height = `${this.height}px`;
     this.pen = canvas.getContext("2d");
     this.pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    this.box = { left: 62, right: this.width - 22, top: 10, bottom: this.height - 42 };
+    this.box = { left: 74, right: this.width - 22, top: 10, bottom: this.height - 42 };
   }
 
   span(x, y) {

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import chaosdrill as cd
 from chaosdrill.dataset import BranchEnd, Outcome, Special, label
 from chaosdrill.orbits.results import Checks
 from chaosdrill.plots import plot_archive
@@ -247,6 +248,31 @@ def test_the_diagram_lies_behind(continuation):
     clouds, cycles, _, *lines = figure.axes[0].get_lines()
     assert (len(clouds.get_xdata()), len(cycles.get_xdata())) == (24, 20)
     assert clouds.get_zorder() == cycles.get_zorder() < min(line.get_zorder() for line in lines)
+
+
+def test_plot_draws_over_a_diagram_that_fits_in_the_same_style(continuation):
+    figure = cd.plot(continuation, over=_diagram(continuation)).figure
+    assert _legend(figure)[0] == "bifurcation diagram"
+    assert not figure.axes[0].spines["top"].get_visible()
+    # so does the function itself
+    assert not branches(continuation, over=_diagram(continuation)).axes[0].spines["top"].get_visible()
+
+
+@pytest.mark.parametrize(
+    ("kind", "attrs", "message"),
+    [
+        ("branches", {"system": "other"}, "over is of another system"),
+        (
+            "branches",
+            {"kind": "parameter-chart"},
+            "over is a parameter-chart, but .*lies over a bifurcation",
+        ),
+        ("multipliers", {}, "'multipliers' lies over nothing; leave it out"),
+    ],
+)
+def test_what_nothing_lies_over_is_refused(continuation, kind, attrs, message):
+    with pytest.raises(cd.SettingsError, match=message):
+        cd.plot(continuation, kind, over=_diagram(continuation).assign_attrs(attrs))
 
 
 def test_a_diagram_over_a_wider_range_does_not_widen_the_picture(continuation):
