@@ -425,6 +425,12 @@ def test_exponents_are_numbers_or_minus_infinity(mode, u, case):
 # Case 11: sticking that is only just touched, and a cycle that begins to stick.
 
 
+def test_smoothed_friction_has_the_exponents_of_its_equations(case):
+    """Those that DOP853 of scipy finds with bounded steps, orthonormalising eight times a period."""
+    found = case(11).smoothed(case(11).grazing_force() * (1 + 1e-10), 0.01)
+    np.testing.assert_allclose(found, [-0.09841, -0.87252], rtol=0, atol=2e-5)
+
+
 @pytest.mark.parametrize("excess", [1e-12, 1e-10, 1e-6, 1e-2])
 def test_a_demand_that_only_just_exceeds_friction_lets_go(excess, case):
     run = cd.trajectory(case(11).block(1 + excess), periods=3, samples=2)
