@@ -31,7 +31,7 @@ def held():
         transitions=[
             cd.Transition("go", "rests", "moves", guard="x - 0.7*a", direction=+1, reset={"y": "b*set", "z": "b*set"})
         ],
-        bounds={name: (-1e300, 1e300) for name in "xyz"},
+        bounds=dict.fromkeys("xyz", (-1e300, 1e300)),
         initial={"mode": "rests"},
     )
 
