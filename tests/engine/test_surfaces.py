@@ -133,3 +133,34 @@ def test_two_copies_in_step_have_the_tangents_of_one(order, method):
     alone, together = one["final_tangent"].values, two["final_tangent"].values
     zero = np.zeros((2, 2))
     np.testing.assert_allclose(together, np.block([[alone, zero], [zero, alone]]), atol=1e-9)
+
+
+# Surfaces that no expression shows to be one, in lanes
+
+
+def driven(second, way):
+    return cd.HybridSystem(
+        states="x v",
+        parameters={"k": 2.0, "F": 1.0},
+        modes={"right": {"x": "v", "v": "F*cos(2*t) - x - v/5"}, "left": {"x": "v", "v": "F*cos(2*t) - 2*x - v/5"}},
+        transitions=[
+            cd.Transition("over", "right", "left", "x", -1, reset={"v": "0.9*v"}),
+            cd.Transition("back", "left", "right", second, way, reset={"v": "0.9*v"}),
+        ],
+        period="pi",
+        initial={"mode": "right", "x": 1.0},
+    )
+
+
+def test_lanes_see_that_guards_vanish_together():
+    sweep = {"F": np.linspace(0.5, 2.0, 8)}
+    given = {"transient": 200, "periods": 32, "progress": False}
+    plain, *others = (
+        cd.bifurcation_diagram(driven(*written), sweep, **given)
+        for written in (("x", 1), ("k*x", 1), ("-k*x", -1), ("x*(v - 100)", -1))
+    )
+    assert (plain["period"] > 0).all()
+    for other in others:
+        for name in ("period", "outcome", "events_per_period"):
+            np.testing.assert_array_equal(other[name], plain[name])
+        np.testing.assert_allclose(other["lyapunov_exponent"], plain["lyapunov_exponent"], atol=1e-9)
