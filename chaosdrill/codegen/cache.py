@@ -33,21 +33,52 @@ def lasting_folder() -> Path | None:
 
 
 def _others_who_write(folder: Path) -> str:
-    """Who but the user can write into a folder, in words; empty if nobody can."""
+    """Who but the user, and root, can put something into a folder, or another one in its place; empty if nobody can."""
     if not hasattr(os, "getuid"):
         return ""
-    for place in (folder, folder / "kernels"):
+    real = Path(os.path.realpath(folder))
+    # who can write into a folder around it can exchange it, unless only the owner of an entry may, as in /tmp
+    for place in dict.fromkeys((*Path(os.path.abspath(folder)).parents, *real.parents)):
+        found = place.stat()
+        if not is_trusted(found.st_uid):
+            return f"{place}, in which it lies, belongs to another user"
+        if _is_open(found) and not found.st_mode & stat.S_ISVTX:
+            return f"others can write into {place}, in which it lies; chmod go-w would keep them out"
+    for place in (folder, folder / "kernels", folder / "engine"):
         try:
             found = place.stat()
         except FileNotFoundError:
-            break
+            continue
         if found.st_uid != os.getuid():
             return f"{place} belongs to another user"
         if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             return f"others can write into {place}; chmod go-w would keep them out"
-        if not found.st_mode & (stat.S_IXGRP | stat.S_IXOTH):
+        if place == folder and not found.st_mode & (stat.S_IXGRP | stat.S_IXOTH):
             break
     return ""
+
+
+def is_trusted(owner: int) -> bool:
+    """Whether what a user owns may be run: the user's own, and what root owns, who may do anything."""
+    return not hasattr(os, "getuid") or owner in (os.getuid(), 0)
+
+
+def _is_open(found: os.stat_result) -> bool:
+    """Whether others than the owner may write; a group that holds nobody else does not count."""
+    return bool(found.st_mode & stat.S_IWOTH or (found.st_mode & stat.S_IWGRP and not _is_own_group(found.st_gid)))
+
+
+@cache
+def _is_own_group(number: int) -> bool:
+    import grp
+    import pwd
+
+    try:
+        user, group = pwd.getpwuid(os.getuid()), grp.getgrgid(number)
+    except KeyError:
+        return False
+    own = user.pw_gid == number and group.gr_name == user.pw_name
+    return own and not set(group.gr_mem) - {user.pw_name}
 
 
 def write_private(path: Path, content: bytes) -> None:

@@ -8,6 +8,7 @@ a file comes from: that nobody else can write into the folder is, see `chaosdril
 import contextlib
 import hashlib
 import os
+import stat
 import time
 import warnings
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from pathlib import Path
 import llvmlite
 
 from chaosdrill.codegen import machine
-from chaosdrill.codegen.cache import cache_folder, code_key, write_private
+from chaosdrill.codegen.cache import cache_folder, code_key, is_trusted, write_private
 from chaosdrill.codegen.machine import processor
 from chaosdrill.package import source
 from chaosdrill.progress import compiling
@@ -38,9 +39,15 @@ def read(path: Path) -> bytes | None:
     A file that is used takes the present time, once a day, and so does not become an old one.
     """
     try:
-        held = path.read_bytes()
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
     except OSError:
         return None
+    with open(handle, "rb") as file:
+        found = os.fstat(handle)
+        if not is_trusted(found.st_uid) or found.st_mode & stat.S_IWOTH:
+            warnings.warn(f"{path} belongs to another user, or others can write it; it is compiled anew", stacklevel=2)
+            return None
+        held = file.read()
     with contextlib.suppress(OSError):
         if _age(path) > DAY_S:
             path.touch()

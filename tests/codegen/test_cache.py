@@ -213,15 +213,55 @@ def test_a_full_disk_costs_the_keeping_alone(folder, monkeypatch):
     assert not list(folder.rglob("*.code"))
 
 
-@pytest.mark.parametrize("place", ["", "kernels"])
+@pytest.mark.parametrize("place", ["", "kernels", "engine", ".."])
 @pytest.mark.parametrize("mode", [0o777, 0o770, 0o722])
-def test_a_folder_that_others_can_write_is_not_used(folder, place, mode):
-    (folder / "kernels").mkdir(parents=True)
+def test_a_folder_that_others_can_write_is_not_used(folder, place, mode, monkeypatch):
+    for name in ("kernels", "engine"):
+        (folder / name).mkdir(parents=True)
+    if place == "..":
+        # a group of the user's own, in which nobody else is, is no others
+        monkeypatch.setattr(cache, "_is_own_group", lambda number: False)
     (folder / place).chmod(mode)
     with pytest.warns(UserWarning, match="others can write into"):
         path = keep(decay())
     assert not path.is_relative_to(folder)
     assert list((folder / "kernels").iterdir()) == []
+
+
+def test_a_folder_around_it_in_which_only_owners_move_things_is_as_good(folder):
+    """As /tmp, and one of a group of the user's own."""
+    folder.mkdir(parents=True)
+    folder.parent.chmod(0o1777)
+    assert keep(decay()).is_relative_to(folder)
+
+
+def test_a_folder_around_it_of_another_user_is_not_used(folder, monkeypatch):
+    folder.mkdir(parents=True)
+    monkeypatch.setattr(cache, "is_trusted", lambda owner: False)
+    with pytest.warns(UserWarning, match="in which it lies, belongs to another user"):
+        assert not keep(decay()).is_relative_to(folder)
+
+
+@pytest.mark.parametrize("way", ["link", "mode", "owner"])
+def test_code_that_another_user_may_have_written_is_not_used(folder, tmp_path, monkeypatch, way):
+    path = keep(decay())
+    content = kept.read(path)
+    if way == "link":
+        path.rename(tmp_path / "other.code")
+        path.symlink_to(tmp_path / "other.code")
+        assert kept.read(path) is None
+        return
+    if way == "mode":
+        path.chmod(0o666)
+    elif os.getuid() == 0:
+        os.chown(path, 65534, 65534)
+    else:
+        monkeypatch.setattr(kept, "is_trusted", lambda owner: False)
+    with pytest.warns(UserWarning, match="belongs to another user, or others can write it; it is compiled anew"):
+        assert kept.read(path) is None
+    if way == "mode":
+        path.chmod(0o600)
+        assert kept.read(path) == content
 
 
 def test_a_folder_that_only_the_user_can_enter_is_used_whatever_is_open_in_it(folder):
