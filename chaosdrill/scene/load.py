@@ -4,23 +4,32 @@ import os
 import re
 import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from chaosdrill.errors import SceneError
 from chaosdrill.files import name_text
 from chaosdrill.scene.changes import change, toml_value
-from chaosdrill.scene.lines import NO_LINE, InvalidSceneError, key_lines
+from chaosdrill.scene.lines import NO_LINE, InvalidSceneError, Problem, key_lines
 from chaosdrill.scene.lines import Path as KeyPath
 from chaosdrill.scene.scene import PIPED, STDIN, Scene
 from chaosdrill.typed import PATH, TABLE, TEXT, expecting
 
 MOST_BYTES = 1_000_000
 MOST_KEY_PARTS = 64
+"""tomllib takes time that grows with the square of the length of a dotted key."""
 
-# tomllib takes time that grows with the square of the length of a dotted key
-_DOTTED = re.compile(r"""[A-Za-z0-9_"'-][ \t]*+\.""")
+MOST_DIGITS = 400
+"""Of a number: no double is longer, and Python reads integers of some thousands of digits at most."""
+
+_PART = r"""(?:[A-Za-z0-9_+-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+# what is long in a text or a comment is no key
+_TOKEN = re.compile(
+    r'''#[^\n]*+|"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)|\'\'\'(?:[^\']|\'(?!\'\'))*+(?:\'{3,5}|\Z)|'''
+    rf"(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)",
+    re.DOTALL,
+)
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
@@ -115,6 +124,8 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
         text, path = change(text, key, value)
         raw = _parse_toml(text, name)
         _place_change(lines, path)
+    if problems := list(_large_integers(raw)):
+        raise InvalidSceneError(name, problems, lines)
     problems = check_document(raw)
     system = check_system(table_in(raw, "system"))
     numerics, faults = check_numerics(table_in(raw, "numerics"))
@@ -151,11 +162,31 @@ def _place_change(lines: dict[KeyPath, int], path: KeyPath) -> None:
     lines[path] = NO_LINE
 
 
+def _fault_of_key(key: str) -> str:
+    """Why a dotted key is too long, or a number has too many digits; empty if neither."""
+    if len(re.findall(_PART, key)) > MOST_KEY_PARTS:
+        return f"a key of more than {MOST_KEY_PARTS} parts"
+    if len(key) > MOST_DIGITS and re.fullmatch(r"[+-]?(?:0[xob])?[0-9a-fA-F_]++", key):
+        return f"a number of {len(key)} digits; write it as a double with an exponent, such as 1e20, or shorter"
+    return ""
+
+
+def _large_integers(raw: Any, path: KeyPath = ()) -> Iterator[Problem]:
+    """Integers that no machine has, each at its place."""
+    if isinstance(raw, dict | list):
+        for key, value in raw.items() if isinstance(raw, dict) else enumerate(raw):
+            yield from _large_integers(value, (*path, key))
+    elif isinstance(raw, int) and not -(2**63) <= raw < 2**63:
+        text = f"an integer of {len(str(abs(raw)))} digits; integers of TOML are from -2**63 to 2**63 - 1"
+        yield Problem(path, f"{text}; write a number with a point or an exponent, such as 1e20")
+
+
 def _parse_toml(text: str, name: str) -> dict[str, Any]:
-    for number, content in enumerate(text.split("\n"), start=1):
-        for part in re.split(r"[=,{]", content):
-            if part.count(".") > MOST_KEY_PARTS and len(_DOTTED.findall(part)) > MOST_KEY_PARTS:
-                raise SceneError(f"{name}:{number}: a key of more than {MOST_KEY_PARTS} parts")
+    for found in _TOKEN.finditer(text):
+        key = found["key"] or ""
+        if len(key) > MOST_KEY_PARTS and (fault := _fault_of_key(key)):
+            line = text.count("\n", 0, found.start()) + 1
+            raise SceneError(f"{name}:{line}: {fault}")
     try:
         return tomllib.loads(text)
     except RecursionError:

@@ -68,8 +68,36 @@ def test_long_dotted_key(tmp_path, form):
     assert "a key of more than 64 parts" in refusal(written(tmp_path, text.encode()))
 
 
-def test_number_of_many_digits(tmp_path):
-    assert "invalid TOML" in refusal(written(tmp_path, b"a = " + b"1" * 10_000))
+def test_points_that_stand_in_no_key(tmp_path):
+    """A fitted polynomial has one in every coefficient; so may a title, a comment and a list of times."""
+    fit = " + ".join(f"{k}.25*x" for k in range(200))
+    dots = ".".join("abcd" * 60)
+    texts = f'title = "{dots}"\n# {dots}\n'
+    flow = f'modes.only.x = "1 - ({fit})" # {dots}\nlabels.x = \'{dots}\'\ndescription = """{dots}\n{dots}"""\n'
+    times = f"times = [{', '.join(f'{k}.5' for k in range(100))}]"
+    scene = f"[system.definition]\nname = 'fit'\nstates = ['x']\n{flow}[analysis.run]\nkind = 'trajectory'\n"
+    found = load_scene(written(tmp_path, f"{texts}{scene}duration = 100\n{times}\n".encode()))
+    assert found.title == dots
+
+
+SPRING = """[system]
+model = "impact-oscillator"
+[system.parameters]
+zeta = {}
+"""
+
+
+@pytest.mark.parametrize("number", ["1" * 10_000, "-" + "9" * 5_000, "0x" + "f" * 10_000, "0b" + "1" * 20_000])
+def test_number_of_many_digits(tmp_path, number):
+    told = refusal(written(tmp_path, SPRING.format(number).encode()))
+    assert told.startswith(f"scene.toml:4: a number of {len(number)} digits; write it as a double with an exponent")
+
+
+@pytest.mark.parametrize("number", [str(2**63), str(-(2**63) - 1), "0x" + "f" * 17, "0x" + "f" * 390, "9" * 300])
+def test_integer_that_no_machine_has(tmp_path, number):
+    told = refusal(written(tmp_path, SPRING.format(number).encode()))
+    assert told.startswith("scene.toml:4: system.parameters.zeta: an integer of ")
+    assert "such as 1e20" in told
 
 
 def test_empty(tmp_path):
