@@ -1,8 +1,14 @@
 """The exceptions that users of chaosdrill meet."""
 
+from chaosdrill.names import visible
+
 
 class ChaosdrillError(Exception):
     """Base of every error that chaosdrill raises on purpose; its text names the field, the value and the remedy."""
+
+    def __str__(self) -> str:
+        # it may show what a stranger has written, and a traceback is read on a terminal
+        return visible(super().__str__())
 
 
 class ModelError(ChaosdrillError):

@@ -1,5 +1,6 @@
-"""Names that somebody misspelt."""
+"""Names and texts of others, as messages show them."""
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -23,3 +24,36 @@ def remedy(word: str, known: Iterable[str]) -> str:
 def shortened(name: str) -> str:
     """A name as a message shows it."""
     return name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
+
+
+_UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ufff9-\ufffb]")
+"""What a terminal obeys instead of showing it, and what turns the order of letters round; lines and tabs may stay."""
+
+
+def shown(value: object) -> str:
+    """What `repr` writes of a value, also of one that Python does not write: integers of thousands of digits."""
+    try:
+        return repr(value)
+    except (ValueError, MemoryError, RecursionError):
+        if isinstance(value, int):
+            return f"an integer of {int(value.bit_length() * 0.30103) + 1} digits"
+        return f"{type(value).__name__} that Python cannot write out"
+
+
+def key_text(key: object) -> str:
+    """The name that a key stands for: text, or a symbol."""
+    return shown(key) if isinstance(key, int) else str(key)
+
+
+def visible(text: str) -> str:
+    """A text with the codes of what a terminal would obey: ``\\x1b`` for the character that begins its commands."""
+    return _UNSEEN.sub(lambda found: f"\\x{ord(found[0]):02x}" if found[0] < "\u0100" else _escaped(found[0]), text)
+
+
+def visible_json(text: str) -> str:
+    """The same for a text of JSON, which says as much as before."""
+    return _UNSEEN.sub(lambda found: _escaped(found[0]), text)
+
+
+def _escaped(letter: str) -> str:
+    return f"\\u{ord(letter):04x}"

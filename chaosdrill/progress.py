@@ -17,6 +17,8 @@ from threading import RLock
 from time import monotonic
 from typing import Any, ParamSpec, Self, TextIO, TypeVar
 
+from chaosdrill.names import visible
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -141,7 +143,7 @@ class Display:
     def tell(self, line: str) -> None:
         """Show a line of its own."""
         self._close()
-        self._stream.write(line + "\n")
+        self._stream.write(visible(line) + "\n")
         self._stream.flush()
 
     def report(self, name: str) -> Progress:
@@ -151,6 +153,7 @@ class Display:
         """
         self._close()
         _hear_numba()
+        name = visible(name)
         face = _Bars(name, self._stream, self._notebook) if self._live else _Lines(name, self._stream)
         self._meter = _Meter(face, self._delay)
         COMPILATION.watchers.append(self._meter.turn)

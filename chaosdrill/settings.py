@@ -8,7 +8,7 @@ from typing import Any, Self, cast
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.limits import Limit
-from chaosdrill.names import remedy
+from chaosdrill.names import remedy, shown
 
 Path = tuple[int | str, ...]
 
@@ -17,6 +17,10 @@ Faults = Iterator[tuple[Path, str]]
 
 LONGEST = 10**10
 """Largest count: what is longer would not end; it is a slip of the pen."""
+
+
+MOST_LISTED = 10**8
+"""Entries of an array that is given for a list."""
 
 
 @dataclass
@@ -159,7 +163,7 @@ class ListOf(Value):
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, list):
-            yield (), told("expected a list", value)
+            yield (), told(too_long(value) or "expected a list", value)
             return
         yield from long(value, self.least, self.most)
         found = [((index, *path), text) for index, one in enumerate(value) for path, text in self.item.faults(one)]
@@ -327,7 +331,7 @@ def within(place: Path, faults: Faults) -> Faults:
 
 def told(words: str, value: Any) -> str:
     """A fault with the value, but for a table, which stands there to be read."""
-    return words if isinstance(value, Mapping) else f"{words}, received {value!r:.60}"
+    return words if isinstance(value, Mapping) else f"{words}, received {shown(value):.60}"
 
 
 def _of_an_argument(name: str, value: Any, path: Path, text: str) -> str:
@@ -336,7 +340,7 @@ def _of_an_argument(name: str, value: Any, path: Path, text: str) -> str:
         name += f"[{key}]" if isinstance(key, int) else f".{key}"
         value = value.get(key) if isinstance(value, Mapping) else value[key]
     words = text.removesuffix(received := told("", value))
-    return f"{name} is {value!r:.60}; {words}" if received and words != text else f"{name}: {text}"
+    return f"{name} is {shown(value):.60}; {words}" if received and words != text else f"{name}: {text}"
 
 
 def _beyond(value: Any, *, least: float = -inf, most: float = inf, above: float = -inf) -> Faults:
@@ -356,8 +360,18 @@ def long(value: Any, least: int, most: int) -> Faults:
         yield (), told(f"must have at most {most} entries", value)
 
 
+def too_long(value: Any) -> str:
+    """Why an array is not listed, however little memory it takes; empty for what can be."""
+    size = getattr(value, "size", 0)
+    if not isinstance(size, int) or size <= MOST_LISTED:
+        return ""
+    return f"has {size:.4g} entries, and at most {MOST_LISTED} are taken"
+
+
 def listed(value: Any) -> Any:
-    """A tuple, an array or another such thing as a list; what is no such thing as it is."""
+    """A tuple, an array or another such thing as a list; what is no such thing, or has no end, as it is."""
+    if too_long(value):
+        return value
     if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:
         return value
     return list(value)
@@ -381,7 +395,8 @@ def positive(name: str, value: Any) -> float:
 
 def real(value: Any) -> float:
     """The value as a float; NaN for what is no real number, texts, truth values and dates among it."""
-    none = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") in ("b", "m", "M")
+    # what numpy would drop is the imaginary part
+    none = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") in ("b", "c", "m", "M")
     if none or isinstance(value, str | bytes) or bool(getattr(value, "ndim", 0)):
         return nan
     try:

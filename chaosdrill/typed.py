@@ -9,7 +9,7 @@ from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 from chaosdrill.errors import ChaosdrillError
-from chaosdrill.names import remedy
+from chaosdrill.names import remedy, shown
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -62,7 +62,7 @@ def refuse(error: type[ChaosdrillError], name: str, value: Any, kind: Kind) -> N
         Of the class that is given, with the name of the argument, the value, and what it must be.
     """
     if not kind.holds(value):
-        raise error(f"{name} is {value!r:.60}; it must be {kind.words}")
+        raise error(f"{name} is {shown(value):.60}; it must be {kind.words}")
 
 
 def known_names(function: str, known: Signature, keywords: Mapping[str, Any]) -> None:

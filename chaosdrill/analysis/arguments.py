@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from chaosdrill.declared import METHODS, unfit
 from chaosdrill.errors import SettingsError
-from chaosdrill.names import remedy
+from chaosdrill.names import key_text, remedy, shown
 from chaosdrill.settings import (
     LONGEST,
     Faults,
@@ -24,6 +24,7 @@ from chaosdrill.settings import (
     real,
     setting,
     told,
+    too_long,
     within,
 )
 
@@ -248,7 +249,7 @@ def _values(value: Any) -> Faults:
         words = f"may be read as values or as limits; for values write {list(value)!r:.120}, for a range {{{ends}}}"
         yield (), told(words, value)
     else:
-        yield (), told("expected a list of numbers, or a table with start, stop and num", value)
+        yield (), told(too_long(value) or "expected a list of numbers, or a table with start, stop and num", value)
 
 
 def _spread(values: Mapping[str, Any]) -> Any:
@@ -271,7 +272,7 @@ class Axes(Value):
         return self.argument(super().read(name, value, system))
 
     def plain(self, value: Any) -> Any:
-        return {str(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
+        return {key_text(key): self._plain(one) for key, one in value.items()} if isinstance(value, Mapping) else value
 
     def _plain(self, values: Any) -> Any:
         return values if _may_be_limits(values) else _LIST.plain(values)
@@ -357,7 +358,7 @@ class Start(Value):
             return
         for name, one in value.items():
             if name == "mode" and not isinstance(one, str):
-                yield (name,), f"expected the name of a mode, received {one!r:.60}"
+                yield (name,), f"expected the name of a mode, received {shown(one):.60}"
             elif name != "mode" and not isinstance(one, str):
                 yield from within((name,), Number().faults(one))
 
@@ -368,7 +369,7 @@ class Start(Value):
             if name != "mode" and name not in known.states:
                 yield (name,), f"unknown state; {remedy(name, ('mode', *known.states))}"
             elif name != "mode" and isinstance(one, str):
-                yield (name,), f"expected a number, received {one!r:.60}"
+                yield (name,), f"expected a number, received {shown(one):.60}"
 
     def argument(self, value: Any) -> dict[str, Any]:
         return {name: one if isinstance(one, str) else float(one) for name, one in value.items()}
@@ -382,7 +383,9 @@ class Seeds(ListOf):
         if not listed and isinstance(value, Sequence) and not isinstance(value, str):
             raise SettingsError(f"{name} is empty; give at least one initial state, or leave {name} out")
         if not listed or not all(isinstance(seed, Mapping) for seed in listed):
-            raise SettingsError(f"{name} is {value!r}; it must be a list of initial values, as in [{{'x': 0.1}}]")
+            raise SettingsError(
+                f"{name} is {shown(value):.60}; it must be a list of initial values, as in [{{'x': 0.1}}]"
+            )
         return [{str(key): one for key, one in seed.items()} for seed in listed]
 
     def misfits(self, value: Any, known: Known) -> Faults:

@@ -23,6 +23,7 @@ from chaosdrill.dataset.references import SPECTRA
 from chaosdrill.dataset.schema import Table, rate_clash
 from chaosdrill.declared import ANALYSES, METHODS, unfit
 from chaosdrill.errors import ModelError, SettingsError, StartWarning
+from chaosdrill.names import key_text, shown
 from chaosdrill.package import docstring
 from chaosdrill.progress import Progress, teller, watched
 from chaosdrill.settings import LONGEST, Amount, Faults, Number, Settings, Whole, setting, told, whole
@@ -276,7 +277,7 @@ class Analysis:
         if not isinstance(system, HybridSystem):
             named = f"chaosdrill.build({system!r:.60})" if isinstance(system, str) else "chaosdrill.drill()"
             raise SettingsError(
-                f"system is {system!r:.60}; it must be a HybridSystem: your own, the system of a scene, as in "
+                f"system is {shown(system):.60}; it must be a HybridSystem: your own, the system of a scene, as in "
                 f"load_scene(path).system, or one that has a name, as in {named}"
             )
         for name in system.quadratures:
@@ -284,7 +285,7 @@ class Analysis:
                 told = f"has a name that {reason}; rename it, as in 'the_integral'"
                 raise ModelError(f"{system.name}: quadrature {name!r:.60} {told}")
         axes = (given.get(name) for name in ("sweep", "grid"))
-        taken = {str(name) for one in (system.quadratures, *axes) if isinstance(one, Mapping) for name in one}
+        taken = {key_text(name) for one in (system.quadratures, *axes) if isinstance(one, Mapping) for name in one}
         if clash := rate_clash(system.quadratures, taken):
             raise ModelError(f"{system.name}: {clash}")
         for name, kind in (("progress", LISTENER), ("store", PATH)):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.analysis.arguments import Start
 from chaosdrill.errors import SettingsError
-from chaosdrill.names import remedy
+from chaosdrill.names import remedy, shown
 from chaosdrill.settings import Faults, Known, Value, entries, long, real, told, within
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Tangents(Value):
             rows = np.zeros(0)
         if rows.ndim != 2 or not 1 <= len(rows) <= n or rows.shape[1] != n or not np.isfinite(rows).all():
             raise SettingsError(
-                f"{name} is {value!r:.60}; it must be True, or rows of {n} finite numbers, one for each state of "
+                f"{name} is {shown(value):.60}; it must be True, or rows of {n} finite numbers, one for each state of "
                 f"{', '.join(system.state_names)}, and no more than {n} of them"
             )
         lengths = np.abs(rows).max(axis=1, keepdims=True)  # no squares, which overflow
@@ -169,11 +169,11 @@ def _entry(place: str, key: str, value: Any, system: "HybridSystem") -> Any:
         if value is None and not system.names_mode:
             return None
         if not isinstance(value, str) or value not in system.mode_names:
-            raise SettingsError(f"{place} has the mode {value!r}; {remedy(str(value), system.mode_names)}")
+            raise SettingsError(f"{place} has the mode {shown(value):.60}; {remedy(str(value), system.mode_names)}")
         return str(value)
     number = real(value)
     if not isfinite(number):
-        raise SettingsError(f"{place} has {key} = {value!r}; it must be a finite number")
+        raise SettingsError(f"{place} has {key} = {shown(value):.60}; it must be a finite number")
     return number
 
 

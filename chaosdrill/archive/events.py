@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from chaosdrill.dataset.dates import DATES
 from chaosdrill.dataset.provenance import DERIVED, now, signature
 from chaosdrill.errors import ArchiveError
+from chaosdrill.names import shown
 from chaosdrill.settings import real
 
 if TYPE_CHECKING:
@@ -35,22 +36,24 @@ def cut(ds: "xr.Dataset", start: float, stop: float) -> "xr.Dataset":
     import numpy as np
 
     _check_trajectory("ds", ds)
-    for name, value in (("start", start), ("stop", stop)):
-        if np.isnan(real(value)):
-            raise ArchiveError(f"{name} is {value!r:.60}; it must be a number, in units of model time")
+    ends = real(start), real(stop)
+    for name, value, end in zip(("start", "stop"), (start, stop), ends, strict=True):
+        if np.isnan(end):
+            raise ArchiveError(f"{name} is {shown(value):.60}; it must be a number, in units of model time")
     times, events = ds["time"].values, ds["event_time"].values
-    inside = (times >= start) & (times <= stop)
+    inside = (times >= ends[0]) & (times <= ends[1])
     if not inside.any():
         raise ArchiveError(
-            f"no sample between {start!r} and {stop!r}; the trajectory has times from {times[0]} to {times[-1]}"
+            f"no sample between {shown(start):.60} and {shown(stop):.60}; the trajectory has times from {times[0]} to "
+            f"{times[-1]}"
         )
-    kept = (events >= start) & (events <= stop)
+    kept = (events >= ends[0]) & (events <= ends[1])
     part = ds.isel(time=inside, event=kept)
     if "event_count" in ds.variables:
         ends = np.cumsum(ds["event_count"].values)[:-1]
         counts = np.array([run.sum() for run in np.split(kept, ends)], dtype=ds["event_count"].dtype)
         part["event_count"] = ds["event_count"].copy(data=counts)
-    return _told(part, f"cut to times {start!r} to {stop!r}")
+    return _told(part, f"cut to times {shown(start):.60} to {shown(stop):.60}")
 
 
 def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
@@ -77,8 +80,9 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     import xarray as xr
 
     if not isinstance(runs, Mapping) or not runs:
+        received = repr(runs) if isinstance(runs, list | tuple | Mapping | None) and not runs else type(runs).__name__
         raise ArchiveError(
-            f"runs is {type(runs).__name__ if runs else repr(runs)}; it must be a mapping of names to trajectories, as "
+            f"runs is {received}; it must be a mapping of names to trajectories, as "
             'in join({"soft": one, "hard": another})'
         )
     first_name, first = next(iter(runs.items()))

@@ -12,6 +12,7 @@ from chaosdrill.cli.interrupts import second_one_ends
 from chaosdrill.cli.run import run
 from chaosdrill.cli.streams import emit_error, tell, usable_streams
 from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError
+from chaosdrill.names import visible
 from chaosdrill.version import __version__
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -64,6 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 if "--json" in given:
                     emit_error(code, kind, message, getattr(fault, "problems", None))
             if isinstance(fault, click.ClickException):
+                fault.message = visible(fault.message)
                 with suppress(OSError):
                     fault.show()
             else:

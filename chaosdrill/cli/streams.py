@@ -17,6 +17,7 @@ from typing import Any
 
 import click
 
+from chaosdrill.names import visible, visible_json
 from chaosdrill.scene.changes import parse_change
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document, also for errors.")
@@ -37,7 +38,7 @@ def usable_streams() -> Iterator[None]:
         stack.callback(_settle)
         stack.callback(setattr, warnings, "formatwarning", warnings.formatwarning)
         # where in the package a warning comes from is of no use here
-        warnings.formatwarning = lambda message, *_: f"{message}\n"
+        warnings.formatwarning = lambda message, *_: f"{visible(str(message))}\n"
         yield
 
 
@@ -50,7 +51,7 @@ def say(text: str) -> None:
         If it cannot be written, but for a reader that has left.
     """
     try:
-        click.echo(text)
+        click.echo(visible(text))
     except BrokenPipeError:
         pass
     except OSError as fault:
@@ -60,7 +61,7 @@ def say(text: str) -> None:
 def tell(text: str) -> None:
     """Print a message on standard error, if that is possible."""
     with suppress(OSError):
-        click.echo(text, err=True)
+        click.echo(visible(text), err=True)
 
 
 def _settle() -> None:
@@ -92,7 +93,7 @@ def emit(document: Mapping[str, Any]) -> None:
     # names of files need not be text
     except UnicodeEncodeError:
         text = json.dumps(plain, indent=2, allow_nan=False)
-    say(text)
+    say(visible_json(text))
 
 
 def emit_error(code: int, kind: str, message: str, problems: Sequence[Mapping[str, Any]] | None = None) -> None:

@@ -28,7 +28,7 @@ from chaosdrill.model.text import (
     read_text,
     unknown_name,
 )
-from chaosdrill.names import remedy, shortened
+from chaosdrill.names import remedy, shortened, shown
 
 Path = tuple[str | int, ...]
 
@@ -232,7 +232,7 @@ class Reader:
         description = self._text(("description",), given.get("description", ""), empty=True) or ""
         for one in self.parameters:
             if not is_name(one):
-                self._fault(("parameters", one), f"received {one!r:.60}; {NAMES}")
+                self._fault(("parameters", one), f"received {shown(one):.60}; {NAMES}")
             elif one in states or one == time:
                 place = ("states",) if one in states else ("time",)
                 self._fault(place, f"{one!r:.60} is the name of a parameter too")
@@ -294,19 +294,19 @@ class Reader:
             read = {str(getattr(key, "name", key)): entry for key, entry in value.items()}
             if len(read) == len(value):
                 return read
-        self._fault(path, f"expected a table of names (a dict in Python), received {value!r:.60}")
+        self._fault(path, f"expected a table of names (a dict in Python), received {shown(value):.60}")
         return {}
 
     def _text(self, path: Path, value: Any, *, empty: bool = False) -> str | None:
         if isinstance(value, str) and (empty or value.strip()):
             return value
-        self._fault(path, f"expected text in quotes, received {value!r:.60}")
+        self._fault(path, f"expected text in quotes, received {shown(value):.60}")
         return None
 
     def _whole(self, path: Path, value: Any) -> int:
         if isinstance(value, Integral) and not isinstance(value, bool) and abs(int(value)) < 2**63:
             return int(value)
-        self._fault(path, f"expected a whole number, received {value!r:.60}")
+        self._fault(path, f"expected a whole number, received {shown(value):.60}")
         return 0
 
     def _name(self, path: Path, value: Any) -> str | None:
@@ -315,7 +315,7 @@ class Reader:
         if isinstance(given, str) and is_name(given):
             return given
         what = NAMES if isinstance(given, str) else "expected a name, or a symbol of sympy"
-        self._fault(path, f"received {value!r:.60}; {what}")
+        self._fault(path, f"received {shown(value):.60}; {what}")
         return None
 
     def _states(self, value: Any) -> tuple[str, ...] | None:
@@ -324,7 +324,7 @@ class Reader:
         ordered = isinstance(listed, Iterable) and not isinstance(listed, Mapping | set | frozenset | bytes)
         names = [self._name(("states", place), one) for place, one in enumerate(listed)] if ordered else []
         if not names:
-            given = "missing" if value is None else f"received {value!r:.60}"
+            given = "missing" if value is None else f"received {shown(value):.60}"
             self._fault(("states",), f"{given}; expected names in order, as in 'x v' or ['x', 'v']")
         if not names or None in names:
             return None
@@ -449,7 +449,7 @@ class Reader:
         for name, given in self._table(("quadratures",), value).items():
             path = ("quadratures", name)
             if not is_name(name):
-                self._fault(path, f"received {name!r:.60}; {NAMES}")
+                self._fault(path, f"received {shown(name):.60}; {NAMES}")
             if isinstance(given, Mapping):
                 lacks = "write 0 if nothing is added in it"
                 read[name] = self._by_mode(path, given, self._modes, lacks, self._integrand)
@@ -473,7 +473,7 @@ class Reader:
 
     def _read_transitions(self, value: Any) -> tuple[Transition, ...]:
         if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping | set | frozenset):
-            self._fault(("transitions",), f"expected a list of transitions, [] for none, received {value!r:.60}")
+            self._fault(("transitions",), f"expected a list of transitions, [] for none, received {shown(value):.60}")
             return ()
         listed = list(value)
         self._transitions = [_name_of(entry) for entry in listed]
@@ -489,7 +489,7 @@ class Reader:
     def transition(self, path: Path, value: Any) -> dict[str, Any]:
         """The fields of a transition; what is missing among them is a fault."""
         if not isinstance(value, Transition | Mapping):
-            self._fault(path, f"expected a Transition, or a table, received {value!r:.60}")
+            self._fault(path, f"expected a Transition, or a table, received {shown(value):.60}")
             return {}
         before = len(self.faults)
         given = value.given if isinstance(value, Transition) else self._table(path, value)
@@ -513,7 +513,7 @@ class Reader:
         if "direction" in given:
             read["direction"] = direction = given["direction"]
             if not isinstance(direction, Integral) or isinstance(direction, bool) or direction not in (-1, 0, 1):
-                told = f"must be 1 (rises), -1 (falls) or 0 (either), received {direction!r:.60}"
+                told = f"must be 1 (rises), -1 (falls) or 0 (either), received {shown(direction):.60}"
                 self._fault((*path, "direction"), told)
             else:
                 read["direction"] = int(direction)
@@ -565,7 +565,7 @@ class Reader:
             if state not in states:
                 self._stranger(("bounds", state), state)
             elif not low < high:
-                told = f"expected [low, high], doubles or inf, with low < high, received {given!r:.60}"
+                told = f"expected [low, high], doubles or inf, with low < high, received {shown(given):.60}"
                 self._fault(("bounds", state), told)
             read[state] = (low, high)
         return read
@@ -580,7 +580,7 @@ class Reader:
                 found = self._from_text(path, value, condition)
             elif isinstance(value, int | float) and not isinstance(value, bool) and not condition:
                 if not abs(value) <= MOST:
-                    raise ExpressionError(f"must be a finite double, received {value!r:.60}")
+                    raise ExpressionError(f"must be a finite double, received {shown(value):.60}")
                 found = self._from_text(path, repr(float(value) if isinstance(value, float) else int(value)), condition)
             elif is_python(value) and path:
                 (found,) = self._from_python(value)
@@ -615,34 +615,36 @@ class Reader:
         return read_text(text, self._names, condition=condition, hints=self._hints, clock=clock)
 
     def _from_sympy(self, value: Any, condition: bool) -> Any:
+        if getattr(value, "ndim", 0):
+            raise ExpressionError(f"expected one number or expression, received {shown(value):.60}")
         try:
             found = sympy.sympify(value, strict=True)
         except (sympy.SympifyError, TypeError, ValueError, AttributeError):
             if callable(value) and not is_python(value):
                 raise ExpressionError(
-                    f"{value!r:.60} can be called, but numba cannot read its code, of which derivatives are made; "
+                    f"{shown(value):.60} can be called, but numba cannot read its code, of which derivatives are made; "
                     "pass a Python function, or what numba.njit or numba.cfunc has made of one"
                 ) from None
             raise ExpressionError(
-                f"expected an expression, as text in quotes or of sympy, received {value!r:.60}"
+                f"expected an expression, as text in quotes or of sympy, received {shown(value):.60}"
             ) from None
         if getattr(found, "is_Matrix", False) or not isinstance(found, sympy.Expr | Boolean):
-            raise ExpressionError(f"expected one number or expression, received {value!r:.60}")
+            raise ExpressionError(f"expected one number or expression, received {shown(value):.60}")
         is_relation = isinstance(found, BooleanFunction | BooleanAtom | Relational)
         if is_relation != condition:
             wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
-            raise ExpressionError(f"{found!s:.60} is to be {wanted}")
+            raise ExpressionError(f"{shown(found):.60} is to be {wanted}")
         if found.has(sympy.I):
-            raise ExpressionError(f"{found!s:.60} is complex; only real expressions can be simulated")
+            raise ExpressionError(f"{shown(found):.60} is complex; only real expressions can be simulated")
         if found.has(*_UNDONE):
             raise ExpressionError(
-                f"{found!s:.60} holds an integral, a derivative or a sum that is not carried out; write its value "
+                f"{shown(found):.60} holds an integral, a derivative or a sum that is not carried out; write its value "
                 "(doit()), or make it a state or a quadrature"
             )
         if found.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo):
-            raise ExpressionError(f"{found!s:.60} divides by zero, or is not finite")
+            raise ExpressionError(f"{shown(found):.60} divides by zero, or is not finite")
         if not has_doubles(found):
-            raise ExpressionError(f"{found!s:.60} holds a number that is larger than any double")
+            raise ExpressionError(f"{shown(found):.60} holds a number that is larger than any double")
         found = found.xreplace({s: sympy.Symbol(s.name, real=True) for s in found.free_symbols})
         if not self.open and any(not one.numbers for one in found.atoms(Called)):
             raise ExpressionError("is the Python function of a transition alone; pass the function itself")

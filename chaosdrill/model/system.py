@@ -12,9 +12,10 @@ from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.limits import Limit
 from chaosdrill.model.exponents import exponent_parameters, motion
+from chaosdrill.model.numbers import Numbers
 from chaosdrill.model.places import in_places, parameter
 from chaosdrill.model.reading import UNNAMED, Definition, Reader, Transition, finite
-from chaosdrill.names import remedy
+from chaosdrill.names import remedy, shown
 
 # several threads may ask for the placed form of one system at once, and each would derive it
 _deriving = RLock()
@@ -136,13 +137,16 @@ class HybridSystem:
         self.initial = {"mode": next(iter(self.modes)), **dict.fromkeys(self.state_names, 0.0)}
         if not isinstance(initial, Mapping | None):
             raise ModelError(
-                f"{self.name}: initial: expected a table of names (a dict in Python), received {initial!r}"
+                f"{self.name}: initial: expected a table of names (a dict in Python), received {shown(initial):.60}"
             )
         self.names_mode = not self.regions
         self.limits: Mapping[str, Limit] = {}
         self.exponent_parameters = exponent_parameters(self)
         self.shared = self._shared_with_others()
         self._set_initial({str(key): value for key, value in (initial or {}).items()})
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        super().__setattr__(name, Numbers(value) if name == "parameters" else value)
 
     def _shared_with_others(self) -> Shared:
         """What a system that differs in numbers alone, made not long ago, has derived; else an empty place for it."""
@@ -417,5 +421,5 @@ class HybridSystem:
 def _number(system: str, what: str, key: Any, value: Any) -> float:
     number = finite(value)
     if number is None:
-        raise SettingsError(f"{system}: {what} {str(key)!r} is {value!r}; it must be a finite number")
+        raise SettingsError(f"{system}: {what} {str(key)!r} is {shown(value):.60}; it must be a finite number")
     return number

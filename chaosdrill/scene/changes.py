@@ -13,7 +13,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from chaosdrill.errors import SettingsError
+from chaosdrill.names import shown
 from chaosdrill.scene.lines import Layout, Path, layout
+from chaosdrill.settings import too_long
 
 MOST_PARTS = 16
 
@@ -111,6 +113,8 @@ def toml_value(value: Any, place: str) -> str:
     SettingsError
         If TOML has no such value.
     """
+    if told := too_long(value):
+        raise SettingsError(f"{place}: {told}")
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, bool):
@@ -126,7 +130,7 @@ def toml_value(value: Any, place: str) -> str:
     if isinstance(value, Mapping):
         pairs = (f"{bare_or_quoted(str(name))} = {toml_value(entry, place)}" for name, entry in value.items())
         return "{ " + ", ".join(pairs) + " }" if value else "{}"
-    raise SettingsError(f"{place}: expected a number, text, a list or a table, received {value!r:.60}")
+    raise SettingsError(f"{place}: expected a number, text, a list or a table, received {shown(value):.60}")
 
 
 def _path(key: str) -> tuple[str, ...]:
@@ -172,7 +176,9 @@ def _put(table: Any, path: Path, key: str, value: Any) -> None:
     for depth, name in enumerate(tables, start=1):
         table = table[name] if isinstance(name, int) else table.setdefault(name, {})
         if not isinstance(table, dict | list):
-            raise SettingsError(f"--set {key}: {'.'.join(map(str, path[:depth]))} is not a table but {table!r:.60}")
+            raise SettingsError(
+                f"--set {key}: {'.'.join(map(str, path[:depth]))} is not a table but {shown(table):.60}"
+            )
     before = table[last] if isinstance(last, int) else table.get(last)
     if isinstance(before, dict) and not isinstance(value, dict):
         raise SettingsError(f"--set {key}: is a table; set the keys in it, as in --set {key}.{_first(before)}=...")

@@ -6,6 +6,7 @@ What has finished of a scene outlives whatever stops the run.
 import json
 import os
 from collections.abc import Callable, Mapping
+from inspect import Parameter
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -259,6 +260,13 @@ def rerun(ds: "xr.Dataset", *, workers: int = 1, progress: Callable[..., None] |
         raise ArchiveError(f"settings: {entry.function} of this version has no argument {unknown[0]!r:.60}")
     if entry.settings.parallel:
         keywords["workers"] = workers
+    missing = [
+        one.name
+        for one in entry.signature().parameters.values()
+        if one.default is Parameter.empty and one.name not in ("system", *keywords)
+    ]
+    if missing:
+        raise ArchiveError(f"settings: lack {missing[0]!r}, which {entry.function} needs")
     result: xr.Dataset = function(entry.function)(system_of(ds), **keywords, progress=progress)
     return result
 
