@@ -2,7 +2,8 @@
 
 import gc
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import islice
 from time import perf_counter, thread_time
 from typing import Any
 
@@ -15,12 +16,9 @@ from chaosdrill.analysis.precision_advice import recommend
 from chaosdrill.analysis.precision_errors import (
     QUANTITIES,
     TARGET,
-    TIGHTEST,
     Errors,
     Yardstick,
-    growth,
     measure,
-    true_paths,
 )
 from chaosdrill.analysis.precision_start import Place, Survey, find_place, survey
 from chaosdrill.dataset import Outcome
@@ -148,7 +146,7 @@ def compare(system: HybridSystem, plan: Span, asked: Any, job: Job) -> xr.Datase
         if job.progress:
             job.progress(next(done), total, None)
 
-    found = survey(system, plan)
+    found = survey(system, plan, names)
     if found.outcome != Outcome.OK:
         empty = [Errors(outcome=found.outcome)] * len(cells)
         return _dataset(system, plan, found, None, cells, empty, [Cost(found.outcome)] * len(cells), given)
@@ -172,8 +170,7 @@ def _yardstick(found: Survey, place: Place, plan: Span) -> Yardstick:
     most = 0
     if not place.period and exponent > 3 * error > 0:
         most = min(_LONGEST_HORIZON, int(3 * np.log(TARGET / 1e-15) / (exponent * plan.unit)))
-    starts, paths = true_paths(found, plan.unit, most) if most else ([], np.empty(0))
-    return Yardstick(place, found, growth(found, plan.unit, replace(found.numerics, tolerance=TIGHTEST)), starts, paths)
+    return Yardstick(place, found, most)
 
 
 def _reference_errors(yardstick: Yardstick) -> dict[str, float]:
@@ -182,8 +179,16 @@ def _reference_errors(yardstick: Yardstick) -> dict[str, float]:
     errors = dict.fromkeys(QUANTITIES, float("nan"))
     if truth is not None:
         errors |= {name: value for name, value in truth.errors.items() if period or name != "multiplier"}
-    apart = growth(yardstick.found, yardstick.place.unit, yardstick.found.numerics) - yardstick.rates
-    return errors | {"exponent": float(abs(apart.mean())), "flow_direction": 0.0}
+    # two methods that have nothing in common
+    rates = [yardstick.rates_by(method) for method in islice(yardstick.references(), 2)]
+    apart = float(abs((rates[0] - rates[1]).mean())) if len(rates) == 2 else float("nan")
+    return errors | {"exponent": apart, "flow_direction": 0.0}
+
+
+def _told_references(yardstick: Yardstick, names: list[str]) -> str:
+    """Which method each one is held against where there is no truth of more digits."""
+    found = {name: yardstick.reference(name) for name in names}
+    return "; ".join(f"{name}: {other or 'none'}" for name, other in found.items())
 
 
 def _dataset(
@@ -205,7 +210,7 @@ def _dataset(
         return grid, np.array(list(values)).reshape(shape)
 
     exponent, standard = found.exponent if yardstick is None else yardstick.exponent()
-    target = np.log(TARGET / tolerances) / exponent if yardstick and yardstick.starts else np.full(shape[1], np.nan)
+    target = np.log(TARGET / tolerances) / exponent if yardstick and yardstick.most else np.full(shape[1], np.nan)
     table = np.array([[e.values[q] for e in errors] for q in QUANTITIES]).reshape(len(QUANTITIES), *shape)
     truth = dict.fromkeys(QUANTITIES, float("nan")) if yardstick is None else _reference_errors(yardstick)
     start = system if yardstick is None else yardstick.place.system
@@ -239,5 +244,7 @@ def _dataset(
     reason = yardstick.place.reason if yardstick else found.outcome.advice
     if reason:
         ds.attrs["reference"] = f"none: {reason}"
+    if yardstick:
+        ds.attrs["reference_methods"] = _told_references(yardstick, names)
     ds.attrs["recommendation"] = recommend(ds)
     return ds

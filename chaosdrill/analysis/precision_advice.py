@@ -12,6 +12,10 @@ FEW, MANY, MOST = 4, 8, 12
 SAME = 1.1
 """Ratio of two times within which they count as the same: as far as a busy machine lets one measure."""
 
+CONTRADICTS, ROUNDING = 1e5, 1e-11
+"""An error that is so many times the tolerance, or this one if that is tighter, at the tightest that was tried, and has
+hardly fallen on the way there, is none of accuracy: the method and its reference compute different motions."""
+
 NAMES: Mapping[str, str] = {
     "strobe": "the strobe point",
     "event_time": "the event times",
@@ -48,11 +52,37 @@ def recommend(ds: "xr.Dataset") -> str:
         for ``MANY``; or how many digits were reached. Then what the statistical error and chaos leave of them.
     """
     advice: dict[str, list[str]] = {}
+    disagree: dict[str, list[str]] = {}
     for quantity in shown_quantities(ds):
-        advice.setdefault(_digits(ds, quantity), []).append(NAMES[quantity])
+        if told := contradictions(ds, quantity):
+            disagree.setdefault(told, []).append(NAMES[quantity])
+        else:
+            advice.setdefault(_digits(ds, quantity), []).append(NAMES[quantity])
     lines = [f"{MANY} digits of {_listed(names)} {text}" for text, names in advice.items()]
-    lines += [*_statistics(ds), *_horizon(ds)]
+    lines += [
+        f"methods disagree about {_listed(names)} beyond their errors, so that none is recommended: {told}"
+        for told, names in disagree.items()
+    ]
+    lines += [] if disagree else [*_statistics(ds), *_horizon(ds)]
     return "\n".join(lines) if lines else "nothing could be measured; see outcome"
+
+
+def contradictions(ds: "xr.Dataset", quantity: str) -> str:
+    """Which methods are off a quantity at their tightest tolerance by more than accuracy explains; empty: none.
+
+    Fixed steps have an error of their own.
+    """
+    found = []
+    for method in ds["method"].values:
+        cells = ds.sel({"method": method, "quantity": quantity}).sortby("tolerance", ascending=False)
+        errors, tolerances = cells["error"].values, cells["tolerance"].values
+        known = ~np.isnan(errors)
+        if not known.any() or ("steps_per_period" in ds.variables and cells["steps_per_period"].values.any()):
+            continue
+        first, last, tolerance = errors[known][0], errors[known][-1], float(tolerances[known][-1])
+        if last > CONTRADICTS * max(tolerance, ROUNDING) and not last < 0.1 * first:
+            found.append(f"{method} is off by {last:.1g} at {tolerance:g}")
+    return "; ".join(found)
 
 
 def cheapest(ds: "xr.Dataset", quantity: str, digits: float) -> tuple[str, float, float] | None:

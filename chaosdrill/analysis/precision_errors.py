@@ -1,11 +1,12 @@
 """Errors of one method at one tolerance, quantity by quantity."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.precision_start import Mapped, Place, Survey, find_cycle, run_map
+from chaosdrill.analysis.precision_start import TIGHT_METHODS, Mapped, Place, Survey, find_cycle, run_map
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
@@ -19,6 +20,8 @@ TARGET = 1e-6
 """Distance, in sizes of the states, at which a chaotic trajectory has left the true one."""
 
 TIGHTEST = 1e-16
+OF_RADAU = 1e-13
+"""Tightest tolerance of a reference by radau, whose steps of order 5 are as short as rounding allows there."""
 _HORIZON_STARTS = 3
 _CYCLE_STEPS = 4
 
@@ -33,15 +36,68 @@ class Errors:
     horizon: float = float("nan")
 
 
-@dataclass(frozen=True)
+@dataclass
 class Yardstick:
-    """What every method is held against."""
+    """What every method is held against: the truth, and where there is none another method at the tightest tolerance.
 
-    place: Place  # start and truth
-    found: Survey  # for the restarts
-    rates: np.ndarray  # (restarts,): growth over the restarts at the tightest tolerance
-    starts: list[HybridSystem]  # with `paths` those of `true_paths`; without any no horizon is looked for
-    paths: np.ndarray
+    Attributes
+    ----------
+    place : Place
+        Start and truth.
+    found : Survey
+        For the restarts.
+    most : int
+        Units over which a trajectory is followed; 0: no horizon is looked for.
+    """
+
+    place: Place
+    found: Survey
+    most: int = 0
+    _rates: dict[str, np.ndarray] = field(default_factory=dict)
+    _ends: dict[str, bool] = field(default_factory=dict)
+    _paths: dict[str, tuple[list[HybridSystem], np.ndarray]] = field(default_factory=dict)
+
+    def numerics(self, method: str) -> Numerics:
+        """A method at the tightest tolerance that it reaches."""
+        return replace(self.found.numerics, method=method, tolerance=TIGHTEST if method != "radau" else OF_RADAU)
+
+    def rates_by(self, method: str) -> np.ndarray:
+        """Growth over the restarts, shape (restarts,)."""
+        if method not in self._rates:
+            self._rates[method] = growth(self.found, self.place.unit, self.numerics(method))
+        return self._rates[method]
+
+    def references(self) -> Iterator[str]:
+        """Methods of which all restarts come to the end, first those that agree with the truth, if there is one."""
+        others = []
+        for method in TIGHT_METHODS:
+            if not self._agrees(method):
+                others.append(method)
+            elif np.isfinite(self.rates_by(method)).all():
+                yield method
+        yield from (method for method in others if np.isfinite(self.rates_by(method)).all())
+
+    def reference(self, judged: str) -> str | None:
+        """The method that one is held against: another one."""
+        return next((method for method in self.references() if method != judged), None)
+
+    def _agrees(self, method: str) -> bool:
+        """Whether a method ends the stretch where the truth does."""
+        place = self.place
+        if place.truth is None:
+            return True
+        if method not in self._ends:
+            mapped = run_map(place.system, place.unit, place.count, self.numerics(method))
+            self._ends[method] = (
+                mapped.outcome == Outcome.OK and _largest(mapped.state / place.sizes, place.truth.state) <= TARGET
+            )
+        return self._ends[method]
+
+    def paths(self, method: str) -> tuple[list[HybridSystem], np.ndarray]:
+        """Starts and strobe points, as `true_paths` gives them."""
+        if method not in self._paths:
+            self._paths[method] = true_paths(self.found, self.place.unit, self.numerics(method), self.most)
+        return self._paths[method]
 
     def exponent(self) -> tuple[float, float]:
         """Leading exponent and its statistical error, which is 0 where the multipliers of a cycle tell it."""
@@ -72,11 +128,13 @@ def measure(yardstick: Yardstick, numerics: Numerics) -> Errors:
             return errors
         _against_truth(errors.values, place, system, mapped)
         errors.values["flow_direction"] = flow_direction_error(place, numerics)
-        rates = growth(found, place.unit, numerics)
-        if np.isfinite(rates).all() and np.isfinite(yardstick.rates).all():
-            errors.values["exponent"], errors.exponent_spread = _mean_difference(rates, yardstick.rates)
-        if yardstick.starts and numerics.tolerance > 10 * TIGHTEST:
-            errors.horizon = trusted_time(yardstick.starts, yardstick.paths, place.sizes, place.unit, numerics)
+        rates, other = growth(found, place.unit, numerics), yardstick.reference(numerics.method)
+        if other is None:
+            return errors
+        if np.isfinite(rates).all():
+            errors.values["exponent"], errors.exponent_spread = _mean_difference(rates, yardstick.rates_by(other))
+        if yardstick.most and numerics.tolerance > 10 * TIGHTEST:
+            errors.horizon = trusted_time(*yardstick.paths(other), place.sizes, place.unit, numerics)
     except (SettingsError, np.linalg.LinAlgError):
         errors.outcome = Outcome.FAILED
     return errors
@@ -171,11 +229,10 @@ def _mean_difference(rates: np.ndarray, exact: np.ndarray) -> tuple[float, float
     return float(abs(apart.mean())), spread
 
 
-def true_paths(found: Survey, unit: float, most: int) -> tuple[list[HybridSystem], np.ndarray]:
-    """Starts and strobe points at the tightest tolerance, shape (starts, units, n); NaN after an early end."""
+def true_paths(found: Survey, unit: float, numerics: Numerics, most: int) -> tuple[list[HybridSystem], np.ndarray]:
+    """Starts and strobe points by a method, shape (starts, units, n); NaN after an early end."""
     chosen = found.restarts()[:: max(1, len(found.restarts()) // _HORIZON_STARTS)][:_HORIZON_STARTS]
     starts = [found.start(i) for i in chosen]
-    numerics = replace(found.numerics, tolerance=TIGHTEST)
     return starts, np.array([_path(start, unit, numerics, most) for start in starts])
 
 

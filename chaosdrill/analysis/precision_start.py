@@ -1,5 +1,6 @@
 """Where accuracy is measured: a start on the attractor, the cycle through it if there is one, and stored restarts."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +28,9 @@ from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
 
 TIGHT = 1e-15
-TIGHT_METHODS = ("taylor", "dop853")
-"""Methods that survey an attractor, in order of preference: the first may fail where a field is not analytic."""
+TIGHT_METHODS = ("dop853", "taylor", "radau")
+"""Methods that survey an attractor and that others are held against, in order of preference: one may fail where a field
+is stiff, not analytic, or too steep for it."""
 
 MAX_PERIOD = 16
 """Longest cycle whose multipliers are measured, in forcing periods."""
@@ -89,9 +91,12 @@ class Survey:
         return sorted(inner, key=lambda i: self.events[i].slowest)[len(inner) // 2]
 
 
-def survey(system: HybridSystem, plan: Span) -> Survey:
-    """Let the transient pass, then keep the state at the start of every unit."""
-    for method in TIGHT_METHODS:
+def survey(system: HybridSystem, plan: Span, judged: Collection[str] = ()) -> Survey:
+    """Let the transient pass, then keep the state at the start of every unit; by a method that is not judged, if any.
+
+    That is one of the first two, which reach the last digits.
+    """
+    for method in (*sorted(TIGHT_METHODS[:2], key=lambda one: one in judged), *TIGHT_METHODS[2:]):
         found = _survey(system, plan, Numerics(method, TIGHT))
         if found.outcome == Outcome.OK:
             break

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+import sympy
+
 from chaosdrill.model.derive import rate, reset_map
 from chaosdrill.model.held import Trial
 
@@ -34,7 +36,9 @@ def never_completed(found: "Definition", parameters: Mapping[str, Any], rebound:
     rebound : Transition
         The one that is completed.
     """
-    system: Any = SimpleNamespace(**vars(found), parameters=dict(parameters))
+    # a state or a parameter may have the name that time has in expressions
+    clock = sympy.Dummy(real=True) if found.time is None else found.time
+    system: Any = SimpleNamespace(**{**vars(found), "time": clock}, parameters=dict(parameters))
     zero, guard, target = Trial(system).zero, rebound.guard, rebound.target
     surface = (guard,)
     if not guard.free_symbols & set(found.states):

@@ -139,7 +139,7 @@ class Trial:
         terms = sympy.Add.make_args(expression.xreplace(unknown))
         if not _small(*([_numbers(terms, symbols, values[:, 0])] for values in (on, off))):
             return False
-        function = sympy.lambdify(symbols, terms, modules="numpy")
+        function = sympy.lambdify(symbols, terms, modules="numpy", dummify=True)
         with np.errstate(all="ignore"):
             return _small(*(zip(*_rows(function, values), strict=True) for values in (on, off)))
 
@@ -154,7 +154,7 @@ class Trial:
         values = off.copy()
         x, on = values[1 : n + 1], np.full(_SAMPLES, not k)
         gradients = [differentiate(surface, x) for surface in surfaces for x in self.states]
-        function = sympy.lambdify(self.symbols, [*surfaces, *gradients], modules="numpy")
+        function = sympy.lambdify(self.symbols, [*surfaces, *gradients], modules="numpy", dummify=True)
         with np.errstate(all="ignore"):
             for _ in range(_NEWTON if k else 0):
                 rows = _rows(function, values).T

@@ -395,7 +395,7 @@ def _touches(factor: Any, others: Any, times: int, moving: frozenset[Any], numbe
     unknown = {call: sympy.Dummy(real=True) for call in opaque(factor) | opaque(others)}
     both = [e.xreplace(unknown) for e in (factor, others)]
     names = sorted(set().union(*(e.free_symbols for e in both)), key=lambda s: (s in moving, s.name))
-    function = sympy.lambdify(names, both, modules="numpy")
+    function = sympy.lambdify(names, both, modules="numpy", dummify=True)
     rng = np.random.default_rng(20260301)
     drawn = {s: rng.choice([-1.0, 1.0], (DRAWS, 1)) * 10.0 ** rng.uniform(-6, 6, (DRAWS, 1)) for s in names}
     for s in drawn.keys() & moving:

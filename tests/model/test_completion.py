@@ -1,6 +1,7 @@
 """A transition that completes what can never be a series of rebounds is refused, with the reason; others are not."""
 
 import pytest
+import sympy
 
 import chaosdrill as cd
 
@@ -130,3 +131,22 @@ ACCEPTED = {
 @pytest.mark.parametrize("make", ACCEPTED.values(), ids=ACCEPTED)
 def test_what_may_be_a_series_is_not_refused(make):
     assert make().transitions[1].completes == "hit"
+
+
+@pytest.mark.parametrize("names", [("t", "sin"), ("exp", "t"), ("if", "numpy"), ("lambda", "x_0")])
+def test_names_have_no_say(names):
+    x, v, e = (sympy.Symbol(name, real=True) for name in (*names, "cos"))
+    at = {"guard": x, "direction": -1}
+    given = {
+        "states": names,
+        "parameters": {"cos": 0.5},
+        "modes": {"fly": {x: v, v: sympy.sqrt(e**2 + 1) / 4 - 1}, "held": {x: 0, v: 0}},
+    }
+
+    def transitions(back):
+        hit = cd.Transition("hit", "fly", "fly", **at, reset={v: back})
+        return [hit, cd.Transition("rest", "fly", "held", **at, reset={x: 0, v: 0}, completes="hit")]
+
+    assert cd.HybridSystem(**given, transitions=transitions(-e * v)).transitions
+    with pytest.raises(cd.ModelError, match="loses no speed"):
+        cd.HybridSystem(**given, transitions=transitions(-v))

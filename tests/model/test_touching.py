@@ -129,6 +129,14 @@ def test_resets_and_conditions_may_have_kinks():
     assert flow("y", transitions=[reset]).transitions[0].reset
 
 
+@pytest.mark.parametrize("name", ["t", "cos", "sin", "lambda", "numpy", "exp"])
+def test_names_have_no_say(name):
+    given = {"states": (name,), "parameters": {"sqrt": 2.0}}
+    with pytest.raises(cd.ModelError, match="has a kink where"):
+        cd.HybridSystem(**given, modes={"on": {name: f"sqrt(1 - cos(sqrt*`{name}`)**2)"}})
+    assert cd.HybridSystem(**given, modes={"on": {name: f"sqrt(2 - cos(sqrt*`{name}`)**2)"}}).autonomous
+
+
 @st.composite
 def squares(draw):
     """The square of what changes its sign on a line, in one of its writings, in any unit of length."""

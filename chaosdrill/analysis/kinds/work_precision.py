@@ -81,7 +81,10 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
     After the transient the run looks for a cycle. If it has settled on one, the methods are compared over that cycle;
     otherwise over the surveyed period with the most kinds of events. Errors are measured against a 60-digit reference:
     extrapolation between events (Bulirsch and Stoer 1966, doi:10.1007/BF02165234), Newton's method for the events,
-    finite differences of the flow for the tangents. The reference shares no formula with the methods.
+    finite differences of the flow for the tangents. The reference shares no formula with the methods. Where it says
+    nothing, of the exponent and of trusted times, every method is held against another one at the tightest tolerance,
+    which the attribute ``reference_methods`` names. Where a method stays off its reference however tight its tolerance
+    is, the methods disagree, and none is recommended.
 
     Parameters
     ----------
