@@ -16,8 +16,9 @@ import sympy
 
 from chaosdrill.model.special import SPECIAL, positive_power
 
-CROSSED, AT_SERIES, AT_ALL = range(3)
-"""Whether the argument of an operation may pass through zero: it may; not in a series; never."""
+CROSSED, ONE_SIDED, AT_SERIES, AT_ALL = range(4)
+"""Whether the argument of an operation may pass through zero: it may; not in a series, and methods that need none go on
+with zero behind it; not in a series; never."""
 
 VISIBLE = 9
 """Degree from which on a power may hide: the next lower ones show in one of the last eight terms of a series."""
@@ -41,7 +42,7 @@ class Shape(NamedTuple):
     finer: float
     floor: float
     through: float
-    """CROSSED, AT_SERIES or AT_ALL"""
+    """CROSSED, ONE_SIDED, AT_SERIES or AT_ALL"""
 
 
 # exp(w) grows by the factor that the last terms of a series of that order still show; below 745 it is zero to doubles
@@ -97,7 +98,7 @@ def _watched(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
     """What one operation is watched by."""
     name = type(part).__name__
     if isinstance(part, positive_power):
-        yield part.args[0], _singular(_size(part.args[1]), AT_SERIES)
+        yield part.args[0], _singular(_size(part.args[1]), ONE_SIDED)
     elif name in SPECIAL:
         yield from ((part.args[i], _singular(1.0)) for i in SPECIAL[name].moving)
     elif part.is_Pow:

@@ -15,7 +15,7 @@ from typing import Any
 
 from numba import uint64
 
-from chaosdrill.codegen.steep import AT_SERIES, CROSSED
+from chaosdrill.codegen.steep import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.layout import EPSILON, NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW, TAYLOR
 from chaosdrill.engine.polynomial import late_size, size, value
@@ -148,7 +148,7 @@ def may_hide_between(functions, tables, settings, h, t, state, scratch):
             moved = abs(there[k] - start[k])
             if math.isnan(moved):
                 return True
-            if shape[6] != AT_SERIES and not moved <= SAMPLED * free(shape, settings.order, start[k]):
+            if shape[6] != ONE_SIDED and not moved <= SAMPLED * free(shape, settings.order, start[k]):
                 return True
     # a root may have been taken across its branch point by less than the error of the step
     functions.field(mode, t + h, state.c, scratch.image, scratch.doubt)
@@ -165,6 +165,8 @@ def _apart(shapes, count, in_series, now, then, largest):
     active = False
     for k in range(count):
         shape = shapes[k]
+        if shape[6] == ONE_SIDED and not in_series:
+            continue
         moved = abs(then[k] - now[k])
         near = min(abs(now[k]), abs(then[k]))
         if shape[6] == CROSSED:
@@ -214,7 +216,7 @@ def _fades(shapes, count, in_series, first, then):
     found = False
     for k in range(count):
         through = shapes[k, 6]
-        if through != CROSSED and (through != AT_SERIES or in_series):
+        if through == AT_ALL or (through != CROSSED and in_series):
             found |= abs(then[k]) <= ROUNDING * first[k]
     return found
 
@@ -418,7 +420,7 @@ def ending(functions, tables, h, t, state, scratch):
         place[i] = x[i] + rate[i]
     read(functions, mode, t + soon, state.c, place, then)
     for k in range(tables.steep[mode, 0]):
-        if tables.shapes[mode, k, 6] >= AT_SERIES and outcome != SINGULAR and _ends(now[k], then[k]):
+        if tables.shapes[mode, k, 6] != CROSSED and outcome != SINGULAR and _ends(now[k], then[k]):
             outcome = SINGULAR
             run.blocked = k
     if outcome != SINGULAR:
