@@ -188,6 +188,11 @@ def _touched(base: Any, power: Any, moving: frozenset[Any], numbers: Mapping[Any
     return _Touched(where, short, _shortest(rest))
 
 
+def _parts(expression: Any) -> int:
+    """How many parts an expression has, or more than `MOST_PARTS`."""
+    return sum(1 for _ in islice(sympy.preorder_traversal(expression), MOST_PARTS + 1))
+
+
 def _exact(expression: Any) -> Any:
     """An expression whose doubles are the decimal numbers that they are written as."""
     numbers = {number: sympy.Rational(repr(float(number))) for number in expression.atoms(sympy.Float)}
@@ -196,6 +201,8 @@ def _exact(expression: Any) -> Any:
 
 def _shortest(expression: Any) -> Any:
     """A form of an expression that is short enough to be read."""
+    if _parts(expression) > MOST_PARTS:
+        return expression
     units = _units(expression, _CIRCULAR)
     names: dict[Any, Any] = {}
     waves = {}
@@ -315,8 +322,11 @@ class _Variables:
 
 def _content(angle: Any) -> tuple[Any, Any]:
     """A number, and what an angle is a multiple of by it."""
+    count = len(angle.atoms(sympy.Symbol, sympy.Function))
+    if math.comb(_degree(angle) + count, count) > MOST_TERMS:
+        return sympy.Integer(1), angle
     content, direction = sympy.expand(angle).as_content_primitive()
-    return (-content, sympy.expand(-direction)) if direction.could_extract_minus_sign() else (content, direction)
+    return (-content, -direction) if direction.could_extract_minus_sign() else (content, direction)
 
 
 def _decomposed(expression: Any) -> tuple[Any, dict[Any, int]] | None:
@@ -324,7 +334,7 @@ def _decomposed(expression: Any) -> tuple[Any, dict[Any, int]] | None:
 
     Sines and cosines of half the angles take the place of their tangents, so that no factor has a pole.
     """
-    if len(list(islice(sympy.preorder_traversal(expression), MOST_PARTS + 1))) > MOST_PARTS:
+    if _parts(expression) > MOST_PARTS:
         return None
     exact, variables = _exact(expression), _Variables()
     variables.read_angles(exact)
@@ -378,14 +388,12 @@ def _homogeneous(factor: Any, half: Any, sine: Any, cosine: Any) -> tuple[Any, i
 
 
 def _degree(e: Any) -> int:
-    """A bound of the degree of a polynomial that is not multiplied out."""
-    if e.is_Add:
-        return max(map(_degree, e.args))
+    """A bound of the degree of a polynomial that is not multiplied out, and of those inside of its functions."""
     if e.is_Mul:
         return sum(map(_degree, e.args))
-    if e.is_Pow:
-        return int(e.exp) * _degree(e.base)
-    return int(e.is_Symbol)
+    if e.is_Pow and e.exp.is_Integer:
+        return abs(int(e.exp)) * _degree(e.base)
+    return max(map(_degree, e.args), default=int(e.is_Symbol))
 
 
 def _touches(factor: Any, others: Any, times: int, moving: frozenset[Any], numbers: Mapping[Any, Any]) -> bool:

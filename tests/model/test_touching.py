@@ -1,6 +1,7 @@
 """Kinks by what functions do: refused with the modes to write, or taken apart; what has none is accepted."""
 
 from math import pi
+from time import process_time
 
 import numpy as np
 import pytest
@@ -127,6 +128,24 @@ def test_kinks_elsewhere_in_a_flow_are_refused(make):
 def test_resets_and_conditions_may_have_kinks():
     reset = cd.Transition("back", "on", "on", "x - 1", 1, {"x": "sqrt(y**2 - 2*y + 1) - 3"}, "acos(cos(t)) > 1")
     assert flow("y", transitions=[reset]).transitions[0].reset
+
+
+LARGE = (
+    "sqrt(1 - cos((x + y + t + 1)**300)**2)",
+    "sqrt((x + y + t)**200 + 1 - x)",
+    "asin(sin(1000000007*t) + cos((x + y)**40)*x**40)",
+    "sqrt(1 - cos(" + " + ".join(f"sin({k}*t)" for k in range(1, 40)) + ")**2)",
+    "sqrt(((((x + y)**9 + t)**9 + x)**9 + y)**9 + 1)",
+    "atan(tan((x + y + t)**90) + " + " + ".join(f"tan({k}*t)" for k in range(1, 20)) + ")",
+    "sqrt(1 - " + "*".join(f"cos({k}*t + y)" for k in range(1, 12)) + ")",
+)
+
+
+@pytest.mark.parametrize("text", LARGE, ids=range(len(LARGE)))
+def test_large_expressions_take_bounded_time(text):
+    begin = process_time()
+    find_fold(read(text), MOVING, NUMBERS)
+    assert process_time() - begin < 20
 
 
 @pytest.mark.parametrize("name", ["t", "cos", "sin", "lambda", "numpy", "exp"])
