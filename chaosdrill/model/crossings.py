@@ -108,18 +108,18 @@ def _stripped_once(g: Any) -> tuple[Any, int]:
 
 
 def _without_factors(product: Any) -> tuple[Any, int]:
-    """A product without those of its factors, but for a number, that vanish nowhere."""
+    """A product without its number and the factors that vanish nowhere, and of the others what they vanish with.
+
+    If all that this takes away is the number, it stays as it is.
+    """
     number, rest = product.as_coeff_Mul()
-    signs = {factor: sign_of(factor) for factor in sympy.Mul.make_args(rest)}
-    left = [factor for factor, sign in signs.items() if sign == 0]
-    if len(left) == len(signs):
-        # behind a constant factor there may be what vanishes with something simpler
-        core, way = stripped(rest) if number not in (1, rest) else (rest, 1)
-        return (product, 1) if core == rest else (core, way if number > 0 else -way)
-    if not left:
+    factors = sympy.Mul.make_args(rest)
+    signs = [sign_of(factor) for factor in factors]
+    left = [stripped(factor) for factor, sign in zip(factors, signs, strict=True) if sign == 0]
+    core = sympy.Mul(*(one for one, _ in left))
+    if not left or core == rest:
         return product, 1
-    way = 1 if number > 0 else -1
-    return sympy.Mul(*left), way * math.prod(sign for sign in signs.values() if sign)
+    return core, math.prod([*filter(None, signs), *(way for _, way in left), 1 if number > 0 else -1])
 
 
 def sign_of(expression: Any) -> int:

@@ -31,12 +31,12 @@ def events(run, system):
 # Fields that push onto one surface from both sides
 
 
-def relay(up, way, direction=-1):
+def relay(up, way):
     return cd.HybridSystem(
         states="x",
         modes={"above": {"x": "-1"}, "below": {"x": "1"}},
         transitions=[
-            cd.Transition("down", "above", "below", "x", direction),
+            cd.Transition("down", "above", "below", "x", -1),
             cd.Transition("up", "below", "above", up, way),
         ],
         initial={"mode": "above", "x": 1.0},
@@ -44,9 +44,9 @@ def relay(up, way, direction=-1):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(("up", "way"), [("x", 1), ("2*x", 1), ("-x", -1), ("x*(1 + x**2)", 1), ("x", 0)])
+@pytest.mark.parametrize(("up", "way"), [("x", 1), ("2*x", 1), ("-x", -1), ("x*(1 + x**2)", 1)])
 def test_two_modes_that_push_onto_a_surface_stall_there(method, up, way):
-    run = cd.trajectory(relay(up, way, 0 if way == 0 else -1), duration=3.0, samples=1, method=method)
+    run = cd.trajectory(relay(up, way), duration=3.0, samples=1, method=method)
     assert cd.Outcome(int(run["outcome"])).meaning == "stalled"
     np.testing.assert_allclose(run["event_time"], 1.0, atol=1e-12)
     message = run.attrs["message"]

@@ -29,6 +29,7 @@ class Written:
         ("exp(x) - 1", 1),
         ("x + x*v**2", 1),
         ("1e-9*x", 1),
+        ("-2*tanh(x)*(1 + v**2)/3", -1),
     ],
 )
 def test_it_is_the_surface_of_x(guard, way):
@@ -47,6 +48,10 @@ def test_a_threshold_may_be_written_in_many_ways(guard):
 )
 def test_what_may_vanish_elsewhere_is_another_surface(guard):
     assert crossings([Written("x"), Written(guard)])[1].surface == Written(guard).guard
+
+
+def test_each_factor_that_may_vanish_is_what_it_vanishes_with():
+    assert stripped(Written("(1 - v/40)*(x - 1)**3*exp(t)").guard) == (Written("(1 - v/40)*(x - 1)").guard, 1)
 
 
 def test_a_lone_guard_stays_as_it_is_written():
