@@ -39,6 +39,12 @@ WORTH_S = 1.0
 """Seconds of compilation that are worth a word in the last line."""
 
 
+COLD = (
+    "chaosdrill: the engine is compiled for this machine, once, which takes about a minute ('chaosdrill warm' does it "
+    "beforehand)"
+)
+
+
 class Compilation:
     """The times in which anything is compiled, for those who count without them."""
 
@@ -94,6 +100,15 @@ def compiling() -> Iterator[None]:
         yield
     finally:
         COMPILATION.end()
+
+
+@cache
+def tell_of_compilation() -> None:
+    """Say in one line, once a process, that the engine is compiled, whoever looks at standard error."""
+    if sys.stderr is not None:
+        stream = _Patient(sys.stderr)
+        stream.write(COLD + "\n")
+        stream.flush()
 
 
 @cache

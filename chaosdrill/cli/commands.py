@@ -32,6 +32,29 @@ def new(system: str, as_json: bool) -> None:
 
 
 @click.command()
+@click.argument("folder", metavar="[DIR]", required=False)
+@json_option
+def warm(folder: str | None, as_json: bool) -> None:
+    """Compile the engine beforehand, for containers and clusters.
+
+    The code is kept where every process of this user finds it. With DIR it is put there, too: for an installation that
+    cannot be written, name that folder in CHAOSDRILL_WARM_DIR. The code is that of this machine's kind of processor.
+    """
+    from pathlib import Path
+
+    from chaosdrill.engine.warm import warm as warm_engine
+
+    elsewhere = ("chaosdrill.analysis.recurrence", "chaosdrill.analysis.attractors")
+    made = warm_engine(None if folder is None else Path(folder), elsewhere)
+    size = sum(file.stat().st_size for file in made if file.exists())
+    where = sorted({str(file.parent) for file in made})
+    if as_json:
+        emit({"folders": where, "functions": len(made), "bytes": size})
+    else:
+        say(f"{len(made)} functions, {size / 1e6:.1f} MB, in {', '.join(where)}")
+
+
+@click.command()
 @click.argument("scene")
 @changes_option
 @json_option

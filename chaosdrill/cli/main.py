@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import click
 
-from chaosdrill.cli.commands import check, cite, info, list_names, new, plot, report, verify
+from chaosdrill.cli.commands import check, cite, info, list_names, new, plot, report, verify, warm
 from chaosdrill.cli.interrupts import second_one_ends
 from chaosdrill.cli.run import run
 from chaosdrill.cli.streams import emit_error, tell, usable_streams
@@ -32,7 +32,7 @@ def chaosdrill() -> None:
     """
 
 
-for command in (new, run, check, plot, report, verify, info, cite, list_names):
+for command in (new, run, check, plot, report, verify, info, cite, warm, list_names):
     chaosdrill.add_command(command)
 
 

@@ -49,7 +49,7 @@ def _others_who_write(folder: Path) -> str:
             found = place.stat()
         except FileNotFoundError:
             continue
-        if found.st_uid != os.getuid():
+        if not is_trusted(found.st_uid):
             return f"{place} belongs to another user"
         if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             return f"others can write into {place}; chmod go-w would keep them out"
@@ -79,6 +79,21 @@ def _is_own_group(number: int) -> bool:
         return False
     own = user.pw_gid == number and group.gr_name == user.pw_name
     return own and not set(group.gr_mem) - {user.pw_name}
+
+
+@cache
+def warm_folder() -> Path | None:
+    """``CHAOSDRILL_WARM_DIR``, which ``chaosdrill warm`` has filled; None without one, or if others can write there.
+
+    It is read and never written, so that it may be part of a read-only installation that belongs to root.
+    """
+    named = os.environ.get("CHAOSDRILL_WARM_DIR")
+    if not named or not os.path.isdir(named):
+        return None
+    if told := _others_who_write(Path(named)):
+        warnings.warn(f"{named} is not used for compiled code: {told}", stacklevel=2)
+        return None
+    return Path(named)
 
 
 def write_private(path: Path, content: bytes) -> None:

@@ -18,10 +18,10 @@ from pathlib import Path
 import llvmlite
 
 from chaosdrill.codegen import machine
-from chaosdrill.codegen.cache import cache_folder, code_key, is_trusted, write_private
+from chaosdrill.codegen.cache import cache_folder, code_key, is_trusted, warm_folder, write_private
 from chaosdrill.codegen.machine import processor
 from chaosdrill.package import source
-from chaosdrill.progress import compiling
+from chaosdrill.progress import compiling, tell_of_compilation
 
 SUFFIX = ".code"
 
@@ -60,11 +60,22 @@ def read(path: Path) -> bytes | None:
     return None
 
 
+def put(path: Path, content: bytes) -> None:
+    """Write compiled code with its digest.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    write_private(path, hashlib.sha256(content).digest() + content)
+
+
 def keep(path: Path, content: bytes) -> None:
     """Keep compiled code, if the disk lets it; what is old in the folder goes."""
     with contextlib.suppress(OSError):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        write_private(path, hashlib.sha256(content).digest() + content)
+        put(path, content)
     if path.parent not in _swept:
         _swept.add(path.parent)
         remove_old(path.parent)
@@ -117,8 +128,22 @@ def engine_path(module: str, name: str) -> Path:
 def engine_code(module: str, name: str, compile_it: Callable[[], bytes]) -> bytes:
     """Object code of a compiled function of the package, from the disk or compiled."""
     path = engine_path(module, name)
-    code = read(path)
+    code = next(filter(None, map(read, places(module, path))), None)
     if code is None:
+        tell_of_compilation()
         code = compile_it()
         keep(path, code)
     return code
+
+
+def places(module: str, path: Path) -> list[Path]:
+    """Where the code of a function of the package may be that is kept at a path: an installation may bring it."""
+    spec = find_spec(module)
+    beside = [] if spec is None or spec.origin is None else [Path(spec.origin).parent / "__pycache__" / path.name]
+    warmed = warm_folder()
+    return list(dict.fromkeys([*beside, *([] if warmed is None else [warmed / path.name]), path]))
+
+
+def is_own(function: Callable[..., object]) -> bool:
+    """Whether a function is one of the package's modules, whose code is kept by its name."""
+    return function.__module__.startswith("chaosdrill.") and "<locals>" not in function.__qualname__

@@ -10,8 +10,8 @@ import subprocess
 import sys
 
 from chaosdrill.codegen.cache import lasting_folder
-from chaosdrill.codegen.kept import engine_path
-from chaosdrill.progress import compiling
+from chaosdrill.codegen.kept import engine_path, places
+from chaosdrill.progress import compiling, tell_of_compilation
 
 ONE_RUN = "chaosdrill.engine.flow"
 """What steps a single run."""
@@ -38,8 +38,9 @@ def _begin(part: str) -> None:
     if part in _started or (os.cpu_count() or 1) < 2 or not sys.executable or lasting_folder() is None:
         return
     function = part.rpartition(".")[2]
-    if engine_path(part, function).exists():
+    if any(place.exists() for place in places(part, engine_path(part, function))):
         return
+    tell_of_compilation()
     script = f"import {part}; {part}.{function}.code"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     with contextlib.suppress(OSError):

@@ -29,6 +29,9 @@ RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
 _rare: set[str] = set()
 """Parts of the compiled names of functions that stay calls."""
 
+COMPILED: list["Compiled"] = []
+"""All compiled functions of modules that are imported."""
+
 _compiling = threading.RLock()
 
 _Writer = Callable[[Any, list[Any]], None]
@@ -63,7 +66,7 @@ class Compiled:
         """Its object code; that of a function of the package is kept."""
         module = self.py_func.__module__
         with _compiling:
-            if not module.startswith("chaosdrill.") or "<locals>" in self.py_func.__qualname__:
+            if not kept.is_own(self.py_func):
                 return self._compile()
             return kept.engine_code(module, self.__name__, self._compile)
 
@@ -170,7 +173,16 @@ def _writer(kind: Any) -> _Writer:
 
 def compiled(signature: Any, *, loops: bool = True) -> Callable[[Any], Any]:
     """Compile for one signature; see `Compiled`."""
-    return lambda function: Uncompiled(function) if UNCOMPILED else Compiled(function, signature, loops)
+
+    def wrap(function: Any) -> Any:
+        if UNCOMPILED:
+            return Uncompiled(function)
+        made = Compiled(function, signature, loops)
+        if kept.is_own(function):
+            COMPILED.append(made)
+        return made
+
+    return wrap
 
 
 def _part(function: Any, **options: Any) -> Any:

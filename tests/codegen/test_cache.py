@@ -312,7 +312,7 @@ def test_code_that_nobody_uses_goes(tmp_path, monkeypatch):
 
 
 def test_the_engine_lies_beside_the_package_or_in_the_folder_of_the_user(folder, monkeypatch):
-    part, beside = "chaosdrill.engine.flow", cache.PACKAGE / "engine" / "__pycache__"
+    part, beside = "chaosdrill.engine.flow", Path(cache.__file__).parent.parent / "engine" / "__pycache__"
     assert kept.engine_path(part, "flow").parent == beside
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     assert kept.engine_path(part, "flow").parent == folder / "engine"

@@ -1,0 +1,44 @@
+"""The engine compiled beforehand, for containers and clusters whose processes are not to wait for it."""
+
+from importlib import import_module
+from pathlib import Path
+
+from chaosdrill.codegen import kept
+from chaosdrill.engine.jit import COMPILED
+from chaosdrill.package import modules
+
+
+def warm(folder: Path | None = None, elsewhere: tuple[str, ...] = ()) -> list[Path]:
+    """Compile all of the engine for this machine.
+
+    Parameters
+    ----------
+    folder : pathlib.Path, optional
+        Where the code is put, beside where it is always kept. A process finds it there if the folder is named by
+        ``CHAOSDRILL_WARM_DIR``; nothing needs to be written then.
+    elsewhere : tuple of str
+        Modules beside those of the engine whose compiled functions are wanted.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files that hold the code.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written.
+    """
+    for name in (*(f"chaosdrill.engine.{name}" for name in modules("engine")), *elsewhere):
+        import_module(name)
+    if folder is not None:
+        folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+    found = []
+    for function in COMPILED:
+        code, own = function.code, kept.engine_path(function.py_func.__module__, function.__name__)
+        if folder is not None:
+            own = folder / own.name
+            kept.put(own, code)
+            own.chmod(0o644)
+        found.append(own)
+    return found
