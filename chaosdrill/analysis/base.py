@@ -98,13 +98,13 @@ class Record(_Lengths):
 
     def span(self, system: "HybridSystem", numerics: Any, *, units: int = 1) -> Span:
         """How long to run; ``units`` parts make a duration."""
-        from chaosdrill.analysis.sections import find_section, measured_span
-
         match self.counts(system):
             case "strobe":
                 return Span(cast(float, system.forcing_period()), int(cast(int, self.periods)), self.transient, True)
             case "time":
                 return Span(float(cast(float, self.duration)) / units, units, self.transient, False)
+        from chaosdrill.analysis.sections import find_section, measured_span
+
         return measured_span(find_section(system, self, numerics), self, numerics, units)
 
 
@@ -267,6 +267,7 @@ class Analysis:
             A quadrature that no archive could hold.
         """
         from chaosdrill.dataset import label
+        from chaosdrill.dataset.without_dask import spare_dask
         from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
         from chaosdrill.model import HybridSystem
         from chaosdrill.model.regions import check_parameters
@@ -292,6 +293,7 @@ class Analysis:
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
         system.forcing_period()
+        spare_dask()
         try:
             settings = self.settings.read(given, system)
         except TypeError as fault:
