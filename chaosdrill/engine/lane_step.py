@@ -9,6 +9,7 @@ import math
 from numba import uint64
 
 from chaosdrill.engine import scales
+from chaosdrill.engine.checked import FEW
 from chaosdrill.engine.jit import inlined, inner
 from chaosdrill.engine.lane_series import lane_late_size, lane_size, lane_value
 from chaosdrill.engine.lanes import (
@@ -169,7 +170,10 @@ def look_for_gaps(n, quadratures, count, marks, tables, mode, settings, block):
         shape = tables.shapes[mode, k]
         here = magnitude(g[0])
         allowed = larger(shape[0] * order + 0.0 * here, shape[1] * here - shape[2])
-        hides = larger(hides, chosen(lane_size(g, order, h) - here <= allowed, -1.0, 1.0))
+        few = lane_late_size(g, h, 1) * h
+        if some(~(few <= FEW * allowed)):
+            far = chosen(few <= FEW * allowed, -1.0, chosen(lane_size(g, order, h) - here <= allowed, -1.0, 1.0))
+            hides = larger(hides, far)
     for j in range(count):
         if marks[j] & STEEP:
             hides = larger(hides, chosen(magnitude(series[n + quadratures + j][0]) < math.inf, -1.0, 1.0))

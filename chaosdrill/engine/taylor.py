@@ -141,7 +141,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
     run.evaluations += order
     last = 0.0
     last_but_one = 0.0
-    broken = False
+    whole = 0.0
     least = scales.finest(settings.tolerance)
     for i in range(n):
         here = scales.brought(scale[i], ws[i, 0], least)
@@ -149,7 +149,7 @@ def expand(functions, tables, settings, t, state, ws, scratch):
             here = max(here, scales.of_series(ws[i], order, reach))
         scale[i] = here
         weights[i] = 1.0 / here if here > SMALLEST else 0.0
-        broken |= not abs(ws[i, order]) < math.inf
+        whole += ws[i, order]
         last = max(last, abs(ws[i, order]) * weights[i])
         last_but_one = max(last_but_one, abs(ws[i, order - 1]) * weights[i])
     if live > 0:
@@ -173,19 +173,22 @@ def expand(functions, tables, settings, t, state, ws, scratch):
                 b = max(b, abs(ws[row + i, order - 1]) * metric[i])
             last = max(last, a / length)
             last_but_one = max(last_but_one, b / length)
-    if broken:
+    if not abs(whole) < math.inf:
         return math.nan
     h = min(radius(last, last_but_one, order) * reach, run.period, LONGEST)
     for i in range(n):
         scale[i] = scales.followed(scale[i], ws[i, 0], ws[i, 1], h)
-    hides = may_hide(tables, settings, mode, h, ws)
+    steep = tables.steep[mode, 0] > 0
+    hides = steep and may_hide(tables, settings, mode, h, ws)
     if _has_gap(ws, n, order, h / reach, weights):
         h = proven(functions, tables, settings, h, t, state, ws, scratch)
     if hides:
         h = look_along_series(functions, tables, settings, h, t, state, ws, scratch)
     if _overruns(ws, n, settings.quadratures, count, marks, h, settings):
         h = restrain(ws, n, settings.quadratures, count, marks, settings, h)
-    return math.nan if has_no_value(ws, n + settings.quadratures, marks, count) else h
+    if steep and has_no_value(ws, n + settings.quadratures, marks, count):
+        return math.nan
+    return h
 
 
 @inner
