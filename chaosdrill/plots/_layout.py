@@ -48,9 +48,10 @@ class FittedLayout(ConstrainedLayoutEngine):
 
     def execute(self, fig: "Figure") -> None:
         """Fit and lay out."""
-        if self._done != self._state(fig):
+        if self._done == self._state(fig):
+            super().execute(fig)
+        else:
             self._fit(fig)
-        super().execute(fig)
 
     def _fit(self, fig: "Figure") -> None:
         for text, _ in _rooms(fig):
@@ -74,6 +75,8 @@ class FittedLayout(ConstrainedLayoutEngine):
                 changed |= text.get_text() != before
             if not changed:
                 break
+        else:
+            super().execute(fig)
         self._done = self._state(fig)
 
     def _state(self, fig: "Figure") -> tuple[object, ...]:

@@ -90,6 +90,8 @@ def settings(dataset: "xr.Dataset") -> dict[str, Any]:
     return found
 
 
+SINGLE = ("trajectory", "poincare-section", "lyapunov-spectrum")
+"""Kinds of single runs, or of some side by side."""
 _IN_SI = ("trajectory", "poincare-section", "bifurcation-diagram", "periodic-orbit", "continuation")
 """Kinds whose states and times are shown in SI units; of charts and basins only results are."""
 _TIMES = ("time", "event_time", "path_time", "forcing_period", "period_time")

@@ -89,8 +89,8 @@ def smoothed(curve: Curve, rates: "Callable[[], NDArray[np.float64] | None] | No
     """Return a curve that bends where its samples are so far apart that straight lines between them were seen.
 
     Between two events the states are smooth: a cubic through each two samples, with the slopes of parabolas through
-    three (the method of Bessel), limited so that nothing overshoots (Hyman, SIAM J. Sci. Stat. Comput. 4, 645, 1983,
-    doi:10.1137/0904045). Samples stay where they are, and so does whatever the sides of an event are.
+    three (the method of Bessel), limited so that nothing overshoots but peaks stay round (Huynh, SIAM J. Numer. Anal.
+    30, 57, 1993, doi:10.1137/0730004). Samples stay where they are, and so does whatever the sides of an event are.
 
     Parameters
     ----------
@@ -198,7 +198,14 @@ def _slopes(state: "NDArray[np.float64]", step: "NDArray[np.float64]") -> "NDArr
     slopes[0, 0], slopes[-1, 1] = rate[0], rate[-1]
     before, after = rate[:-1], rate[1:]
     central = (h[1:] * before + h[:-1] * after) / (h[:-1] + h[1:])
-    most = 3 * np.minimum(np.abs(before), np.abs(after))
+    # a slope of three times the flatter side does not overshoot, nor does what the bends on both sides agree on
+    bend = (after - before) / (h[:-1] + h[1:])
+    left, right = (
+        _lesser(bend, np.where(_joined(inner, side)[:, np.newaxis], np.roll(bend, -side, axis=0), bend))
+        for side in (-1, 1)
+    )
+    agreed = np.abs(_lesser(before + left * h[:-1], after - right * h[1:]))
+    most = np.maximum(3 * np.minimum(np.abs(before), np.abs(after)), 1.5 * agreed)
     central = np.clip(central, -most, most)
     # where the curve ends, at an event above all, the parabola through the next point goes on
     for place, own, other, beside in (
@@ -211,6 +218,12 @@ def _slopes(state: "NDArray[np.float64]", step: "NDArray[np.float64]") -> "NDArr
         slopes[at, side] = np.clip(2 * own[end] - other[end], -most_here, most_here)
     slopes[1:-1][inner] = central[inner][:, np.newaxis]
     return slopes
+
+
+def _lesser(a: "NDArray[np.float64]", b: "NDArray[np.float64]") -> "NDArray[np.float64]":
+    """The one of two numbers that is nearer to zero, and zero where their signs differ (minmod)."""
+    lesser: NDArray[np.float64] = np.where(a * b > 0, np.where(np.abs(a) < np.abs(b), a, b), 0.0)
+    return lesser
 
 
 def _joined(inner: "NDArray[np.bool_]", side: int) -> "NDArray[np.bool_]":

@@ -6,6 +6,7 @@ import numpy as np
 
 from chaosdrill.dataset.outcomes import MEASURED, Outcome, flag_names
 from chaosdrill.plots.categories import Category
+from chaosdrill.plots.contents import SINGLE
 from chaosdrill.plots.figures import font_size, owner, title_legend
 from chaosdrill.plots.labels import readable, wrapped
 from chaosdrill.plots.palette import LINE_COLOURS
@@ -31,8 +32,6 @@ SPECIAL_MARKERS = {
 }
 """Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour."""
 WARNING = "#B3261E"
-_SINGLE = ("trajectory", "poincare-section", "lyapunov-spectrum")
-"""Kinds of single runs; those of orbits have caveats."""
 _NAMES = {"neimark_sacker": "Neimark-Sacker"}
 _ENDS = {
     "joined": "meets another branch",
@@ -196,7 +195,7 @@ def failures(datasets: "Iterable[xr.Dataset]") -> str:
     advice = {outcome.meaning: outcome.advice for outcome in Outcome if outcome not in MEASURED}
     told: dict[str, None] = {}
     for dataset in datasets:
-        if dataset.attrs.get("kind") not in _SINGLE or "outcome" not in dataset.variables:
+        if dataset.attrs.get("kind") not in SINGLE or "outcome" not in dataset.variables:
             continue
         names = flag_names(dataset["outcome"])
         codes = np.atleast_1d(dataset["outcome"].values)

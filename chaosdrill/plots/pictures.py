@@ -13,7 +13,7 @@ from chaosdrill.dataset.dates import undated
 from chaosdrill.dataset.schema import RUN, table_of
 from chaosdrill.errors import ArchiveError, SettingsError
 from chaosdrill.plots.animation import MOVING, animate
-from chaosdrill.plots.contents import fits, in_si, limits, swept
+from chaosdrill.plots.contents import SINGLE, fits, in_si, limits, swept
 from chaosdrill.typed import AXES, NAMED, PATH, SWITCH, TEXT, expecting
 
 if TYPE_CHECKING:
@@ -264,9 +264,9 @@ def _check_behind(picture: Picture, ds: "xr.Dataset", over: Any) -> None:
 
 def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
     """The dataset with the dimension of which one seed or one state has been selected."""
-    declared = table_of(str(ds.attrs["kind"]), map(str, ds.variables))
     for dim in ("seed", "state"):
         if dim in ds.coords and dim not in ds.dims:
+            declared = table_of(str(ds.attrs["kind"]), map(str, ds.variables))
             names = [n for n in ds.variables if n in declared and dim in declared[str(n)].dims and n != dim]
             places = {n: ds[n].ndim if dim == "state" else len(set(ds[n].dims) & set(swept(ds))) for n in names}
             ds = ds.drop_vars([*names, dim]).assign({n: ds[n].expand_dims(dim, places[n]) for n in names})
@@ -276,6 +276,10 @@ def _with_dimensions(ds: "xr.Dataset") -> "xr.Dataset":
 def _check_dimensions(ds: "xr.Dataset") -> None:
     """Raise a SettingsError if several results have been put into one, which no picture takes apart."""
     kind = str(ds.attrs["kind"])
+    ended = "outcome" in ds.variables and ds["outcome"].ndim > 0
+    # the table of variables is that of all analyses, which a first picture need not wait for
+    if "run" not in ds.dims and not (kind in SINGLE and ended):
+        return
     declared = table_of(kind, map(str, ds.variables))
     for name, variable in ds.variables.items():
         dims = declared[str(name)].dims if name in declared else ()
