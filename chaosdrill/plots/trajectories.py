@@ -29,7 +29,7 @@ from chaosdrill.plots.figures import (
     one_panel,
     owner,
 )
-from chaosdrill.plots.labels import label, readable, shorten, state_label, wrapped
+from chaosdrill.plots.labels import label, readable, shorten, state_label
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
 from chaosdrill.plots.pictures import picture
 
@@ -85,7 +85,7 @@ def time_history(
     panels: Any = np.atleast_1d(figure.subplots(rows, 1, sharex=True)) if ax is None else [ax]
     axis_labels = [*(label(first[name]) for name in quadratures), *(state_label(first, i) for i in states)]
     for panel, text in zip(panels, axis_labels, strict=True):
-        panel.set_ylabel(wrapped(text))
+        panel.set_ylabel(text)
         panel.margins(x=0)
     for run, name, colour in zip(runs, names, PALETTE, strict=False):
         curve = join(run)
