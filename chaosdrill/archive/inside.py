@@ -55,6 +55,9 @@ MEMORY = 2**30
 TEXTS = 64
 """Texts that are read at once, before their length is known."""
 
+SHORT, MANY_TEXTS = 1000, 4096
+"""Letters of the longest of them after which so many are read at once."""
+
 LETTER = 4
 """Bytes of a letter in an array of texts, where each has the room of the longest."""
 
@@ -523,9 +526,13 @@ class File:
         axis, rows = _blocks(shape, each, None if text else chunk, most)
         inner = shape[axis + 1 :]
         for index in product(*map(range, shape[:axis])):
-            for start in range(0, shape[axis], rows):
+            start = 0
+            while start < shape[axis]:
                 count = min(rows, shape[axis] - start)
                 self._slab(dataset, (*index, start, *(0 for _ in inner)), (*(1 for _ in index), count, *inner), head)
+                start += count
+                if text and axis == len(shape) - 1 and self._longest <= SHORT:
+                    rows = MANY_TEXTS
         self.declared += LETTER * prod(shape) * self._longest
 
     def _slab(self, dataset, start, count, head):

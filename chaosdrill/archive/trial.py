@@ -36,7 +36,7 @@ class DamagedError(ArchiveError):
 
 
 _spare: list["Reader"] = []
-"""A process that has read a file without a fault waits for the next one, of which the start then takes no time."""
+"""A process that has told all of a file, or why not, waits for the next one, for which none need be started."""
 
 
 @contextmanager
@@ -51,13 +51,11 @@ def borrowed() -> "Iterator[Reader]":
             waiting.end()
     try:
         yield reader
-    except BaseException:
-        reader.end()
-        raise
-    if not _spare and reader.may_go_on():
-        _spare.append(reader)
-    else:
-        reader.end()
+    finally:
+        if not _spare and reader.may_go_on():
+            _spare.append(reader)
+        else:
+            reader.end()
 
 
 def _end_spare() -> None:
@@ -244,7 +242,10 @@ class Reader:
         if "fault" in told:
             raise DamagedError(f"{file}: {told['fault']}")
         if "memory" in told:
-            raise ArchiveError(f"{file}: not enough memory to read it: {told['memory']:.200}")
+            raise ArchiveError(
+                f"{file}: to read it takes more memory than there is, or than the {inside.told(inside.MEMORY)} that "
+                "any archive needs"
+            )
         return told
 
     def _head(self, file: Path) -> tuple[bytes, int]:

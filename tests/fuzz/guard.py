@@ -15,13 +15,14 @@ from values import OWNED
 NEVER = {
     *("os.system", "os.exec", "os.posix_spawn", "os.spawn", "pty.spawn", "os.startfile", "ctypes.dlopen"),
     *("socket.connect", "socket.bind", "socket.getaddrinfo", "socket.sendto", "urllib.Request", "webbrowser.open"),
-    *("os.kill", "os.chown", "os.setxattr", "os.chmod"),
+    *("os.chown", "os.setxattr"),
 }
 CHANGES = {
     **dict.fromkeys(("os.remove", "os.rmdir"), ((0, 1),)),
     **dict.fromkeys(("os.truncate", "shutil.rmtree"), ((0, None),)),
     "os.mkdir": ((0, 2),),
     "os.utime": ((0, 3),),
+    "os.chmod": ((0, 2),),
     **dict.fromkeys(("os.rename", "os.link"), ((0, 2), (1, 3))),
     "shutil.move": ((0, None), (1, None)),
     "os.symlink": ((1, 2),),
@@ -81,6 +82,8 @@ class Guard:
         elif event in CHANGES:
             entries = [_entry(given[i], -1 if j is None else given[j]) for i, j in CHANGES[event]]
             wrong = next((f"{event} {path!r}" for path in entries if path and not self._lies_inside(path)), None)
+        elif event == "os.kill":
+            wrong = None if given[1] == 0 or _is_child(given[0]) else f"{event} {given!r:.200}"
         elif event in NEVER:
             wrong = f"{event} {given!r:.200}"
         elif event == "socket.__new__":
@@ -107,6 +110,15 @@ class Guard:
 
     def _lies_inside(self, real):
         return any(real == folder or real.startswith(folder + os.sep) for folder in self.folders)
+
+
+def _is_child(process):
+    """Whether this process has started another one, such as that which reads archives."""
+    try:
+        with open(f"/proc/{process}/stat", "rb") as file:
+            return int(file.read().rpartition(b")")[2].split()[1]) == os.getpid()
+    except OSError:
+        return False
 
 
 def _callers():

@@ -1,0 +1,557 @@
+"""Hostile HDF5: archives that are well formed as files, and built to do harm to who opens them.
+
+    python studies/fuzz/hostile.py [FILES] [--hours H] [--seed K]
+
+makes so many files (default 2000), or as many as there is time for. Each is a sound archive with one to four of the
+`HARMS`: links, references, types, sizes, filters and attributes; half of them are sealed by a right checksum line. Each
+is opened in a process that may take a gigabyte and a minute. What may happen is an archive or an `ArchiveError`; what
+may not is any other exception, a process that dies, a minute without an answer, a gigabyte, a byte of the file beside
+it, or a change of that. Writes ``studies/fuzz/out/hostile.md``; what went wrong is kept beside it. The exit code is 1
+if anything did.
+"""
+
+import argparse
+import os
+import random
+import resource
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from multiprocessing.connection import Pipe
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+OUT = Path(__file__).resolve().parent / "out"
+sys.path.insert(0, str(ROOT))
+
+MOST_S = 60.0
+MOST_BYTES = 2**30
+MOST_HARMS = 4
+BUILDING_S = 10
+LAST = ["nest", "link_exponentially", "store_elsewhere", "compose", "refer", "bytes_of_it"]
+"""What is done to a file at its end, in this order."""
+
+SECRET = "of somebody else"
+"""What stands in a file beside the archive, and may not be read."""
+
+Chance = random.Random
+Harm = Callable[[h5py.File, Chance, Path], None]
+HARMS: dict[str, Harm] = {}
+
+
+def harm(function: Harm) -> Harm:
+    """Enter a way to do harm."""
+    HARMS[function.__name__] = function
+    return function
+
+
+def group_of(file: h5py.File, chance: Chance) -> h5py.Group:
+    """Any group."""
+    found = [file["/"]]
+    file.visititems(lambda _, item: found.append(item) if isinstance(item, h5py.Group) else None)
+    return chance.choice(found)
+
+
+def variable_of(file: h5py.File, chance: Chance) -> h5py.Dataset:
+    """Any variable or dimension."""
+    found: list[h5py.Dataset] = []
+    file.visititems(lambda _, item: found.append(item) if isinstance(item, h5py.Dataset) else None)
+    return chance.choice(found)
+
+
+def thing_of(file: h5py.File, chance: Chance) -> h5py.Group | h5py.Dataset:
+    """Any group or variable."""
+    return chance.choice([group_of, variable_of])(file, chance)
+
+
+def name_in(group: h5py.Group, chance: Chance) -> str:
+    """A name that is free."""
+    letters = ["more", "data", "x", "kind", "\u202e", "\x1b[2J", "é", "a" * 300, "_nc4_non_coord_x", "..", " "]
+    name = chance.choice(letters)
+    while name in group or name in (".", ".."):
+        name += chance.choice("abcdefgh")
+    return name
+
+
+def length(chance: Chance) -> int:
+    """A length, often none that a file has room for."""
+    return chance.choice([0, 1, 3, 1000, 10**6, 2**20, 2**31, 2**40, 2**62])
+
+
+def variable(file: h5py.File, chance: Chance, shape: tuple[int, ...], dtype: Any, **how: Any) -> h5py.Dataset:
+    """A variable with dimensions, as NetCDF has it."""
+    group = group_of(file, chance)
+    made = group.create_dataset(name_in(group, chance), shape, dtype, **how)
+    for axis, size in enumerate(shape):
+        name = f"n{size}"
+        if name not in group:
+            chunks = (max(1, min(size, 1000)),)
+            scale = group.create_dataset(name, (size,), "f4", chunks=chunks)
+            scale.make_scale(f"This is a netCDF dimension but not a netCDF variable{size:10d}")
+        if isinstance(group[name], h5py.Dataset):
+            made.dims[axis].attach_scale(group[name])
+    return made
+
+
+@harm
+def link_elsewhere(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A soft or an external link: to itself, to nothing, to another file, to a pipe."""
+    group = group_of(file, chance)
+    targets = [str(other), str(other.with_name("pipe")), "/dev/zero", "/dev/stdin", file.filename, "none.h5"]
+    soft = h5py.SoftLink(chance.choice(["/", ".", "..", group.name, "/none", "more"]))
+    group[name_in(group, chance)] = chance.choice([soft, h5py.ExternalLink(chance.choice(targets), "/")])
+
+
+@harm
+def link_again(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A second name of a group or a variable, which may close a circle."""
+    group = group_of(file, chance)
+    group[name_in(group, chance)] = thing_of(file, chance)
+
+
+@harm
+def link_exponentially(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Groups that each hold the one before twice."""
+    level = group_of(file, chance)
+    for i in range(chance.choice([8, 30, 60])):
+        deeper = file.create_group(f"level{i}_{chance.randrange(10**6)}")
+        deeper["one"], deeper["two"] = level, level
+        level = deeper
+
+
+@harm
+def store_elsewhere(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Values in another file, in a pipe or a device."""
+    place = chance.choice(
+        [str(other), other.name, str(other.with_name("pipe")), "/dev/zero", "/dev/stdin", "/proc/self/mem"]
+    )
+    size = chance.choice([1, 4, 1000])
+    variable(file, chance, (size,), "u1", external=[(place, chance.choice([0, 2**40]), size)])
+
+
+@harm
+def compose(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A virtual dataset, of another file or of itself."""
+    group = group_of(file, chance)
+    size = chance.choice([1, 16, 2**40])
+    layout = h5py.VirtualLayout((size,), "u1", maxshape=(None,))
+    source = chance.choice([str(other), str(other.with_name("pipe")), ".", "part%b.h5", "/dev/zero"])
+    layout[:] = h5py.VirtualSource(source, "secret", (size,), maxshape=(None,))
+    group.create_virtual_dataset(name_in(group, chance), layout)
+
+
+@harm
+def declare(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A variable far larger than the file."""
+    shape = tuple(length(chance) for _ in range(chance.choice([1, 1, 2, 3])))
+    chunks = tuple(max(1, min(size, chance.choice([1, 100, 2**20]))) for size in shape)
+    limited = {} if chance.random() < 0.3 else {"chunks": chunks}
+    made = variable(file, chance, shape, chance.choice(["u1", "f8", "i2"]), fillvalue=chance.choice([0, 1]), **limited)
+    if all(shape) and chance.random() < 0.5 and limited:
+        made[tuple(slice(0, 1) for _ in shape)] = 1
+
+
+@harm
+def compress(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A long constant, which takes a thousandth of its size."""
+    size = chance.choice([10**5, 10**6, 10**7])
+    many = chance.choice([1, 1, 1, 4, 60])
+    made = variable(file, chance, (many, size), "u1", chunks=(1, size), compression="gzip", compression_opts=9)
+    for i in range(many):
+        made[i] = 0
+
+
+@harm
+def filtered(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Filters of other programs, or that do not fit the values."""
+    made = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    made.set_chunk((10,))
+    numbers = [1, 2, 3, 4, 5, 6, 305, 32000, 32001, 32015, 65535]
+    for _ in range(chance.choice([1, 1, 3, 20])):
+        made.set_filter(
+            chance.choice(numbers), h5py.h5z.FLAG_OPTIONAL, tuple(chance.choice([0, 1, 9, 2**31]) for _ in range(3))
+        )
+    group = group_of(file, chance)
+    space = h5py.h5s.create_simple((10,))
+    name = name_in(group, chance).encode()
+    dataset = h5py.h5d.create(group.id, name, h5py.h5t.IEEE_F64LE, space, made)
+    dataset.write_direct_chunk((0,), chance.randbytes(chance.choice([1, 80, 5000])), chance.choice([0, 1]))
+
+
+@harm
+def typed(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Types that no archive has."""
+    deep = np.dtype("f8")
+    for i in range(chance.choice([1, 3, 30])):
+        deep = np.dtype([(f"a{i}", deep), (f"b{i}", "i1")])
+    kinds = [deep, h5py.vlen_dtype("f8"), h5py.vlen_dtype(h5py.vlen_dtype("u1")), h5py.ref_dtype, h5py.regionref_dtype]
+    kinds += ["f2", "c16", "S1", "S7", "S100000", np.dtype("V9"), np.dtype(("f8", (100, 100)))]
+    kinds += [h5py.enum_dtype({"a": 1, "b": 2}), h5py.string_dtype("ascii"), ">f8", ">i4", "u8", np.dtype("?")]
+    kind = chance.choice(kinds)
+    if chance.random() < 0.2:
+        group = group_of(file, chance)
+        group[name_in(group, chance)] = np.dtype(kind)
+    elif chance.random() < 0.5:
+        variable(file, chance, (chance.choice([0, 1, 5]),), kind)
+    else:
+        plain = [one for one in kinds if h5py.check_ref_dtype(np.dtype(one)) is None and np.dtype(one).kind != "O"]
+        kind = chance.choice(plain)
+        thing_of(file, chance).attrs.create(f"more{chance.randrange(100)}", np.zeros(2, kind), dtype=kind)
+
+
+@harm
+def floats(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Numbers whose bits stand where no machine has them."""
+    kind = h5py.h5t.IEEE_F64LE.copy()
+    kind.set_size(chance.choice([8, 16, 64]))
+    kind.set_fields(chance.choice([63, 7, 40]), 52, chance.choice([1, 11]), 0, chance.choice([1, 40, 52]))
+    group = group_of(file, chance)
+    h5py.h5d.create(group.id, name_in(group, chance).encode(), kind, h5py.h5s.create_simple((3,)))
+
+
+@harm
+def refer(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Many entries that all refer to one long text."""
+    count, size = chance.choice([(200_000, 50_000), (10**6, 10), (1000, 10**6), (3, 10**7)])
+    made = variable(file, chance, (count,), h5py.string_dtype())
+    made[0] = "x" * size
+    place = made.id.get_offset()
+    file.flush()
+    with open(file.filename, "r+b") as raw:
+        raw.seek(place)
+        entry = raw.read(16)
+        if chance.random() < 0.3:
+            entry = bytes(byte ^ (chance.random() < 0.2) for byte in entry)
+        raw.seek(place)
+        raw.write(entry * count)
+
+
+@harm
+def name_dimensions(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Dimensions that are none, are others', or have another length."""
+    made = variable_of(file, chance)
+    way = chance.choice(["list", "class", "number", "coordinates", "name", "back"])
+    if way == "list":
+        target = thing_of(file, chance).ref if chance.random() < 0.8 else h5py.Reference()
+        rank = chance.choice([made.ndim, 1, 5])
+        values = np.empty(rank, object)
+        for i in range(rank):
+            values[i] = np.array([target] * chance.choice([0, 1, 3, 1000]), dtype=h5py.ref_dtype)
+        made.attrs.create("DIMENSION_LIST", values, dtype=h5py.vlen_dtype(h5py.ref_dtype))
+    elif way == "class":
+        made.attrs["CLASS"] = np.bytes_(chance.choice([b"DIMENSION_SCALE", b"TABLE", b""]))
+    elif way == "number":
+        made.attrs["_Netcdf4Dimid"] = np.int32(chance.choice([-1, 0, 1, 2**31 - 1]))
+    elif way == "coordinates":
+        made.attrs["_Netcdf4Coordinates"] = np.array([chance.randrange(-1, 9) for _ in range(made.ndim or 1)], "i4")
+    elif way == "name":
+        made.attrs["NAME"] = np.bytes_(b"This is a netCDF dimension but not a netCDF variable")
+    else:
+        made.attrs["REFERENCE_LIST"] = np.zeros(10_000, "i8")
+
+
+@harm
+def attribute(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Attributes that decide how values are read, or what an archive is."""
+    thing = thing_of(file, chance)
+    names = "_FillValue missing_value scale_factor add_offset dtype _Unsigned units coordinates calendar flag_values"
+    names += " flag_meanings kind scene definition settings digests versions format_version _NCProperties grid_mapping"
+    names += " bounds compress Conventions history \x1b[2J"
+    values = ["", "x", "bool", "true", "days since 1970-01-01", "\x1b]0;a\x07", "[" * 10_000, "{}", "1" * 5000, "é" * 9]
+    values += [0, -1, 1e308, float("nan"), 2**62, np.zeros(0), np.zeros(3), np.arange(1000), np.int8(1), [1e300, 1]]
+    name, value = chance.choice(names.split()), chance.choice(values)
+    thing.attrs[name] = value
+
+
+@harm
+def attribute_many(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Attributes in great number, or large ones."""
+    thing = thing_of(file, chance)
+    if chance.random() < 0.5:
+        for i in range(chance.choice([100, 3000])):
+            thing.attrs[f"more{i}"] = i
+    else:
+        for i in range(chance.choice([1, 20])):
+            thing.attrs[f"large{i}"] = np.full(8000, 1.0)
+        thing.attrs.create("text", "x" * chance.choice([10, 10**6, 10**6, 7 * 10**7]), dtype=h5py.string_dtype())
+
+
+@harm
+def nest(file: h5py.File, chance: Chance, other: Path) -> None:
+    """Groups deep in each other, or in great number."""
+    group = group_of(file, chance)
+    if chance.random() < 0.5:
+        group.require_group("/".join(["deep"] * chance.choice([5, 15, 20, 500])))
+    else:
+        for i in range(chance.choice([50, 50, 2000, 12_000])):
+            group.require_group(f"many{i}")
+
+
+@harm
+def many_variables(file: h5py.File, chance: Chance, other: Path) -> None:
+    """More variables in a group than any archive has."""
+    group = group_of(file, chance)
+    for i in range(chance.choice([50, 1500])):
+        group[f"scalar{i}"] = float(i)
+
+
+@harm
+def clash(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A group with the name of a variable's coordinate, a variable that is moved, renamed or removed."""
+    made = variable_of(file, chance)
+    way = chance.choice(["move", "remove", "empty", "scalar"])
+    target = group_of(file, chance)
+    if way == "move":
+        target.move(made.name, f"{target.name.rstrip('/')}/{name_in(target, chance)}")
+    elif way == "remove":
+        del file[made.name]
+    elif way == "empty":
+        target.create_dataset(name_in(target, chance), data=h5py.Empty("f8"))
+    else:
+        target[name_in(target, chance)] = np.float64(1.0)
+
+
+@harm
+def bytes_of_it(file: h5py.File, chance: Chance, other: Path) -> None:
+    """A few bytes anywhere."""
+    file.flush()
+    with open(file.filename, "r+b") as raw:
+        size = raw.seek(0, os.SEEK_END)
+        for _ in range(chance.choice([1, 3, 20])):
+            raw.seek(chance.randrange(size))
+            raw.write(chance.randbytes(chance.choice([1, 4])))
+
+
+def build(path: Path, sound: bytes, chance: Chance, other: Path) -> list[str]:
+    """Write a hostile file.
+
+    Returns
+    -------
+    list of str
+        The harms in it.
+    """
+    from chaosdrill.archive.digest import append_checksum
+
+    path.write_bytes(sound)
+    chosen = [chance.choice(list(HARMS)) for _ in range(chance.randint(1, MOST_HARMS))]
+    # h5py must open the file for the others, and may itself wait for a pipe
+    chosen.sort(key=lambda name: LAST.index(name) if name in LAST else -1)
+    told, telling = os.pipe()
+    child = os.fork()
+    if not child:
+        signal.alarm(BUILDING_S)
+        for name in chosen:
+            try:
+                with h5py.File(path, "r+") as file:
+                    HARMS[name](file, chance, other)
+            # what an earlier harm has left may not take another
+            except Exception:
+                continue
+            os.write(telling, f"{name} ".encode())
+        os._exit(0)
+    os.close(telling)
+    with os.fdopen(told, encoding="utf-8") as pipe:
+        done = pipe.read().split()
+    os.waitpid(child, 0)
+    if random.Random(chance.random()).random() < 0.5:
+        append_checksum(path)
+    return done
+
+
+class Opener:
+    """A process that opens files, one after the other; another one takes its place when it fails."""
+
+    def __init__(self) -> None:
+        self._child = 0
+
+    def open(self, path: Path) -> tuple[str, float, int]:
+        """Open a file.
+
+        Returns
+        -------
+        outcome : str
+            "opened", "refused: ...", or what is wrong, which begins with "WRONG".
+        seconds : float
+        size : int
+            Bytes of memory by which the process has grown, or that those have taken which it started, at most.
+        """
+        if not self._child:
+            self._begin()
+        begun = time.monotonic()
+        self._line.send(path)
+        try:
+            outcome, size = self._line.recv() if self._line.poll(MOST_S) else ("WRONG: no answer", 0)
+        except EOFError:
+            outcome, size = "WRONG: the process died", 0
+        took = time.monotonic() - begun
+        if size > MOST_BYTES and not outcome.startswith("WRONG"):
+            outcome = f"WRONG: {size / 2**20:.0f} MB"
+        if outcome.startswith("WRONG"):
+            self.close()
+        return outcome, took, size
+
+    def close(self) -> None:
+        """End the process."""
+        if self._child:
+            self._line.close()
+            os.kill(self._child, signal.SIGKILL)
+            os.waitpid(self._child, 0)
+            self._child = 0
+
+    def _begin(self) -> None:
+        self._line, theirs = Pipe()
+        self._child = os.fork()
+        if self._child:
+            theirs.close()
+            return
+        self._line.close()
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        while True:
+            try:
+                path = theirs.recv()
+            except EOFError:
+                os._exit(0)
+            outcome = _opened(path)
+            own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+            theirs.send((outcome, 1024 * max(own, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)))
+
+
+def _opened(path: Path) -> str:
+    """What comes of a file."""
+    import chaosdrill as cd
+    from chaosdrill.archive import trial
+    from chaosdrill.errors import ArchiveError
+
+    try:
+        tree = cd.open(path)
+    except ArchiveError as fault:
+        return f"refused: {str(fault).removeprefix(f'{path}: '):.200}"
+    except BaseException as fault:
+        return f"WRONG: {type(fault).__name__}: {fault!s:.300}"
+    finally:
+        # whose memory counts once it has ended
+        if random.random() < 0.1:
+            trial._end_spare()
+    return "WRONG: reads another file" if _holds_secret(tree) else "opened"
+
+
+def _holds_secret(tree: Any) -> bool:
+    """Whether any texts or numbers are those of the file beside."""
+    word = SECRET.encode()
+    if any(SECRET in repr(node.attrs) for node in tree.subtree):
+        return True
+    arrays = (np.asarray(v.values) for node in tree.subtree for v in node.variables.values())
+    return any(word in array.tobytes() for array in arrays if array.dtype.kind in "iufS" and array.nbytes < 10**7)
+
+
+def class_of(outcome: str) -> str:
+    """The kind of an outcome, without names and numbers."""
+    words = [
+        "link to another", "second name", "virtual dataset", "stored in another file", "were never written",
+        "is declared with", "has chunks of", "by filter", "neither texts nor numbers", "a type of its own",
+        "not written as NetCDF", "a dimension", "groups deep", "attributes", "variables; an archive", "has no values",
+        "a name is no text", "dimensions", "more memory than", "has no end", "crashes", "to its end", "not an archive",
+        "format ", "more than 10000 groups",
+    ]  # fmt: skip
+    if not outcome.startswith("refused"):
+        return outcome[:60]
+    return next((f"refused: {word.strip()}" for word in words if word in outcome), "refused: damaged otherwise")
+
+
+def small() -> Any:
+    """What an archive holds, made by hand: numbers, codes, texts and a group within a group."""
+    import xarray as xr
+
+    times, about = np.linspace(0.0, 1.0, 50), {"units": "1", "long_name": "any", "comment": "made by hand"}
+    codes = {"flag_values": np.arange(3, dtype="i1"), "flag_meanings": "none one two", "units": "1"}
+    one = xr.Dataset(
+        {
+            "states": (("time", "state"), np.outer(times, [1.0, -1.0]), about),
+            "mode": ("time", np.zeros(50, "i1"), codes),
+            "count": ((), 3, about),
+        },
+        {"time": ("time", times, about), "state": ("state", ["x", "v"])},
+        {"kind": "trajectory", "settings": "{}", "definition": "{}", "format_version": 2},
+    )
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs={"title": "small"}), "motion": one, "motion/again": one})
+
+
+def run(home: Path, files: int, seconds: float | None, seed: int, keep: Path) -> dict[str, Any]:
+    """Try files.
+
+    Returns
+    -------
+    dict
+        Counts ``files``, ``outcomes`` and ``harms``, ``wrong`` (lines), the ``slowest`` and the ``largest``.
+    """
+    import chaosdrill as cd
+
+    sound = cd.save(small(), home / "sound.nc").read_bytes()
+    # what every process has loaded already
+    cd.open(home / "sound.nc")
+    other = home / "other.h5"
+    with h5py.File(other, "w") as file:
+        file["secret"] = np.frombuffer(SECRET.encode(), "u1")
+    os.mkfifo(home / "pipe")
+    before = other.read_bytes()
+    outcomes: Counter[str] = Counter()
+    harms: Counter[str] = Counter()
+    wrong: list[str] = []
+    slowest, largest, count, begun = 0.0, 0, 0, time.monotonic()
+    path, opener = home / "hostile.nc", Opener()
+    while count < files if seconds is None else time.monotonic() - begun < seconds:
+        chance = random.Random(f"{seed}-{count}")
+        done = build(path, sound, chance, other)
+        outcome, took, size = opener.open(path)
+        if other.read_bytes() != before:
+            outcome = "WRONG: changes another file"
+        harms.update(done)
+        outcomes[class_of(outcome)] += 1
+        slowest, largest = max(slowest, took), max(largest, size)
+        if outcome.startswith("WRONG"):
+            wrong.append(f"{seed}-{count} ({', '.join(done)}): {outcome}")
+            (keep / f"hostile-{seed}-{count}.nc").write_bytes(path.read_bytes())
+        count += 1
+        if count % 20 == 0:
+            print(f"{count} files, {len(wrong)} wrong, slowest {slowest:.1f} s", file=sys.stderr, flush=True)
+    opener.close()
+    return {
+        "files": count,
+        "outcomes": outcomes,
+        "harms": harms,
+        "wrong": wrong,
+        "slowest": slowest,
+        "largest": largest,
+    }
+
+
+def main() -> int:
+    """Try the files, write the table, and return 1 if anything went wrong."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", type=int, nargs="?", default=2000, help="files in all (default 2000)")
+    parser.add_argument("--hours", type=float, help="as many as can be tried in that time, instead")
+    parser.add_argument("--seed", type=int, default=0, help="number that the random generators start from")
+    given = parser.parse_args()
+    OUT.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="hostile-") as name:
+        found = run(Path(name).resolve(), given.files, given.hours and 3600 * given.hours, given.seed, OUT)
+    text = f"{found['files']} files, {len(found['wrong'])} wrong, the slowest {found['slowest']:.1f} s, "
+    text += f"the largest {found['largest'] / 2**20:.0f} MB\n\n| outcome | files |\n| --- | --- |\n"
+    text += "".join(f"| {outcome} | {number} |\n" for outcome, number in found["outcomes"].most_common())
+    text += "\n| harm | files |\n| --- | --- |\n"
+    text += "".join(f"| {outcome} | {number} |\n" for outcome, number in sorted(found["harms"].items()))
+    text += "".join(f"\n{line}\n" for line in found["wrong"])
+    (OUT / "hostile.md").write_text(text, encoding="utf-8")
+    print(text)
+    return 1 if found["wrong"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
