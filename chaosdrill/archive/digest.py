@@ -44,7 +44,9 @@ def digests(ds: "xr.Dataset") -> dict[str, str]:
 
 
 def altered(ds: "xr.Dataset") -> list[str] | None:
-    """Names of the variables that are not as they were written, ":" for attributes of the group, ":scene" for a scene.
+    """Names of the variables that are not as they were written.
+
+    ":" stands for attributes of the group, ":scene" for a scene, and ":digests" for digests that are damaged.
 
     Returns
     -------
@@ -57,10 +59,12 @@ def altered(ds: "xr.Dataset") -> list[str] | None:
     scene = [":scene"] if other else []
     try:
         stored = json.loads(ds.attrs[DIGESTS])
-    except (KeyError, TypeError, ValueError, RecursionError):
+    except KeyError:
         return scene or None
+    except (TypeError, ValueError, RecursionError):
+        return [f":{DIGESTS}", *scene]
     if not isinstance(stored, dict):
-        return scene or None
+        return [f":{DIGESTS}", *scene]
     now = digests(ds)
     names = sorted({*stored, *now})
     return [name or ":" for name in names if stored.get(name) != now.get(name)] + scene

@@ -279,6 +279,8 @@ def info_text(described: dict[str, Any]) -> str:
 def altered_line(described: dict[str, Any]) -> list[str]:
     """What of the archive or of a group was altered, if anything was."""
     changed = described.get("altered")
+    if described.get("without_digests"):
+        return ["  altered       nobody can tell: there are no digests beside the values"]
     return [f"  altered       {', '.join(changed)}  (since the archive was written)"] if changed else []
 
 

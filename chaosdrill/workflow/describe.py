@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import altered
+from chaosdrill.archive.digest import DIGESTS, altered
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
@@ -48,8 +48,9 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
         dimensions, dtype, units, long name), ``repeatable`` (from what `verify` runs it again, or why it cannot),
         ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
-        variables that are not as they were written (":" for attributes of the group), if there are any. So for the
-        root, with ":scene" for a scene that has another SHA-256 than the one beside it. An archive that was saved from
+        variables that are not as they were written (":" for attributes of the group), if there are any, and
+        ``without_digests``, where nobody can tell. So for the root, with ":scene" for a scene that has another SHA-256
+        than the one beside it. An archive that was saved from
         Python has the ``versions`` of its groups.
 
     Raises
@@ -116,6 +117,8 @@ def _group(group: "xr.Dataset", scene: bool) -> dict[str, Any]:
     described["repeatable"] = origin if why_not is None else f"no: {why_not}"
     if changed := altered(group):
         described["altered"] = changed
+    if DIGESTS not in group.attrs:
+        described["without_digests"] = True
     if "outcome" in group:
         described["outcomes"] = count_outcomes(group["outcome"].values)
     if "special_kind" in group:

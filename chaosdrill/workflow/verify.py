@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import altered, error_context
+from chaosdrill.archive.digest import DIGESTS, altered, error_context
 from chaosdrill.archive.read import format_of, open_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
@@ -30,7 +30,7 @@ class Verification:
     differences : tuple of Difference
         Empty if the archive is what is computed again.
     notes : tuple of str
-        What may explain differences: other versions, another platform.
+        What may explain differences, other versions and another platform, and groups without digests.
     checks : tuple of Check
         How each variable was compared.
     exact : bool
@@ -120,7 +120,10 @@ def verify(
     else:
         differences, checks, notes = _from_definitions(path, tree, workers, report)
     differences, checks = _with_digests(tree, differences, checks)
-    return Verification(Path(path), tuple(differences), tuple(notes), tuple(checks), not notes)
+    exact = not notes
+    if bare := [node.path for node in tree.subtree if "kind" in node.attrs and DIGESTS not in node.attrs]:
+        notes = [*notes, f"without digests, so that what is not computed again may be altered: {', '.join(bare)}"]
+    return Verification(Path(path), tuple(differences), tuple(notes), tuple(checks), exact)
 
 
 Compared = tuple[list[Difference], list[Check], list[str]]

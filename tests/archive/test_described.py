@@ -440,3 +440,19 @@ def test_each_kind_has_its_own_table(made, every_group):
     assert set(CAPTIONS) <= {d.attrs["kind"] for d in every_group.values()} == {p.kind for p in PICTURES}
     for part, dataset in zip(parts, every_group.values(), strict=True):
         assert f"<caption>{CAPTIONS.get(dataset.attrs['kind'], '')}" in part
+
+
+# Digests that are damaged or gone are told of; a group that another program wrote has none.
+
+
+@pytest.mark.parametrize("held", ["{", "[]", None])
+def test_digests_that_are_damaged_or_deleted_are_told(tmp_path, held, capsys):
+    tree = xr.DataTree.from_dict({"one": xr.Dataset({"x": ("t", [1.0])}, attrs={"kind": "trajectory"})})
+    path = cd.save(tree, tmp_path / "a.nc")
+    with netCDF4.Dataset(path, "a") as file:
+        file["one"].delncattr("digests") if held is None else file["one"].setncattr("digests", held)
+    group = info(path)["groups"]["/one"]
+    found = {name: group[name] for name in ("altered", "without_digests") if name in group}
+    assert found == ({"without_digests": True} if held is None else {"altered": [":digests"]})
+    assert main(["info", str(path)]) == 0
+    assert ("nobody can tell: there are no digests" if held is None else ":digests") in capsys.readouterr().out

@@ -13,12 +13,13 @@ import pytest
 import xarray as xr
 
 import chaosdrill as cd
-from chaosdrill.archive import check_writable, save
+from chaosdrill.archive import check_writable, save, writing
 from chaosdrill.archive import open as open_archive
 from chaosdrill.archive.digest import LENGTH
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import draft_of, remove_drafts
+from chaosdrill.plots import plot_archive
 from chaosdrill.workflow import compare, info
 
 # A write that fails leaves the earlier archive whole and nothing beside it.
@@ -476,3 +477,31 @@ def test_a_name_of_another_format_is_refused_with_the_way_to_it(tree, tmp_path, 
     assert not os.listdir(tmp_path)
     for kept in ("foo.nc", "foo", "foo.nc4", "run.2"):
         assert save(tree, tmp_path / kept).is_file()
+
+
+# A name that was made here, as that of a picture beside its archive, follows no link; one that the user gave does.
+
+
+def test_a_name_that_the_user_did_not_give_follows_no_link(tmp_path):
+    victim, link = tmp_path / "victim.txt", tmp_path / "a.png"
+    victim.write_text("of somebody else")
+    link.symlink_to(victim)
+    check_writable(link, ".png")
+    with pytest.raises(ArchiveError, match=r"a\.png: is a link to .*victim\.txt, which you have not named; .*-o"):
+        check_writable(link, ".png", named=False)
+    with writing(link, "picture", named=False) as draft:
+        draft.write_text("a picture")
+    assert victim.read_text() == "of somebody else"
+    assert not link.is_symlink()
+
+
+@pytest.mark.parametrize("command", [["report"], ["plot"]])
+def test_a_default_name_is_not_that_of_another_file(motion, tmp_path, command):
+    path = cd.save(motion, tmp_path / "a.nc")
+    victim = tmp_path / "victim.txt"
+    victim.write_text("of somebody else")
+    for name in ("a.html", "a.png", "a-trajectory.png", "a-phase-portrait.png", "a-time-history.png"):
+        (tmp_path / name).symlink_to(victim)
+    with pytest.raises(ArchiveError, match="which you have not named"):
+        cd.report(path) if command == ["report"] else plot_archive(path)
+    assert victim.read_text() == "of somebody else"
