@@ -14,7 +14,7 @@ def test_codes_are_fixed():
         "no_orbit equilibrium inadmissible open no_special_point undecided no_return singular"
     )
     assert [outcome.meaning for outcome in Outcome] == codes.split()
-    assert [int(outcome) for outcome in Outcome] == list(range(18))
+    assert [int(outcome) for outcome in Outcome] == list(range(19))
 
 
 @pytest.mark.parametrize("outcome", Outcome)
