@@ -267,7 +267,6 @@ class Analysis:
             A quadrature that no archive could hold.
         """
         from chaosdrill.dataset import label
-        from chaosdrill.dataset.without_dask import spare_dask
         from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
         from chaosdrill.model import HybridSystem
         from chaosdrill.model.regions import check_parameters
@@ -293,7 +292,6 @@ class Analysis:
             if given.get(name) is not None:
                 refuse(SettingsError, name, given[name], kind)
         system.forcing_period()
-        spare_dask()
         try:
             settings = self.settings.read(given, system)
         except TypeError as fault:
