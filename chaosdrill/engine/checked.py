@@ -23,7 +23,7 @@ from chaosdrill.engine.polynomial import late_size, size, value
 DEFECT = 20.0
 """Defect of a series, times the length of the step, in units of the tolerance, above which the step is shortened."""
 
-DENSE_DEFECT = 1000.0
+DENSE_DEFECT = 100.0
 """The same of a dense output, whose rates are two orders less exact than the step."""
 
 ROUNDING = 1e-12
@@ -436,9 +436,12 @@ def ending(functions, tables, h, t, state, scratch):
         direction = tables.active[mode, 1 + j]
         if abs(side) == 1 and (direction == 0 or direction == -side):
             here = functions.guard(mode, j, t, state.c, x, scratch.gradient)
-            ahead = functions.guard(mode, j, t + soon, state.c, place, scratch.gradient)
-            leads = (ahead - here) * side < 0.0 or (here == 0.0 and ahead == 0.0)
-            if abs(here) < math.inf and leads and _ends(here, ahead):
+            # by its slope, which a pole of the guard itself leads away from zero
+            change = scratch.gradient[n] * soon
+            for i in range(n):
+                change += scratch.gradient[i] * rate[i]
+            leads = change * side < 0.0 or (here == 0.0 and change == 0.0)
+            if abs(here) < math.inf and leads and _ends(here, here + change):
                 run.blocked = -1
                 run.turning = 0
                 return outcome, j
