@@ -73,13 +73,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return code
 
 
+def _has_no_folder() -> bool:
+    """Whether the working directory has been removed; its name still leads to it."""
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        return True
+    return False
+
+
 def _told(fault: BaseException) -> tuple[int, str, str] | None:
     """Exit code, kind and text of a fault; None for one that is a mistake of the program."""
     if isinstance(fault, click.ClickException):
         return fault.exit_code, "UsageError", fault.format_message()
     if isinstance(fault, click.Abort | KeyboardInterrupt):
         return INTERRUPTED, "KeyboardInterrupt", "\ninterrupted"
-    if isinstance(fault, FileNotFoundError) and not os.path.exists(os.curdir):
+    if isinstance(fault, FileNotFoundError | SceneError) and _has_no_folder():
         return FAILED, "OSError", "the working directory has been removed; change to another one"
     if isinstance(fault, OSError):
         # whatever file it is, its fault is none of the program's

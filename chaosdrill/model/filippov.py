@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import sympy
 
 from chaosdrill.errors import ModelError
+from chaosdrill.model.crossings import crossings
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.places import parameter
 from chaosdrill.model.reading import Transition, read_expression, read_symbol, read_table
@@ -424,9 +425,13 @@ class TwoSided(Written):
                 )
             if not slides or attracts != sympy.true:
                 found.append(Transition(f"cross-{way}", source, target, guard, direction, kind="cross"))
-        for way, target, speed, direction in (("up", ABOVE, up, +1), ("down", BELOW, down, -1)):
-            if slides and speed.free_symbols & moving:
-                found.append(Transition(f"leave-{way}", SLIDING, target, speed, direction, reset, kind="leave"))
+        exits = [
+            Transition(f"leave-{way}", SLIDING, target, speed, direction, reset, kind="leave")
+            for way, target, speed, direction in (("up", ABOVE, up, +1), ("down", BELOW, down, -1))
+            if slides and speed.free_symbols & moving
+        ]
+        # where both fields turn away at once, the motion leaves upward
+        found += exits[: len(set(crossings(exits)))]
         return found
 
     def regions(self, parts: Parts) -> dict[str, Any]:

@@ -100,7 +100,9 @@ def smoothed(curve: Curve, rates: "Callable[[], NDArray[np.float64] | None] | No
         for slopes that are guessed from them.
     """
     step = np.diff(curve.time)
-    parts, coarse = _parts(curve, step)
+    # a run that ended in no number turns nowhere
+    with np.errstate(invalid="ignore"):
+        parts, coarse = _parts(curve, step)
     if not (parts > 1).any():
         return curve
     exact = rates() if coarse and rates is not None else None

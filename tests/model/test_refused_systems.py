@@ -122,7 +122,7 @@ NUMBERS = {
     "parameter that is infinite": ({"parameters": {"k": float("inf"), "omega": 3.0}}, ["parameter 'k'", "inf"]),
     "parameter that is a word": ({"parameters": {"k": "stiff", "omega": 3.0}}, ["parameter 'k'", "'stiff'"]),
     "start that is not finite": ({"initial": {X: float("nan")}}, ["initial 'x'", "finite number"]),
-    "start of a stranger": ({"initial": {"y": 0.0}}, ["'y'", "'mode'", "('x', 'v')"]),
+    "start of a stranger": ({"initial": {"y": 0.0}}, ["'y'", "mode, x, v"]),
     "start in a mode that is not there": ({"initial": {"mode": "stuck"}}, ["initial mode 'stuck'", "['free']"]),
 }
 
