@@ -49,7 +49,7 @@ def _colours(figure, panel=0):
 
 def test_axes_are_named_by_the_archive_and_cells_have_their_true_bounds(chart):
     axes = isoperiodic_chart(chart.isel(seed=[0])).axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("load q", "p")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("load", "p")
     mesh = axes.collections[0].get_coordinates()
     np.testing.assert_allclose(mesh[0, :, 0], [-0.1, 0.1, 0.35, 0.75, 1.25])
     np.testing.assert_allclose(mesh[:, 0, 1], [-0.5, 0.5, 1.5, 2.5, 3.5, 4.5])
@@ -81,7 +81,7 @@ def test_seeds_have_their_names(chart):
     named = chart.assign_coords(seed=["fixed 1", "random 2"])
     figure = isoperiodic_chart(named)
     assert [axes.get_title(loc="left") for axes in figure.axes[:2]] == ["fixed 1", "random 2"]
-    assert (figure.get_supxlabel(), figure.get_supylabel()) == ("load q", "p")
+    assert (figure.get_supxlabel(), figure.get_supylabel()) == ("load", "p")
 
 
 def test_panels_say_where_their_seeds_start(chart):
@@ -268,7 +268,7 @@ def test_cells_have_the_colour_of_their_attractor(basin):
 
 def test_axes_are_named_and_regions_numbered(basin):
     axes = basins(basin).axes[0]
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("height x", "speed v")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("height", "speed")
     texts = {text.get_text(): text.get_position()[0] for text in axes.texts}
     assert texts["1"] < 0 < texts["2"]
 

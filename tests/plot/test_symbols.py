@@ -73,7 +73,7 @@ def test_a_label_stands_in_the_place_of_symbol_and_unit(given, units, shown):
 
 
 def test_what_the_library_calls_it_is_followed_by_its_symbol():
-    run = cd.trajectory(cd.build("impact-oscillator"), duration=1, samples=2)
+    run = cd.trajectory(cd.build("impact-oscillator"), periods=1, samples=2)
     assert state_label(run, 0) == "displacement x"
     changed = run.assign_coords(state_long_name=("state", ["gap", "velocity"]))
     assert [state_label(changed, i) for i in (0, 1)] == ["gap", "velocity v"]
