@@ -104,7 +104,10 @@ def _note_errors(functions, tables, settings, transition, t, state, rates, image
     part = 1.0 + settings.tolerance / guards.ROUNDING
     before = scratch.metric
     for i in range(n):
-        before[i] = state.doubt[i] = state.doubt[i] if rates[i] == 0.0 else part * state.scale[i]
+        if rates[i] != 0.0:
+            # the size that a method begins with may be far too large
+            state.doubt[i] = part * min(state.scale[i], max(abs(state.x[i]), abs(rates[i]) * state.run[0].longest))
+        before[i] = state.doubt[i]
     if tables.transitions[transition, CANCELS] == 1:
         functions.image_error(transition, t, state.c, state.x, before, state.doubt)
     else:
