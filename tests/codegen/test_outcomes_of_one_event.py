@@ -75,4 +75,6 @@ def test_larger_priority_comes_first_then_declaration():
 
 def test_tables_hold_directions_and_targets(system):
     np.testing.assert_array_equal(kernels_of(system).mode_table, [[3, 1, -1, 0], [1, 0, 0, 0]])
-    np.testing.assert_array_equal(kernels_of(system).transition_table[:, :2], [[0, 1], [0, 1], [1, 0], [0, 1], [1, 0], [1, 0]])
+    np.testing.assert_array_equal(
+        kernels_of(system).transition_table[:, :2], [[0, 1], [0, 1], [1, 0], [0, 1], [1, 0], [1, 0]]
+    )

@@ -137,6 +137,22 @@ def held():
     return [*found["lyapunov_exponent"].values[:2], *found["events_per_period"].values.ravel()]
 
 
+def facing():
+    """Two modes that push onto one surface, which no expression shows to be one."""
+    relay = cd.HybridSystem(
+        states="x",
+        parameters={"k": 2.0},
+        modes={"above": {"x": "-1"}, "below": {"x": "1"}},
+        transitions=[
+            cd.Transition("down", "above", "below", "x", -1),
+            cd.Transition("up", "below", "above", "k*x", 1),
+        ],
+        initial={"mode": "above", "x": 1.0},
+    )
+    found = cd.trajectory(relay, duration=2.0, samples=1)
+    return [float("cd.filippov" in found.attrs["message"]), *found["event_time"].values[:2]]
+
+
 def eventless(name, parameters, **given):
     """An orbit without events: in segments of a period, or from a plane to itself."""
     found = cd.periodic_orbit(cd.build(name, parameters), **given)
@@ -146,7 +162,7 @@ def eventless(name, parameters, **given):
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
     **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
-    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held)},
+    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held, facing)},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
     "eventless free": (lambda: eventless("roessler", {"c": 2.5}, at="y > 0", transient=3),),
