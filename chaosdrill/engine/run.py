@@ -25,6 +25,9 @@ STANDING = ("mode", "fresh", "fired", "surface", "way", "moved_by", "residual")
 BESIDE = ("scale", "sides", "hardest", "extent", "doubt", "normal")
 """What a run says of its guards, in its record and beside it."""
 
+NEAR = 1e-9
+"""Part of the sizes of states up to which a state counts as on a surface where a run is told to have stalled."""
+
 
 class Run:
     """State of a run, continued by ``advance``.
@@ -335,20 +338,20 @@ class Run:
         c, gradient, rates = self.states.c[0], np.empty(n + 1), np.empty(n + len(self.system.quadratures))
         field, guard = kernels.functions[3], kernels.functions[5]
 
-        def ways(mode: int, surface: int) -> "Iterator[tuple[Any, int]]":
-            """Modes to which the motion of one leads across a surface."""
+        def ways(mode: int) -> "Iterator[tuple[Any, int]]":
+            """Surfaces on which the state is and across which the motion of a mode leads, and to which modes."""
+            field(mode, t, c, self.x, rates)
             for j, event in enumerate(kernels.events[mode]):
-                guard(mode, j, t, c, self.x, gradient)
-                field(mode, t, c, self.x, rates)
+                value = guard(mode, j, t, c, self.x, gradient)
                 speed = gradient[:n] @ rates[:n] + gradient[n]
-                if event.surface == surface and speed != 0 and event.direction * speed >= 0:
+                there = abs(value) <= NEAR * (np.abs(gradient[:n]) @ self.states.scale[0, :n])
+                if there and speed != 0 and event.direction * speed >= 0:
                     for k in event.outcomes:
                         yield event.guard, int(kernels.transition_table[k, 0])
 
-        surface = int(self.standing["surface"])
-        for expression, other in ways(mode, surface):
-            if other != mode and any(back == mode for _, back in ways(other, surface)):
-                return expression, other
+        for surface, other in ways(mode):
+            if other != mode and any(back == mode for _, back in ways(other)):
+                return surface, other
         return None
 
     def filled(self) -> tuple[int, int]:

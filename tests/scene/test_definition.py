@@ -52,7 +52,7 @@ FAULTS = {
     "time that is a word": ("omega*t", "omega*time", 11, "modes.free.v: unknown name 'time'; the time is called 't'"),
     "bound": (
         "\n[system.par",
-        f"\n[system.definition.bounds]\nx = [2, 1]\n[system.par",
+        "\n[system.definition.bounds]\nx = [2, 1]\n[system.par",
         22,
         "bounds.x: expected",
     ),
