@@ -1,8 +1,8 @@
 """Taylor coefficients of every operation and function against Cauchy's integral in 160 digits.
 
 One mode an expression: x' = f(x, y, t), y' = x - y/3, a guard g = f + x y - 1/8 in the same mode. If X(s) is the
-computed polynomial of the state, the coefficients of f(X(s), t + s) up to the order below must be (k + 1) times the next ones of
-X itself: that is the differential equation, and it has one solution.
+computed polynomial of the state, the coefficients of f(X(s), t + s) up to the order below must be (k + 1) times the
+next ones of X itself: that is the differential equation, and it has one solution.
 """
 
 import mpmath

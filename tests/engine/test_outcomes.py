@@ -124,9 +124,9 @@ def test_step_underflow(system):
 
 
 def test_a_singular_term_is_named(system):
-    run, _ = end(system, mode="shrink", x=1.0)
-    assert "1/x ends where x = 0" in run.blocked()
-    assert "'shrink'" in run.blocked()
+    run, outcome = end(system, mode="shrink", x=1.0)
+    assert "1/x ends where x = 0" in run.stopped(outcome)
+    assert "'shrink'" in run.stopped(outcome)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -244,7 +244,7 @@ def test_rounding_stays_within_its_bound_and_comes_near_it():
     for _ in range(200):
         t, x, y = rng.uniform(0.1, 3), rng.uniform(-2, 4), rng.uniform(0.02, 3)
         value = kernels.functions[5](0, 0, t, np.array([2.3]), np.array([x, y]), np.empty(3))
-        kernels.functions[6](0, 0, t, np.array([2.3]), np.array([x, y]), found)
+        kernels.functions[6](0, 0, t, np.array([2.3]), np.array([x, y]), np.zeros(2), found)
         with mpmath.workdps(40):
             parts.append(float(abs(value - exact(t, x, y, 2.3))) / (found[0] * 2.0**-53))
     assert max(parts) < 1
