@@ -180,8 +180,14 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
         rates, image = event[place.before :], event[place.image :]
         _note_errors(functions, tables, settings, transition, t, state, rates, image, scratch)
+        away = error = 0.0
         for i in range(n):
-            x[i] = event[place.image + i]
+            away += state.normal[i] * (image[i] - x[i])
+            error += abs(state.normal[i]) * (state.doubt[i] + abs(x[i]))
+            x[i] = image[i]
+        if abs(away) > guards.ROUNDING * error:
+            # the reset leads away from the surface, and what is zero where it leads to is another one
+            run.way = 0
         if run.live > 0:
             if not met or (rest >= 0.0 and speed == 0.0):
                 # the time of such an event does not depend on the state, if it has no cause
