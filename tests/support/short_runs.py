@@ -137,6 +137,14 @@ def held():
     return [*found["lyapunov_exponent"].values[:2], *found["events_per_period"].values.ravel()]
 
 
+def unproved():
+    """A period that no expression shows to be one."""
+    system = cd.HybridSystem(
+        states="x", parameters={"w": 1.0}, modes={"m": {"x": "cos(w*t) - x"}}, period="2*pi", initial={"x": 1.0}
+    )
+    return cd.trajectory(system, periods=1, samples=1)["states"].values[-1].tolist()
+
+
 def facing():
     """Two modes that push onto one surface, which no expression shows to be one."""
     relay = cd.HybridSystem(
@@ -162,7 +170,7 @@ def eventless(name, parameters, **given):
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
     **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
-    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held, facing)},
+    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held, facing, unproved)},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
     "eventless free": (lambda: eventless("roessler", {"c": 2.5}, at="y > 0", transient=3),),
