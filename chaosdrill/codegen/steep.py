@@ -81,10 +81,9 @@ def steep_operations(expressions: Iterable[Any], moving: Iterable[Any]) -> tuple
     """
     symbols = frozenset(moving)
     found: dict[tuple[Any, float], Steep] = {}
+    seen: set[Any] = set()
     for expression in expressions:
-        for part in sympy.preorder_traversal(sympy.sympify(expression)):
-            if not isinstance(part, sympy.Expr) or part.free_symbols.isdisjoint(symbols):
-                continue
+        for part in _parts(sympy.sympify(expression), seen):
             for argument, shape in _watched(part, symbols):
                 if argument.free_symbols.isdisjoint(symbols):
                     continue
@@ -92,6 +91,18 @@ def steep_operations(expressions: Iterable[Any], moving: Iterable[Any]) -> tuple
                 if key not in found or found[key].shape.part > shape.part:
                     found[key] = Steep(argument, shape, part)
     return tuple(found.values())
+
+
+def _parts(expression: Any, seen: set[Any]) -> Iterator[Any]:
+    """The parts of an expression that are compound and not yet seen, each before what it is made of."""
+    waiting = [expression]
+    while waiting:
+        part = waiting.pop()
+        if part.args and part not in seen:
+            seen.add(part)
+            if isinstance(part, sympy.Expr):
+                yield part
+            waiting.extend(reversed(part.args))
 
 
 def _watched(part: Any, symbols: frozenset[Any]) -> Iterator[tuple[Any, Shape]]:
@@ -147,12 +158,12 @@ def _size(exponent: Any) -> float:
 
 def _degree(expression: Any, symbols: frozenset[Any]) -> float:
     """Degree of an expression as a polynomial; whatever is no polynomial counts as one symbol."""
-    if expression.free_symbols.isdisjoint(symbols):
-        return 0.0
+    if expression.is_Atom:
+        return 1.0 if expression in symbols else 0.0
     if expression.is_Add:
         return max(_degree(a, symbols) for a in expression.args)
     if expression.is_Mul:
         return float(sum(_degree(a, symbols) for a in expression.args))
     if expression.is_Pow and _is_whole(expression.exp) and expression.exp > 0:
         return float(expression.exp) * _degree(expression.base, symbols)
-    return 1.0
+    return 0.0 if expression.free_symbols.isdisjoint(symbols) else 1.0

@@ -192,8 +192,14 @@ def _apart(shapes, count, in_series, now, then, largest):
     return most, active
 
 
+@inlined
+def _may_end(through, in_series):
+    """Whether an operation ends where its argument is zero: behind zero some go on, for methods that need no series."""
+    return through != CROSSED and (in_series or through != ONE_SIDED)
+
+
 @rare
-def has_ended(functions, tables, t, state, scratch):
+def has_ended(functions, tables, settings, t, state, scratch):
     """Number of an operation that ends where the state is, to the rounding of its argument; -1 for none."""
     mode, x, c = state.run[0].mode, state.x, state.c
     now, then, doubt, place = scratch.watched[0], scratch.watched[1], scratch.watched[2], scratch.image
@@ -210,8 +216,9 @@ def has_ended(functions, tables, t, state, scratch):
         place[i] = x[i]
         for k in range(count):
             doubt[k] += abs(then[k] - now[k])
+    most = 8.0 * EPSILON / NUDGE
     for k in range(count):
-        if tables.shapes[mode, k, 6] != CROSSED and abs(now[k]) <= 8.0 * EPSILON / NUDGE * doubt[k]:
+        if _may_end(tables.shapes[mode, k, 6], settings.method == TAYLOR) and abs(now[k]) <= most * doubt[k]:
             return k
     return -1
 
@@ -264,7 +271,7 @@ def looks(agrees: Any) -> Callable[..., float]:
             apart, active = _apart(shapes, count, settings.method == TAYLOR, now, then, largest)
             if not apart <= 1.0:
                 if end - s <= FINEST * h:
-                    return 0.0 if has_ended(functions, tables, t, state, scratch) >= 0 else s
+                    return 0.0 if has_ended(functions, tables, settings, t, state, scratch) >= 0 else s
                 ds = (end - s) * (max(NEXT / apart, 0.1) if apart < math.inf else 0.25)
                 continue
             if active and not agrees(functions, tables, settings, end, t, state, ws, scratch):
@@ -404,7 +411,7 @@ def _ends(now, then):
 
 
 @rare
-def ending(functions, tables, h, t, state, scratch):
+def ending(functions, tables, settings, h, t, state, scratch):
     """What a run ends with whose step h has no length or is no number: (outcome, guard).
 
     Where a steep operation ends at the state, the run is told to be blocked by it. A guard that ends there, too, and
@@ -418,7 +425,7 @@ def ending(functions, tables, h, t, state, scratch):
     for i in range(n):
         rate[i] = soon * rate[i] if abs(rate[i]) < math.inf else 0.0
     outcome = STEP_UNDERFLOW if h == h else NONFINITE
-    run.blocked = has_ended(functions, tables, t, state, scratch)
+    run.blocked = has_ended(functions, tables, settings, t, state, scratch)
     if run.blocked >= 0:
         outcome = SINGULAR
     read(functions, mode, t, state.c, x, now)
@@ -426,7 +433,8 @@ def ending(functions, tables, h, t, state, scratch):
         place[i] = x[i] + rate[i]
     read(functions, mode, t + soon, state.c, place, then)
     for k in range(tables.steep[mode, 0]):
-        if tables.shapes[mode, k, 6] != CROSSED and outcome != SINGULAR and _ends(now[k], then[k]):
+        may_end = _may_end(tables.shapes[mode, k, 6], settings.method == TAYLOR)
+        if may_end and outcome != SINGULAR and _ends(now[k], then[k]):
             outcome = SINGULAR
             run.blocked = k
     if outcome != SINGULAR:

@@ -16,7 +16,6 @@ from chaosdrill.engine.checked import (
     dense_defect,
     doubt_of_rates,
     guards_agree,
-    has_ended,
     looks,
     may_hide_between,
 )
@@ -222,8 +221,6 @@ def expand(place, p, t):
     while h > UNDERFLOW * run.longest:
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, scale, least, run.period, vectors, live, stages) / tolerance
-        if not error < math.inf and has_ended(functions, tables, t, state, scratch) >= 0:
-            return 0.0
         if not error <= 1.0:
             factor = shrink(error, h, larger, longer, 8.0)
             larger = error

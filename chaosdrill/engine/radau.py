@@ -16,7 +16,6 @@ from chaosdrill.engine.checked import (
     dense_defect,
     doubt_of_rates,
     guards_agree,
-    has_ended,
     looks,
     may_hide_between,
 )
@@ -142,8 +141,6 @@ def expand(place, p, t):
             for i in range(n):
                 stages[Z + j, i] = 0.0
         if not newton(functions, kind, t, state, h, tolerance, room, stages, False):
-            if has_ended(functions, tables, t, state, scratch) >= 0:
-                return 0.0
             h *= FAILED_PART
             rejected = True
             continue

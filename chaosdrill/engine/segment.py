@@ -98,7 +98,7 @@ def follow(functions, method, settings, tables, asleep, start, duration, end, wa
             continue
         steps += 1
         if not h > SMALLEST_STEP * run.longest or (steps > MOST_STEPS and settings.method != RK4):
-            return ending(functions, tables, h, t, state, scratch)[0], crossed, when
+            return ending(functions, tables, settings, h, t, state, scratch)[0], crossed, when
         run.fresh = ONGOING
         if rest < -h:
             return INVALID_START, crossed, when

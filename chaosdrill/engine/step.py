@@ -246,7 +246,7 @@ def stop(functions, tables, settings, h, t, state, buffer, scratch):
 
     There is no series to be evaluated; the event is taken where the run stands.
     """
-    outcome, j = ending(functions, tables, h, t, state, scratch)
+    outcome, j = ending(functions, tables, settings, h, t, state, scratch)
     if j >= 0:
         outcome = end_step(functions, tables, settings, 0.0, -1.0, j, 0, scratch.backs, DONE, state, buffer, scratch)
     return outcome
