@@ -89,8 +89,10 @@ def _events(system: "HybridSystem", records: list[Record]) -> Mapping[str, Any]:
     """Events of one run after the other."""
     rows = np.concatenate([one.events for one in records])
     targets = np.array([system.mode_names.index(t.target) for t in system.transitions], dtype=np.int8)
+    told = {"event_time_error": ("event", rows[:, at.EVENT_ERROR])}
     return {
         "event_time": ("event", np.concatenate([one.times for one in records])),
+        **(told if any(t.completes for t in system.transitions) else {}),
         "event_kind": ("event", rows[:, at.EVENT_KIND].astype(np.int8)),
         "event_speed": ("event", rows[:, at.EVENT_SPEED]),
         "event_mode_before": ("event", rows[:, at.EVENT_MODE].astype(np.int8)),

@@ -1,5 +1,6 @@
 """Events of each mode of a system."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,34 @@ def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:
 def guard_keys(system: "HybridSystem") -> list[Crossing]:
     """The surfaces of a system's guards with the ways in which they are crossed, each once."""
     return list(dict.fromkeys(crossings(system.transitions)))
+
+
+def returns(system: "HybridSystem", events: Sequence[Sequence[Event]]) -> list[list[int]]:
+    """Where what a transition throws off its surface meets that again: guards of its target mode, -1 for none.
+
+    Two for each transition: the guard that is met from above the surface, and the one that is met from below.
+    """
+    modes, found = list(system.modes), []
+    for transition, crossing in zip(system.transitions, crossings(system.transitions), strict=True):
+        there = [(j, e) for j, e in enumerate(events[modes.index(transition.target)]) if e.guard == crossing.surface]
+        found.append([next((j for j, e in there if e.direction in (0, way)), -1) for way in (-1, 1)])
+    return found
+
+
+def in_series(system: "HybridSystem") -> set[int]:
+    """Transitions that may be one of a series of rebounds, all on one surface, that another one completes."""
+    surfaces = [surface for surface, _ in crossings(system.transitions)]
+    usual = {k: t for k, t in enumerate(system.transitions) if t.completes is None and not t.marks_only()}
+    completed = {t.completes for t in system.transitions}
+    found = {k for k, t in usual.items() if t.name in completed}
+    waiting = list(found)
+    while waiting:
+        last = waiting.pop()
+        target = system.transitions[last].target
+        following = {k for k, t in usual.items() if target in t.source and surfaces[k] == surfaces[last]} - found
+        found |= following
+        waiting += following
+    return found
 
 
 def cancels(transition: "Transition") -> bool:

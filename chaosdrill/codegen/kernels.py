@@ -12,7 +12,7 @@ from llvmlite import ir
 from chaosdrill.codegen import kept
 from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, array
-from chaosdrill.codegen.events import Event, cancels, guard_keys, mode_events
+from chaosdrill.codegen.events import Event, cancels, guard_keys, mode_events, returns
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.machine import FROM_PYTHON, NativeFunction, load, register_width
 from chaosdrill.codegen.mathematics import address, imports
@@ -68,6 +68,8 @@ class Written:
     """How many surfaces each mode holds."""
     steep: tuple[tuple[Steep, ...], ...]
     """Operations of each mode that are watched."""
+    returns: list[list[int]]
+    """See `codegen.events.returns`."""
 
     def lanes(self) -> Code:
         """The same series for several trajectories in SIMD lanes."""
@@ -99,6 +101,7 @@ def write(system: "HybridSystem") -> Written:
         constants=len(constants.places),
         held=tuple(map(len, held)),
         steep=steep,
+        returns=returns(system, events),
     )
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Row, Test
+from chaosdrill.codegen.events import in_series
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import event_places
@@ -19,9 +20,9 @@ from chaosdrill.model.derive import (
     frozen_states,
     guard_gradient,
     rate,
-    rebound,
     reset_entries,
     reset_map,
+    throw,
 )
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class Pointwise:
         self.module, self.system, self.constants, self.mode, self.large = module, system, constants, mode, large
         self.n = len(system.states)
         self.frozen = frozenset(frozen_states(system))
+        self.in_series = in_series(system)
 
     def _begin(self, name: str, more: dict[str, Any], result: Any = None) -> tuple[Function, Row, list[Any]]:
         """A function, its states, and its arguments after these."""
@@ -157,10 +159,9 @@ class _Transit:
         self.tangents = Test(self.f, self.f.builder.icmp_signed("!=", tangents, INT(0)))
         self.scale, self.out = self.f.row(scale), self.f.row(out)
         system, transitions = self.system, self.system.transitions
-        named = {t.name: t for t in transitions}
         self.outcomes = [(i, transitions[i]) for i in event.outcomes]
-        self.rebounds = {i: rebound(system, named[t.completes]) for i, t in self.outcomes if t.completes is not None}
-        self.noise = 2 * rounding_bound(event.guard) if self.rebounds else sympy.Integer(0)
+        self.completing = {i for i, t in self.outcomes if t.completes is not None}
+        self.throws = {i: throw(system, t, event.guard) for i, t in self.outcomes if i in mode.in_series}
         self.conditions = {i: t.conditions.get(mode.mode, sympy.true) for i, t in self.outcomes}
         self.maps = {i: reset_map(system, t) for i, t in self.outcomes}
         self.slopes = {i: reset_entries(system, t) for i, t in self.outcomes}
@@ -183,13 +184,12 @@ class _Transit:
             f, self.x, self._everything(), dict(zip(self.system.states, states, strict=True))
         )
         self.mode._store_sparse(f, self.out.after(self.places.gradient), self.gradient, shared)
-        given = [self.out[place] for place in (self.places.rest, self.places.lowest, self.places.shortest)]
         self._store_rates(self.mode.mode, self.places.before, self.rates, shared)
-        self.out[self.places.rest] = self.out[self.places.shortest] = -1.0
-        for index, _ in sorted(self.outcomes, key=lambda found: found[0] not in self.rebounds):
+        for index, _ in sorted(self.outcomes, key=lambda found: found[0] not in self.completing):
             condition = self.conditions[index]
-            if index in self.rebounds:
-                test = self._completes(index, shared, *given)
+            if index in self.completing:
+                complete = self.out[self.places.complete].compare(">", 0.0)
+                test = complete if condition == sympy.true else shared.joined(complete, condition, both=True)
             elif condition == sympy.true:
                 self._branch(index, shared, states)
                 break
@@ -197,8 +197,6 @@ class _Transit:
                 test = shared.test(condition)
             with f.when(test):
                 self._branch(index, shared.inside(), states)
-            if index in self.rebounds:
-                self.out[self.places.rest] = -1.0
         else:
             f.builder.ret(INT(-1))
         f.end()
@@ -206,10 +204,10 @@ class _Transit:
 
     def _everything(self) -> list[Any]:
         conditions = [side for c in self.conditions.values() for r in _relations(c) for side in r.args]
-        found = [*self.gradient, *self.rates, *conditions, self.noise]
+        found = [*self.gradient, *self.rates, *conditions]
         for index, _ in self.outcomes:
             found += [
-                *self.rebounds.get(index, ()),
+                *self.throws.get(index, ()),
                 *self.maps[index],
                 *self.slopes[index].values(),
                 *self.after.get(index, ()),
@@ -253,6 +251,8 @@ class _Transit:
             images = [shared[e] for e in self.maps[index]]
             for i, value in enumerate(images):
                 self.out[self.places.image + i] = value
+            for place, value in enumerate(self.throws.get(index, ()), self.places.speed):
+                self.out[place] = shared[value]
             with f.when(~self.tangents):
                 f.builder.ret(INT(index))
             slopes = self.out.after(self.places.jacobian)
@@ -279,31 +279,6 @@ class _Transit:
         f.builder.call(field, [*f.arguments[:2], x.data, values.data])
         with f.loop(0, self.n) as i:
             self.out[i + place] = values[i]
-
-    def _completes(self, index: int, shared: Expressions, hardest: Number, lowest: Number, shortest: Number) -> Test:
-        """Whether the rebounds to come are negligible; the times that they and the next last go into the event.
-
-        What they move has to be below the tolerance beside the hardest before them, and what the sum of their times
-        leaves out, which is of third order, below the tolerance of the time in which their acceleration changes. One
-        that is too low or too short to be told from none is as negligible as it may become.
-        """
-        f = self.f
-        incoming, outgoing, pull, jerk, back, other, outward, whole, rest = (shared[e] for e in self.rebounds[index])
-        # what does not come back does so at once, at whatever speed it came
-        still = outgoing.compare("==", 0.0)
-        whole, rest = f.choose(still, 0.0, whole), f.choose(still, 0.0, rest)
-        speed, force, change = (f.intrinsic("fabs", a) for a in (incoming, pull, whole * jerk))
-        self.out[self.places.rest], self.out[self.places.shortest] = rest, 2.0 * outward / force
-        hardest, tolerance = f.choose(speed.compare(">", hardest), speed, hardest), Number(f, self.tolerance)
-        moved = whole * force
-        small = (moved * moved).compare("<=", tolerance * hardest * hardest)
-        small = small & (change * change * change).compare("<=", tolerance * force * force * force)
-        low = (outward * outward).compare("<=", lowest * shared[self.noise] * force)
-        low = (low | (2.0 * outward).compare("<=", shortest * force)) & change.compare("<", force)
-        result = (small | low) & outward.compare(">=", 0.0) & whole.compare(">=", 0.0)
-        result = result & whole.compare("<", float("inf")) & back.compare(">", 0.0) & other.compare(">", 0.0)
-        condition = self.conditions[index]
-        return result if condition == sympy.true else shared.joined(result, condition, both=True)
 
 
 def _relations(condition: Any) -> list[Any]:

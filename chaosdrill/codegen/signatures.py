@@ -34,9 +34,8 @@ SIGNATURES = {
   from the exact ones, in units of the rounding unit, of states with one rounding and the errors ``doubt``
 * ``event_map(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
-  with it stands in ``event``, see `event_places`. Under ``rest`` the hardest normal speed at which the guard was met
-  since rebounds from it were last completed is given, under ``lowest`` and ``shortest`` how high and how long rebounds
-  have to be. Where ``tangents`` is 0, what only tangents need is left out
+  with it stands in ``event``, see `event_places`. Under ``complete`` it is given whether the outcome is taken that
+  completes rebounds (1) or one of the others (0). Where ``tangents`` is 0, what only tangents need is left out
 * ``image_error(k, t, c, x, doubt, out)`` errors of the states after the reset of transition k, in the same units
 * ``watch(mode, t, c, x, out)`` what the mode's steep operations are applied to, see ``codegen.steep``
 """
@@ -49,9 +48,10 @@ class EventPlaces(NamedTuple):
     """Where in the array of an event its numbers begin."""
 
     gradient: int
-    rest: int
-    lowest: int
-    shortest: int
+    complete: int
+    speed: int
+    pull: int
+    jerk: int
     before: int
     after: int
     image: int
@@ -63,12 +63,14 @@ class EventPlaces(NamedTuple):
 def event_places(n: int) -> EventPlaces:
     """Places for a system of n states.
 
-    Gradient of the guard and, last, its time derivative; the time that rebounds which are replaced would last, or -1;
-    the height, in rounding errors of the guard, of a rebound that is not told from none; the time of the next rebound,
-    where some may be replaced, or -1; rates of the states before and after; the state after; its derivatives by states
-    and, last, time, row by row.
+    Gradient of the guard and, last, its time derivative; whether rebounds are completed; of an event that may be one of
+    a series of rebounds, speed and acceleration of the guard after it and the rate of that; rates of the states before
+    and after; the state after; its derivatives by states and, last, time, row by row.
     """
-    return EventPlaces(0, n + 1, n + 2, n + 3, n + 4, 2 * n + 4, 3 * n + 4, 4 * n + 4, 4 * n + 4 + n * (n + 1))
+    first = n + 5
+    image = first + 2 * n
+    jacobian = image + n
+    return EventPlaces(0, n + 1, n + 2, n + 3, n + 4, first, first + n, image, jacobian, jacobian + n * (n + 1))
 
 
 LANES = 8

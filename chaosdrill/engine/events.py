@@ -4,13 +4,15 @@ import math
 
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.engine import guards
+from chaosdrill.engine.chatter import interpolated, may_be_over, normal_speed, time_left
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
-    ADAPTIVE,
-    AFFINE,
     AT_EVENT,
     CANCELS,
+    COMPLETED,
+    COMPLETES,
     EVENT_COLUMNS,
+    EVENT_ERROR,
     EVENT_KIND,
     EVENT_MODE,
     EVENT_SPEED,
@@ -25,23 +27,6 @@ from chaosdrill.engine.layout import (
 FAR = 1e15
 """Scale of the states by which they are put onto a guard however far away it is: where steps are fixed an event is as
 exact as its bisection, and a guess of an orbit may end anywhere."""
-
-PROBE = 1e-3
-"""Part of a fixed step after which a guard tells to which side the motion leads from zero: a shorter rebound is not
-seen."""
-
-LOW = 16.0
-"""Heights of a rebound that may be none, in those of which guards are told no longer to be zero."""
-
-
-@inlined
-def normal_speed(event, n):
-    """Rate at which the guard is crossed: n.F- + dh/dt."""
-    place = event_places(n)
-    speed = event[place.gradient + n]
-    for i in range(n):
-        speed += event[place.gradient + i] * event[place.before + i]
-    return speed
 
 
 @inlined
@@ -85,12 +70,6 @@ def saltate(vectors, live, event, speed, caused, sooner, jump, image):
             vectors[v, i] = image[i]
             largest = max(largest, abs(image[i]))
     return largest
-
-
-@inlined
-def interpolated(tables, settings, mode, j):
-    """Whether the polynomial of guard j goes through points of it, and leaves out more than rounding."""
-    return settings.method == ADAPTIVE and tables.marks[mode, j] & AFFINE == 0
 
 
 @inlined
@@ -141,22 +120,20 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         scale = scratch.image
         scale[:] = FAR
     key = tables.keys[mode, j]
-    event[place.rest] = state.hardest[key]
-    through_points = interpolated(tables, settings, mode, j)
-    event[place.lowest] = 2.0 * guards.INTERPOLATION_NOISE if through_points else LOW * guards.ROUNDING
-    event[place.shortest] = PROBE * run.fixed_step if settings.method == RK4 else 0.0
-    transition = functions.event_map(
-        mode,
-        j,
-        t,
-        state.c,
-        x,
-        run.live + recorded,
-        scale,
-        settings.tolerance,
-        event,
-    )
-    rest = event[place.rest]
+    with_tangents = run.live + recorded
+    event[place.complete] = 0.0
+    transition = functions.event_map(mode, j, t, state.c, x, with_tangents, scale, settings.tolerance, event)
+    rest = -1.0
+    error = flight = 0.0
+    if transition >= 0 and tables.transitions[transition, COMPLETED] == 1:
+        flight = 2.0 * abs(event[place.speed] / event[place.pull])
+        hardest = max(state.hardest[key], abs(normal_speed(event, n)))
+        if may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
+            rest, error = time_left(functions, tables, settings, j, transition, hardest, t, state, scratch)
+            event[place.complete] = 1.0 if rest >= 0.0 else 0.0
+            transition = functions.event_map(mode, j, t, state.c, x, with_tangents, scale, settings.tolerance, event)
+            if tables.transitions[transition, COMPLETES] == 0:
+                rest = -1.0
     run.residual = 0.0
     for i in range(n + 1):
         state.normal[i] = event[place.gradient + i]
@@ -170,6 +147,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         row[EVENT_KIND] = transition
         row[EVENT_MODE] = mode
         row[EVENT_SPEED] = speed
+        row[EVENT_ERROR] = error if rest > 0.0 else 0.0
         for i in range(n):
             row[EVENT_COLUMNS + i] = x[i]
     largest = 0.0
@@ -199,8 +177,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         if target != mode:
             guards.enter(tables, state, target)
             run.next_step = 0.0
-        flight = event[place.shortest]
-        if through_points and flight > 0.0:
+        if flight > 0.0 and interpolated(tables, settings, mode, j):
             # of a longer step the polynomial leaves out what is not small beside the flight
             longest = 0.1 * flight / math.sqrt(max(settings.tolerance, guards.INTERPOLATED))
             if longest < run.tried:

@@ -30,9 +30,9 @@ RUN = np.dtype(
         ("turning", np.int64),
         *((name, np.int64) for name in ("sample", "sample_rows", "event_rows", "steps", "evaluations")),
         *((name, np.int64) for name in ("ties", "events_in_period", "stalls", "qr_wait", "qr_since", "rank_check")),
-        ("blocked", np.int64),
+        *((name, np.int64) for name in ("blocked", "waiting")),
         *((name, np.float64) for name in ("time", "origin", "whole", "rest", "period", "fixed_step", "longest")),
-        *((name, np.float64) for name in ("next_step", "tried", "strength", "residual")),
+        *((name, np.float64) for name in ("next_step", "tried", "strength", "residual", "wait_until", "wait_above")),
     ],
     align=True,
 )
@@ -42,7 +42,8 @@ The time is ``origin + whole + rest + time``: whole periods as an exact sum of t
 strobe. ``fired`` and ``surface`` name the guard that has just fired and its surface, ``way`` is the side to which that
 was crossed (0 where a reset has thrown the state across), ``moved_by`` the transition that was then taken, ``residual``
 what the guard's value was at the event. ``turning`` says whether a guard that was passed comes back in the step,
-``blocked`` which of the mode's steep operations has ended the run, -1 for none.
+``blocked`` which of the mode's steep operations has ended the run, -1 for none. Rebounds from the guard
+``waiting`` are not over before ``wait_until``, as long as they are faster than ``wait_above``.
 """
 
 
@@ -60,11 +61,13 @@ class Tables(NamedTuple):
     marks: Any
     """(modes, guards): bits that describe a guard, see MARKS, ..."""
     transitions: Any
-    """(transitions, 5): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS"""
+    """(transitions, 6): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS, COMPLETED"""
     moves: Any
     """(transitions, keys): whether the reset may change the guard's value"""
     resets: Any
     """(transitions, n): whether the state is reset"""
+    returns: Any
+    """(transitions, 2): guards that what is thrown off a surface meets there again, from above and from below, or -1"""
     bounds: Any
     """(2, n): lower and upper bounds of the states"""
     symmetries: Any
@@ -340,11 +343,11 @@ class Results(NamedTuple):
 
 
 # columns of the event buffer before the states
-EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED = range(5)
-EVENT_COLUMNS = 5
+EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED, EVENT_ERROR = range(6)
+EVENT_COLUMNS = 6
 
 # columns of the table of transitions
-TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS = range(5)
+TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS, COMPLETED = range(6)
 
 # bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; it has
 # steep operations; it depends on time alone; a run may begin beyond it; its own event may let the

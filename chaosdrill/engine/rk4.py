@@ -5,7 +5,7 @@ step pass unseen. It is here to be compared with.
 """
 
 from chaosdrill.engine import scales
-from chaosdrill.engine.events import PROBE
+from chaosdrill.engine.chatter import PROBE
 from chaosdrill.engine.guards import is_moved, is_thrown, is_zero, side_before, stand
 from chaosdrill.engine.jit import inner
 from chaosdrill.engine.layout import AFTER, FIRE, INVALID, ONGOING

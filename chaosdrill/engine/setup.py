@@ -65,10 +65,12 @@ def tables_of(
     `chaosdrill.engine.structure.passes` says.
     """
     kernels = kernels_of(system)
-    transitions = np.zeros((len(kernels.transition_table), 5), dtype=np.int64)
+    transitions = np.zeros((len(kernels.transition_table), 6), dtype=np.int64)
     transitions[:, [at.TO_MODE, at.MARKS_ONLY, at.CANCELS]] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
+    completed = {t.completes for t in system.transitions} - {None}
     transitions[[k for k, t in enumerate(system.transitions) if t.completes is not None], at.COMPLETES] = 1
+    transitions[[k for k, t in enumerate(system.transitions) if t.name in completed], at.COMPLETED] = 1
     watched = np.zeros((len(kernels.events), kernels.moves_table.shape[1]), dtype=np.int64)
     for row, events in zip(watched, kernels.events, strict=True):
         row[[e.key for e in events]] = 1
@@ -81,6 +83,7 @@ def tables_of(
         transitions=transitions,
         moves=kernels.moves_table,
         resets=_resets(system),
+        returns=np.array(kernels.written.returns, dtype=np.int64).reshape(-1, 2),
         bounds=bounds_of(system),
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
@@ -218,7 +221,7 @@ def states_of(
     run["mode"] = modes
     run["live"] = m
     run["fresh"] = at.BEGIN
-    run["fired"] = run["surface"] = run["moved_by"] = run["blocked"] = -1
+    run["fired"] = run["surface"] = run["moved_by"] = run["blocked"] = run["waiting"] = -1
     run["qr_wait"], run["rank_check"] = 1, at.CHECKED
     run["period"] = periods
     run["fixed_step"] = periods / (numerics.steps or 200)

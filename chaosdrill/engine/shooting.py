@@ -179,9 +179,8 @@ def shooting_residual(place, resting, sizes, extent, segments, plane, starts, ph
                 step[0, r] = x[r]
             # a guess may end far from its guard
             scratch.image[:] = FAR
-            # how many rebounds come before a rest is not asked again, if only what it leaves out is small
-            event[place.rest] = math.inf if tables.transitions[segments[i, SEGMENT_OUTCOME], COMPLETES] == 1 else 0.0
-            event[place.lowest] = event[place.shortest] = 0.0
+            # how many rebounds come before a rest is not asked again
+            event[place.complete] = tables.transitions[segments[i, SEGMENT_OUTCOME], COMPLETES]
             came = functions.event_map(mode, end, te, c, x, 1, scratch.image, settings.tolerance, event)
             seen[i, CAME] = came
             if came < 0:

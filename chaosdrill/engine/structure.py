@@ -42,7 +42,7 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     n = len(system.states)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
-    event, gradient, (sooner, jump, scratch) = np.empty(event_places(n).size), np.empty(n + 1), np.empty((3, n))
+    event, gradient, (sooner, jump, scratch) = np.zeros(event_places(n).size), np.empty(n + 1), np.empty((3, n))
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             for _ in range(_SAMPLES):

@@ -1,11 +1,10 @@
 """Derivatives of a system's expressions: nobody writes one by hand."""
 
 from collections.abc import Mapping, Set
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.model.crossings import Crossing, crossings
 from chaosdrill.model.python import HIGHEST, Along, Called
 from chaosdrill.model.special import SPECIAL
 
@@ -131,94 +130,19 @@ def rate(system: "HybridSystem", mode: str, expression: Any) -> Any:
     return along + time_derivative(system, expression)
 
 
-class Rebound(NamedTuple):
-    """A rebound from the state before it, and those to come."""
+def throw(system: "HybridSystem", transition: "Transition", surface: Any) -> tuple[Any, Any, Any]:
+    """How a transition throws the state off a surface, of the state before it: speed, acceleration and its rate.
 
-    incoming: Any
-    """Normal speed before it"""
-    outgoing: Any
-    """and after it"""
-    pull: Any
-    """Normal acceleration after it"""
-    jerk: Any
-    """and its rate"""
-    back: Any
-    """Acceleration back onto the guard after it, above zero where it comes back,"""
-    following: Any
-    """and after the next one"""
-    outward: Any
-    """Speed away from the guard after it, below zero where the guard is passed otherwise"""
-    whole: Any
-    """Time until the last of all, to first order in the speed"""
-    rest: Any
-    """and to second"""
-
-
-def _following(system: "HybridSystem", transition: "Transition") -> "Transition":
-    """The rebound after one: the same, or where that leads to another mode, the one that leads from there back."""
-    for other in (transition, *system.transitions):
-        there_and_back = transition.target in other.source and other.target in transition.source
-        if there_and_back and other.completes is None:
-            own, its = _crossing(system, transition), _crossing(system, other)
-            if its.direction != 0 and its.surface == own.surface:
-                return other
-    return transition
-
-
-def _crossing(system: "HybridSystem", transition: "Transition") -> Crossing:
-    """The surface of a transition of the system, and the way in which it is crossed."""
-    return crossings(system.transitions)[[t.name for t in system.transitions].index(transition.name)]
-
-
-def rebound(system: "HybridSystem", transition: "Transition") -> Rebound:
-    """A rebound, and the series that it begins.
-
-    From the speed w and with the acceleration a back onto the guard, of rate j, one comes back after the time
-    2 w/a (1 - 2 w j/(3 a^2)), as fast as w + 2 w^2 j/(3 a^2), and goes on e times as fast. The sum of all such times is
-    T (1 - T j/(3 a)) with T = 2 w/(a (1 - e)), to third order in w. Where two rebounds take turns, as those of a
-    rocking block do on its two corners, each with its own a, j and e, it is a sum of two such series.
-    """
-    incoming, outgoing, pull, jerk = _normal(system, transition)
-    other = _following(system, transition)
-    direction, following = _crossing(system, transition).direction, _crossing(system, other).direction
-    through = -1 if direction != following else 1
-    towards = through * direction
-    w, e, b, r = -towards * outgoing, -through * outgoing / incoming, towards / pull, jerk / pull
-    if other is transition:
-        whole = 2 * w * b / (1 - e)
-        back = towards * pull
-        return Rebound(incoming, outgoing, pull, jerk, back, back, w, whole, whole * (1 - r * whole / 3))
-    # the next one stands at its own time, what it is made of at that of this one
-    later = 2 * w * b
-    image = dict(zip(system.states, reset_map(system, transition), strict=True))
-    then = {x: image[x] + later * system.modes[transition.target][x].xreplace(image) for x in system.states}
-    then |= {} if system.time is None else {system.time: system.time + later}
-    incoming_2, outgoing_2, pull_2, jerk_2 = (part.xreplace(then) for part in _normal(system, other))
-    back, back_2 = towards * pull, through * following * pull_2
-    r_2 = jerk_2 / pull_2
-    e_2, b_2 = -through * outgoing_2 / incoming_2, (1 + r_2 * later) / back_2
-    # sums of a times w and b times w^2 for each of the two that comes first, and the rate of a
-    both = e * e_2
-    a, a_2 = 2 * (b + e_2 * b_2) / (1 - both), 2 * (b_2 + e * b) / (1 - both)
-    rate_1, rate_2 = -2 * (b * r + e_2 * b_2 * r_2) / (1 - both), -2 * (b_2 * r_2 + e * b * r) / (1 - both)
-    own = 2 * b * (e_2 * (r * a_2 / 3 + rate_2) - 2 * r * b / 3)
-    own_2 = 2 * b_2 * (e * (r_2 * a / 3 + rate_1) - 2 * r_2 * b_2 / 3)
-    square = (own + e_2**2 * own_2) / (1 - both**2)
-    return Rebound(incoming, outgoing, pull, jerk, back, back_2, w, w * a, w * (a + square * w))
-
-
-def _normal(system: "HybridSystem", transition: "Transition") -> tuple[Any, Any, Any, Any]:
-    """Normal speeds before and after a rebound, and normal acceleration and its rate after it.
-
-    The rate counts as zero where nobody knows it, off a guard that is a Python function.
+    They are derivatives of the surface's expression along the motion after the transition. The rate counts as zero
+    where nobody knows it, off a guard that is a Python function.
     """
     image = dict(zip(system.states, reset_map(system, transition), strict=True))
-    speed = rate(system, transition.target, _crossing(system, transition).surface)
+    speed = rate(system, transition.target, surface)
     pull = rate(system, transition.target, speed)
     jerk = rate(system, transition.target, pull)
     if any(len(called.by) > HIGHEST for called in jerk.atoms(Called)):
         jerk = sympy.Integer(0)
-    return speed, speed.xreplace(image), pull.xreplace(image), jerk.xreplace(image)
+    return speed.xreplace(image), pull.xreplace(image), jerk.xreplace(image)
 
 
 def saltation(system: "HybridSystem", transition: "Transition", source: str | None = None) -> sympy.Matrix:

@@ -1,5 +1,6 @@
 """Where rebounds come ever faster, the time of rest depends neither on units, nor on the method, nor on modes."""
 
+import math
 from functools import cache
 
 import mpmath
@@ -144,3 +145,76 @@ def test_rebounds_that_pass_from_one_mode_to_another(block, r, s, k, method):
         assert run["mode"][-1] == 2
         off = abs(float(run["event_time"][-1]) - limit)
         assert off < {"taylor": 1e-14 + 1e-4 * tolerance, "rk4": 1e-8}.get(method, 1e-12 + 0.1 * tolerance)
+
+
+def rests(name, legs, law="{e}"):
+    """A ball that goes from one mode to the next at each rebound; a leg has a restitution and a gravity."""
+    modes = {f"fly{i}": {"x": "v", "v": f"-{g}"} for i, (_, g) in enumerate(legs)} | {"held": {"x": "0", "v": "0"}}
+    onto = {"guard": "x", "direction": -1}
+    transitions = []
+    for i, (e, _) in enumerate(legs):
+        here, there, speed = f"fly{i}", f"fly{(i + 1) % len(legs)}", law.format(e=e)
+        transitions += [
+            cd.Transition(f"hit{i}", here, there, **onto, reset={"v": f"-({speed})*v"}),
+            cd.Transition(f"rest{i}", here, "held", **onto, reset={"x": "0", "v": "0"}, completes=f"hit{i}"),
+        ]
+    return cd.HybridSystem(name=name, states="x v", modes=modes, transitions=transitions, initial={"x": 0.5})
+
+
+def flights(legs, law, least=1e-300, most=10**6):
+    """Times of all flights of that ball, but for what a million rebounds have left below rounding."""
+    speed = math.sqrt(legs[0][1])
+    times, total = [speed / legs[0][1]], 0.0
+    while speed > least and len(times) < most:
+        e, _ = legs[(len(times) - 1) % len(legs)]
+        total += times[-1]
+        speed *= law(e, speed, total)
+        times.append(2 * speed / legs[len(times) % len(legs)][1])
+    return times
+
+
+LEGS = {
+    "two": [(0.9, 1.0), (0.5, 1.0)],
+    "three": [(0.9, 1.0), (0.5, 1.0), (0.7, 1.0)],
+    "three gravities": [(0.8, 1.0), (0.8, 2.0), (0.8, 4.0)],
+    "five": [(0.95, 1.0), (0.3, 3.0), (0.95, 1.0), (0.99, 0.5), (0.6, 2.0)],
+}
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853"])
+@pytest.mark.parametrize("legs", LEGS.values(), ids=LEGS)
+def test_rebounds_through_any_number_of_modes(legs, method):
+    limit = math.fsum(flights(legs, lambda e, speed, time: e))
+    for tolerance in (1e-12, 1e-6):
+        run = cd.trajectory(rests("legs", legs), duration=2 * limit, samples=1, method=method, tolerance=tolerance)
+        assert int(run["outcome"]) == 0
+        assert run["mode"][-1] == len(legs)
+        assert abs(float(run["event_time"][-1]) - limit) < 1e-13 * limit / (1 - math.prod(e for e, _ in legs))
+
+
+# a restitution as text in v, which is negative before a rebound, and the same as a function of speed and time
+LAWS = {
+    "falling": ("0.8 + 0.5*v", lambda e, speed, time: 0.8 - 0.5 * speed),
+    "bell": ("0.6 + 0.3*exp(-v**2)", lambda e, speed, time: 0.6 + 0.3 * math.exp(-(speed**2))),
+    "rational": ("0.9/(1 + v**2)", lambda e, speed, time: 0.9 / (1 + speed**2)),
+    "elastic in the end": ("1 - 0.5*(-v)**0.2", lambda e, speed, time: 1 - 0.5 * speed**0.2),
+    "elastic, slower": ("1 - 0.6*(-v)**0.1", lambda e, speed, time: 1 - 0.6 * speed**0.1),
+    "in time": ("0.5 + 0.3*sin(t)", lambda e, speed, time: 0.5 + 0.3 * math.sin(time)),
+}
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_rebounds_by_any_law(law):
+    """Over when the sum of all flights says so, within the tolerance; the error that is told covers what is off."""
+    text, restitution = law
+    legs = [(1.0, 1.0)]
+    limit = math.fsum(flights(legs, restitution))
+    for tolerance in (1e-12, 1e-9, 1e-6):
+        ball = rests("law", legs, text)
+        run = cd.trajectory(ball, duration=2 * limit, samples=1, tolerance=tolerance)
+        assert int(run["outcome"]) == 0
+        off = abs(float(run["event_time"][-1]) - limit)
+        rounding = 30 * 2**-52 * limit
+        assert off < tolerance + rounding
+        assert off <= float(run["event_time_error"][-1]) + rounding
+        assert not run["event_time_error"][:-1].any()

@@ -43,6 +43,9 @@ VARIABLES = table(
     need("mode", f"{RUN} time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
     may(QUADRATURE, f"{RUN} time", "f8", "quadrature", "Integral along the flow from the start of the record."),
     need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
+    may(
+        "event_time_error", "event", "f8", "error of the time", "Of completed rebounds; zero of other events."
+    ),
     need("event_kind", "event", "i1", "transition taken", "Which transition it was.", flags="transition"),
     need("event_speed", "event", "f8", "normal speed", "Rate of the guard at the crossing; small means grazing."),
     may("event_mode_before", "event", "i1", "mode before the event", "Mode left.", flags="mode"),
@@ -175,6 +178,7 @@ def trajectory(system: "HybridSystem", given: Trajectory, job: "Job") -> "xr.Dat
         ``states`` (time, state), ``mode`` (time), each quadrature (time), and over the dimension event: ``event_time``,
         ``event_kind``, ``event_speed``, ``event_mode_before``, ``event_mode_after``, ``event_state_before``,
         ``event_state_after``; ``outcome``. If a run ends early, the dataset contains the part before.
+        A system that completes rebounds has ``event_time_error`` (event), the error of the time at which they are over.
         With ``initial`` all but events have the leading dimension ``run``; events stand run by run, ``event_count``
         (run) of each, as after `join`, and there are ``initial_state`` (run, state) and ``initial_mode`` (run). With
         ``tangents`` there are ``initial_tangent`` and ``final_tangent`` (tangent, state), NaN where a run ended early.

@@ -1,0 +1,222 @@
+"""Rebounds that follow each other ever sooner: when all of them will be over, and whether they are negligible.
+
+A rebound leaves its surface with the speed w and the acceleration a back onto it, of rate j, and is there again after
+the time 2 w/a (1 - 2 w j/(3 a^2)), with the speed w + 2 w^2 j/(3 a^2). The rebounds to come are taken one after the
+other by these times, each with its own reset, through whatever modes they lead, until they are back at the same guard;
+the times of these cycles become a geometric series, whatever the law of the resets, or are not completed.
+"""
+
+import math
+
+from chaosdrill.codegen.signatures import event_places
+from chaosdrill.engine import guards
+from chaosdrill.engine.jit import inlined, inner, rare
+from chaosdrill.engine.layout import ADAPTIVE, AFFINE, EPSILON, MARKS_ONLY, RK4, TO_MODE
+
+PROBE = 1e-3
+"""Part of a fixed step after which a guard tells to which side the motion leads from zero: a shorter rebound is not
+seen."""
+
+LOW = 16.0
+"""Heights of a rebound that may be none, in those of which guards are told no longer to be zero."""
+
+MOST = 30_000
+"""Rebounds that are taken one after the other; a restitution of 1 - 0.5 v**0.2 needs a tenth of them."""
+
+FIRST_CYCLE = 8
+"""Rebounds within which the guard is looked for at which a cycle begins; twice as many each time it is not found."""
+
+FASTEST = 0.9
+"""Part of its length by which what is left may be longer than that of a geometric series."""
+
+NEXT = 1.25
+"""Times as many cycles after which an end is looked at again; from one to the next it may move by rounding only."""
+
+FINE = 1e-3
+"""Part of the error that is allowed down to which an end is looked for: the rebounds that show it cost little."""
+
+SURE = 2.0
+"""Times by which the error of an end may be larger than what the cycles still to come move it, each as the last."""
+
+
+@inlined
+def normal_speed(event, n):
+    """Rate at which the guard is crossed: n.F- + dh/dt."""
+    place = event_places(n)
+    speed = event[place.gradient + n]
+    for i in range(n):
+        speed += event[place.gradient + i] * event[place.before + i]
+    return speed
+
+
+@inlined
+def interpolated(tables, settings, mode, j):
+    """Whether the polynomial of guard j goes through points of it, and leaves out more than rounding."""
+    return settings.method == ADAPTIVE and tables.marks[mode, j] & AFFINE == 0
+
+
+@inlined
+def _is_small(settings, speed, hardest):
+    """Whether a motion of this speed is negligible beside the hardest rebound."""
+    return speed * speed <= settings.tolerance * hardest * hardest
+
+
+@inner
+def _is_low(functions, tables, settings, j, t, state, scratch):
+    """Whether a rebound is too low or too short to be told from none, and so as negligible as it may become."""
+    run, event = state.run[0], scratch.event
+    place = event_places(state.x.size)
+    force = abs(event[place.pull])
+    speed = abs(event[place.speed])
+    if settings.method == RK4 and 2.0 * speed <= PROBE * run.fixed_step * force:
+        return True
+    functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none, scratch.errors)
+    noise = 2.0 * guards.INTERPOLATION_NOISE if interpolated(tables, settings, run.mode, j) else LOW * guards.ROUNDING
+    return speed * speed <= 2.0 * noise * scratch.errors[0] * force
+
+
+@inner
+def _noise(event, n):
+    """What rounding makes of the speed at which a guard is met, as a part of it."""
+    place = event_places(n)
+    size = abs(event[place.gradient + n])
+    for i in range(n):
+        size += abs(event[place.gradient + i] * event[place.before + i])
+    speed = abs(normal_speed(event, n))
+    return EPSILON * size / speed if speed > 0.0 else 0.0
+
+
+@inlined
+def may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
+    """Whether the next rebound alone is negligible, so that those to come are worth a look.
+
+    Where the last look has found more than that to come, there is none before they can be.
+    """
+    run = state.run[0]
+    speed = abs(scratch.event[event_places(state.x.size).speed])
+    if not (_is_small(settings, 2.0 * speed, hardest) or _is_low(functions, tables, settings, j, t, state, scratch)):
+        return False
+    return run.waiting != tables.keys[run.mode, j] or t >= run.wait_until or speed <= run.wait_above
+
+
+@rare
+def time_left(functions, tables, settings, j, transition, hardest, t, state, scratch):
+    """Time to the last of the rebounds that a transition begins, and its error; (-1, 0) if they do not count as over.
+
+    What they move has to be below the tolerance beside the hardest before them, and the error of their time below the
+    tolerance of that of the hardest; what nobody could tell from none may move as much as that.
+
+    Where cycles last T, and the next one is r times as long, T r/(1 - r) is left; where r changes by dr a cycle,
+    1/(1 - q) times that, with q = dr/(1 - r)**2. By how much such an end moves from one cycle to the next says how
+    exact it is.
+
+    Parameters
+    ----------
+    j, transition : int
+        The guard that has been met, and the outcome of its event, which stands in ``scratch.event``; it is lost.
+    hardest : float
+        Normal speed of the hardest rebound so far.
+    """
+    run = state.run[0]
+    n = state.x.size
+    c, event, y, ahead = state.c, scratch.event, scratch.out, scratch.jump
+    rates, later = scratch.before, scratch.after
+    place = event_places(n)
+    low = _is_low(functions, tables, settings, j, t, state, scratch)
+    force = abs(event[place.pull])
+    most = math.sqrt(settings.tolerance) * hardest / force
+    allowed = settings.tolerance * hardest / force
+    fine = FINE * allowed
+    if low:
+        allowed = max(allowed, 2.0 * abs(event[place.speed]) / force)
+    total = error = drift = 0.0
+    begin_mode, begin_guard, begun = run.mode, j, 0.0
+    hits, wait = 0, FIRST_CYCLE
+    known, check, checks, looked = 0, 2, 0, 0
+    length = seen = ratio = end = moved = unsure = walk = 0.0
+    best = -1.0
+    speed, k = event[place.speed], transition
+    for _ in range(MOST):
+        speed, pull, jerk = event[place.speed], event[place.pull], event[place.jerk]
+        target = tables.transitions[k, TO_MODE]
+        # what does not leave is pressed on from the side to which it would be led
+        below = speed < 0.0 or (speed == 0.0 and pull > 0.0)
+        g = tables.returns[k, 1 if below else 0]
+        back, change = (pull, jerk) if below else (-pull, -jerk)
+        bend = 2.0 * abs(speed) * change / (back * back)
+        if g < 0 or not (back > 0.0 and abs(bend) < 1.0):
+            break
+        if speed == 0.0:
+            return total, error
+        flight = 2.0 * abs(speed) / back * (1.0 - bend / 3.0)
+        for i in range(n):
+            y[i] = event[place.image + i]
+        functions.field(target, t + total, c, y[:n], rates)
+        for i in range(n):
+            ahead[i] = y[i] + flight * rates[i]
+        total += flight
+        functions.field(target, t + total, c, ahead, later)
+        for i in range(n):
+            y[i] += 0.5 * flight * (rates[i] + later[i])
+        if total > 2.0 * most and not low:
+            break
+        k = functions.event_map(target, g, t + total, c, y[:n], 0, scratch.none, settings.tolerance, event)
+        if k < 0 or tables.transitions[k, MARKS_ONLY] == 1:
+            break
+        noise = 4.0 * _noise(event, n)
+        if not noise < 1.0:
+            break
+        walk += (noise * flight) ** 2
+        # what the series of one rebound leaves out shows in the speed with which it comes back
+        expected = abs(speed) * (1.0 + bend / 3.0)
+        drift += max(abs(abs(normal_speed(event, n)) / expected - 1.0) - noise, 0.0)
+        error += drift * flight
+        hits += 1
+        if target != begin_mode or g != begin_guard:
+            if hits == wait:
+                begin_mode, begin_guard, begun = target, g, total
+                hits, wait = 0, 2 * wait
+                known, check, checks, looked = 0, 2, 0, 0
+            continue
+        before, length = length, total - begun
+        begun = total
+        hits = 0
+        known += 1
+        if known < check:
+            continue
+        span, check, looked = known - looked, max(known + 1, int(NEXT * known)), known
+        ratio_before, ratio = ratio, length / before
+        length_before, seen = seen, length
+        if abs(ratio - ratio_before) > noise:
+            mean, turn = ratio, (ratio - ratio_before) / span
+        else:
+            mean, turn = (length / length_before) ** (1.0 / span) if length_before > 0.0 else ratio, 0.0
+        short = 1.0 - mean
+        settling = turn / (short * short)
+        checks = checks + 1 if short > 0.0 and abs(settling) < FASTEST else 0
+        if checks < 2:
+            continue
+        following = mean + turn
+        left = length * following / ((1.0 - following) * (1.0 - settling))
+        end_before, end = end, total + left
+        moved_before, moved = moved, abs(end - end_before)
+        if checks < 4:
+            continue
+        cycles = max(1.0, 1.0 / (short * span))
+        rounding = noise * left / short * (1.0 / span if turn == 0.0 else 1.0 + 1.0 / (short * span))
+        away = SURE * cycles * max(max(moved, moved_before) - rounding, 0.0)
+        rounding *= SURE * cycles
+        known_part = error + drift * left
+        if known_part + away > allowed or not (rounding <= allowed or cycles == 1.0) or not (low or end <= most):
+            continue
+        told = known_part + away + rounding + math.sqrt(walk) / short
+        if best < 0.0 or told < unsure:
+            best, unsure = end, told
+        if away <= max(fine, known_part) and (cycles == 1.0 or rounding <= fine):
+            break
+    if best >= 0.0:
+        return best, unsure
+    run.waiting = tables.keys[run.mode, j]
+    run.wait_until = t + max(total - most, 0.5 * total)
+    run.wait_above = abs(speed)
+    return -1.0, 0.0
