@@ -147,7 +147,9 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         if g < 0 or not (back > 0.0 and abs(bend) < 1.0):
             break
         if speed == 0.0:
-            return total, error
+            if low or total <= most:
+                return total, error
+            break
         flight = 2.0 * abs(speed) / back * (1.0 - bend / 3.0)
         for i in range(n):
             y[i] = event[place.image + i]
@@ -207,6 +209,8 @@ def time_left(functions, tables, settings, j, transition, hardest, t, state, scr
         away = SURE * cycles * max(max(moved, moved_before) - rounding, 0.0)
         rounding *= SURE * cycles
         known_part = error + drift * left
+        if not low and end - known_part - away - rounding > most:
+            break
         if known_part + away > allowed or not (rounding <= allowed or cycles == 1.0) or not (low or end <= most):
             continue
         told = known_part + away + rounding + math.sqrt(walk) / short
