@@ -1,4 +1,4 @@
-"""Figures 2 to 6 of the paper, drawn from the archives alone."""
+"""Figures 2 to 6 of the paper and the picture of the README, drawn from the archives alone."""
 
 import json
 from pathlib import Path
@@ -9,6 +9,7 @@ from contact import CONTACTS, force
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+import chaosdrill as cd
 from chaosdrill.plots.curve import join, strobe
 from chaosdrill.plots.figures import legend_above
 from chaosdrill.plots.palette import PALETTE
@@ -128,6 +129,20 @@ def _figure6(out: Path) -> Figure:
     return figure
 
 
+def _drill(out: Path) -> Figure:
+    """The picture of the README: regimes over the frequency ratio, and the attractor at one of them."""
+    diagram, section = _open(out, "diagram", "diagram"), _open(out, "attractor", "section")
+    eta = json.loads(section.attrs["parameters"])["eta"]
+    figure = Figure(figsize=(1.5 * WIDTH, 4.0), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[1.7, 1])
+    cd.plot(diagram, ax=left, state="u")
+    left.axvline(eta, color=PALETTE[1], linewidth=1.0, linestyle="--", zorder=0)
+    left.set_title("Speed of the bit, once per forcing period: cycles, chaos, runaway (circles)")
+    cd.plot(section, "poincare-section", ax=right, state=("y", "u"))
+    right.set_title(f"The chaotic attractor at η = {eta:g}", color=PALETTE[1])
+    return figure
+
+
 def _portrait(axes: Axes, orbit: xr.Dataset, weight: float = 0.9, points: bool = True) -> None:
     curve = join(orbit)
     axes.plot(curve.state[:, 0], curve.state[:, 1], color=PALETTE[0], linewidth=weight, label="orbit")
@@ -153,7 +168,7 @@ def _letter(axes: Axes, letter: str) -> None:
     axes.set_title(f"{letter})", loc="right")
 
 
-FIGURES = {"figure2": _figure2, "figure3": _figure3, "figure4": _figure4, "figure5": _figure5, "figure6": _figure6}
+FIGURES = {"figure2": _figure2, "figure3": _figure3, "figure4": _figure4, "figure5": _figure5, "figure6": _figure6, "drill": _drill}
 
 
 def draw(name: str, out: Path) -> Path:

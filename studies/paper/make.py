@@ -1,10 +1,12 @@
 """The paper's cases, from scenes to archives, figures 2 to 6, a table of regimes and a bifurcation diagram.
 
-    python studies/paper/make.py          (or: python3 studies/run.py paper)
+    python studies/paper/make.py [--docs]          (or: python3 studies/run.py paper)
 
 Everything is written to ``studies/paper/out/``. The scenes run through the command line, as a user would run them.
+``--docs`` puts the picture of the README into the documentation, too.
 """
 
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -17,6 +19,7 @@ from regimes import write_table
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
+DOCS = HERE.parent.parent / "docs" / "_static"
 CASES = ("period1", "period2", "period4", "chaos")
 READINGS = {"": "as reproduced", "as_printed_": "as printed"}
 COMMAND = Path(sysconfig.get_path("scripts")) / "chaosdrill"
@@ -26,7 +29,7 @@ def main() -> int:
     """Run every scene, then draw; return the exit code of the first command that fails, else 0."""
     started = time.monotonic()
     OUT.mkdir(exist_ok=True)
-    scenes = [*(reading + case for reading in READINGS for case in CASES), "diagram"]
+    scenes = [*(reading + case for reading in READINGS for case in CASES), "diagram", "attractor"]
     for number, scene in enumerate(scenes, 1):
         say(f"[{number}/{len(scenes)}] {scene}.toml")
         code = chaosdrill("run", HERE / f"{scene}.toml", "-o", OUT / f"{scene}.nc", "--workers", "2")
@@ -37,6 +40,8 @@ def main() -> int:
     say("figures")
     for figure in FIGURES:
         draw(figure, OUT)
+    if "--docs" in sys.argv[1:]:
+        shutil.copy(OUT / "drill.png", DOCS)
     code = chaosdrill("plot", OUT / "diagram.nc", "-o", OUT / "bifurcation.png")
     if code:
         return code
