@@ -168,7 +168,14 @@ def _letter(axes: Axes, letter: str) -> None:
     axes.set_title(f"{letter})", loc="right")
 
 
-FIGURES = {"figure2": _figure2, "figure3": _figure3, "figure4": _figure4, "figure5": _figure5, "figure6": _figure6, "drill": _drill}
+FIGURES = {
+    "figure2": _figure2,
+    "figure3": _figure3,
+    "figure4": _figure4,
+    "figure5": _figure5,
+    "figure6": _figure6,
+    "drill": _drill,
+}
 
 
 def draw(name: str, out: Path) -> Path:

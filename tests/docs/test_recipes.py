@@ -1,4 +1,4 @@
-"""Whoever searches for a task by the field's words finds a page whose heading has them, and every guide is in the index."""
+"""Who searches for a task by the words of the field finds a guide whose heading has them; the index has every guide."""
 
 import re
 from pathlib import Path
