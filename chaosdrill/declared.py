@@ -61,7 +61,7 @@ def unfit(name: str) -> str | None:
     if name in reserved():
         return "is reserved for results"
     if name[0].isascii() and not (name[0].isalnum() or name[0] == "_"):
-        return f"begins with {name[0]!r}, as no variable of an archive can"
+        return f"begins with {name[0]!r}, which no variable of an archive can"
     if len(name.encode(errors="replace")) > MOST_BYTES:
         return f"takes more than the {MOST_BYTES} bytes that the name of a variable of an archive may take"
     if not is_normalized("NFC", name):

@@ -281,7 +281,7 @@ class File:
                 self._check_storage(dataset, f"{path}: {name}")
                 variables.append((name, dataset))
             else:
-                raise Refused(f"{path}: {name!r:.60} is a type of its own, which no archive has")
+                raise Refused(f"{path}: {name!r:.60} is a named type, which no archive has")
         if len(variables) > MOST_VARIABLES:
             raise Refused(
                 f"{path:.200}: {len(variables)} variables; an archive has at most {MOST_VARIABLES} in a group"
@@ -299,7 +299,7 @@ class File:
         # a second name of one thing makes more of it than the file holds, or a circle
         address = self._address(thing)
         if address in self.seen:
-            raise Refused(f"{what:.200} has a second name in the file; in an archive nothing has")
+            raise Refused(f"{what:.200} has two names in the file; in an archive everything has one")
         self.seen.add(address)
 
     def _address(self, thing):
@@ -309,7 +309,7 @@ class File:
         try:
             return raw.decode("utf-8")
         except UnicodeDecodeError:
-            raise Refused(f"{path:.200}: a name is no text: {raw!r:.60}") from None
+            raise Refused(f"{path:.200}: a name is not text: {raw!r:.60}") from None
 
     def _check_storage(self, dataset, what):
         """Refuse what takes its values from another file, or by a program of its own."""
@@ -335,7 +335,7 @@ class File:
             return None
         space = dataset.get_space()
         if space.get_simple_extent_type() == h5py.h5s.NULL:
-            raise Refused(f"{what:.200} has no values, not even none")
+            raise Refused(f"{what:.200} has no values, not even an empty array")
         shape, kind = space.get_simple_extent_dims(), self._kind(dataset.get_type(), what)
         name = name.removeprefix(_NOT_ITS_DIMENSION)
         head = {
@@ -382,7 +382,7 @@ class File:
             scale = h5py.h5r.dereference(entry[0], self.file)
             known = None if scale is None else self.names.get(self._address(scale))
             if known is None:
-                raise Refused(f"{what:.200}: a dimension is none of the file's")
+                raise Refused(f"{what:.200}: a dimension is not defined in the file")
             found.append(known)
         return found
 

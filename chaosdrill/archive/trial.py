@@ -109,7 +109,7 @@ class Reader:
             )
         except (OSError, ValueError) as fault:
             reason = fault.strerror if isinstance(fault, OSError) else fault
-            raise ArchiveError(f"{file}: no process to read it can be started: {reason}; try again") from fault
+            raise ArchiveError(f"{file}: the process that reads it cannot be started: {reason}; try again") from fault
         self._ready, self._files = False, 0
 
     def may_go_on(self) -> bool:
@@ -243,7 +243,7 @@ class Reader:
             raise DamagedError(f"{file}: {told['fault']}")
         if "memory" in told:
             raise ArchiveError(
-                f"{file}: to read it takes more memory than there is, or than the {inside.told(inside.MEMORY)} that "
+                f"{file}: reading it takes more memory than is free, or than the {inside.told(inside.MEMORY)} that "
                 "any archive needs"
             )
         return told
@@ -279,7 +279,7 @@ class Reader:
                 f"{file}: the process that reads it cannot work ({said[-1] if said else f'code {code}':.300}); is "
                 "there too little memory, or are too many files open?"
             )
-        reason = "reading it has no end" if code == -signal.SIGXCPU else "the HDF5 library crashes on it"
+        reason = "reading it never ends" if code == -signal.SIGXCPU else "the HDF5 library crashes on it"
         raise DamagedError(f"{file}: truncated or damaged: {reason}")
 
 

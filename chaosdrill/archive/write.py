@@ -131,7 +131,7 @@ def writing(target: Path, what: str, *, named: bool = True) -> Iterator[Path]:
             yield draft
     except OSError as fault:
         raise ArchiveError(
-            f"{target}: cannot write the {what}: {_reason(fault)}; an earlier one is as it was"
+            f"{target}: cannot write the {what}: {_reason(fault)}; an earlier file is unchanged"
         ) from fault
 
 
@@ -156,7 +156,7 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
     way = _OTHER_FORMATS.get(target.suffix.lower())
     if ending == ".nc" and way is not None:
         raise ArchiveError(
-            f"{target}: archives are NetCDF, and {target.suffix!r} says another format; name the file "
+            f"{target}: archives are NetCDF, but {target.suffix!r} says another format; name the file "
             f"{target.stem[:100]}.nc, {way}"
         )
     # os.path says no where a name is too long or holds a zero byte, which Path.is_dir raises

@@ -280,7 +280,7 @@ def altered_line(described: dict[str, Any]) -> list[str]:
     """What of the archive or of a group was altered, if anything was."""
     changed = described.get("altered")
     if described.get("without_digests"):
-        return ["  altered       nobody can tell: there are no digests beside the values"]
+        return ["  altered       unknown: the values have no digests"]
     return [f"  altered       {', '.join(changed)}  (since the archive was written)"] if changed else []
 
 

@@ -44,7 +44,7 @@ def second_one_ends(code: int, *, last: bool = False) -> Iterator[None]:
         return
     raised = False
     hint = threading.Timer(
-        PATIENCE_S, _say, ["\ninterrupted; waiting for the work under way, a second Ctrl-C ends at once"]
+        PATIENCE_S, _say, ["\ninterrupted; finishing the work in progress, press Ctrl-C again to stop at once"]
     )
     hint.daemon = True
 

@@ -66,23 +66,23 @@ _HAPPENS = {
     Special.FOLD: "A multiplier is +1: the branch turns back, and the orbit meets another one and both vanish.",
     Special.PERIOD_DOUBLING: "A multiplier is -1: an orbit of twice the period begins.",
     Special.NEIMARK_SACKER: "A pair of multipliers crosses the unit circle: a torus begins.",
-    Special.GRAZING: "A guard is met at no speed: an event appears or vanishes.",
-    Special.EVENT_SWAP: "Two events happen at the same time and trade places beyond.",
+    Special.GRAZING: "A guard is met at zero speed: an event appears or vanishes.",
+    Special.EVENT_SWAP: "Two events coincide; beyond, their order is reversed.",
     Special.OUTCOME_SWITCH: "The condition between two outcomes of an event is just met: beyond, the other is taken.",
     Special.BRANCH_POINT: "A multiplier is +1, but the branch is crossed by another one, as where a symmetry is lost.",
-    Special.BORDER_COLLISION: "Events fall together, all of them met at speed: beyond, one or more appear or vanish.",
+    Special.BORDER_COLLISION: "Events coincide, all at nonzero speed: beyond, one or more appear or vanish.",
 }
 
 _ADVICE = {
-    BranchEnd.LIMIT: "The parameter reached its limit; widen the range to go on.",
+    BranchEnd.LIMIT: "The parameter reached its limit; widen the range to continue.",
     BranchEnd.GRAZING: (
-        "An event appears or vanishes at no speed, and no orbit with the other sequence of events goes on from there; "
-        "what attracts beyond is not on this branch."
+        "An event appears or vanishes at zero speed, and no orbit with the other sequence of events continues from "
+        "there; the attractor beyond is not on this branch."
     ),
-    BranchEnd.EVENT_SWAP: "Two events fall together, and no orbit with the two in the other order goes on from there.",
-    BranchEnd.OUTCOME_SWITCH: "An event comes out otherwise beyond, and no orbit with that outcome goes on from there.",
-    BranchEnd.CLOSED: "The branch came back to where it began: a closed loop, which holds all of it.",
-    BranchEnd.MOST_POINTS: "So many points were allowed; raise max_points, or allow a larger step.",
+    BranchEnd.EVENT_SWAP: "Two events coincide, and no orbit with the other order continues from there.",
+    BranchEnd.OUTCOME_SWITCH: "An event has another outcome beyond, and no orbit with it continues from there.",
+    BranchEnd.CLOSED: "The branch returned to its start: it is a closed loop, and complete.",
+    BranchEnd.MOST_POINTS: "The maximum number of points was reached; raise max_points, or allow a larger step.",
     BranchEnd.ESCAPED: "A state of the orbit left its bounds; widen them if larger states are meant.",
     BranchEnd.NO_CONVERGENCE: (
         "Newton's method found no orbit at the smallest step, with no sign of grazing or of another change of events; "
@@ -91,5 +91,5 @@ _ADVICE = {
     BranchEnd.NO_EFFECT: "The orbit does not depend on the parameter, so there is nothing to follow; choose another.",
     BranchEnd.JOINED: "The branch runs into another one that has been followed already.",
     BranchEnd.DOUBLING: "The doubled orbit shrank onto the orbit of half its period, at another period doubling.",
-    BranchEnd.REST: "The orbit shrank onto a point at rest, from which it is born in a Hopf bifurcation.",
+    BranchEnd.REST: "The orbit shrank onto a point at rest, where it begins in a Hopf bifurcation.",
 }

@@ -87,14 +87,14 @@ def flag_names(variable: "xr.DataArray | xr.Variable") -> dict[int, str]:
 
 
 _ADVICE = {
-    Outcome.OK: "The run reached its end; nobody asked what kind of attractor it is on.",
+    Outcome.OK: "The run reached its end; the kind of attractor was not determined.",
     Outcome.PERIODIC: (
         "The motion repeats after the reported period, or all its exponents are negative but for those that are zero "
         "whatever the motion is."
     ),
     Outcome.QUASIPERIODIC: (
-        "The motion fills a torus: one exponent more than need be is zero, the averages over two parts of the record "
-        "agree as they do on a torus only, and nothing comes back."
+        "The motion fills a torus: one more exponent than necessary is zero, the averages over two parts of the record "
+        "agree as they do only on a torus, and no point returns."
     ),
     Outcome.CHAOTIC: "The largest exponent is positive beyond its error.",
     Outcome.ESCAPED: "A state left its bounds and runs away; start elsewhere, add damping, or widen the bounds.",
@@ -104,26 +104,26 @@ _ADVICE = {
         "guard fire again at once."
     ),
     Outcome.STALLED: (
-        "Events went on while no time passed: what chatter ends with, infinitely many impacts in finite time, after "
-        "which the contact would have to be held; add a mode that holds it, raise the restitution, or look for a "
-        "reset that leads back across its own guard. Two modes may also lead back and forth: their motions push onto "
+        "Events continued while no time passed. This is how chatter ends: after infinitely many impacts in finite time "
+        "the contact would have to be held. Add a mode that holds it, raise the restitution, or look for a reset that "
+        "leads back across its own guard. Two modes may also lead back and forth: their motions push onto "
         "one surface from both sides, which cd.filippov makes a system that slides of; or one is entered where its "
         "guard has already been passed, such as sin(2*pi*t/T) for half of each period, and is left at once; for a "
         "clock take sin(pi*t/T) with direction 0."
     ),
     Outcome.NONFINITE: (
         "A state, a tangent or a guard became infinite or not a number; look for a singular term, for a guard that is "
-        "met at no speed or has no value where its mode holds, or choose tighter bounds."
+        "met at zero speed or has no value where its mode holds, or choose tighter bounds."
     ),
     Outcome.STEP_UNDERFLOW: (
-        "The step became too small to move time; loosen the tolerance, or look for a singularity, of a guard too. "
+        "The step became too small to move time; loosen the tolerance, or look for a singularity, in a guard as well. "
         'Where a mode is stiff, choose method "radau".'
     ),
     Outcome.SINGULAR: (
         "The motion has come to a place where a term of the equations ends, such as sqrt(h) at h = 0, log(h) or 1/h; "
-        "how it goes on is not for the equations to say. A trajectory names term and place in its message. Add a "
-        "transition there, whose guard is what becomes zero, to a mode that says how the motion goes on, or write the "
-        "term so that it has a value beyond. Where it has one and only no series, as d**1.5 at d = 0, choose method "
+        "the equations do not say how it continues. A trajectory names term and place in its message. Add a "
+        "transition there, whose guard is what becomes zero, to a mode that says how the motion continues, or write "
+        "the term so that it has a value beyond. Where it has a value but no series, as d**1.5 at d = 0, choose method "
         '"dop853".'
     ),
     Outcome.INVALID_START: "The initial state lies beyond a guard of its mode; move it inside or choose another mode.",
@@ -133,26 +133,26 @@ _ADVICE = {
         'or let a search look for it (start = "search").'
     ),
     Outcome.EQUILIBRIUM: (
-        "The system comes to rest at a point, which attracts but is no orbit; start elsewhere if it should not."
+        "The system comes to rest at a point, which is an attractor but not an orbit; start elsewhere to find another."
     ),
     Outcome.INADMISSIBLE: (
-        "The equations of the orbit close, but on the way another guard is crossed or an event comes out otherwise, so "
+        "The equations of the orbit close, but another guard is crossed on the way or an event has another outcome, so "
         "the system has no such orbit; start closer to one that it has."
     ),
     Outcome.OPEN: (
-        "All returns but for a state that only grows, as a distance does; write the system in states that repeat, and "
-        "carry the one that grows as a quadrature."
+        "Everything returns except a state that only grows, as a distance does; write the system in states that "
+        "repeat, and carry the one that grows as a quadrature."
     ),
     Outcome.UNDECIDED: (
-        "The record is too short to tell the largest exponent from zero, and too short or too uneven to show a torus; "
-        "take a longer record (more periods, a longer duration, or max_extension)."
+        "The record is too short to distinguish the largest exponent from zero, and too short or too uneven to show "
+        "a torus; take a longer record (more periods, a longer duration, or max_extension)."
     ),
     Outcome.NO_RETURN: (
-        "The motion goes on but does not meet the section again, or only touches it, which tells no period; take "
+        "The motion continues but does not meet the section again, or only touches it, which gives no period; take "
         "another section (at), look at the motion as a trajectory, or allow more time between its points (max_return)."
     ),
     Outcome.NO_SPECIAL_POINT: (
-        "The branch along the first parameter has no such point from which a curve could be followed; widen the range "
+        "The branch along the first parameter has no such point to start a curve from; widen the range "
         "of that parameter, follow another kind of point, or start from another orbit."
     ),
 }

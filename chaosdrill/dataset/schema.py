@@ -144,7 +144,7 @@ MULTIPLIER = axis(
     "multiplier", "multiplier", "i4", "index of the multiplier", "In descending order of modulus, from 1."
 )
 RETURN_TIME = may(
-    "return_time", "", "f8", "mean return time", "Between two points of the section; of a cycle over whole ones."
+    "return_time", "", "f8", "mean return time", "Between two points of the section; on a cycle, over whole cycles."
 )
 ORBIT_STATE = "At phase 0; without forcing behind an event, if there are any: a run can start there."
 ORBIT_SECTION = "Before its events, as in a Poincare section: over one period; without a section the orbit's state."
@@ -152,12 +152,12 @@ _GRAZING = "Smallest over all events; tangents grow without bound as it goes to 
 
 SI = "For scenes given in SI units."
 RANK_LOSS = "Per unit of model time; -inf is rank loss."
-COVERS = "Twice it covers the truth in 95 %."
+COVERS = "Twice this error contains the true value in 95 % of cases."
 
 _COUNTS = (
-    ("events_per_period", "events per forcing period", "All state-changing events; of a cycle over whole ones."),
-    ("impacts_per_period", "impacts per forcing period", "Events of the class impact; of a cycle over whole ones."),
-    ("slips_per_period", "slip onsets per forcing period", "Events of the class slip; of a cycle over whole ones."),
+    ("events_per_period", "events per forcing period", "All state-changing events; on a cycle, over whole cycles."),
+    ("impacts_per_period", "impacts per forcing period", "Events of the class impact; on a cycle, over whole cycles."),
+    ("slips_per_period", "slip onsets per forcing period", "Events of the class slip; on a cycle, over whole cycles."),
     ("events_per_time", "events per unit of time", "For systems without a forcing period."),
     ("impacts_per_time", "impacts per unit of time", "For systems without a forcing period."),
     ("slips_per_time", "slip onsets per unit of time", "For systems without a forcing period."),
@@ -213,7 +213,7 @@ def mean_rate(quadrature: str, dims: str, of: str = "") -> Table:
     if quadrature == PENETRATION:
         named, integral = "mean progression rate", "Penetration"
     return (
-        may(rate, dims, "f8", named, f"{integral} per unit of model time; of a cycle over whole ones.", bar=error),
+        may(rate, dims, "f8", named, f"{integral} per unit of model time; on a cycle, over whole cycles.", bar=error),
         may(error, dims, "f8", f"standard error of the {named}", COVERS),
     )
 

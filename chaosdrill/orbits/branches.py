@@ -315,7 +315,9 @@ def _lost(segment: BranchSegment) -> str:
     """Why Newton's method could not follow a branch, if its durations show it."""
     durations = segment.durations.sum(axis=1)
     if durations[-1] > SETTINGS.longer * durations[0]:
-        return f"the duration grows without bound, to {durations[-1]:.3g}: the orbit comes to connect a point at rest"
+        return (
+            f"the duration grows without bound, to {durations[-1]:.3g}: the orbit approaches a connection of equilibria"
+        )
     return ""
 
 

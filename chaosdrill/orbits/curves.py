@@ -98,7 +98,7 @@ def curve(
     assert first.root is not None
     value = float(curve.values(first.orbit)[0])
     error = first.root.error * float(curve.spans[0]) + problem.accuracy * curve.size(first.orbit)
-    branch.marks.append(Mark(*place, kind, error, "the curve was followed from here"))
+    branch.marks.append(Mark(*place, kind, error, "start of the curve"))
     branch.start = f"the {called} at {name} = {value:.12g}"
     result = branch_table(problem, parameters, [branch], None, marks)
     return replace(result, stable=_stable(problem, result.multipliers, kind))

@@ -184,21 +184,22 @@ def reason(problem: Problem, border: Border) -> tuple[Special, str]:
                 # met twice in a row, the second time from behind: between the two it was met at no speed
                 return Special.GRAZING, f"{names[i]} vanishes"
             if shot.met[i] <= 1e-6 * orbit.durations[i]:
-                return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i - 1]}"
+                return Special.EVENT_SWAP, f"{name} coincides with {names[i - 1]}"
             if shot.met[i] >= (1 - 1e-6) * orbit.durations[i]:
-                return Special.EVENT_SWAP, f"{name} comes to fall together with {names[i]}"
+                return Special.EVENT_SWAP, f"{name} coincides with {names[i]}"
             return Special.GRAZING, f"{name} appears"
         if events[i] and shot.came[i] != outcome:
             if shot.came[i] >= 0 and system.transitions[shot.came[i]].name == system.transitions[outcome].completes:
-                return Special.REGULAR, f"{names[i]} would come after one rebound more; the branch was not followed on"
-            return Special.OUTCOME_SWITCH, f"{names[i]} comes out otherwise"
+                told = f"{names[i]} would come after one more rebound; the branch was not followed further"
+                return Special.REGULAR, told
+            return Special.OUTCOME_SWITCH, f"{names[i]} has another outcome"
     slow = slowness(problem, orbit, shot)
     short = orbit.durations / orbit.durations.sum()
     if slow.min(initial=np.inf) <= SETTINGS.tangential:
         return Special.GRAZING, f"{names[int(slow.argmin())]} vanishes"
     if short.min() <= SETTINGS.tangential:
         i = int(short.argmin())
-        return Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} fall together"
+        return Special.EVENT_SWAP, f"{names[i - 1]} and {names[i]} coincide"
     return Special.REGULAR, ""
 
 
@@ -240,7 +241,7 @@ def what_changed(problem: Problem, border: Border, after: Orbit) -> tuple[Specia
     appeared, vanished = (sorted(changed.elements(), key=declared.index) for changed in (new - old, old - new))
     if len(before) == len(after) and not before.eventless and not after.eventless:
         if not appeared and not vanished:
-            return Special.EVENT_SWAP, "two events trade places"
+            return Special.EVENT_SWAP, "two events change their order"
         return Special.OUTCOME_SWITCH, f"{' and '.join(vanished)} becomes {' and '.join(appeared)}"
     parts = []
     for names, one, many in ((appeared, "appears", "appear"), (vanished, "vanishes", "vanish")):

@@ -69,9 +69,9 @@ def inadmissible_words(problem: Problem, orbit: Orbit, shot: Shot) -> str:
         if not orbit.durations[i] > 0:
             return f"the stay in mode {name!r} would last {orbit.durations[i]:.3g}"
         if end >= 0 and shot.came[i] != outcome:
-            return f"the event {system.transitions[outcome].name!r} comes out otherwise"
+            return f"the event {system.transitions[outcome].name!r} has another outcome"
         if end >= 0 and not shot.speeds[i] > 0:
-            return f"the guard of {system.transitions[outcome].name!r} would be met from its other side"
+            return f"the guard of {system.transitions[outcome].name!r} would be crossed from the other side"
     return ""
 
 
@@ -108,7 +108,7 @@ def understood(problem: Problem, place: Place, failure: NoOrbitError) -> NoOrbit
     told = ", ".join(f"{system.state_names[i]} by {net[i]:.3g}" for i in np.flatnonzero(growing))
     return NoOrbitError(
         Outcome.OPEN,
-        f"the motion cannot close: {told} {each} on the average, and never back; leave a state that only grows out and "
+        f"the motion cannot close: {told} {each} on average and never returns; leave a state that only grows out and "
         "carry it as a quadrature, or write a phase as a function of time",
         failure.residuals,
     )
@@ -243,7 +243,7 @@ def orbit_read(
         if outcome != Outcome.OK:
             raise NoOrbitError(outcome, f"the run from the start ended: {outcome.advice}")
         if guess is None:
-            words = "does not come back soon"
+            words = "does not return soon"
             if problem.forced:
                 words = f"after {period} periods is in another mode than at its beginning"
             raise NoOrbitError(Outcome.NO_ORBIT, f"the motion from the start {words}")
@@ -276,7 +276,7 @@ def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -
     if code != CONVERGED:
         raise NoOrbitError(Outcome.NO_ORBIT, why_not(code, residuals), residuals)
     if at_rest(problem, orbit):
-        raise NoOrbitError(Outcome.EQUILIBRIUM, "what is found is a point at rest, not an orbit", residuals)
+        raise NoOrbitError(Outcome.EQUILIBRIUM, "the result is a point at rest, not an orbit", residuals)
     return orbit, shot, residuals
 
 
@@ -291,7 +291,7 @@ def _comes_with_another(problem: Problem, guess: Orbit) -> str:
             cause, event = (problem.plain.transitions[guess.segments[k, at.SEGMENT_OUTCOME]].name for k in (i - 1, i))
             return (
                 f"the reset of {cause!r} throws the state across the guard of {event!r}, and an orbit is not followed "
-                "where two events are one: write them as one transition"
+                "where two events are at one instant: write them as one transition"
             )
     return ""
 

@@ -286,7 +286,7 @@ def test_function_at(
     if found is not None:
         return Touching(found[0]), orbit, shot, found[1]
     if slowest is None:
-        raise LostError("no guard is touched there, and no event comes without speed")
+        raise LostError("no guard is touched there, and no event has zero speed")
     return Vanishing(slowest), orbit, shot, 0.0
 
 

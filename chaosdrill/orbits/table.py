@@ -163,7 +163,7 @@ def miss(problem: Problem, orbit: "Orbit") -> str:
     repeated = verify(plain, replace(orbit, starts=np.ascontiguousarray(orbit.starts[:, :d])))
     values = ", ".join(f"{name} = {v:.9g}" for name, v in zip(problem.free, orbit.starts[0, d:], strict=True))
     if repeated.differs:
-        return f"at {values} a run of the system goes otherwise: {repeated.differs}"
+        return f"at {values} a run of the system differs: {repeated.differs}"
     if not repeated.residual <= repeated.explained(problem.numerics.tolerance):
         return f"at {values} a run of the system misses its start by {repeated.residual:.1e}"
     return ""

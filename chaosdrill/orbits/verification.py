@@ -334,13 +334,13 @@ def describe(
     """
     repeated = verify(problem, orbit)
     if repeated.differs:
-        text = f"the equations close, but a run of the system from there goes otherwise: {repeated.differs}"
+        text = f"the equations close, but a run of the system from there differs: {repeated.differs}"
         return no_orbit(problem.plain, Outcome.INADMISSIBLE, text, orbit.periods, residuals)
     if not repeated.residual <= repeated.explained(problem.numerics.tolerance):
         text = f"the equations close, but a run of the system from there misses its start by {repeated.residual:.1e}"
         return no_orbit(problem.plain, Outcome.INADMISSIBLE, text, orbit.periods, residuals)
     if not np.isfinite(shot.monodromy).all():
-        text = "the orbit meets a guard at no speed, where small deviations grow without bound: it has no multipliers"
+        text = "the orbit meets a guard at zero speed, where small deviations grow without bound: it has no multipliers"
         return no_orbit(problem.plain, Outcome.NONFINITE, text, orbit.periods, residuals)
     rank = structural_rank(problem, orbit)
     strobes, modes = problem.strobes([orbit])

@@ -207,7 +207,7 @@ def _horizon(panel: "Axes", dataset: "xr.Dataset") -> None:
         _line(panel, dataset, i, np.where(np.isfinite(times), times, np.nan))
     what = "forcing periods" if "forcing_period" in dataset.variables else "units of time"
     panel.set_xlabel(f"{what} within 1e-6 of the truth")
-    panel.set_title("One trajectory in chaos\nbeyond this time only averages mean something", fontsize="small")
+    panel.set_title("One trajectory in chaos\nbeyond this time only averages are meaningful", fontsize="small")
 
 
 def _power(tolerance: float) -> str:
@@ -223,7 +223,7 @@ def _heading(dataset: "xr.Dataset") -> str:
     missing = "; ".join(_missing(dataset))
     tolerances = dataset["tolerance"].values.tolist()
     return (
-        f"What a digit costs: {system}, {where}{f' (not measured: {missing})' if missing else ''}\n"
+        f"Cost of a digit: {system}, {where}{f' (not measured: {missing})' if missing else ''}\n"
         f"Lower is cheaper, right is more exact. Points: tolerances {_power(max(tolerances))} to "
         f"{_power(min(tolerances))}. Ring: use this for {MANY} digits."
     )

@@ -68,7 +68,7 @@ def _category_chart(
     return plane.figure
 
 
-@picture("parameter-chart", "isoperiodic-chart", "periods, and what there is instead")
+@picture("parameter-chart", "isoperiodic-chart", "periods, or the kind of motion without one")
 def isoperiodic_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the periods found over two parameters, a panel for each seed; large regions carry their period."""
     return _category_chart(dataset, "period", by_period(dataset), ax)

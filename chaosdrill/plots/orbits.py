@@ -163,7 +163,7 @@ def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: b
 
 def _where(dataset: "xr.Dataset") -> str:
     forced = "forcing_period" in dataset.variables
-    return "once a forcing period" if forced else "on the section"
+    return "once per forcing period" if forced else "on the section"
 
 
 def _circle(axes: "Axes", dataset: "xr.Dataset") -> None:

@@ -104,7 +104,7 @@ class Picture:
         given = {name: value for name, value in (("ax", ax), ("state", state)) if value is not None}
         taken = signature(self.function).parameters
         if "ax" in given and "ax" not in taken:
-            raise SettingsError(f"ax is one, but the panels of the picture {self.name!r} belong together; leave it out")
+            raise SettingsError(f"ax is one axes, but the picture {self.name!r} has several panels; leave it out")
         if "state" in given and not self.shows_states:
             raise SettingsError(f"state is {state!r:.60}, but the picture {self.name!r} shows no single states")
         return self.function(*datasets, **given, **({"over": over} if self.over else {}))
@@ -250,7 +250,7 @@ def _check_behind(picture: Picture, ds: "xr.Dataset", over: Any) -> None:
     import xarray as xr
 
     if not picture.over:
-        raise SettingsError(f"over is given, but the picture {picture.name!r} lies over nothing; leave it out")
+        raise SettingsError(f"over is given, but the picture {picture.name!r} has no background; leave it out")
     kind = over.attrs.get("kind") if isinstance(over, xr.Dataset) else None
     if kind != picture.over:
         what = f"a {kind}" if kind else type(over).__name__

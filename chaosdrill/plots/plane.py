@@ -70,7 +70,7 @@ class Plane:
             self._lay_out(names)
         elif len(names) > 1:
             raise SettingsError(
-                f"ax is one, but there are {len(names)} seeds, each with a panel; choose one, as in ds.isel(seed=[0])"
+                f"ax is one axes, but {len(names)} seeds have a panel each; choose one, as in ds.isel(seed=[0])"
             )
         else:
             self.figure, self.panels = owner(ax), [ax]

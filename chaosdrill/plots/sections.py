@@ -414,7 +414,7 @@ def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
 
 def _place(dataset: "xr.Dataset") -> str:
     place = settings(dataset).get("at") or "strobe"
-    return "once a forcing period" if place == "strobe" else f"at {place}"
+    return "once per forcing period" if place == "strobe" else f"at {place}"
 
 
 def _complex(real: float, imaginary: float) -> str:

@@ -118,7 +118,7 @@ def _summary(quadratures: list[str], runs: "list[xr.Dataset]", modes: dict[int, 
     lines = [*(str(runs[0][name].attrs.get("long_name", name)) for name in quadratures), "states"]
     marked = ["events"] * any(run.sizes["event"] for run in runs) + ["modes"] * (len(modes) > 1)
     parts = [" and ".join(filter(None, [", ".join(lines[:-1]), lines[-1]])) + " over time"]
-    parts += ["a colour for each run"] * joined
+    parts += ["one colour per run"] * joined
     return ", ".join(parts) + (f", with {' and '.join(marked)}" if marked else "")
 
 
@@ -230,7 +230,7 @@ def phase_portrait(
         ]
         _explain(axes, jumps=any(jumps))
     else:
-        _draw(axes, dataset, (across, up), PALETTE[:2], ("flow", "jump", "once a forcing period"))
+        _draw(axes, dataset, (across, up), PALETTE[:2], ("flow", "jump", "once per forcing period"))
     _walls(axes, [run for _, run in runs], (across, up))
     axes.set_xlabel(state_label(dataset, across))
     axes.set_ylabel(state_label(dataset, up))
@@ -242,7 +242,7 @@ def phase_portrait(
     else:
         legend_inside(axes)
     symbols = " against ".join(str(dataset["state"].values[place]) for place in (up, across))
-    figure.set_label(f"{symbols}{', a colour for each run' if is_joined(dataset) else ''}")
+    figure.set_label(f"{symbols}{', one colour per run' if is_joined(dataset) else ''}")
     return figure
 
 
@@ -253,7 +253,7 @@ def _draw(
     colours: "Sequence[str]",
     labels: "Sequence[str | None]",
 ) -> bool:
-    """Draw a run: flow, jumps and points once a forcing period, with a label each; tell whether there are jumps."""
+    """Draw a run: flow, jumps and points once per forcing period, with a label each; tell whether there are jumps."""
     curve = join(run)
     curve = smoothed(curve, partial(rates_of, run, curve))
     x, y = (curve.state[:, place] for place in plane)
@@ -284,7 +284,7 @@ def _explain(axes: "Axes", jumps: bool) -> None:
     if jumps:
         axes.plot([], [], color="0.4", linewidth=0.8, linestyle=DOTS, label="jump")
     if axes.collections:
-        axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label="once a forcing period")
+        axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label="once per forcing period")
 
 
 def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]", plane: tuple[int, int]) -> None:

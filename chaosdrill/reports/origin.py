@@ -232,7 +232,7 @@ def _integrity(tree: "xr.DataTree") -> str:
         return f"altered since they were written: {', '.join(changed)}"
     unknown = [g for g, names in _altered(tree).items() if names is None and "kind" in tree[g or "/"].attrs]
     if unknown:
-        return f"without digests, so that nobody can tell whether they were altered: {', '.join(unknown)}"
+        return f"without digests, so that alterations cannot be detected: {', '.join(unknown)}"
     return "as they were written, by the digests of all variables"
 
 

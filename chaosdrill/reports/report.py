@@ -169,7 +169,7 @@ class _Writer:
     def _altered(self) -> Markup:
         if not (changed := ", ".join(altered_parts(self.tree))):
             return NOTHING
-        told = f"Altered since the archive was written, so that this page may tell of what was not run: {changed}."
+        told = f"Altered since the archive was written, so this page may show numbers of no run: {changed}."
         return part("paragraph", told, "fault")
 
     def _summary(self) -> Markup:
@@ -181,7 +181,7 @@ class _Writer:
             ended = ", ".join(f"{outcome.replace('_', ' ')} {n}" for outcome, n in counts.items())
             link = part("link", name, f"analysis-{place}")
             rows.append((link, str(dataset.attrs["kind"]), str(dataset.attrs.get("system", "")), ended))
-        return table("What is in the archive", ("analysis", "kind", "system", "outcomes"), rows)
+        return table("Contents of the archive", ("analysis", "kind", "system", "outcomes"), rows)
 
     def _analyses(self) -> list[_Section]:
         from chaosdrill.plots import plan

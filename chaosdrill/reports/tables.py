@@ -269,7 +269,7 @@ def orbits(dataset: "xr.Dataset") -> Markup:
     points, checks = [], []
     for i in range(many.sizes["orbit"]):
         one = many.isel(orbit=i)
-        name = str(int(one["orbit"])) if "orbit" in one.coords else "the one asked for"
+        name = str(int(one["orbit"])) if "orbit" in one.coords else "requested"
         length = [int(one["period"]), float(one["period_time"])]
         stable = "stable" if int(one["stable"]) else "unstable"
         state = [Quantity(number(value, _DIGITS)) for value in one["orbit_state"].values]
@@ -284,7 +284,7 @@ def orbits(dataset: "xr.Dataset") -> Markup:
     return joined(
         [
             table("Orbits", head, points),
-            table("How good the orbits are", (*checked, "events", "smallest normal speed"), checks),
+            table("Accuracy of the orbits", (*checked, "events", "smallest normal speed"), checks),
             _events(dataset) if "orbit" not in dataset.dims else NOTHING,
         ]
     )
@@ -368,9 +368,10 @@ def accuracy_section(groups: "Mapping[str, xr.Dataset]") -> Markup:
     head = ["analysis", "method", "tolerance", "runs", "wall time", "a run", "largest standard error of an exponent"]
     head += ["smallest normal speed", f"trajectory known to {TRUSTED:g} until"]
     note = (
-        "The tolerance bounds the error of a step. A chaotic trajectory is known only for the time ln("
-        f"{TRUSTED:g}/tolerance)/λ₁; averages have standard errors instead, twice which covers the truth in 95 %. "
-        "Tangents, and with them errors, grow without bound as the smallest normal speed at an event goes to zero."
+        f"The tolerance bounds the error of a step. A chaotic trajectory is known only for the time ln({TRUSTED:g}"
+        "/tolerance)/λ₁. Averages have standard errors instead; two of them to either side contain the true value in "
+        "95 % of cases. Tangents, and with them errors, grow without bound as the smallest normal speed at an event "
+        "goes to zero."
     )
     return table("Accuracy and cost", head, rows) + part("paragraph", note, "note")
 

@@ -159,7 +159,8 @@ class Parts:
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ArchiveError(f"{self.folder}: another run is at work there; wait for its end, or stop it") from None
+            fault = f"{self.folder}: another run is using this folder; wait until it ends, or stop it"
+            raise ArchiveError(fault) from None
         except OSError:
             # some network file systems know no locks
             pass
@@ -172,7 +173,7 @@ class Parts:
                         remove(entry)
             elif not self.resume:
                 raise SettingsError(
-                    f"{self.folder}: holds an unfinished run ({_listed(kept)}); go on with it by --resume, "
+                    f"{self.folder}: holds an unfinished run ({_listed(kept)}); continue it with --resume, "
                     "or remove the folder to start over"
                 )
             else:
@@ -192,8 +193,7 @@ class Parts:
             if not path.exists() and os.listdir(self.folder) == [_LOCK]:
                 return {}
             raise ArchiveError(
-                f"{path}: missing or damaged, so that nobody can tell what {self.folder} holds; "
-                "move it away or remove it"
+                f"{path}: missing or damaged, so that it is unknown what {self.folder} holds; move it away or remove it"
             ) from None
         return read
 
@@ -207,7 +207,7 @@ class Parts:
             raise SceneError(
                 f"{self.folder}: holds an unfinished run ({_listed(kept)}) of another scene. What has changed:\n  "
                 + "\n  ".join(found)
-                + "\nRestore it and go on with --resume, or remove the folder to start over"
+                + "\nRestore it and continue with --resume, or remove the folder to start over"
             )
 
     def _refuse_link(self, folder: Path) -> None:

@@ -107,7 +107,7 @@ def connect(address: str) -> "Client":
 def cluster(task: Task, address: str) -> Iterator[Executor]:
     """The workers that a scheduler has, whoever joins or leaves them during the work.
 
-    A chunk whose worker dies is run by another one; Dask gives up after several workers have died of the same chunk.
+    A chunk whose worker dies is run by another one; Dask gives up after several workers have died on the same chunk.
     """
     from distributed.scheduler import KilledWorker
 
@@ -132,11 +132,11 @@ def cluster(task: Task, address: str) -> Iterator[Executor]:
         yield Executor(lambda first, count: executor.submit(run_packed, packed, here, first, count), size)
     except KilledWorker as fault:
         raise ChaosdrillError(
-            f"several workers of the scheduler at {address} died of the same chunk ({fault}); "
-            "give them more memory, and look into their logs"
+            f"several workers of the scheduler at {address} died on the same chunk ({fault}); "
+            "give them more memory, and read their logs"
         ) from fault
     except (CancelledError, OSError) as fault:
-        raise ChaosdrillError(f"the scheduler at {address} does not answer any more") from fault
+        raise ChaosdrillError(f"the scheduler at {address} no longer answers") from fault
     finally:
         executor.shutdown(wait=False)
         client.close()

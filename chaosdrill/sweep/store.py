@@ -174,7 +174,7 @@ class Store(Memory):
             before = read_json(path)
         except (OSError, ValueError):
             raise ArchiveError(
-                f"{path}: missing or damaged, so that nobody can tell what the finished chunks beside it are; "
+                f"{path}: missing or damaged, so that it is unknown what the finished chunks beside it are; "
                 "remove the folder to start over"
             ) from None
         if found := changes(before, now):
@@ -199,7 +199,7 @@ class Store(Memory):
                     found.append((first, count))
         if lost := Gaps(self.units, found).left - Gaps(self.units, named).left:
             told = f"{lost * self.points_per_unit} finished points are damaged, or the digests beside them"
-            warnings.warn(f"{self.folder}: {told}; they are computed again", stacklevel=2)
+            warnings.warn(f"{self.folder}: {told}; they are recomputed", stacklevel=2)
         return found
 
     def _read(self, first: int, count: int) -> bytes:
@@ -225,10 +225,10 @@ def told(folder: Path, what: str) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError as fault:
-        raise ArchiveError(f"{folder}: {what}: the folder was removed or renamed during the work") from fault
+        raise ArchiveError(f"{folder}: {what}: the folder was removed or renamed during the run") from fault
     except (OSError, RuntimeError) as fault:
         reason = (isinstance(fault, OSError) and fault.strerror) or f"{fault} (is the disk full?)"
-        raise ArchiveError(f"{folder}: {what}: {reason}; what was finished before is kept") from fault
+        raise ArchiveError(f"{folder}: {what}: {reason}; finished chunks are kept") from fault
 
 
 def kept_points(folder: Path) -> tuple[int, int]:

@@ -430,4 +430,4 @@ def _recorded(
             excused = excused & (a >= low - margin) & (a <= high + margin)
     if name == LEADERS[dim]:
         excused = excused & ~jump
-    return "until the runs part, then by their range", wrong & ~excused
+    return "until the runs diverge, then by their range", wrong & ~excused

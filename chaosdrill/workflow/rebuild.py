@@ -59,7 +59,7 @@ def system(result: "xr.Dataset | xr.DataTree | str | os.PathLike[str]") -> "Hybr
 
 def _built(ds: "xr.Dataset", what: str) -> "HybridSystem":
     if "definition" not in ds.attrs:
-        reason = str(ds.attrs.get("definition_missing", "its attributes, which hold it, are gone"))
+        reason = str(ds.attrs.get("definition_missing", "its attributes, which contain the system, are missing"))
         raise ArchiveError(f"{what} has no system: {reason:.500}")
     try:
         return system_of(ds)

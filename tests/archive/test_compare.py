@@ -197,7 +197,7 @@ def test_another_round_off_agrees(chaos, elsewhere):
     assert wrong == set()
     assert how["/spectrum/lyapunov_exponent"] == "within 8 standard errors"
     assert how["/spectrum/kaplan_yorke_dimension"] == "within a tenth"
-    assert how["/motion/states"] == "until the runs part, then by their range"
+    assert how["/motion/states"] == "until the runs diverge, then by their range"
     assert how["/diagram/outcome"] == "exactly"
     assert how["/diagram/omega"] == "within 1e-08"
 

@@ -415,7 +415,7 @@ CAPTIONS = {
     "bifurcation-diagram": "Motions along",
     "parameter-chart": "Cycles and other motions",
     "basins": "Attractors",
-    "periodic-orbit": "How good the orbits are",
+    "periodic-orbit": "Accuracy of the orbits",
     "continuation": "Branches",
     "work-precision": "Work and precision",
 }
@@ -455,4 +455,4 @@ def test_digests_that_are_damaged_or_deleted_are_told(tmp_path, held, capsys):
     found = {name: group[name] for name in ("altered", "without_digests") if name in group}
     assert found == ({"without_digests": True} if held is None else {"altered": [":digests"]})
     assert main(["info", str(path)]) == 0
-    assert ("nobody can tell: there are no digests" if held is None else ":digests") in capsys.readouterr().out
+    assert ("unknown: the values have no digests" if held is None else ":digests") in capsys.readouterr().out

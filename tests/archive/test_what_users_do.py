@@ -138,7 +138,7 @@ def test_pictures_are_drawn_where_they_are_asked_for(ds, shown):
     for name in (picture.name for picture in PICTURES if picture.suits(ds)):
         axes = Figure().subplots(1, 2)[1]
         if name in ("convergence", "work-precision", "multipliers", "cascade"):
-            with pytest.raises(SettingsError, match="belong together"):
+            with pytest.raises(SettingsError, match="several panels"):
                 cd.plot(ds, name, ax=axes)
             continue
         assert cd.plot(ds, name, ax=axes) is axes

@@ -83,7 +83,7 @@ def test_fault_while_moving_into_place(earlier, tree, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "replace", refuse)
-    with pytest.raises(ArchiveError, match="Permission denied; an earlier one is as it was"):
+    with pytest.raises(ArchiveError, match="Permission denied; an earlier file is unchanged"):
         save(tree, earlier[0])
     assert unharmed(earlier)
 

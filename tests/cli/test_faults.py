@@ -193,7 +193,7 @@ def test_a_disk_that_is_full_leaves_what_was_there(call, folder, monkeypatch, co
     Path("own-time-history.png").write_text("earlier")
     monkeypatch.setattr("chaosdrill.files.os.replace", full)
     before = sorted(folder.iterdir())
-    assert "No space left on device; an earlier one is as it was" in told(call, command, "own.nc")["message"]
+    assert "No space left on device; an earlier file is unchanged" in told(call, command, "own.nc")["message"]
     assert sorted(folder.iterdir()) == before
     assert Path("own.html").read_text() == Path("own-time-history.png").read_text() == "earlier"
 

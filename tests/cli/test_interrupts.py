@@ -78,7 +78,7 @@ def test_second_interrupt():
             # from the line that prints to the deaf one
             time.sleep(2)
             process.send_signal(signal.SIGINT)
-            while "a second Ctrl-C ends at once" not in (line := process.stderr.readline()):
+            while "press Ctrl-C again to stop at once" not in (line := process.stderr.readline()):
                 assert line, "it ended at the first one"
             process.send_signal(signal.SIGINT)
             told = process.communicate(timeout=20)[1]

@@ -109,7 +109,7 @@ def test_without_resume_nothing_is_touched(call, scene, tmp_path, unfinished):
     answer = call("run", scene, "-o", tmp_path / "out.nc")
     assert (answer.code, answer.out) == (2, "")
     assert "holds an unfinished run (diagram 72 of 300 points, spectrum finished)" in answer.err
-    assert "go on with it by --resume, or remove the folder to start over" in answer.err
+    assert "continue it with --resume, or remove the folder to start over" in answer.err
     assert contents(unfinished) == before
 
 
@@ -196,7 +196,7 @@ def test_two_runs_do_not_use_one_folder(call, scene, tmp_path, unfinished):
         fcntl.flock(lock, fcntl.LOCK_EX)
         answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 1
-    assert "another run is at work there" in answer.err
+    assert "another run is using this folder" in answer.err
 
 
 def test_parts_of_which_a_kill_left_some_after_the_archive_are_forgotten(call, scene, tmp_path, unfinished):
@@ -253,7 +253,7 @@ def test_the_output_folder_is_removed_while_running(call, scene, tmp_path, monke
     monkeypatch.setattr(PointTask, "run", removing)
     answer = call("run", scene, "-o", folder / "out.nc")
     assert answer.code == 1
-    assert "the folder was removed or renamed during the work" in answer.err
+    assert "the folder was removed or renamed during the run" in answer.err
     assert not folder.exists()
 
 

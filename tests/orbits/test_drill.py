@@ -296,7 +296,7 @@ def test_the_curves_start_where_independent_values_say(doubling, grazing):
     # own Taylor series in 34 digits
     known = {0: 0.76452469484555915, 1: 0.45532342522408643}
     for number, result in enumerate((doubling, grazing)):
-        (start,) = (e for e in result.events if e.text == "the curve was followed from here")
+        (start,) = (e for e in result.events if e.text == "start of the curve")
         assert abs(start.values[0] - known[number]) < 1e-10
         assert start.error < 1e-10
 

@@ -191,7 +191,7 @@ def test_a_panel_a_quantity_with_the_price_of_a_digit(table):
         "Multipliers\neach digit: series +3 %, steps +100 %",
     ]
     assert figure.axes[0].get_ylabel() == "time per forcing period (µs)"
-    assert figure.get_suptitle().startswith("What a digit costs: oscillator, on a cycle of period 1\n")
+    assert figure.get_suptitle().startswith("Cost of a digit: oscillator, on a cycle of period 1\n")
 
 
 def test_one_legend_names_the_lines_and_the_ring_its_tolerance(table):
@@ -261,7 +261,7 @@ def test_a_method_without_a_result_is_named(table):
     assert (
         work_precision(table.assign(outcome=codes))
         .get_suptitle()
-        .startswith("What a digit costs: oscillator, on a cycle of period 1 (not measured: series, nonfinite)\n")
+        .startswith("Cost of a digit: oscillator, on a cycle of period 1 (not measured: series, nonfinite)\n")
     )
 
 

@@ -45,7 +45,7 @@ def test_a_long_record_says_which_part_is_shown(ball):
 def test_phase_portrait_shows_the_stop_and_the_section(ball):
     axes = phase_portrait(ball).axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "v")
-    assert _labels(axes) == ["flow", "jump", "once a forcing period", "bounce off at x = 0"]
+    assert _labels(axes) == ["flow", "jump", "once per forcing period", "bounce off at x = 0"]
 
 
 def test_flow_is_not_drawn_across_a_jump(ball):
@@ -64,13 +64,13 @@ def test_a_sample_at_the_time_of_an_event_is_one_of_its_sides(ball):
 
 def test_section_names_its_period_and_multipliers(section):
     axes = poincare(section).axes[0]
-    assert axes.get_title(loc="left") == "period 2, once a forcing period; multipliers 0.5 ± 0.25i"
+    assert axes.get_title(loc="left") == "period 2, once per forcing period; multipliers 0.5 ± 0.25i"
     assert len(axes.collections[0].get_offsets()) == 2
 
 
 def test_section_without_a_period_shows_every_point(section):
     axes = poincare(section.assign(period=0)).axes[0]
-    assert axes.get_title(loc="left") == "40 points once a forcing period"
+    assert axes.get_title(loc="left") == "40 points once per forcing period"
     assert len(axes.collections[0].get_offsets()) == 40
 
 
@@ -359,7 +359,7 @@ def test_modes_of_the_same_words_are_told_apart(ball):
 
 def test_what_is_drawn_is_what_the_caption_names(ball, joined):
     assert time_history(ball).get_label() == "penetration and states over time, with events and modes"
-    assert time_history(joined).get_label() == "penetration and states over time, a colour for each run, with events"
+    assert time_history(joined).get_label() == "penetration and states over time, one colour per run, with events"
     plain = ball.drop_vars("penetration").isel(event=slice(0))
     plain["mode"].attrs |= {"flag_values": np.array([0], dtype=np.int8), "flag_meanings": "dry"}
     plain["mode"] = 0 * plain["mode"]

@@ -71,7 +71,7 @@ def test_seeds_of_a_diagram_are_apart_and_gaps_are_gaps(diagram):
     two["section"][0, 1] += 7.0
     two["section"][0, 0, -1] = np.nan
     axes = cd.plot(two, "return-map")
-    assert axes.get_title(loc="left") == "load (kN) = 0.8, once a forcing period"
+    assert axes.get_title(loc="left") == "load (kN) = 0.8, once per forcing period"
     first, second = (
         line.get_xydata() for line in axes.get_lines() if line.get_marker() == "o" and len(line.get_xdata())
     )

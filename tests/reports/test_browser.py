@@ -219,7 +219,7 @@ def test_without_scripts_the_rest_is_there(written, visit, chromium):
         from selenium.webdriver.common.by import By
 
         text = browser.find_element(By.TAG_NAME, "body").text
-        assert "This chart needs scripts" in text
+        assert "This chart needs JavaScript" in text
         assert "Motions along" in text
         assert not browser.find_element(By.CSS_SELECTOR, ".stage").is_displayed()
     finally:

@@ -147,7 +147,7 @@ def test_a_full_disk_leaves_the_earlier_page(archive, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", half)
-    with pytest.raises(ArchiveError, match="No space left on device; an earlier one is as it was"):
+    with pytest.raises(ArchiveError, match="No space left on device; an earlier file is unchanged"):
         cd.report(archive)
     assert page.read_bytes() == before
     assert sorted(os.listdir(page.parent)) == ["result.html", "result.nc"]

@@ -57,7 +57,7 @@ def test_a_worker_that_is_killed_is_replaced_and_its_chunks_rerun(cluster, whole
 
 
 def test_a_chunk_that_kills_its_workers_is_not_tried_for_ever(cluster, tmp_path):
-    with pytest.raises(ChaosdrillError, match=r"several workers .* died of the same chunk"):
+    with pytest.raises(ChaosdrillError, match=r"several workers .* died on the same chunk"):
         execute(Deadly(), scheduler=cluster.scheduler_address, store=tmp_path)
     assert 0 < kept_points(tmp_path)[0] < 500
 

@@ -54,7 +54,7 @@ def resumed(folder, task=TASK, damaged=None):
         found = execute(task, store=folder, progress=lambda *seen: told.append(seen))
     texts = [str(one.message) for one in heard]
     if damaged is not None:
-        lost = "finished points are damaged, or the digests beside them; they are computed again"
+        lost = "finished points are damaged, or the digests beside them; they are recomputed"
         assert texts == ([f"{folder}: {damaged} {lost}"] if damaged else [])
     assert told[-1][0] == task.units
     return found, told[0][0]
@@ -185,7 +185,7 @@ def test_full_disk_during_the_work(folder, whole, same, monkeypatch, place, call
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(place, call, full)
-    with pytest.raises(ArchiveError, match=r"cannot keep a finished chunk: No space left .* before is kept"):
+    with pytest.raises(ArchiveError, match=r"cannot keep a finished chunk: No space left .* chunks are kept"):
         execute(TASK, store=folder)
     monkeypatch.undo()
     assert not list(folder.glob(".*"))
@@ -199,7 +199,9 @@ def test_full_disk_when_results_are_put_together(folder, whole, same, monkeypatc
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr("chaosdrill.sweep.store.TemporaryFile", full)
-    with pytest.raises(ArchiveError, match=r"cannot put the results together: No space left .* before is kept"):
+    with pytest.raises(
+        ArchiveError, match=r"cannot put the results together: No space left .* finished chunks are kept"
+    ):
         execute(TASK, store=folder)
     monkeypatch.undo()
     found, before = resumed(folder, damaged=0)

@@ -29,7 +29,7 @@ def test_jumps_join_both_sides_of_an_event(as_orbit, found):
         "path",
         "hit",
         "slip forward",
-        "once a forcing period",
+        "once per forcing period",
     ]
     jumps = axes.get_lines()[1].get_xydata()
     np.testing.assert_array_equal(jumps[:3], [[1.0, 0.5], [1.0, -0.5], [np.nan, np.nan]])
@@ -267,7 +267,7 @@ def test_plot_draws_over_a_diagram_that_fits_in_the_same_style(continuation):
             {"kind": "parameter-chart"},
             "over is a parameter-chart, but .*lies over a bifurcation",
         ),
-        ("multipliers", {}, "'multipliers' lies over nothing; leave it out"),
+        ("multipliers", {}, "'multipliers' has no background; leave it out"),
     ],
 )
 def test_what_nothing_lies_over_is_refused(continuation, kind, attrs, message):
