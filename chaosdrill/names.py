@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 LONGEST = 100
 MOST_SHOWN = 100
-"""What a message shows of names: so many letters of each, and so many of them."""
+"""What a message shows of names: at most this many letters of each, and this many names."""
 
 
 def remedy(word: str, known: Iterable[str]) -> str:

@@ -307,7 +307,7 @@ _Face = _Lines | _Bars
 
 
 class _Patient:
-    """A stream that may be gone, or full: that costs what is told and not the work."""
+    """A stream that may be gone or full: then the message is lost, and the work continues."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -360,7 +360,7 @@ def teller(progress: Progress | bool | None) -> Progress | None:
     Parameters
     ----------
     progress : callable, bool or None
-        Who is to be told; True: standard error or the notebook; None: the same where somebody looks, once it takes
+        Who receives reports; True: standard error or the notebook; None: the same where somebody looks, once it takes
         longer than a second; False: nobody.
     """
     if callable(progress) or progress is False:

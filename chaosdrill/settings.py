@@ -28,9 +28,9 @@ class Known:
     """What is known of the system to which settings belong, without building it."""
 
     known: Mapping[str, float] | None = None
-    """Its parameters with their usual values; None as long as they cannot be told."""
+    """Its parameters with their usual values; None while they are unknown."""
     parameters: Mapping[str, float] = field(default_factory=dict)  # those that are given other values
-    states: tuple[str, ...] | None = None  # None as long as they cannot be told
+    states: tuple[str, ...] | None = None  # None while they are unknown
     limits: Mapping[str, Limit] = field(default_factory=dict)  # of its parameters
 
     @classmethod

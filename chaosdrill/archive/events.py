@@ -73,8 +73,8 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     Raises
     ------
     ArchiveError
-        If ``runs`` does not name trajectories by text, one of them is none or joined already, or states or sample
-        times differ.
+        If ``runs`` does not name trajectories by text, if one of them is not a trajectory or is already joined, or if
+        states or sample times differ.
     """
     import numpy as np
     import xarray as xr

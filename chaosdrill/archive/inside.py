@@ -2,8 +2,8 @@
 
 It is run as a script by `chaosdrill.archive.trial`, which tells it files, and imports nothing of the package. The
 process cannot write a file, start a process or open a second file; its memory and processor time are bounded. It tells
-what it reads as plain numbers and texts, so that the caller never hands the file to a library of its own. HDF5 itself
-is asked, by h5py, since the NetCDF library follows links and sources in other files while it opens one.
+what it reads as plain numbers and texts, so that the caller never hands the file to a library of its own. It reads
+with h5py, since the NetCDF library follows links and sources in other files while it opens one.
 """
 
 import json
@@ -56,7 +56,7 @@ TEXTS = 64
 """Texts that are read at once, before their length is known."""
 
 SHORT, MANY_TEXTS = 1000, 4096
-"""Letters of the longest of them after which so many are read at once."""
+"""Longest text in letters for which this number of texts is read at once."""
 
 LETTER = 4
 """Bytes of a letter in an array of texts, where each has the room of the longest."""
@@ -85,7 +85,7 @@ _SCALED = {"_FillValue", "missing_value", "scale_factor", "add_offset"}
 
 
 class Refused(Exception):
-    """A file that is no archive, with the reason."""
+    """A file that is not an archive, with the reason."""
 
 
 def most_bytes(size):
@@ -166,7 +166,7 @@ def confine():
 
 
 def allow_time(seconds):
-    """Let the process work so many seconds more; whoever takes longer is ended by the system."""
+    """Give the process this many seconds more; the system ends it if it takes longer."""
     usage = resource.getrusage(resource.RUSAGE_SELF)
     hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
     bound = int(usage.ru_utime + usage.ru_stime) + 1 + seconds
@@ -219,7 +219,7 @@ class File:
     size : int
         Bytes that it takes on the disk.
     output : Output
-        Where to what it holds is told.
+        Where its contents are written.
     """
 
     def __init__(self, file, size, output):
@@ -327,7 +327,7 @@ class File:
                 )
 
     def _described(self, dataset, name, path):
-        """A variable and what is told of it before its values; None for a dimension without a variable."""
+        """A variable and its description, which precedes its values; None for a dimension without a variable."""
         what = f"{path}: {name}"
         scale = self._plain(dataset, b"CLASS") == b"DIMENSION_SCALE"
         title = self._plain(dataset, b"NAME")

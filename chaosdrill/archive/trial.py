@@ -24,7 +24,7 @@ PATIENCE_S = 60.0
 """Seconds in which the process must have told something more; its processor time is bounded by `inside`."""
 
 MOST_TOLD = 2**28
-"""Bytes of plain values that are told at once."""
+"""Bytes of plain values that are sent at once."""
 
 
 MOST_FILES = 200

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 
 PATIENCE_S = 2.0
-"""Seconds after which one is told of the second Ctrl-C."""
+"""Seconds after which a message mentions the second Ctrl-C."""
 
 RETRY_S = 0.05
 COMPILER = "llvmlite"

@@ -91,7 +91,7 @@ def _told(fault: BaseException) -> tuple[int, str, str] | None:
     if isinstance(fault, FileNotFoundError | SceneError) and _has_no_folder():
         return FAILED, "OSError", "the working directory has been removed; change to another one"
     if isinstance(fault, OSError):
-        # whatever file it is, its fault is none of the program's
+        # the fault lies in the file, not in the program
         return FAILED, "OSError", f"{fault.filename}: {fault.strerror}" if fault.filename else str(fault)
     if isinstance(fault, MemoryError):
         text = f"not enough memory for the result; reduce the number of periods, samples or points ({fault})"

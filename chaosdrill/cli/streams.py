@@ -2,7 +2,7 @@
 
 The streams may be closed, full, left by their reader, or know few letters. What a command has done does not depend on
 who listens: where nobody reads, nothing is written, and where a letter is not known, its code is. Output that a full
-disk loses is a fault; a message on standard error that is lost is none.
+disk loses is a fault; a lost message on standard error is not.
 """
 
 import json

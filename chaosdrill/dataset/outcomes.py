@@ -61,7 +61,7 @@ MEASURED = (
 def count_outcomes(codes: Any) -> dict[str, int]:
     """How often each outcome stands in an array of codes, by its meaning, in the order of the codes.
 
-    A code that is no outcome, as an altered archive may hold, is counted as ``code N``.
+    A code that is not an outcome, as an altered archive may contain, is counted as ``code N``.
     """
     meanings = {int(outcome): outcome.meaning for outcome in Outcome}
     counts = Counter(codes.ravel().tolist())

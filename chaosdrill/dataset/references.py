@@ -35,7 +35,7 @@ class Reference:
     pages : str
         First and last.
     doi : str
-        Without the resolver's address; empty if there is none.
+        Without the resolver's address; empty if it has none.
     entry : {"article", "book", "inproceedings", "software", "misc"}
         Kind of BibTeX entry.
     """

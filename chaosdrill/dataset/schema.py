@@ -62,7 +62,7 @@ class Variable:
     bar : str
         Variable that is the standard error of this one.
     sample : str
-        Dimension along which so many entries belong to each (the attribute ``sample_dimension`` of CF).
+        Dimension whose entries it counts (the attribute ``sample_dimension`` of CF).
     """
 
     name: str

@@ -574,7 +574,7 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
 
 
 def traded_places(gaps: np.ndarray) -> int | None:
-    """Index of the first orbit beyond one whose halves, apart by ``gaps``, coincide; None if there is none."""
+    """Index of the first orbit beyond one whose halves, apart by ``gaps``, coincide, or None."""
     flips = np.flatnonzero((gaps[1:] * gaps[:-1]).sum(axis=1) < 0) + 1
     small = [k for k in flips.tolist() if np.abs(gaps[k - 1 : k + 1]).max() < 0.5 * np.abs(gaps).max()]
     return int(small[0]) if small else None

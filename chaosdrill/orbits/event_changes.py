@@ -118,7 +118,7 @@ def slowness(problem: Problem, orbit: Orbit, shot: Shot) -> np.ndarray:
 
 
 def slowest_event(problem: Problem, orbit: Orbit, shot: Shot) -> int | None:
-    """Index of the event with zero normal speed; None if there is none."""
+    """Index of the event with zero normal speed; or None."""
     parts = slowness(problem, orbit, shot)
     slowest = int(parts.argmin())
     return slowest if parts[slowest] <= SETTINGS.touching else None

@@ -152,7 +152,7 @@ def find_orbit(
     numerics: Numerics,
     marks: Marks | None = None,
 ) -> FoundOrbit:
-    """Find and verify one orbit, or say why there is none.
+    """Find and verify one orbit, or say why none was found.
 
     Parameters
     ----------

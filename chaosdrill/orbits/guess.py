@@ -236,7 +236,7 @@ InitialGuess = Callable[[], tuple[Outcome, Orbit | None]]
 
 
 def initial_guess(problem: "Problem", place: Place, periods: int) -> InitialGuess:
-    """A function that simulates the path from a place over so many periods; without forcing, until it returns."""
+    """A function that simulates the path from a place over a number of periods; without forcing, until it returns."""
     values = np.array([problem.plain.parameters[name] for name in problem.free])
     if problem.forced:
         return partial(guess_of_forced, problem, place, periods, values)
@@ -331,7 +331,7 @@ class Strobed:
     rows: np.ndarray  # (E, columns): events that change something, as the engine records them
 
     def guess(self, problem: "Problem", j: int, periods: int) -> tuple[Outcome, Orbit | None]:
-        """The path from strobe j on over so many periods, as a guess of an orbit."""
+        """The path over some periods from strobe j, as a guess of an orbit."""
         assert problem.period is not None
         since = self.rows[:, layout.EVENT_STROBES] - j
         events = self.rows[(since >= 0) & (since < periods)].copy()
@@ -525,7 +525,7 @@ def orbit_of_events(
 
 
 def _connected(problem: "Problem", orbit: Orbit) -> bool:
-    """Whether every event leads into the mode of the next segment; the last one may not, on a path that is no cycle."""
+    """Whether every event leads into the mode of the next segment; the last one need not, on a path that is open."""
     targets = [problem.plain.transitions[k].target for k in orbit.segments[:, at.SEGMENT_OUTCOME]]
     modes = [problem.system.mode_names[m] for m in np.roll(orbit.segments[:, at.SEGMENT_MODE], -1)]
     return targets == modes

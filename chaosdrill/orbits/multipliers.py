@@ -47,7 +47,7 @@ class Neutral:
         return self.conserved if self.paired == len(self.symmetries) else self.symmetries
 
     def words(self, system: "HybridSystem") -> str:
-        """The neutral directions besides that of the flow, in words; empty if there are none."""
+        """The neutral directions besides that of the flow, in words; empty without any."""
         parts = [f"it can be shifted along {_combination(v, system)}" for v in self.symmetries]
         if not len(self.symmetries):
             parts = [f"deviations of {_combination(v, system)} are kept" for v in self.conserved]

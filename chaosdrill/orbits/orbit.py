@@ -72,7 +72,7 @@ class Orbit:
         )
 
     def comes_again(self, step: int, within: float, sizes: np.ndarray) -> bool:
-        """Whether the path is the same from so many segments later on, within a part of the sizes of the states."""
+        """Whether the path repeats after this number of segments, within a part of the sizes of the states."""
         starts = self.starts[:, : len(sizes)]
         size = np.maximum(np.abs(starts).max(axis=0), 1e-6 * sizes)
         turned = np.abs(np.roll(starts, step, axis=0) - starts) / size

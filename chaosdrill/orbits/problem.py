@@ -51,7 +51,7 @@ class Shot:
     monodromy: np.ndarray
     """(d, d): tangent map around the orbit from its first start, saltation included, in the units of `Problem.sizes`"""
     speeds: np.ndarray
-    """(N,): speeds at which the guards are crossed, positive in their direction; infinite where there is none."""
+    """(N,): speeds at which the guards are crossed, positive in their direction; infinite without a guard."""
     crossed: np.ndarray  # int (N,): guard crossed on the way, -1 for none
     came: np.ndarray  # int (N,): the transition that the end of the segment took
     met: np.ndarray  # (N,): time since the start of the segment at which that guard is crossed
@@ -77,7 +77,7 @@ class _Step:
     length: float  # of the correction, in the norm of the weights
 
     def part(self, reach: float) -> float:
-        """The part that is no longer than ``reach``."""
+        """The part that is at most as long as ``reach``."""
         return min(1.0, reach / self.length) if self.length > 0 else 1.0
 
     def taken(self, reach: float) -> Orbit:
@@ -476,7 +476,7 @@ class Problem:
         return np.array([self.states, len(self.free), orbit.periods, self._clock, self.forced], dtype=np.int64)
 
     def _room(self, count: int) -> tuple[Any, Any]:
-        """What the residual of an orbit of so many segments fills, and its scratch."""
+        """The arrays that the residual of an orbit with this number of segments fills, and its scratch."""
         if count not in self._rooms:
             n, d, q = len(self.system.states), self.states, len(self.free)
             columns = d + 1 + count + q

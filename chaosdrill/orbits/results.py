@@ -28,9 +28,9 @@ class Checks:
 
 @dataclass(frozen=True)
 class FoundOrbit:
-    """A periodic orbit, or why there is none.
+    """A periodic orbit, or the reason why none was found.
 
-    Where there is none, arrays have no rows (``multipliers`` is NaN) and numbers are NaN; ``period`` is the one asked
+    Without an orbit, arrays have no rows (``multipliers`` is NaN) and numbers are NaN; ``period`` is the one asked
     for.
     """
 

@@ -144,7 +144,7 @@ class CloseReturns:
 
 
 def _busiest(kinds: np.ndarray, steps: int) -> np.ndarray:
-    """How often the most frequent kind comes among so many events after each one."""
+    """How often the most frequent kind occurs among this number of events after each event."""
     counts = np.cumsum(kinds[:, np.newaxis] == np.unique(kinds), axis=0)
     return np.asarray((counts[steps:] - counts[:-steps]).max(axis=1))
 

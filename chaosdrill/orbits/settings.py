@@ -84,9 +84,9 @@ class Settings:
     slip_at_rest: float = 1e-3
     """Part of the duration that a slip without motion takes at most."""
     at_rest: float = 1e-9
-    """Part of its size by which a state moves at least along an orbit that is none of a point at rest."""
+    """Part of its size by which a state moves at least along an orbit, if it is not a point at rest."""
     watched_units: int = 64
-    """Periods, or characteristic times, over which a state that only grows is told from one that comes back."""
+    """Periods, or characteristic times, over which a state that only grows is distinguished from one that returns."""
     path_parts: int = 8
     """Parts of a segment with which its path begins."""
     path_halvings: int = 16
@@ -140,7 +140,7 @@ class Settings:
     exponent_rounds: int = 200
     """Rounds that tangents are given to turn into their directions."""
     exponent_turned: float = 1e-12
-    """What is left of a wrong direction after the rounds between multipliers that are told apart."""
+    """What is left of a wrong direction after the rounds between multipliers that are distinct."""
     smallest_logarithm: float = -700.0
     """Logarithm of a multiplier that is near the smallest double."""
     same_logarithm: float = 1e-9
@@ -148,7 +148,7 @@ class Settings:
     quadrature_pieces: int = 4
     """Pieces of a segment in the first quadrature."""
     quadrature_error: float = 1e-11
-    """Difference between a piece and its halves, relative to max(1, integral), that is none."""
+    """Difference between a piece and its halves, relative to max(1, integral), that is negligible."""
     quadrature_halvings: int = 48
     """Times that a piece is halved, at most: a jump of a stiff motion takes so short a part."""
     step_error: float = 1e-15

@@ -85,7 +85,7 @@ def special_points(segment: "BranchSegment") -> list[tuple[int, Special]]:
 
 
 def noise_of(monodromy: np.ndarray, segments: int) -> np.ndarray:
-    """Error of the determinants of tangent maps, shape (..., d, d), around orbits of so many segments."""
+    """Error of the determinants of tangent maps, shape (..., d, d), around orbits with this number of segments."""
     return SETTINGS.tangent_error * segments * np.maximum(1.0, np.abs(monodromy).max(axis=(-2, -1))) ** 2
 
 

@@ -57,7 +57,7 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
     With the second parameter held, the branch behind the border is the one that
     `chaosdrill.orbits.event_changes.branch_behind` finds. A special point of the same kind is looked for next to it, a
     little away from the border, where the new events have some speed. Where the tangent map jumps, as for the
-    multipliers of orbits that begin to graze, there is none near by, and the curve ends.
+    multipliers of orbits that begin to graze, no such point is near, and the curve ends.
     """
     if isinstance(curve.test, Vanishing):
         return None

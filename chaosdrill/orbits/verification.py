@@ -72,7 +72,7 @@ def _integral(problem: "Problem", one: "Orbit", divergence: Any, values: np.ndar
         starts, halves = np.column_stack([starts, starts + halves]).ravel(), np.repeat(halves / 2, 2)
         parts = pieces(starts, halves)
         sums = parts.reshape(-1, 2).sum(axis=1)
-        # a number that is none stays one
+        # NaN stays NaN
         uneven = np.abs(sums - whole) > SETTINGS.quadrature_error * max(1.0, abs(total + sums.sum()))
         total += float(sums[~uneven].sum())
         again = np.repeat(uneven, 2)
@@ -138,7 +138,7 @@ def verify(problem: "Problem", orbit: "Orbit") -> Repeated:
 
 
 def _repeated(problem: "Problem", orbit: "Orbit", parts: int) -> Repeated:
-    """What two rounds in so many parts each show."""
+    """The result of two rounds, each in this number of parts."""
     segment, time, state = standpoint(problem, orbit)
     d, total = problem.states, float(orbit.durations.sum())
     run = run_from(problem, orbit, segment, time, state, parts, tangents=np.eye(d), orthonormalise=False)
@@ -367,7 +367,7 @@ def describe(
 def no_orbit(
     system: "HybridSystem", outcome: Outcome, message: str, period: int, residuals: np.ndarray | None = None
 ) -> FoundOrbit:
-    """Why there is none."""
+    """Why there is no orbit."""
     d = len(system.states)
     nothing = float("nan")
     return FoundOrbit(

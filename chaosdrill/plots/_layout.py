@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _SHORTEST = 6
 """Letters of a line below which a text is not broken further."""
 _ROUNDS = 3
-"""Broken labels change the room that others have; after so many rounds nothing more does."""
+"""Broken labels change the room that others have; after this number of rounds nothing changes."""
 _EDGE = 4.0
 """Points between a text and the edge of the figure."""
 

@@ -77,7 +77,7 @@ def animate(
     Raises
     ------
     SettingsError
-        Another kind of dataset, a suffix that is no format, a state or a name that is not there, a length that is out
+        Another kind of dataset, a suffix that is not a format, an unknown state or name, a length that is out
         of range, or ffmpeg is missing.
     ArchiveError
         The file cannot be written.

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 # the few points beyond this percentile on either side, near superstable cycles above all, do not set the scale
 _EXPONENTS_COVERED = 99.0
 _ERRORS, _ROUND_OFF = 3.0, 1e-9
-"""An exponent is told from zero by so many standard errors, and by this part of the largest one of all."""
+"""An exponent counts as nonzero beyond this number of standard errors and this part of the largest exponent."""
 # the few points beyond this percentile, runs about to escape above all, do not set the scale
 _RATES_COVERED = 99.9
 # more steps of lightness than these are not told apart
@@ -92,7 +92,7 @@ def lyapunov_chart(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figur
 
 
 def _told(dataset: "xr.Dataset") -> "NDArray[np.bool_]":
-    """Where the largest exponent is told from zero, that of the flow direction above all."""
+    """Where the largest exponent is distinguished from zero, that of the flow direction above all."""
     every = dataset["lyapunov_exponent"].values
     size = np.abs(dataset["lyapunov_exponent"].isel(exponent=0).values)
     least = np.array(_ROUND_OFF * np.abs(every[np.isfinite(every)]).max(initial=0.0))

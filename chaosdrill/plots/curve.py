@@ -268,7 +268,7 @@ def last_parts(datasets: "Sequence[xr.Dataset]", events: int) -> "list[xr.Datase
 
 
 def _start_of_last(dataset: "xr.Dataset", events: int) -> float:
-    """Time at which the end of a trajectory with so many events begins; minus infinity if it has no more."""
+    """Time from which a trajectory has this number of events; minus infinity if it has no more in all."""
     times = dataset["event_time"].values
     if times.size <= events:
         return -np.inf

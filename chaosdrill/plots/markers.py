@@ -144,7 +144,7 @@ def named_once(axes: "Axes") -> "list[Artist]":
 
 
 def caveat(dataset: "xr.Dataset") -> str:
-    """Return the reason to doubt a dataset of orbits; empty if there is none.
+    """Return the reason to doubt a dataset of orbits; empty without a reason.
 
     It is an outcome other than an orbit found, what the analysis had to say of it, or numbers of an orbit that do not
     agree with each other.
@@ -188,7 +188,7 @@ def tell_on(axes: "Axes", text: str) -> None:
 
 
 def failures(datasets: "Iterable[xr.Dataset]") -> str:
-    """Return how runs ended that did not reach their end, with advice; empty if there are none.
+    """Return how runs ended that did not reach their end, with advice; empty if all did.
 
     It tells of single runs and of joined ones; sweeps show the outcome of each of their points themselves.
     """

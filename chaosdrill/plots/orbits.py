@@ -63,7 +63,7 @@ def orbit(dataset: "xr.Dataset", *, ax: "Axes | None" = None, state: "str | Sequ
         each event, joined by a dotted line; in the plane of the first two states, or over time for a system with one
         state.
         On the right the multipliers in the unit circle, and the residual after each step of Newton's method. What
-        keeps the orbit from being one stands above; where there is none at all, the residuals are left.
+        keeps the orbit from being one stands above; without any orbit, only the residuals are shown.
     """
     if "orbit" in dataset.dims:
         return orbits(dataset, ax=ax, state=state)
@@ -433,7 +433,7 @@ def cascade(dataset: "xr.Dataset") -> "Figure":
     Parameters
     ----------
     dataset : xarray.Dataset
-        Of kind ``continuation`` in which doubled branches were followed as far as an accumulation point is told.
+        Of kind ``continuation`` in which doubled branches were followed far enough to estimate an accumulation point.
 
     Returns
     -------

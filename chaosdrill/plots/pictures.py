@@ -232,8 +232,8 @@ def plot(
     suited = {picture.name: picture for picture in PICTURES if picture.suits(ds)}
     if not suited or (kind is not None and kind not in suited):
         raise SettingsError(
-            f"there is no picture {'' if kind is None else repr(kind) + ' '}of this {ds.attrs['kind']}; "
-            f"there {'are ' + ', '.join(suited) if suited else 'is none'}"
+            f"there is no picture {'' if kind is None else repr(kind) + ' '}of this {ds.attrs['kind']}"
+            + (f"; choose from {', '.join(suited)}" if suited else "")
         )
     picture = next(iter(suited.values())) if kind is None else suited[kind]
     if over is not None:

@@ -234,8 +234,8 @@ def _periods(panel: "Axes", dataset: "xr.Dataset", sweep: str, edges: "NDArray[n
 def seed_lines(dataset: "xr.Dataset") -> list[tuple[str, str, float]]:
     """Return colour and name of each seed, and by how much wider than the last one it is drawn, from 0 to 2.
 
-    Of more seeds than can be told apart only the sweeps up and down have colours; the others are grey and have no name:
-    the rows at the foot tell them apart.
+    With more seeds than can be distinguished, only the sweeps up and down have colours; the others are grey and have no
+    name: the rows at the bottom distinguish them.
     """
     names = seed_names(dataset)
     if len(names) > len(SEED_COLOURS):

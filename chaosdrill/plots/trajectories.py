@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# more events than this on one page cannot be told apart; of several runs each has its part, but not less than these
+# more events on one page cannot be distinguished; several runs share this number, but each shows at least these
 _EVENTS, _LEAST_EVENTS = 40, 8
 _GREY = "0.4"
 _MODE_HATCHES = ("", "///", "...")

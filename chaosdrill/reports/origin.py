@@ -59,7 +59,7 @@ _CROSSES = {1: r"\nearrow 0", -1: r"\searrow 0", 0: r"= 0"}
 
 
 def scene_section(tree: "xr.DataTree") -> Markup:
-    """The complete scene, or the definitions if there is none."""
+    """The complete scene, or the definitions of an archive without one."""
     text = tree.attrs.get("scene")
     if not isinstance(text, str):
         return _defined(tree)

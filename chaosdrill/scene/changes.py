@@ -88,7 +88,7 @@ def change(text: str, key: str, value: Any) -> tuple[str, Path]:
     Raises
     ------
     SettingsError
-        If the key is none, or leads into something that is no table, or if TOML has no such value.
+        If the key is invalid, or leads into something that is not a table, or if TOML has no such value.
     """
     path: Path = _path(key)
     text = text.replace("\r\n", "\n")

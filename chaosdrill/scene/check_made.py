@@ -71,7 +71,7 @@ def filippov_system(table: Mapping[str, Any], parameters: Mapping[str, float], i
     Raises
     ------
     ChaosdrillError
-        If there is none, with the reason.
+        If none can be made, with the reason.
     """
     from chaosdrill.model.filippov import filippov
     from chaosdrill.model.reading import TIME, UNNAMED

@@ -314,7 +314,7 @@ def _widest(model: str) -> tuple[dict[str, float], tuple[str, ...]]:
 
 
 def table_in(raw: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """A table of the file, or nothing where there is none or something else."""
+    """A table of the file; empty if it is missing or something else."""
     found = raw.get(name)
     return found if isinstance(found, Mapping) else {}
 

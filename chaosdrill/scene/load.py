@@ -80,7 +80,7 @@ def _read_file(path: str | os.PathLike[str]) -> bytes:
 
 
 def _read_stdin() -> bytes:
-    # there is none in a process that was started with it closed
+    # a process that was started with it closed has no standard input
     if sys.stdin is None:
         raise SceneError(f"{PIPED}: cannot read the scene: standard input is closed")
     try:

@@ -115,7 +115,7 @@ class Parts:
         return self.folder / group
 
     def finished(self, group: str) -> "xr.Dataset | None":
-        """The stored dataset of an analysis; None if there is none, or, with a warning, if it is damaged."""
+        """The stored dataset of an analysis; None if it is missing or, with a warning, if it is damaged."""
         path = self.folder / group / _DATASET
         if not path.exists():
             return None

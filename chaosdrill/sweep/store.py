@@ -191,7 +191,7 @@ class Store(Memory):
         named = [(first, count) for first, count in _named(self.folder) if first + count <= self.units]
         found, looks = [], MOST_LOOKS * self.units
         for first, count in named:
-            # larger ones are none of its own
+            # it writes no larger ones
             if count <= min(looks, self._most):
                 looks -= count
                 with suppress(OSError):
@@ -232,7 +232,7 @@ def told(folder: Path, what: str) -> Iterator[None]:
 
 
 def kept_points(folder: Path) -> tuple[int, int]:
-    """Points of the chunks in a folder, by the names of these, and points in all; (0, 0) if there is none."""
+    """Points of the chunks in a folder, by their names, and points in all; (0, 0) without any."""
     try:
         manifest = read_json(folder / MANIFEST)
         units, each = int(manifest["units"]), int(manifest["points_per_unit"])

@@ -13,7 +13,7 @@ AIM_S = 1.0
 """Seconds that a chunk is to take: long beside what it costs to hand it out and keep it, short enough to lose."""
 
 FINE_S = 0.05  # seconds of the last chunks of a sweep, by which workers may end apart
-FIRST = 8  # units of the first chunks, where there are many: kernels step so many in the time of one
+FIRST = 8  # units of the first chunks, where there are many: kernels step this many in the time of one
 GROWTH = 8  # a chunk has at most this many times as many units as the largest one before it
 MOST_UNITS = 4096
 MOST_BYTES = 2**24  # results of one chunk, of which several are under way at once

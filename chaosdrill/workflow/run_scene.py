@@ -54,7 +54,7 @@ def run(
     scheduler : str, optional
         Address of a Dask scheduler whose workers compute the points instead.
     resume : bool
-        Go on with a run that did not end, from what the folder ``output.parts`` holds; begin one if there is none.
+        Continue an unfinished run from the folder ``output.parts``; without such a folder start a new run.
     report : callable, optional
         Given the name of an analysis that begins, returns what is called with its progress.
     tell : callable, optional
@@ -171,7 +171,7 @@ def compute(
         raise SceneError(f"{scene.name}: the scene asks for no analysis; add a table such as [analysis.spectrum]")
     system = scene.system
     if scheduler is not None:
-        # an address that does not answer is told before hours of other analyses
+        # an address that does not answer is reported before hours of other analyses
         from chaosdrill.sweep.schedule import connect
 
         connect(scheduler).close()

@@ -50,7 +50,7 @@ MODES = ("stick", "slip")
 
 
 def write_out(system: "cd.HybridSystem", tangents: int) -> dict[str, Mode]:
-    """Return ``MODES`` of the drill at its present parameters, with so many tangents beside the state."""
+    """Return ``MODES`` of the drill at its present parameters, with this number of tangents beside the state."""
     numbers = {sympy.Symbol(name, real=True): value for name, value in system.parameters.items()}
     vectors = [[sympy.Symbol(f"{s.name}_{v}", real=True) for s in system.states] for v in range(tangents)]
     moving = {name: [s for s in system.states if system.modes[name][s] != 0] for name in MODES}

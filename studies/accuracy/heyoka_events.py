@@ -59,7 +59,7 @@ class HeyokaEvents:
             self.views["stick"][self.states["stick"] * (v + 1) + v] = 1.0
 
     def advance(self, periods: int) -> None:
-        """Go on for so many forcing periods."""
+        """Continue for a number of forcing periods."""
         for _ in range(periods):
             self._one_period()
             self.orthonormalise(self.views[self.mode], self.states[self.mode], self.tangents, self.logs)

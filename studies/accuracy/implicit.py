@@ -45,7 +45,7 @@ LEAST = 1e-16
 """Error that is shown for one of zero."""
 
 LONG, QUICK = 0.02, 10
-"""Seconds below which a way is measured so many times a round."""
+"""Seconds below which a way is measured this number of times a round."""
 
 
 @dataclass
@@ -211,7 +211,7 @@ def compare(rounds: int) -> list[Way]:
 
 
 def at_equal_error(found: list[Way], problem: str, program: str, field: str, error: float) -> float:
-    """Return the seconds of the cheapest way of a program below an error; infinite if there is none."""
+    """Return the seconds of the cheapest way of a program below an error; infinite if no way reaches it."""
     ways = [w for w in found if (w.problem, w.program) == (problem, program)]
     return min((w.seconds for w in ways if getattr(w, field) <= error), default=np.inf)
 

@@ -41,7 +41,7 @@ class Setting:
 
 
 def fixed(steps: int, bisection: float) -> Setting:
-    """The paper's method with so many steps a period and this tolerance of event times."""
+    """The paper's method with this number of steps a period and this tolerance of event times."""
     return Setting(f"{steps} steps, {bisection:g}", {"method": "rk4", "steps": steps, "tolerance": bisection})
 
 

@@ -37,7 +37,7 @@ class Program(Protocol):
     name: str
 
     def advance(self, periods: int) -> None:
-        """Go on for so many forcing periods."""
+        """Continue for a number of forcing periods."""
 
     def strobe(self) -> list[float]:
         """State at the last strobe."""
@@ -55,7 +55,7 @@ class Own:
         self.run = Run(system, 2 * math.pi / eta, numerics, tangents=frame, deficient=deficient)
 
     def advance(self, periods: int) -> None:
-        """Go on for so many forcing periods."""
+        """Continue for a number of forcing periods."""
         outcome, _ = self.run.advance(periods)
         if outcome != cd.Outcome.OK:
             raise RuntimeError(f"{self.name}: {outcome.name.lower()}")
@@ -97,14 +97,14 @@ class Outside:
 
 
 def strobe_error(eta: float, point: list[float] | None) -> float:
-    """Return the largest distance of a strobe point from the nearest reference point; NaN where there is none."""
+    """Return the largest distance of a strobe point from the nearest reference point; NaN without one."""
     if point is None or eta not in REFERENCE:
         return math.nan
     return float(np.abs(np.array(REFERENCE[eta]) - np.array(point)).max(axis=1).min())
 
 
 def timed(program: Program, periods: int) -> float:
-    """Microseconds of the processor a forcing period over the next so many; what else the machine does counts less."""
+    """Microseconds of the processor a forcing period over the next periods; other work of the machine counts less."""
     begin = time.process_time()
     program.advance(periods)
     return (time.process_time() - begin) / periods * 1e6

@@ -45,7 +45,7 @@ class ScipyEvents:
             self.vectors["stick"][states * (v + 1) + v] = 1.0
 
     def advance(self, periods: int) -> None:
-        """Go on for so many forcing periods."""
+        """Continue for a number of forcing periods."""
         for _ in range(periods):
             self._one_period()
             vector = self.vectors[self.mode]

@@ -24,7 +24,7 @@ periods = 64
 
 
 def start_up(times: int = 2) -> list[float]:
-    """Run ``chaosdrill run`` on a small scene with new cache folders, so many times; return the seconds of each."""
+    """Run ``chaosdrill run`` on a small scene with new cache folders, a number of times; return the seconds of each."""
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene.toml"
         scene.write_text(SCENE, encoding="utf-8")

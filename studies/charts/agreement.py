@@ -39,7 +39,7 @@ Sample = list[tuple[dict[str, float], Point, Point, Point | None]]
 
 
 def sample(chart: xr.Dataset, count: int, seed: int) -> list[tuple[int, int]]:
-    """Return so many places of a chart, drawn at random without repetition."""
+    """Return a number of places of a chart, drawn at random without repetition."""
     shape = chart["attractor_count"].shape
     chosen = np.random.default_rng(seed).choice(int(np.prod(shape)), count, replace=False)
     return [tuple(int(i) for i in np.unravel_index(place, shape)) for place in np.sort(chosen)]

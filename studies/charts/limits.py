@@ -3,7 +3,7 @@
 Standing. While the rock sticks, the bit is a linear oscillator under the load b + a cos(eta t), and the force on the
 rock oscillates about b with the amplitude a T(eta), T being the transmissibility of the spring and damper. As long as
 b + a T <= 1 it never exceeds static friction: a motion without events exists, its exponents are -xi, twice, and the
-drill does not progress. Beyond that line there is none.
+drill does not progress. Beyond that line no such motion exists.
 
 Running away. Momentum changes by the load less the friction on the rock. Friction is at most 1, so that nothing holds
 b > 1; sliding fast it is mu, which is more than the load where b < mu.

@@ -112,8 +112,8 @@ def windows(chaotic: np.ndarray, cycle: np.ndarray) -> list[tuple[range, int]]:
 def long_rates(chart: xr.Dataset, places: set[tuple[int, int]], periods: int) -> dict[tuple[int, int], np.ndarray]:
     """Return rate and standard error at chaotic places; NaN where chaos did not last in all runs.
 
-    ``RUNS`` runs of so many periods start a billionth apart: long before the averages begin they know nothing of each
-    other.
+    ``RUNS`` runs of this number of periods start a billionth apart: long before the averages begin they are
+    independent.
     """
     system = cd.drill(**values(chart, (0, 0)))
     found = {}

@@ -1,8 +1,8 @@
-"""Hostile HDF5: archives that are well formed as files, and built to do harm to who opens them.
+"""Hostile HDF5: archives that are well formed as files, and built to harm their reader.
 
     python studies/fuzz/hostile.py [FILES] [--hours H] [--seed K]
 
-makes so many files (default 2000), or as many as there is time for. Each is a sound archive with one to four of the
+makes FILES files (default 2000), or as many as the time allows. Each is a sound archive with one to four of the
 `HARMS`: links, references, types, sizes, filters and attributes; half of them are sealed by a right checksum line. Each
 is opened in a process that may take a gigabyte and a minute. What may happen is an archive or an `ArchiveError`; what
 may not is any other exception, a process that dies, a minute without an answer, a gigabyte, a byte of the file beside
@@ -235,7 +235,7 @@ def refer(file: h5py.File, chance: Chance, other: Path) -> None:
 
 @harm
 def name_dimensions(file: h5py.File, chance: Chance, other: Path) -> None:
-    """Dimensions that are none, are others', or have another length."""
+    """Dimensions that are undefined, belong to others, or have another length."""
     made = variable_of(file, chance)
     way = chance.choice(["list", "class", "number", "coordinates", "name", "back"])
     if way == "list":

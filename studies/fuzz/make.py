@@ -1,10 +1,10 @@
-"""Inputs spoilt at random, for hours; and runs killed at random moments and gone on with.
+"""Inputs corrupted at random, for hours; and runs that are killed at random moments and resumed.
 
     python studies/fuzz/make.py [INPUTS] [--kills N] [--hours H] [--seed K]
 
-tries so many inputs (default 20000), or as many as there is time for: scenes, definitions, archives and folders of
-finished parts, by ``tests/fuzz``, where a minute of the same is a test. Then runs of a scene are killed so many times
-(default 100), each gone on with, and what they write is compared with an uninterrupted run. Writes
+tries INPUTS inputs (default 20000), or as many as the time allows: scenes, definitions, archives and folders of
+finished parts, by ``tests/fuzz``, where a minute of the same is a test. Then runs of a scene are killed N times
+(default 100) and resumed, and their output is compared with that of an uninterrupted run. Writes
 ``studies/fuzz/out/fuzz.md`` and, of every input with which something was wrong, a file beside it, which
 ``python tests/fuzz/fuzzer.py --replay FILE`` tries again. It belongs into ``tests/fuzz/corpus``, under a name that says
 what it is. The exit code is 1 if anything was wrong.
@@ -78,7 +78,7 @@ class Killed:
         self.output.unlink()
 
     def chain(self, chance: random.Random, most: int) -> tuple[list[str], str]:
-        """Run until the archive is written, with at most so many kills.
+        """Run until the archive is written, with at most this number of kills.
 
         Returns
         -------
@@ -107,7 +107,7 @@ class Killed:
         return left, str(differences[0]) if differences else ""
 
     def _until(self, seconds: float | None, *, resume: bool, workers: int = 1) -> int:
-        """Exit code of a run that is killed after so many seconds, if it has not ended before."""
+        """Exit code of a run that is killed after this number of seconds, if it has not ended before."""
         import judge
 
         from chaosdrill.cli import main

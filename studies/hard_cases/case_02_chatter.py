@@ -35,7 +35,7 @@ def ball(e: float) -> "cd.HybridSystem":
 
 
 def one_by_one(e: float, bounces: int) -> tuple[float, float]:
-    """Return both exponents after so many bounces with saltation: growth of a length, and of an area less that."""
+    """Return both exponents after a number of bounces with saltation: growth of a length, and of an area less that."""
     tangent, length, area, speed, time = np.array([1.0, 0.0]), 0.0, 0.0, 1.0, 0.0
     for _ in range(bounces):
         flight = np.array([[1.0, 2 * speed], [0.0, 1.0]])

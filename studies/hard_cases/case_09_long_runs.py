@@ -18,7 +18,7 @@ PROGRESSION = 0.1163908540290498
 
 
 def summed_time(periods: int, parts: int) -> float:
-    """Return the error of the phase after so many periods, if time is summed up in ``parts`` steps a period."""
+    """Return the error of the phase after this number of periods, if time is summed up in ``parts`` steps a period."""
     step = 2 * math.pi / ETA / parts
     time = float(np.cumsum(np.full(periods * parts, step))[-1])
     return abs(math.remainder(ETA * time, 2 * math.pi))

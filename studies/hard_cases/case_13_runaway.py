@@ -17,7 +17,7 @@ XI, MU, G, A, B, ETA = 0.06, 0.6, 3.0, 0.25, 0.7, 0.448
 
 
 def rate(periods: int) -> float:
-    """Return the mean speed of the rock over so many periods, from a bit at full speed, without asking any bound."""
+    """Return the mean speed of the rock over this number of periods, from a bit at full speed, without any bound."""
 
     def field(t: float, s: np.ndarray) -> list[float]:
         y, u, w, _ = s

@@ -2,7 +2,7 @@
 
     python studies/hard_cases/error_bars.py [--repetitions 1000]
 
-A spectrum is one long run that is cut into so many records of 256 blocks each; a diagram has so many starts at one
+A spectrum is one long run that is cut into REPETITIONS records of 256 blocks each; a diagram has as many starts at one
 value of its parameter. The interval is the value plus and minus 1.96 of its standard error. The truth is a closed form,
 or else the mean over the whole long run. Writes a table to ``studies/hard_cases/out/error_bars.md``; the exit code is 0
 if every row holds the truth in 90 to 98 % of its records, or in more with bars less than 2.5 times the actual error:
@@ -189,7 +189,7 @@ def judged(name: str, record: str, rates: np.ndarray, truth: float) -> Row:
 
 
 def diagram_row(motion: Motion, periods: int, repetitions: int, truth: float) -> Row:
-    """Return the row of a diagram with so many starts at one value of its parameter."""
+    """Return the row of a diagram with this number of starts at one value of its parameter."""
     name, value = next(iter(motion.system.parameters.items()))
     found = cd.bifurcation_diagram(
         motion.system,

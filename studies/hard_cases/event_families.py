@@ -364,7 +364,7 @@ def draw_roots(rng: np.random.Generator, degree: int, *, simple: bool) -> list[f
 
 
 def signed_roots(roots: list[float], lead: float, length: float) -> dict[int, np.ndarray]:
-    """Roots at which lead * prod(t - r) rises (+1) and falls (-1); those of even order are none."""
+    """Roots at which lead * prod(t - r) rises (+1) and falls (-1); those of even order do not count."""
     found: dict[int, list[float]] = {1: [], -1: []}
     sign = 1 if lead > 0 else -1
     for root, order in sorted(Counter(roots).items(), reverse=True):

@@ -2,7 +2,7 @@
 
     python studies/hard_cases/event_lists.py [LISTS] [--seed N] [--tolerance TOL] [--show N]
 
-Runs so many lists (default 1000), divided among families of guards and methods, and writes one table to
+Runs LISTS lists (default 1000), divided among families of guards and methods, and writes one table to
 ``studies/hard_cases/out/``. The exit code is 0 if there is not one miscount, not one event in a wrong place, and no run
 that ends before its time.
 """
@@ -154,7 +154,7 @@ def main() -> int:
     parser.add_argument("lists", type=int, nargs="?", default=1000, help="lists in all (default 1000)")
     parser.add_argument("--seed", type=int, default=0, help="number that the random generators start from")
     parser.add_argument("--tolerance", type=float, default=1e-12)
-    parser.add_argument("--show", type=int, default=0, help="print the numbers of so many wrong lists of each kind")
+    parser.add_argument("--show", type=int, default=0, help="print the numbers of at most N wrong lists of each kind")
     given = parser.parse_args()
     columns = [
         (family, method)

@@ -2,7 +2,7 @@
 
     python studies/hard_cases/steep.py [CASES] [--seed N] [--methods NAME ...] [--show N]
 
-Runs so many cases (default 5000), divided among families, methods (``lanes`` are eight runs side by side by ``taylor``)
+Runs CASES cases (default 5000), divided among families, methods (``lanes`` are eight runs side by side by ``taylor``)
 and tolerances, and writes one table to ``studies/hard_cases/out/``. The exit code is 0 if no run is ok that is off by
 more than a hundred tolerances, or that goes on where its equations end.
 """

@@ -2,7 +2,7 @@
 
     python studies/hard_cases/tangents.py [SYSTEMS] [--seed N] [--show N]
 
-Draws so many systems (default 1000): a clock whose event throws a state across the guard of a second event, which may
+Draws SYSTEMS systems (default 1000): a clock whose event throws a state across the guard of a second event, which may
 throw another one across that of a third; in half of them a second clock ticks with the first, and two events share a
 surface. Their tangent maps are compared with differences of fourth order over runs with the same events. The exit code
 is 0 if none is off by more than the differences are.

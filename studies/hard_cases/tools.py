@@ -57,7 +57,7 @@ class Finding:
 
 
 def show(value: float | str, digits: int = 6) -> str:
-    """Return a number for a table: so many significant digits, a true minus sign, infinity by its symbol."""
+    """Return a number for a table: this number of significant digits, a true minus sign, infinity by its symbol."""
     if isinstance(value, str):
         return value
     if math.isinf(value):

@@ -2,7 +2,7 @@
 
     python studies/hard_cases/writings.py [CASES] [--seed N] [--show N]
 
-Draws so many cases (default 500): a system of known kind, written anew by what must not change it. Guards are
+Draws CASES cases (default 500): a system of known kind, written anew by what must not change it. Guards are
 multiplied by constants of either sign or by what cannot vanish, or replaced by monotone functions of themselves, each
 in one mode of its own; transitions change their order; a mode is doubled; a state is added that nothing depends on, and
 an event that changes nothing; states change sign or unit; resets are written so that they cancel. The exit code is 0 if

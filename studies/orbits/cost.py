@@ -99,7 +99,7 @@ def table(rows: list[Row]) -> str:
     """Markdown of the medians, and of the medians of ratios within the same round."""
     columns = {name: [float(row[name]) for row in rows] for name in COLUMNS}
     points = median(columns["points"])
-    lines = [["", "s", "µs a point", "the branch is so many times as long"], ["---"] * 4]
+    lines = [["", "s", "µs a point", "time of the branch over it"], ["---"] * 4]
     for key, name in (
         ("branch_s", "branch of the drill"),
         ("one_by_one_s", "its orbits one by one"),

@@ -2,7 +2,7 @@
 
 Beside a period doubling the branch says whether the orbit attracts, whether the doubled one does, or neither. A run
 from a state next to the orbit, as in any bifurcation diagram, has to end there: on the orbit, on one of twice its
-period, or elsewhere. The nearer to the doubling, the slower the run: so many periods are forgotten that a
+period, or elsewhere. The nearer to the doubling, the slower the run: it skips so many periods that a
 deviation has changed by a factor e^40.
 """
 

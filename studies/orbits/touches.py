@@ -127,7 +127,7 @@ def _events(run: xr.Dataset) -> Counter[str]:
 
 
 def _one_period(special: Special, system: "cd.HybridSystem", way: int) -> xr.Dataset | None:
-    """Run of one period from the orbit of a system on one side of the grazing point; None if there is none."""
+    """Run of one period from the orbit of a system on one side of the grazing point; or None."""
     guess = _between(special, system.parameters[parameter(special.branches)], way)
     if guess is None:
         return None

@@ -188,7 +188,7 @@ def compile_rows(given):
 
 
 def heyoka(interpreter, masses, repeats):
-    """Seconds that heyoka takes for the same chain, or why there are none."""
+    """Seconds that heyoka takes for the same chain, or why it has no time."""
     command, found = [interpreter, "-c", HEYOKA, str(masses)], []
     for _ in range(repeats):
         with tempfile.TemporaryDirectory() as folder:

@@ -17,7 +17,7 @@ from chaosdrill.sweep import schedule
 
 
 def alone(chart: Chart, workers: int) -> tuple[float, float]:
-    """Seconds of a chart by so many workers, without the waiting for other work and with it."""
+    """Seconds of a chart with this number of workers, without the waiting for other work and with it."""
     with _watched() as seen:
         waited = _waited(threading.get_native_id())
         clock = spend(chart, workers).clock_s

@@ -1,4 +1,4 @@
-"""A call that is wrong in one place is told of that place: not of another, and never read as something else."""
+"""A call that is wrong in one place is refused with that place, not with another, and never read as something else."""
 
 import numpy as np
 import pytest

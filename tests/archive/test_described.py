@@ -442,7 +442,7 @@ def test_each_kind_has_its_own_table(made, every_group):
         assert f"<caption>{CAPTIONS.get(dataset.attrs['kind'], '')}" in part
 
 
-# Digests that are damaged or gone are told of; a group that another program wrote has none.
+# Digests that are damaged or gone are reported; a group that another program wrote has none.
 
 
 @pytest.mark.parametrize("held", ["{", "[]", None])

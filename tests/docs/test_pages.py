@@ -12,7 +12,7 @@ import chaosdrill as cd
 from chaosdrill import errors
 from chaosdrill.analysis.registry import FUNCTIONS as NAMES_FUNCTIONS
 
-# Code on a page fits its width, and a page that would load from the network is told.
+# Code on a page fits its width, and a page that would load from the network is found.
 
 
 ROOT = Path(__file__).parents[2]

@@ -135,7 +135,7 @@ def test_the_period_of_relaxation_is_that_of_the_expansion(relaxing, mu):
 
 @pytest.mark.parametrize("mu", [1e3, 1e6])
 def test_multipliers_of_the_relaxation_are_one_and_nothing(relaxing, mu):
-    """Between, tangents along the flow grow by mu**2 with the speed, and lose so many digits when they come back."""
+    """Between, tangents along the flow grow by mu**2 with the speed, and lose as many digits when they return."""
     system = relaxing.with_parameters(mu=mu)
     marks = cd.trajectory(system, duration=4 * mu, samples=1, method="radau")["event_time"].values
     begin = marks[0] + 0.5 * mu

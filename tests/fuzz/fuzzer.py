@@ -1,7 +1,7 @@
 """Scenes, definitions, archives and folders of parts that are spoilt at random, guided by the lines that they reach.
 
     python tests/fuzz/fuzzer.py --seconds 50 [--seed K]        every kind for so long, all together
-    python tests/fuzz/fuzzer.py --inputs 20000 [--seed K]      so many inputs, divided among the kinds
+    python tests/fuzz/fuzzer.py --inputs 20000 [--seed K]      N inputs, divided among the kinds
     python tests/fuzz/fuzzer.py --replay FILE ...              inputs that were kept
 
 The inputs of the corpus come first. One that reaches a line of the package that none before it has reached is spoilt

@@ -95,7 +95,7 @@ def _judged(arguments, code, out, err, codes, apart=False):
 
 
 def wait(child, seconds):
-    """Exit code of a process, or None if it has not ended after so many seconds."""
+    """Exit code of a process, or None if it has not ended after this number of seconds."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         done, status = os.waitpid(child, os.WNOHANG)

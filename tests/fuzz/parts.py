@@ -94,9 +94,9 @@ def attempt(data, folder, guard):
         if not forged and (found := compare(open_archive(output), BASE["whole"])):
             wrong.append(f"another archive: {found[0]}")
     if sorted(os.listdir(other)) != ["endless", "file"] or (other / "file").read_bytes() != PRECIOUS:
-        wrong.append("a file was changed that is none of its own")
+        wrong.append("a file was changed that does not belong to it")
     if (other / "endless").stat().st_size != ENDLESS:
-        wrong.append("a large file was changed that is none of its own")
+        wrong.append("a large file was changed that does not belong to it")
     left = {path.name for path in (folder / "out").iterdir()} - {"out.nc", "out.nc.parts"}
     if left:
         wrong.append(f"left {sorted(left)}")

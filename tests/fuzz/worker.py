@@ -88,7 +88,7 @@ class Worker:
         return "none", [f"{wrong}, exit code {code}"], []
 
     def close(self):
-        """End the process; its exit code, or None if there is none."""
+        """End the process; its exit code, or None."""
         if self._child is None:
             return None
         self.lines.remove(self._line)

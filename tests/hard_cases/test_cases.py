@@ -12,7 +12,7 @@ import chaosdrill as cd
 X, V, E, Y, Z = sympy.symbols("x v e y z", real=True)
 
 
-# Case 1: a slow hit stretches without bound; the tangent is not clipped and the smallest normal speed is told.
+# Case 1: a slow hit stretches without bound; the tangent is not clipped and the smallest normal speed is reported.
 
 
 def landing(depth):

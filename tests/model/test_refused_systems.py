@@ -154,7 +154,7 @@ def test_symbols_are_matched_by_name_whatever_their_assumptions():
 
 
 def test_one_mistake_is_one_fault():
-    """A state that is not declared is told where it has its rate; what else holds it follows."""
+    """A state that is not declared is reported where it has its rate; its other places follow from that."""
     with pytest.raises(cd.ModelError) as caught:
         build(modes={"free": {"x": "v", "w": "-k*x"}})
     assert str(caught.value).splitlines() == ["mass: modes.free.w: unknown state; known here: x, v"]

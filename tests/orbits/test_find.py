@@ -1,4 +1,4 @@
-"""An orbit is found from wherever it can be, whatever the method and the units; where there is none, words say so."""
+"""An orbit is found from wherever it can be, whatever the method and the units; a message says why none was found."""
 
 import math
 from math import pi, sqrt
@@ -245,7 +245,7 @@ def test_the_walker_from_any_place(walker, transient):
     assert abs(found.multipliers[1]) < 1
 
 
-# Orbits that come in families: what the structure of a system leaves neutral is no obstacle, and is told.
+# Orbits that come in families: what the structure of a system leaves neutral is no obstacle, and is reported.
 
 
 @pytest.fixture(scope="module")
@@ -317,7 +317,7 @@ def test_the_exponents_of_two_pairs_are_those_of_either(two_pairs, stiffness, da
     (k, l_), (c, d) = stiffness, damping
     found = cd.periodic_orbit(two_pairs.with_parameters(k=k, l=l_, c=c, d=d), transient=1, start="guess")
     expected = sorted([-c / 2, -c / 2, -d / 2, -d / 2], reverse=True)
-    # nearly equal ones are told by their mean
+    # nearly equal ones are known by their mean
     apart = abs(c - d) * np.pi > 0.15
     expected = expected if apart else np.mean(expected)
     exponents = found["lyapunov_exponent"] if apart else found["lyapunov_exponent"].mean()
@@ -418,7 +418,7 @@ def test_a_state_beyond_a_guard():
 
 
 def test_where_newtons_method_leads_is_no_start():
-    """Of period 3 there is none; a solution of the equations lies beyond the guard, the initial state does not."""
+    """No orbit of period 3 exists; a solution of the equations lies beyond the guard, the initial state does not."""
     modes = {"soft": {"x": "v", "v": "-k*x - c*v + a*cos(w*t)"}}
     modes["hard"] = {"x": "v", "v": "-k*x - c*v + a*cos(w*t) - 3*(x - s) - g"}
     system = cd.HybridSystem(

@@ -162,7 +162,7 @@ def test_a_reset_that_forgets_a_state(names):
     assert found.checks.consistent, found.checks.disagreements
 
 
-# An orbit's numbers are compared with each other, and one that is wrong is told.
+# An orbit's numbers are compared with each other, and a wrong one is reported.
 
 
 FINE = Numerics(tolerance=1e-13)

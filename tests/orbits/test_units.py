@@ -130,7 +130,7 @@ def test_an_event_loses_its_speed_at_one_parameter_by_every_method():
     value, error = found.pop(BY_METHOD[0])
     for other, its in found.values():
         assert abs(value - other) <= 2 * np.hypot(error, its)
-    # those that are told to 1e-12 agree to that
+    # those that are known to 1e-12 agree to that
     values = [other for other, _ in found.values()]
     assert np.ptp(values) < 1e-11
 

@@ -442,7 +442,7 @@ def test_indices_are_lowered():
     assert subscript("λ", 12) == "λ₁₂"
 
 
-# What stands in one picture is told apart by every kind of eyes, and in grey; scales are even.
+# Categories in one picture are distinct for every kind of eyes, and in grey; scales are uniform.
 #
 # A difference of 2.3 in CIELAB is just noticed when two patches touch; regions and legends lie apart.
 

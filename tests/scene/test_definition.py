@@ -151,7 +151,7 @@ def test_a_mode_that_would_be_compiled_for_minutes_is_refused_at_once(faults):
     assert message.startswith("scene.toml:9: system.definition.modes.free: has 1002 products, powers and functions")
 
 
-# A system that a scene defines is the same as that of Python, and its faults are told like all others.
+# A system that a scene defines is the same as that of Python, and its faults are reported like all others.
 
 
 DOCS = Path(__file__).parents[2] / "docs"

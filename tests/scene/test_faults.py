@@ -14,7 +14,7 @@ from chaosdrill.declared import METHODS
 from chaosdrill.errors import SceneError
 from chaosdrill.scene import parse_scene
 
-# A wrong scene of each kind is told with its line, its field and the remedy.
+# A wrong scene of each kind is reported with its line, its field and the remedy.
 
 
 # (what stands in the sound scene, what takes its place, the message)
@@ -194,7 +194,7 @@ def test_periods_are_not_counted_without_forcing():
     assert parse_scene(text.replace("period = 2\n", "transient = 12.5\n")).system.name == "roessler"
 
 
-# Charts, basins and seeds in scenes: what reaches the function, and what is wrong is told with line and remedy.
+# Charts, basins and seeds in scenes: what reaches the function, and faults are reported with line and remedy.
 
 
 HEAD = """\

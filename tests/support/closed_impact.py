@@ -63,7 +63,7 @@ def free(zeta: float, t: Any) -> np.ndarray:
 
 
 def one_impact(w: float, d: float, zeta: float, r: float, n: int = 1) -> list[OneImpact]:
-    """All orbits with one impact in n periods, slowest impact first; whether they stay below the wall is told, too."""
+    """All orbits with one impact in n periods, slowest impact first; and whether they stay below the wall."""
     if _discriminant(w, d, zeta, r, n) < 0:
         return []
     k, a, b, c = _quadratic(w, d, zeta, r, n)

@@ -62,7 +62,7 @@ def words(result):
 
 
 def ways(model, count):
-    """Two values of each of so many parameters."""
+    """Two values of each of this number of parameters."""
     values = list(model.parameters.items())[:count]
     return {name: [value, 1.001 * value if value else 1e-3] for name, value in values}
 

@@ -57,7 +57,7 @@ def test_residuals_fall_on_a_logarithmic_axis(as_orbit, found):
     assert axes.get_yscale() == "log"
     values = axes.get_lines()[0].get_ydata()
     np.testing.assert_array_equal(values[:3], [1e-1, 1e-3, 1e-7])
-    # zero has no place on it, and is told
+    # zero has no place on it, and is reported
     assert 0 < values[3] < 2.3e-16
     assert "0" in [text.get_text() for text in axes.texts]
 
@@ -311,7 +311,7 @@ def test_many_periods_share_the_last_colour(as_continuation, branch_result):
     assert names[4:7] == ["period 16", "periods 32 to 128", "stable"]
 
 
-# A cascade's distances fall by Feigenbaum's constant, and its ratios are told.
+# A cascade's distances fall by Feigenbaum's constant, and its ratios are shown.
 
 
 def test_distances_lie_on_the_line(continuation):
