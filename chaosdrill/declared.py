@@ -11,7 +11,7 @@ MOST_BYTES = 200
 
 
 class Declared(Mapping[str, Any]):
-    """Entries by name; what imports them all is called before the first look, and tells their order."""
+    """Entries by name; a function that imports all of them is called before the first look, and returns their order."""
 
     def __init__(self) -> None:
         self._entries: dict[str, Any] = {}

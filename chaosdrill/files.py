@@ -32,7 +32,7 @@ os.register_at_fork(before=netcdf.acquire, after_in_parent=netcdf.release, after
 DAY_S = 86400.0
 
 OLD_S = 30 * DAY_S
-"""Seconds after which nobody is at work on a draft that nobody has touched, whoever began it on whichever machine."""
+"""Seconds after which an untouched draft counts as abandoned, on whichever machine it began."""
 
 MOST_JSON_BYTES = 2**26
 MOST_JSON_DEPTH = 64
@@ -105,7 +105,7 @@ def remove_drafts(target: Path) -> None:
 
 
 def _is_left(draft: Path) -> bool:
-    """Whether nobody is at work on a draft any more."""
+    """Whether a draft is abandoned."""
     machine, *owner = draft.name.split(".")[-2].split("-")
     if machine == _machine() and len(owner) == 3 and owner[0].isascii() and owner[0].isdigit():
         number = int(owner[0])
@@ -122,7 +122,7 @@ def _is_left(draft: Path) -> bool:
 
 @cache
 def _machine() -> str:
-    """Where a number says which process is meant: this machine since it was started, and what it holds apart."""
+    """The scope in which a number identifies a process: this machine since its start, and its namespace."""
     told = [platform.node(), str(getnode())]
     with suppress(OSError):
         told = [Path("/proc/sys/kernel/random/boot_id").read_text(), str(os.stat("/proc/self/ns/pid").st_ino)]
@@ -130,7 +130,7 @@ def _machine() -> str:
 
 
 def _started(number: int) -> str:
-    """When a process has begun, as its system counts, since numbers come again; empty where nobody can tell."""
+    """When a process has begun, as its system counts, since numbers are reused; empty where it is unknown."""
     with suppress(OSError, IndexError):
         return Path(f"/proc/{number}/stat").read_text(errors="replace").rpartition(")")[2].split()[19]
     return ""
@@ -172,7 +172,7 @@ def _stem(target: Path) -> str:
 
 
 def open_own(path: Path, flags: int) -> int:
-    """A handle of a file that is made if it is not there, and is the only name of what it holds.
+    """A handle of a file that is made if it is not there, and is the only name of its contents.
 
     Raises
     ------

@@ -25,7 +25,7 @@ class Limit:
     quantity: str = ""
 
     def refuses(self, value: object) -> str | None:
-        """What to say of a value outside of the range; None for one inside, and for what is no finite number."""
+        """The message for a value outside of the range; None for one inside, and for anything but a finite number."""
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= float_info.max:
             return None
         below = value <= self.low if self.open_below else value < self.low

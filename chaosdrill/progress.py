@@ -31,7 +31,7 @@ WINDOW_S = 10.0
 """Seconds of which the rate is taken, but for the last line, which has the mean of all its time."""
 
 DELAY_S = 1.0
-"""Seconds after which work that nobody asked to see is shown."""
+"""Seconds after which work is shown without being asked for."""
 
 BAR = "{{desc}}: {{percentage:3.0f}} %|{}| {{n_fmt}}/{{total_fmt}}{{postfix}}"
 
@@ -104,7 +104,7 @@ def compiling() -> Iterator[None]:
 
 @cache
 def tell_of_compilation() -> None:
-    """Say in one line, once a process, that the engine is compiled, whoever looks at standard error."""
+    """Say in one line on standard error, once a process, that the engine is being compiled."""
     if sys.stderr is not None:
         stream = _Patient(sys.stderr)
         stream.write(COLD + "\n")
@@ -113,7 +113,7 @@ def tell_of_compilation() -> None:
 
 @cache
 def _hear_numba() -> None:
-    """Have numba tell when it compiles."""
+    """Have numba report when it compiles."""
     from numba.core import event
 
     class Listener(event.Listener):
@@ -164,7 +164,7 @@ class Display:
     def report(self, name: str) -> Progress:
         """Begin a piece of work; what is returned takes items done, their total, and counts by outcome.
 
-        The first call tells where it begins, which after a resume is not at zero: rates count from there.
+        The first call gives the start, which after a resume is not zero: rates count from there.
         """
         self._close()
         _hear_numba()
@@ -226,7 +226,7 @@ class _Meter:
         self.face.show(None if self._begun is None else (self.done, self.total), self._words())
 
     def _words(self) -> list[str]:
-        """What there is to tell beside how much is done."""
+        """What to report besides the amount of work done."""
         over = self._begun is not None and self.done == self.total
         if COMPILATION.under_way and not over:
             return ["compiling"]
@@ -269,7 +269,7 @@ class _Lines:
 
 
 class _Bars:
-    """A bar that is drawn again and again; while nobody knows how much there is to do, the name alone."""
+    """A bar that is redrawn; the name alone while the amount of work is unknown."""
 
     every_s = REDRAW_S
     tells_compilation = True
@@ -355,13 +355,13 @@ def watched(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def teller(progress: Progress | bool | None) -> Progress | None:
-    """Whom the function at work, which is `watched`, tells how far it is.
+    """The receiver of progress reports from the function at work, which is `watched`.
 
     Parameters
     ----------
     progress : callable, bool or None
         Who receives reports; True: standard error or the notebook; None: the same where somebody looks, once it takes
-        longer than a second; False: nobody.
+        longer than a second; False: none.
     """
     if callable(progress) or progress is False:
         return progress or None

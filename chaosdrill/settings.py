@@ -35,13 +35,13 @@ class Known:
 
     @classmethod
     def of(cls, system: Any) -> "Known":
-        """What a system that is built tells of itself."""
+        """What is known of a system that is built."""
         if system is None:
             return Known()
         return Known(dict(system.parameters), states=tuple(system.state_names), limits=system.limits)
 
     def refuses(self, name: str, value: Any) -> str | None:
-        """Why a parameter cannot have a value; None for one that it can, and for what is no finite number."""
+        """Why a parameter cannot have a value; None for one that it can, and for anything but a finite number."""
         return self.limits[name].refuses(value) if name in self.limits else None
 
 
@@ -369,7 +369,7 @@ def too_long(value: Any) -> str:
 
 
 def listed(value: Any) -> Any:
-    """A tuple, an array or another such thing as a list; what is no such thing, or has no end, as it is."""
+    """A tuple, an array or the like as a list; anything else, or an endless one, unchanged."""
     if too_long(value):
         return value
     if not isinstance(value, Iterable) or isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0:
@@ -378,7 +378,7 @@ def listed(value: Any) -> Any:
 
 
 def entries(value: Any) -> list[Any]:
-    """The entries of a list, a tuple or an array; none of what is no such thing."""
+    """The entries of a list, a tuple or an array; none of anything else."""
     found = listed(value)
     return found if isinstance(found, list) else []
 
@@ -394,7 +394,7 @@ def positive(name: str, value: Any) -> float:
 
 
 def real(value: Any) -> float:
-    """The value as a float; NaN for what is no real number, texts, truth values and dates among it."""
+    """The value as a float; NaN for anything but a real number, such as texts, truth values and dates."""
     # what numpy would drop is the imaginary part
     none = isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") in ("b", "c", "m", "M")
     if none or isinstance(value, str | bytes) or bool(getattr(value, "ndim", 0)):

@@ -68,7 +68,7 @@ def parse_quantity(text: str) -> Quantity:
     Raises
     ------
     ValueError
-        If it is no number with known units, with the reason.
+        If it is not a number with known units, with the reason.
     """
     if len(text) > 100 or not (found := _QUANTITY.fullmatch(text)):
         raise ValueError(f"{text[:40]!r} is not a number with its unit, as in '250 kg'")

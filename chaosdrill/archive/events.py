@@ -26,12 +26,12 @@ def cut(ds: "xr.Dataset", start: float, stop: float) -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        The samples and the events with start <= time <= stop; the history tells of it.
+        The samples and the events with start <= time <= stop; the history records it.
 
     Raises
     ------
     ArchiveError
-        If the dataset is no trajectory, a time is no number, or no sample lies between the two times.
+        If the dataset is not a trajectory, a time is not a number, or no sample lies between the two times.
     """
     import numpy as np
 

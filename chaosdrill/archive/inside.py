@@ -1,7 +1,7 @@
 """Read what a file of HDF5 holds, in a process of its own: the only code that looks into a file of a stranger.
 
-It is run as a script by `chaosdrill.archive.trial`, which tells it files, and imports nothing of the package. The
-process cannot write a file, start a process or open a second file; its memory and processor time are bounded. It tells
+It is run as a script by `chaosdrill.archive.trial`, which sends it file names, and imports nothing of the package. The
+process cannot write a file, start a process or open a second file; its memory and processor time are bounded. It sends
 what it reads as plain numbers and texts, so that the caller never hands the file to a library of its own. It reads
 with h5py, since the NetCDF library follows links and sources in other files while it opens one.
 """
@@ -41,7 +41,7 @@ USUAL_BYTES = 2**29
 """What a file may declare that is compressed so far."""
 
 USUAL_COMPRESSION = 100
-"""Beyond, as many times what it holds: results of many runs are compressed to a half, long constants to a tenth."""
+"""Beyond that, this multiple of its size: results of many runs are compressed to a half, long constants to a tenth."""
 
 LARGEST_CHUNK = 2**27
 """Bytes of a chunk, which is in memory as a whole; the NetCDF library makes them of up to 16 MB."""
@@ -233,7 +233,7 @@ class File:
         """Names of the dimensions, by their numbers."""
 
     def read(self):
-        """Walk through the groups, then tell the variables of each."""
+        """Walk through the groups, and send the variables of each."""
         root = h5py.h5g.open(self.file, b"/")
         self._first_visit(root, "/")
         groups, waiting = [], deque([(root, "/", 0)])
@@ -481,7 +481,7 @@ class File:
         return "" if raw is None or raw == 0 else str(raw)
 
     def _count(self, dataset, head, what):
-        """Refuse what a file declares far beyond what it holds."""
+        """Refuse sizes that are declared far beyond the contents of a file."""
         shape, kind = head["shape"], head["type"]
         each = 16 if kind == TEXT else int(kind[1:])
         # what has a mark of missing values, or a scale, becomes doubles

@@ -52,7 +52,7 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
                 f"{file}: cannot be read now, since a library cannot be loaded ({fault}); are too many files open, or "
                 "is there too little memory?"
             ) from fault
-        # what readers warn of in a damaged file is no news for whoever gets it
+        # warnings of readers about a damaged file do not help its user
         with warnings.catch_warnings(action="ignore"):
             groups = reader.read(file, decoded=True)
             try:

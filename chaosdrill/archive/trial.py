@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PATIENCE_S = 60.0
-"""Seconds in which the process must have told something more; its processor time is bounded by `inside`."""
+"""Seconds within which the process must send something more; its processor time is bounded by `inside`."""
 
 MOST_TOLD = 2**28
 """Bytes of plain values that are sent at once."""
@@ -36,7 +36,7 @@ class DamagedError(ArchiveError):
 
 
 _spare: list["Reader"] = []
-"""A process that has told all of a file, or why not, waits for the next one, for which none need be started."""
+"""A process that has sent a file, or the reason why it cannot, waits for the next one, so that none need be started."""
 
 
 @contextmanager
@@ -131,7 +131,7 @@ class Reader:
             for pipe in (process.stdin, process.stdout, process.stderr):
                 if pipe is not None:
                     pipe.close()
-            # it is nobody's to wait for
+            # nobody else waits for it
             process.returncode = process.returncode or 0
 
     def read(self, file: Path, *, decoded: bool) -> "dict[str, xr.Dataset]":
@@ -162,7 +162,7 @@ class Reader:
         except Exception as fault:
             raise DamagedError(f"{file}: truncated or damaged: {fault!s:.500}") from fault
         finally:
-            # a process that has not told a file to its end would mix it with the next
+            # a process that has not sent a file to its end would mix it with the next
             if not self._in_step:
                 self.end()
 
@@ -254,7 +254,7 @@ class Reader:
         return bytes(head[:1]), int.from_bytes(head[1:], "little")
 
     def _receive(self, file: Path, data: memoryview) -> None:
-        """Fill ``data`` with what the process tells next."""
+        """Fill ``data`` with what the process sends next."""
         assert self._process is not None
         assert self._process.stdout is not None
         pipe = self._process.stdout.fileno()

@@ -176,7 +176,7 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
         raise ArchiveError(f"{target}: a broken link; remove it, or name another file")
     try:
         trial = draft_of(place)
-        # the name of the trial is short, so that it does not tell of one that is too long
+        # the name of the trial is short, so that it does not reveal a name that is too long
         with suppress(FileNotFoundError):
             place.lstat()
     except OSError as fault:

@@ -1,8 +1,8 @@
 """What commands share: options, results as JSON, and standard output and error.
 
 The streams may be closed, full, left by their reader, or know few letters. What a command has done does not depend on
-who listens: where nobody reads, nothing is written, and where a letter is not known, its code is. Output that a full
-disk loses is a fault; a lost message on standard error is not.
+its reader: without one, nothing is written, and a letter that the output cannot encode is written as its code. Output
+lost to a full disk is a fault; a lost message on standard error is not.
 """
 
 import json

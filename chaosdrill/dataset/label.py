@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NUMBERS = ("format_version", "tolerance", "random_seed", "wall_time_s")
-"""Attributes of a labelled dataset that are no text."""
+"""Attributes of a labelled dataset that are not text."""
 
 
 def label(ds: "xr.Dataset", kind: str, *, system: Any, settings: Mapping[str, Any]) -> "xr.Dataset":

@@ -251,7 +251,7 @@ def swept(forcing_doc: str) -> Table:
 
 
 def table_of(kind: str, names: Iterable[str]) -> dict[str, Variable]:
-    """What is declared of one kind, with the variables of that many quadratures as some of these names tell of."""
+    """The declared variables of one kind, with those of the quadratures that these names mention."""
     table = dict(SCHEMA.get(kind, {}))
     for template in [one for name, one in table.items() if QUADRATURE in name and name != QUADRATURE]:
         before, behind = template.name.split(QUADRATURE)

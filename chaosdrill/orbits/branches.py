@@ -219,8 +219,8 @@ def _append(branch: Branch, curve: Curve, part: Continued) -> None:
 def _to_no_speed(curve: Curve, part: Continued) -> None:
     """Move the last point to where an event loses its speed, if it ends there.
 
-    A run tells two events in a row from none only if the guard is passed by more than its rounding error, which goes
-    with the square of the speed; in the equations of the orbit the speed goes through zero like any other number.
+    A run distinguishes two events in a row from none only if the guard is passed by more than its rounding error, which
+    goes with the square of the speed; in the equations of the orbit the speed goes through zero like any other number.
     """
     problem, points = curve.problem, part.points
     if part.border is None or len(points) < 2:

@@ -95,7 +95,7 @@ class Point:
     """(columns,): what differences count here: states may grow by much along a curve, as over a resonance."""
     tangent: np.ndarray  # (columns,): along the curve, of length 1 in the norm of the weights
     section: "Orbit"
-    """What tells the plane on which an orbit without events and without a period begins, as for `Problem.shoot`."""
+    """What defines the plane on which an orbit without events and without a period begins, as for `Problem.shoot`."""
     arclength: float = 0.0
     special: Special = Special.REGULAR  # what happens there
     root: Root | None = None  # on a curve of special points

@@ -85,7 +85,7 @@ def touches(problem: Problem, orbit: Orbit) -> Iterator[tuple[float, Touch, floa
             values, _ = _guard(problem, orbit, i, j, instants, states)
             side = event.direction or -int(np.sign(values[SETTINGS.guard_samples // 2]))
             heights = side * values
-            # of orbits without events the ends of segments are no ends
+            # orbits without events have segments that end nowhere in particular
             padded = np.pad(heights, 1, mode="wrap") if orbit.eventless else np.pad(heights, 1, constant_values=np.inf)
             tops = (heights >= padded[:-2]) & (heights >= padded[2:])
             for k in np.flatnonzero(tops).tolist():

@@ -193,7 +193,7 @@ def _first_unit(place: Place, numerics: Numerics) -> float:
 def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int]:
     """Extent over mean rate of the state for which that is longest, as samples at this distance show it, and the steps.
 
-    States that only go one way tell nothing, as long as there are others.
+    States that only move one way do not count, as long as there are others.
     """
     system = place.system
     d = len(system.states)

@@ -335,7 +335,8 @@ class Problem:
     def null_space(self, orbit: Orbit, shot: Shot, weights: np.ndarray, count: int) -> np.ndarray:
         """Directions in which orbits go on, shape (count, columns), orthonormal in weighted unknowns.
 
-        Where every orbit is one of a family, they lead to those that differ least in what tells its members.
+        Where every orbit is one of a family, they lead to those that differ least in the quantity that distinguishes
+        its members.
         """
         _, sizes, rows = np.linalg.svd(self._weighted(orbit, shot, weights))
         held = self._held(orbit)
@@ -355,7 +356,7 @@ class Problem:
         return float(kept[-1])
 
     def _held(self, orbit: Orbit) -> np.ndarray:
-        """What tells the members of a family of orbits, as rows over the reduced unknowns, shape (m, columns)."""
+        """What distinguishes the orbits of a family, as rows over the reduced unknowns, shape (m, columns)."""
         neutral, d = self.neutral, self.states
         shifted_in_time = self.forced and neutral.flow and not orbit.eventless
         rows = np.zeros((len(neutral.held) + shifted_in_time, self.columns(orbit)))
@@ -505,7 +506,7 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
     Returns
     -------
     ndarray, shape (n,)
-        Where the equations leave unknowns free, the shortest one in the weights; NaN if an entry is no number.
+        Where the equations leave unknowns free, the shortest one in the weights; NaN if an entry is not a number.
     """
     n = len(weights)
     rows = matrix / weights
@@ -515,7 +516,7 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
     largest[largest == 0] = 1.0
     rows, right = rows / largest[:, np.newaxis], right / largest
     if len(rows) == n:
-        # an unknown that all equations know little of is no free one
+        # an unknown that hardly enters any equation is not a free one
         widest = np.abs(rows).max(axis=0)
         widest[widest == 0] = 1.0
         factors, pivots, _ = dgetrf(rows / widest)
@@ -526,7 +527,7 @@ def solve(matrix: np.ndarray, right: np.ndarray, weights: np.ndarray) -> np.ndar
 
 
 def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
-    """The system with free parameters among its states, and a mode that tells the period."""
+    """The system with free parameters among its states, and a mode whose rate gives the period."""
     key = ("free", free)
     known = system.shared.get(key)
     if known is None:

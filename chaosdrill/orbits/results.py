@@ -125,5 +125,5 @@ class BranchResult:
     cascade: Cascade | None = None  # period doublings in a row, where doubled branches were followed
     outcome: Outcome = Outcome.PERIODIC
     """Of the search for the orbit that the first branch starts from; ``Outcome.PERIODIC`` if there is one."""
-    message: str = ""  # what there is to say of the start, as why there is no branch; empty if all is well
+    message: str = ""  # a remark on the start, such as why it has no branch; empty if all is well
     neutral: int = 0  # as in `FoundOrbit`

@@ -132,7 +132,7 @@ class Settings:
     graded_rounds: int = 64
     """Rounds of simultaneous iteration, at most; multipliers of nearly one modulus are then taken together."""
     graded_turned: float = 1e-14
-    """What is left of a wrong direction when two multipliers count as told apart."""
+    """What is left of a wrong direction when two multipliers count as distinct."""
     piece_condition: float = 1e4
     """Condition number of a piece of a segment that is not cut any further."""
     piece_halvings: int = 10
@@ -174,12 +174,12 @@ class Settings:
     bend: float = 0.97
     """Cosine of the largest angle between the curve's directions at two points."""
     farthest: float = 0.05
-    """Distance from where it was predicted at which an orbit is no point of the curve, and longest correction by
+    """Distance from its prediction at which an orbit does not belong to the curve, and longest correction by
     one step of Newton's method."""
     shortest_step: float = 1e-7
     """Part of the longest step below which the curve is lost."""
     apart: float = 1e-8
-    """Distance of two points from which on they tell the curve's direction."""
+    """Distance of two points from which on they give the curve's direction."""
     young: int = 10
     """Points that a curve has at least before it is closed."""
     bisections: int = 60
@@ -237,7 +237,7 @@ class Settings:
     same_cycle: float = 0.02
     """Difference of durations, as a part of the whole, within which two cycles of the same events are one."""
     border_probe: float = 1e-5
-    """Step along a new branch that tells which way leads away from the border."""
+    """Step along a new branch that shows which way leads away from the border."""
     passing_samples: tuple[int, int] = (64, 5)
     """Instants at which it is looked how near an orbit passes, and times that they are laid closer."""
     tangential: float = 1e-3
@@ -258,7 +258,7 @@ class Settings:
     meeting: float = 1e-6
     """Distance in the norm of the weights at which two orbits of the same events are one."""
     longer: float = 3.0
-    """Growth of the duration along a segment that tells of an orbit which comes to pass by a point at rest."""
+    """Growth of the duration along a segment of an orbit that approaches a point at rest."""
     halves: float = 0.05
     """Difference between the halves of a doubled orbit, as a part of the largest, at which it ends as one."""
     no_effect: float = 1e-12
@@ -281,7 +281,7 @@ class Settings:
     """Speed at a guard below which it counts as met tangentially, in parts of `Problem.paces`."""
     clear: float = 1e-4
     """Speed at a guard, in parts of `Problem.paces`, and part of an orbit's duration that a segment takes, below which
-    a run is no judge of it."""
+    a run cannot judge it."""
     checked: int = 4
     """Points of a segment that the ordinary engine follows as well, at most."""
 

@@ -64,7 +64,7 @@ def special_points(segment: "BranchSegment") -> list[tuple[int, Special]]:
 
     Where a multiplier passes through 1 and the branch turns back it is a fold; where it does not, another branch
     crosses. On the branches that a lost symmetry leaves the multiplier only touches 1 while the branch turns. Two
-    multipliers whose product passes through 1 are a pair on the unit circle, or two real ones with nothing to tell:
+    multipliers whose product passes through 1 are a pair on the unit circle, or two real ones, which mean nothing:
     which of them, is seen where they are located. All functions are products over multipliers or over pairs of them,
     so that none is hidden by another one that stays near to the unit circle.
     """
@@ -164,7 +164,7 @@ def locate(pair: "BranchSegment", kind: Special) -> tuple["Point", float]:
 
 
 def _misses(values: np.ndarray, kind: Special) -> bool:
-    """Whether no multiplier is what it is to be."""
+    """Whether no multiplier has its critical value."""
     if kind == Special.NEIMARK_SACKER:
         first, second = np.triu_indices(len(values), 1)
         return bool(np.abs(values[first] * values[second] - 1).min(initial=np.inf) > SETTINGS.missed_multiplier)
@@ -260,7 +260,7 @@ def test_function_at(
 ) -> tuple[TestFunction, "Orbit", "Shot", float]:
     """What vanishes at a special point: (test, orbit to begin with, its shot, instant).
 
-    At grazing the orbit told without the event that appears or vanishes is taken, since its multipliers are finite.
+    At grazing the orbit without the event that appears or vanishes is taken, since its multipliers are finite.
 
     Raises
     ------
@@ -291,7 +291,7 @@ def test_function_at(
 
 
 def _without_event(problem: "Problem", orbit: "Orbit", shot: "Shot") -> Iterator["Orbit"]:
-    """The path told without events that may have no effect."""
+    """The path without events that may have no effect."""
     yield from left_out(problem, Border(orbit, shot, None, None, 0.0))
     modes = set(orbit.segments[:, at.SEGMENT_MODE].tolist())
     if problem.forced and len(modes) == 1:

@@ -183,6 +183,6 @@ def nothing(system: "HybridSystem", parameters: tuple[str, ...], outcome: "Outco
 
 
 def _cycle(events: str) -> str:
-    """The names of a cycle of events, told from where they come first in the alphabet."""
+    """The names of a cycle of events, beginning where they come first in the alphabet."""
     names = events.split()
     return " ".join(min((names[k:] + names[:k] for k in range(len(names))), default=[]))

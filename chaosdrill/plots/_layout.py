@@ -64,7 +64,7 @@ class FittedLayout(ConstrainedLayoutEngine):
             for legend in _legends(fig) if changed else ():
                 fit_legend(legend, fig)
             super().execute(fig)
-            # where axes begin, from which on a legend above them has room, the layout has told only now
+            # only now does the layout know where axes begin, and so how much room a legend above them has
             refitted = [fit_legend(legend, fig) for legend in _legends(fig)]
             changed = any(refitted)
             for text, room in _rooms(fig):
@@ -136,7 +136,7 @@ def _break(text: Text, whole: str, room: float) -> None:
 
 
 def fit_legend(legend: "Legend", fig: "Figure") -> bool:
-    """Give a legend as many columns as find room, break its entries where even one does not; tell if it changed."""
+    """Give a legend as many columns as fit, break entries that are too long; return whether it changed."""
     own = entries[legend]
     em = legend.prop.get_size_in_points() * fig.dpi / 72
     room = (fig.bbox.width if legend in fig.legends else fig.bbox.x1 - legend.axes.bbox.x0) - 2 * _EDGE * fig.dpi / 72

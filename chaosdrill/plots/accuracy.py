@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # the scale of a panel is set by what the running mean does after this part of the run
 _SETTLED = 0.05
-# colours, markers and dashes each tell the methods apart, also on grey paper
+# colours, markers and dashes each distinguish the methods, also on grey paper
 _DASHES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D")
 _MOST_DIGITS, _WIDTH = 16.5, 17

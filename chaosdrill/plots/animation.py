@@ -91,7 +91,7 @@ def animate(
     if ending not in MOVING:
         raise SettingsError(f"path: {fspath(path)!r} has no format as its ending; use one of {', '.join(MOVING)}")
     if not isinstance(ds, xr.Dataset) or ds.attrs.get("kind") != "trajectory" or is_joined(ds):
-        raise SettingsError("ds is no single run; give what cd.trajectory has returned, or one group of an archive")
+        raise SettingsError("ds is not a single run; give what cd.trajectory returned, or one group of an archive")
     if ds.sizes["time"] < 2:
         raise SettingsError(f"ds has {ds.sizes['time']} samples; an animation needs two or more")
     if not 0 < seconds <= LONGEST:

@@ -77,7 +77,7 @@ def branches(
     matplotlib.figure.Figure
         The state at all points of each orbit on the section: a line an iterate, a colour a period,
         solid where the orbit is stable and dashed where it is not. Special points have a shape a kind. Ends of branches
-        inside of the parameter's range are marked by a bar, and the legend says what they are. The axis shows the range
+        inside of the parameter's range are marked by a bar, and the legend explains them. The axis shows the range
         asked for, whatever that of the diagram. Where special points crowd they are smaller, and a second panel shows
         the part of the range that most of them share.
     """
@@ -166,7 +166,7 @@ def _lines(axes: "Axes", dataset: "xr.Dataset", name: str, index: int, categorie
 def _stretches(stable: "NDArray[np.bool_]", special: "NDArray[np.bool_]") -> "NDArray[np.bool_]":
     """Return whether each stretch between neighbouring points is stable, shape (m - 1,).
 
-    At a special point, and where one branch leaves another, round-off decides what is stored: the neighbour tells.
+    At a special point, and where one branch leaves another, round-off decides what is stored: the neighbour counts.
     """
     told: NDArray[np.bool_] = np.where(special[:-1] | (np.arange(len(stable) - 1) == 0), stable[1:], stable[:-1])
     return told

@@ -43,7 +43,7 @@ _ERRORS, _ROUND_OFF = 3.0, 1e-9
 """An exponent counts as nonzero beyond this number of standard errors and this part of the largest exponent."""
 # the few points beyond this percentile, runs about to escape above all, do not set the scale
 _RATES_COVERED = 99.9
-# more steps of lightness than these are not told apart
+# more steps of lightness cannot be distinguished
 _STEPS = 8
 _MOST = 12
 """Most attractors that are distinguished; for more the legend has no room and the palette no colours."""
@@ -258,7 +258,7 @@ def _percent(part: float, error: float) -> str:
 
 
 def _fixed(dataset: "xr.Dataset") -> dict[str, float]:
-    """The states that the grid does not vary, and their values, as far as the archive tells."""
+    """The states that the grid does not vary, and their values, as far as the archive says."""
     initial = json.loads(dataset.attrs.get("initial", "{}"))
     names = [str(name) for name in dataset["state"].values]
     return {name: float(initial[name]) for name in names if name not in dataset["attractor"].dims and name in initial}
@@ -293,7 +293,7 @@ def _mark_attractors(axes: "Axes", dataset: "xr.Dataset", across: str, up: str) 
             label="points of attractors",
             zorder=layer,
         )
-        # the number within tells them apart without colours
+        # the number within distinguishes them without colours
         text: dict[str, Any] = {"ha": "center", "va": "center_baseline", "fontsize": "small", "color": category.ink}
         axes.annotate(category.short, (x, y), zorder=layer, **text)
     return marks[:1]

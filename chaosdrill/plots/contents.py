@@ -127,7 +127,7 @@ def in_si(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 def _second(dataset: "xr.Dataset", given: "dict[str, xr.Variable]") -> float:
-    """What a unit of time is in seconds; 0 if the dataset does not tell."""
+    """A unit of time in seconds; 0 if the dataset does not say."""
     for name in _TIMES:
         if name in given:
             dimensionless, seconds = np.ravel(dataset[name].values), np.ravel(given[name].values)

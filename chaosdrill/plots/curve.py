@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _SEEN = 2e-3
 """Part of the picture's width below which nothing is seen of a bend."""
-# a jump smaller than this part of the state's range is no jump to the eye
+# a jump smaller than this part of the state's range is not visible
 _VISIBLE = 1e-6
 MOST_RUNS = len(PALETTE)
 """More runs cannot be distinguished in one picture."""

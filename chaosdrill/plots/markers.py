@@ -190,7 +190,7 @@ def tell_on(axes: "Axes", text: str) -> None:
 def failures(datasets: "Iterable[xr.Dataset]") -> str:
     """Return how runs ended that did not reach their end, with advice; empty if all did.
 
-    It tells of single runs and of joined ones; sweeps show the outcome of each of their points themselves.
+    It covers single runs and joined ones; sweeps show the outcome of each of their points themselves.
     """
     advice = {outcome.meaning: outcome.advice for outcome in Outcome if outcome not in MEASURED}
     told: dict[str, None] = {}

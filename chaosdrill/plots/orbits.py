@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _SECTION = PALETTE[1]
 _EVENT_COLOURS = tuple(colour for colour in PALETTE if colour != _SECTION)
 _TOLD = 12
-"""Events of a period that the title tells in their order."""
+"""Events of a period that the title lists in their order."""
 _LEAST = 1e-17
 """A residual of zero is drawn here, below all that round-off gives."""
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -32,7 +32,7 @@ _NEAREST, _FARTHEST = 1.25, 1.5
 """Largest modulus around which the unit circle is drawn at least, and up to which multipliers widen the picture."""
 _CROSSINGS = ("fold", "period_doubling", "neimark_sacker")
 _SMALLEST = 1e-3
-"""Moduli below are not shown: they tell nothing of stability."""
+"""Smaller moduli are not shown: they do not matter for stability."""
 FEIGENBAUM = 4.669201609102990
 """Feigenbaum, J. Stat. Phys. 19, 25 (1978), doi:10.1007/BF01020332; digits from Briggs, Math. Comp. 57, 435 (1991),
 doi:10.1090/S0025-5718-1991-1079009-6.

@@ -7,7 +7,7 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
-# Okabe and Ito's colours without yellow, which vanishes on white paper; told apart by all common kinds of colour vision
+# Okabe and Ito's colours without yellow, which vanishes on white paper; distinct for all common kinds of colour vision
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 # the outcomes of a run always have the same colour, in every picture
 OUTCOME_COLOURS = {
@@ -25,7 +25,7 @@ PERIOD_COLOURS = ("#EAF1FA", "#9BC9EE", "#F2DA6F", "#0E6FB7", "#AD8BCB", "#DCA43
 LONGER_COLOUR = "#281C37"
 # the same steps of lightness, the first ones farthest apart: there are seldom more than three
 ATTRACTOR_COLOURS = ("#F2DA6F", "#0E6FB7", "#9BC9EE", "#1F6037", "#AD8BCB", "#0D3B81", "#EAF1FA", "#D55E00")
-# of dots on white, which lie on each other: more than these are not told apart
+# of dots on white, which lie on each other: more than these cannot be distinguished
 SEED_COLOURS = ("#DCA438", "#0D3B81", "#D55E00")
 # of lines on white and over the dots of a diagram, or with a white rim on any colour of a chart; even in lightness
 LINE_COLOURS = ("#000000", "#33208A", "#98105E", "#C9471B", "#2F9B72", "#E0A936")

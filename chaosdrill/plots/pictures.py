@@ -148,7 +148,7 @@ def picture(kind: str, name: str, summary: str, **when: Any) -> Callable[[F], F]
 
 
 def _complete(function: F) -> F:
-    """The same function in the project's style, of results in SI units where there are some; it tells of failures."""
+    """The same function in the project's style, with results in SI units where they exist; it reports failures."""
     # a function may draw several pictures
     if hasattr(function, "is_complete"):
         return function
@@ -399,7 +399,7 @@ def _check_names(state: "str | Sequence[str]", datasets: "list[xr.Dataset]") -> 
     """Raise a SettingsError if no dataset has a state of a name."""
     known = dict.fromkeys(name for ds in datasets for name in ds["state"].values.tolist())
     if not known:
-        raise SettingsError(f"state is {state!r:.60}, but there is no picture that shows single states")
+        raise SettingsError(f"state is {state!r:.60}, but no picture shows single states")
     if unknown := [name for name in _listed(state) if name not in known]:
         raise SettingsError(f"state names {unknown[0]!r:.60}; states are {', '.join(known)}")
 

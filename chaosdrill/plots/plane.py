@@ -140,7 +140,7 @@ class Plane:
         apart : sequence of (float, Category)
             Values that are categories of their own, such as minus infinity.
         dotted : (ndarray, Category), optional
-            Cells that are hatched over their colour, and the category that says what they are.
+            Cells that are hatched over their colour, and their category.
         """
         from matplotlib.cm import ScalarMappable
 
@@ -173,7 +173,7 @@ class Plane:
 
 
 def _start(dataset: "xr.Dataset", seed: int) -> str:
-    """Where a seed starts, told by the states in which the seeds differ; nothing if the archive does not tell."""
+    """Where a seed starts, by the states in which the seeds differ; nothing if the archive does not say."""
     if "initial_state" not in dataset.variables:
         return ""
     states = dataset["initial_state"].transpose("seed", "state").values

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-# exponents descend, so that their order tells them apart where colours do not
+# exponents descend, so that their order distinguishes them where colours do not
 _EXPONENT_COLOURS = ("#0D3B81", "#D55E00", "#009E73", "#CC79A7", "#DCA438", "#000000")
 _NOT_REACHED = Category("section not reached", "#E4E4E4", "....")
 _FLAT = 1e-6

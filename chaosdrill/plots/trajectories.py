@@ -253,7 +253,7 @@ def _draw(
     colours: "Sequence[str]",
     labels: "Sequence[str | None]",
 ) -> bool:
-    """Draw a run: flow, jumps and points once per forcing period, with a label each; tell whether there are jumps."""
+    """Draw a run: flow, jumps and points once per forcing period, with a label each; return whether there are jumps."""
     curve = join(run)
     curve = smoothed(curve, partial(rates_of, run, curve))
     x, y = (curve.state[:, place] for place in plane)

@@ -69,7 +69,7 @@ def in_words(name: str) -> str:
 
 
 def is_said(name: str, picture: "Picture") -> bool:
-    """Whether a group is called as its picture, or its analysis, so that nobody need say it twice."""
+    """Whether a group is called as its picture, or its analysis, so that it is said once."""
     said = {word for one in (picture.name, picture.kind) for word in one.lower().split("-")}
     return set(name.lower().replace("_", "-").split("-")) <= said
 
@@ -80,7 +80,7 @@ def explorer(dataset: "xr.Dataset", name: str, number: int, share: float = 1.0) 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A diagram or a parameter chart; of any other kind there is no chart.
+        A diagram or a parameter chart; other kinds have no chart.
     name : str
         Name of its group.
     number : int

@@ -125,7 +125,7 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         if "filippov" in raw and not problems:
             _make_filippov(checked, raw["filippov"])
     if checked.known is not None:
-        # what is driven is no parameter any more
+        # a driven parameter is no longer a parameter
         checked.known = {name: value for name, value in checked.known.items() if name not in table_in(raw, "drives")}
     return checked
 

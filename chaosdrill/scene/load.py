@@ -24,7 +24,7 @@ MOST_DIGITS = 400
 """Of a number: no double is longer, and Python reads integers of some thousands of digits at most."""
 
 _PART = r"""(?:[A-Za-z0-9_+-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
-# what is long in a text or a comment is no key
+# a long text or comment is not a key
 _TOKEN = re.compile(
     r'''#[^\n]*+|"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)|\'\'\'(?:[^\']|\'(?!\'\'))*+(?:\'{3,5}|\Z)|'''
     rf"(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)",

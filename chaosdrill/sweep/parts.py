@@ -1,7 +1,7 @@
 """Finished parts of an unfinished run: the folder ``OUT.nc.parts`` next to the future archive.
 
 A sweep keeps its finished chunks in a folder of its own there (`store`), any other analysis its dataset. The file
-``_scene.json`` says what the parts are results of, so that a changed scene is not gone on with.
+``_scene.json`` holds the scene of the parts, so that a changed scene is not continued.
 """
 
 import fcntl
@@ -140,7 +140,7 @@ class Parts:
 
     def recomputed(self, group: str, told: str) -> None:
         """Warn that the stored dataset of an analysis is of no use, and why."""
-        warnings.warn(f"{self.folder / group / _DATASET} {told}; {group} is computed again", stacklevel=3)
+        warnings.warn(f"{self.folder / group / _DATASET} {told}; {group} is recomputed", stacklevel=3)
 
     def keep(self, group: str, dataset: "xr.Dataset") -> None:
         """Store the dataset of a finished analysis."""

@@ -105,7 +105,7 @@ def connect(address: str) -> "Client":
 
 @contextmanager
 def cluster(task: Task, address: str) -> Iterator[Executor]:
-    """The workers that a scheduler has, whoever joins or leaves them during the work.
+    """The workers of a scheduler, some of which may join or leave during the work.
 
     A chunk whose worker dies is run by another one; Dask gives up after several workers have died on the same chunk.
     """
@@ -232,7 +232,7 @@ def execute(
 
 @dataclass
 class Tally:
-    """Count of the finished points of a task by outcome, for whoever listens."""
+    """Count of the finished points of a task by outcome, for its listeners."""
 
     task: Task
     progress: Progress | None

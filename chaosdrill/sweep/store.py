@@ -1,7 +1,7 @@
 """Results of a running sweep: in memory, or in a folder from which a later run can continue.
 
 The folder holds ``manifest.json``, which says what the numbers are results of, and a file a finished chunk, moved into
-place whole and on the disk: its name tells the units, its first bytes are the digest of the name and of the results
+place whole and on the disk: its name gives the units, its first bytes are the digest of the name and of the results
 that follow. Whatever a kill leaves is not there; what a disk damages does not fit its digest, and is computed again.
 No time of a file or of a clock is ever looked at.
 """

@@ -73,7 +73,7 @@ def run_chunk(task: Task, first: int, count: int) -> tuple[Arrays, float]:
 class ChunkSizes:
     """Sizes of future chunks.
 
-    The first chunks are small, since nobody knows what a unit costs. Then sizes grow until a chunk takes about a
+    The first chunks are small, since the cost of a unit is unknown. Then sizes grow until a chunk takes about a
     second, shrink at once when units become expensive, and shrink towards the end so that all workers end together.
 
     Parameters

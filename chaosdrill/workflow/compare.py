@@ -37,7 +37,7 @@ DEVIATIONS = 8.0
 BAR = 30.0  # factor within which the error bars of two runs agree: with so few frequencies ten is passed in one of 500
 
 LEADERS = {"time": "states", "iterate": "section", "event": "event_state_before"}
-"""Dimensions along which a run is recorded, and the variable that tells from where on two runs have parted."""
+"""Dimensions along which a run is recorded, and the variable that shows from where on two runs diverge."""
 
 _UNDECIDED = (Outcome.OK, Outcome.QUASIPERIODIC, Outcome.CHAOTIC, Outcome.UNDECIDED)
 _ORBITS = ("periodic-orbit", "continuation")

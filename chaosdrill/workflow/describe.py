@@ -43,13 +43,13 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        Plain values, ready for JSON: ``path``, ``bytes``, what the root's attributes tell of its origin,
+        Plain values, ready for JSON: ``path``, ``bytes``, the origin from the root's attributes,
         ``quantities`` (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``:
         name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
         dimensions, dtype, units, long name), ``repeatable`` (from what `verify` runs it again, or why it cannot),
         ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
         variables that are not as they were written (":" for attributes of the group), if there are any, and
-        ``without_digests``, where nobody can tell. So for the root, with ":scene" for a scene that has another SHA-256
+        ``without_digests``, where that is unknown. So for the root, with ":scene" for a scene that has another SHA-256
         than the one beside it. An archive that was saved from
         Python has the ``versions`` of its groups.
 

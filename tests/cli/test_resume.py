@@ -173,7 +173,7 @@ def test_a_damaged_result_is_computed_again(call, scene, tmp_path, whole, unfini
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
-    with pytest.warns(UserWarning, match=r"result.nc is damaged, or its checksum; spectrum is computed again"):
+    with pytest.warns(UserWarning, match=r"result.nc is damaged, or its checksum; spectrum is recomputed"):
         answer = call("run", scene, "-o", tmp_path / "out.nc", "--resume")
     assert answer.code == 0
     assert compare(open_archive(tmp_path / "out.nc"), whole) == []

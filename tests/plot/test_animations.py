@@ -60,7 +60,7 @@ def test_what_cannot_be_is_told(ball, tmp_path, monkeypatch, changed, message):
 
 
 def test_other_results_are_no_run(section, tmp_path):
-    with pytest.raises(SettingsError, match=r"ds is no single run; give what cd.trajectory has returned"):
+    with pytest.raises(SettingsError, match=r"ds is not a single run; give what cd.trajectory returned"):
         cd.animate(section, tmp_path / "run.gif")
 
 

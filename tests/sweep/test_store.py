@@ -285,7 +285,7 @@ def test_a_damaged_byte_of_a_result_or_a_cut_costs_it(tmp_path):
         for where in (*range(0, len(data), 211), *range(len(data) - 90, len(data), 7), len(data) - 1):
             for spoilt in (bytes([*data[:where], data[where] ^ 0x10, *data[where + 1 :]]), data[:where], data + b"\n"):
                 path.write_bytes(spoilt)
-                with pytest.warns(UserWarning, match="is damaged, or its checksum; one is computed again"):
+                with pytest.warns(UserWarning, match="is damaged, or its checksum; one is recomputed"):
                     assert parts.finished("one") is None
         path.write_bytes(data)
         assert parts.finished("one").identical(written)

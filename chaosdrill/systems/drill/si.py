@@ -29,7 +29,7 @@ def _over(first: Dimension, second: Dimension, power: float = 1.0) -> Dimension:
 
 @dataclass(frozen=True)
 class Entry:
-    """One SI quantity: what it is, its dimension, its unit as UDUNITS writes it, an example, and what is made of it.
+    """One SI quantity: its meaning, dimension, unit as UDUNITS writes it, an example, and the parameters made of it.
 
     It is positive, or not negative, or ``signed``.
     """
