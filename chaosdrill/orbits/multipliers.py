@@ -43,7 +43,7 @@ class Neutral:
 
     @property
     def held(self) -> np.ndarray:
-        """Combinations of states, shape (m, n), that distinguish orbits of a family: conserved sums, if they suffice."""
+        """Combinations of states, shape (m, n), that distinguish orbits of a family: conserved sums, or shifts."""
         return self.conserved if self.paired == len(self.symmetries) else self.symmetries
 
     def words(self, system: "HybridSystem") -> str:
