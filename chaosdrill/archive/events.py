@@ -67,8 +67,8 @@ def join(runs: "Mapping[str, xr.Dataset]") -> "xr.Dataset":
     Returns
     -------
     xarray.Dataset
-        With the leading dimension ``run`` (coordinate: the names) for everything but events. These stay in the one
-        dimension ``event``, as a contiguous ragged array of CF: ``event_count`` (run) says how many belong to each.
+        With the leading dimension ``run`` (coordinate: the names) for everything except events. These share the
+        dimension ``event``, as a contiguous ragged array of CF: ``event_count`` (run) is the number of each run.
 
     Raises
     ------

@@ -21,17 +21,17 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 @expecting(ArchiveError, path=PATH)
 def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
-    """Open an archive and read it whole into memory; the file is closed again.
+    """Read a whole archive into memory, and close the file.
 
     Parameters
     ----------
     path : path-like
-        A file that `save` or ``chaosdrill run`` has written.
+        A file written by `save` or ``chaosdrill run``.
 
     Returns
     -------
     xarray.DataTree
-        One group an analysis.
+        One group per analysis.
 
     Raises
     ------

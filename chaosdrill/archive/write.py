@@ -45,13 +45,13 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     """Write an archive.
 
     The file is written beside its target, flushed to the disk and only then moved into place, so that a full disk or an
-    interrupt leaves the earlier file whole and nothing else; Ctrl-C is heard when it is written. Every group gets the
-    digests of its variables, by which `verify` and `info` see what was altered since.
+    interrupt leaves only the earlier file; Ctrl-C takes effect when the file is complete. Every group gets the digests
+    of its variables, which show `verify` and `info` what was altered later.
 
     Parameters
     ----------
     tree : xarray.DataTree or xarray.Dataset
-        What an analysis or a scene returned.
+        The result of an analysis or a scene.
     path : path-like
         Target file; an earlier one is replaced.
 
@@ -64,7 +64,7 @@ def save(tree: "xr.DataTree | xr.Dataset", path: str | os.PathLike[str]) -> Path
     ------
     ArchiveError
         If the file cannot be written, if ``tree`` holds no result of an analysis, which `open` would refuse, or if it
-        holds what NetCDF cannot, such as an attribute that is None.
+        holds something that NetCDF cannot store, such as an attribute that is None.
     """
     import xarray as xr
 

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 class Outcome(IntEnum):
     """Outcome of one run; archives store the number, with the names as CF flag meanings.
 
-    The numbers of a run are there if its outcome is one of ``MEASURED``, else they are missing (NaN); ``advice`` says
-    what an outcome means and what to try.
+    A run has numbers if its outcome is one of ``MEASURED``; otherwise they are missing (NaN). ``advice`` says what an
+    outcome means and what to try.
     """
 
     OK = 0

@@ -51,8 +51,8 @@ def animate(
     """Write an animation of a run.
 
     It shows the point on its path in the plane of two states, with its events as they happen, one state over time, and
-    the bodies of the system where it has some: those of the library's mechanical systems, such as the bit, the stop and
-    the rock of the drill, or those that are given.
+    the bodies of the system, if it has any: those of the library's mechanical systems, such as the bit, the stop and
+    the rock of the drill, or the given ones.
 
     Parameters
     ----------
@@ -77,10 +77,10 @@ def animate(
     Raises
     ------
     SettingsError
-        Another kind of dataset, a suffix that is not a format, an unknown state or name, a length that is out
-        of range, or ffmpeg is missing.
+        If the dataset is of another kind, the suffix is not a format, a state or name is unknown, the length is out of
+        range, or ffmpeg is missing.
     ArchiveError
-        The file cannot be written.
+        If the file cannot be written.
     """
     import xarray as xr
 

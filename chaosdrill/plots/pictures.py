@@ -184,34 +184,34 @@ def plot(
 ) -> "Axes":
     """Draw a result.
 
-    In a notebook the picture is shown below its cell, in a script by ``matplotlib.pyplot.show()``. Pictures of one kind
-    are the same as those of `plot_archive` and of reports.
+    A notebook shows the picture below its cell, a script by ``matplotlib.pyplot.show()``. The pictures are those of
+    `plot_archive` and of reports.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        What an analysis has returned, a group of an archive, or a part of it.
+        The result of an analysis, a group of an archive, or a part of it.
     kind : str, optional
         Name of the picture, such as ``"phase-portrait"`` or ``"lyapunov-chart"``; default: the first that suits.
     ax : matplotlib.axes.Axes, optional
-        Where it is drawn; of a picture with several panels the main one. Default: a new figure with all of them.
+        Axes to draw on; a picture with several panels draws its main one. Default: a new figure with all panels.
     state : str or pair of str, optional
-        State that is shown, or two that are shown against each other; default: the first ones, of a section the first
-        that varies. Of a trajectory any number of states is drawn over time.
+        State to show, or two to plot against each other; default: the first ones, for a section the first that varies.
+        A trajectory shows any number of states over time.
     over : xarray.Dataset, optional
-        What it is drawn over: a bifurcation diagram behind branches, or a parameter chart behind curves, of the same
+        Background: a bifurcation diagram behind branches, or a parameter chart behind curves, of the same
         system over the same parameters.
 
     Returns
     -------
     matplotlib.axes.Axes
-        Where it was drawn, the main panel; ``axes.figure`` is the whole.
+        The main panel; ``axes.figure`` is the figure.
 
     Raises
     ------
     SettingsError
-        No result, several in one, a name that no picture of it has, a state that it does not have, one axes for a
-        picture that needs several, or something that it cannot be drawn over.
+        If ``ds`` is not a single result, if ``kind`` or ``state`` is unknown, if the picture needs more than one axes,
+        or if ``over`` does not fit.
     """
     import xarray as xr
     from matplotlib import pyplot
@@ -310,15 +310,15 @@ def plot_archive(
     path : path
         The archive.
     output : path, optional
-        The picture's file; its suffix (png, pdf or svg) is the format. Where there are several pictures, the group's
-        and the picture's names are put in front of the suffix. Default: beside the archive, under its name, as png.
+        File of the picture; its suffix (png, pdf or svg) is the format. If there are several, the names of group and
+        picture are inserted before the suffix. Default: next to the archive, under its name, as png.
     group : str, optional
         Only this group of the archive.
     animated : bool, default False
         An animation of each run instead, as by `animate`: gif, the default, or mp4.
     state : str or pair of str, optional
-        State that is shown, or two that are shown against each other. Pictures of another number of states, or of none,
-        are drawn as without it. Default: as in `plot`.
+        State to show, or two to plot against each other. It does not affect pictures of another number of states.
+        Default: as in `plot`.
 
     Returns
     -------
@@ -328,11 +328,10 @@ def plot_archive(
     Raises
     ------
     ArchiveError
-        The archive cannot be read, has no such group, or holds nothing that a picture suits; or a picture cannot be
-        written.
+        If the archive cannot be read, has no such group or nothing to draw, or if a picture cannot be written.
     SettingsError
-        The suffix of ``output`` names no known format; or a name that no state has, or a number of states that none of
-        the pictures shows.
+        If the suffix of ``output`` is not a known format, if a state is unknown, or if no picture shows this number of
+        states.
     """
     from chaosdrill.archive import check_writable, writing
     from chaosdrill.archive import open as open_archive

@@ -101,13 +101,13 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     path : path-like
         The archive.
     output : path-like, optional
-        The page, with the ending ``.html``; default: beside the archive, under its name. An earlier one is replaced,
-        and left as it was if the new one cannot be written.
+        The page, with the suffix ``.html``; default: next to the archive, under its name. An earlier page is replaced,
+        or left unchanged if the new one cannot be written.
 
     Returns
     -------
     Report
-        Where the page is, and ``faults``: what could not be shown, empty if all is there.
+        The path of the page, and ``faults``: the parts that could not be shown, if any.
 
     Raises
     ------

@@ -27,7 +27,7 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     dict
         Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``states``,
         ``initial_mode``, ``parameters``, ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si``,
-        ``si_scales``, ``numerics``, ``analyses``, and ``changes``, what was set.
+        ``si_scales``, ``numerics``, ``analyses``, and ``changes``, the values that were set.
 
     Raises
     ------

@@ -42,20 +42,20 @@ def load_scene(path: str | os.PathLike[str], changes: Mapping[str, Any] | None =
     path : path-like
         A TOML file in UTF-8 of at most a megabyte; ``"-"`` is standard input.
     changes : mapping of str to value, optional
-        Values that the scene is to have instead of its own, or besides: ``{"system.parameters.eta": 0.5}``. They become
-        part of the scene's text.
+        Values that replace those of the scene or are added: ``{"system.parameters.eta": 0.5}``. They become part of the
+        scene's text.
 
     Returns
     -------
     Scene
-        With ``system``, built on first use, ``analyses``, and ``run()``, which runs them all.
+        With ``system``, built on first use, and ``analyses``, which `run` runs.
 
     Raises
     ------
     SceneError
-        If the file cannot be read, or with every fault that the scene has, each with its line, field and remedy.
+        If the file cannot be read, or if the scene has faults: all of them, each with its line, field and remedy.
     SettingsError
-        If a change has no key of TOML, or no value.
+        If the key or the value of a change is not valid TOML.
     """
     piped = os.fspath(path) == STDIN
     name = PIPED if piped else Path(path).name or str(path)
@@ -98,14 +98,14 @@ def parse_scene(text: str, name: str = "scene.toml", changes: Mapping[str, Any] 
     text : str
         A TOML document.
     name : str
-        What error messages call the file; without its ending, it is the title of a scene that has none.
+        Name of the file in error messages; without its suffix, the default title of the scene.
     changes : mapping of str to value, optional
         As for `load_scene`.
 
     Returns
     -------
     Scene
-        With ``system``, built on first use, ``analyses``, and ``run()``, which runs them all.
+        With ``system``, built on first use, and ``analyses``, which `run` runs.
 
     Raises
     ------

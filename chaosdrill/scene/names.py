@@ -19,7 +19,7 @@ def list_names(topic: str, name: str | None = None) -> dict[str, Any]:
     topic : {"systems", "effects", "analyses", "methods"}
         Which names.
     name : str, optional
-        One of the analyses, whose settings are to be listed.
+        An analysis; its settings are listed.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def list_names(topic: str, name: str | None = None) -> dict[str, Any]:
 
 @expecting(ModelError, model=TEXT)
 def new_scene(model: str) -> str:
-    """Text of a scene with every parameter and state of a system of the shelf, a trajectory and its exponents.
+    """Text of a scene with every parameter and state of a system of the library, a trajectory and its exponents.
 
     Parameters
     ----------

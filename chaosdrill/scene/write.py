@@ -55,7 +55,7 @@ def save_scene(
     SceneError
         If the scene would have faults, or the file cannot be written.
     SettingsError
-        If TOML has no such value.
+        If a value cannot be written in TOML.
     """
     from chaosdrill.model import HybridSystem
     from chaosdrill.model.definition import write_definition

@@ -154,8 +154,8 @@ def build(
     ModelError
         If the system, an effect, an option or a parameter does not exist, with the remedy.
     SettingsError
-        If a value is not a finite number or beyond the limits of its parameter, or ``initial`` names what the system
-        does not have.
+        If a value is not a finite number or beyond the limits of its parameter, or if ``initial`` names an unknown
+        state or mode.
     """
     entry, module = _module(name, effects)
     known = module.parameters(effects) if entry.effects else _defaults(module)

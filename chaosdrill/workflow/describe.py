@@ -46,9 +46,9 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         Plain values, ready for JSON: ``path``, ``bytes``, the origin from the root's attributes,
         ``quantities`` (numbers of the root, as those of a scene in SI units: value, units, long name), and ``groups``:
         name -> ``kind``, ``system``, ``method``, ``tolerance``, ``dimensions``, ``variables`` (name ->
-        dimensions, dtype, units, long name), ``repeatable`` (from what `verify` runs it again, or why it cannot),
+        dimensions, dtype, units, long name), ``repeatable`` (what `verify` would run it again from, or why it cannot),
         ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
-        variables that are not as they were written (":" for attributes of the group), if there are any, and
+        variables that were altered after writing (":" for attributes of the group), if any, and
         ``without_digests``, where that is unknown. So for the root, with ":scene" for a scene that has another SHA-256
         than the one beside it. An archive that was saved from
         Python has the ``versions`` of its groups.
@@ -132,7 +132,7 @@ def _plain(value: Any) -> Any:
 
 @expecting(ArchiveError, path=PATH)
 def cite(path: str | os.PathLike[str]) -> list[Reference]:
-    """The references of what an archive was made with: this package, analyses, methods and systems.
+    """References for an archive: this package, and its analyses, methods and systems.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def cite(path: str | os.PathLike[str]) -> list[Reference]:
     Returns
     -------
     list of Reference
-        Each once, the package first. ``text()`` of one is a line for people, ``bibtex()`` its entry.
+        Each once, the package first. ``text()`` is a line to read, ``bibtex()`` an entry for BibTeX.
 
     Raises
     ------

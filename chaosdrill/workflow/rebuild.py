@@ -20,7 +20,7 @@ def system(result: "xr.Dataset | xr.DataTree | str | os.PathLike[str]") -> "Hybr
     Parameters
     ----------
     result : xarray.Dataset, xarray.DataTree or path-like
-        What an analysis returned, a part of it, an archive as `open` returns it, or the file.
+        The result of an analysis, a part of it, an archive as `open` returns it, or a file.
 
     Returns
     -------
@@ -30,7 +30,7 @@ def system(result: "xr.Dataset | xr.DataTree | str | os.PathLike[str]") -> "Hybr
     Raises
     ------
     ArchiveError
-        If the attributes hold no system, or those of the groups of an archive hold several.
+        If the attributes hold no system, or if the groups of an archive hold several.
     """
     import xarray as xr
 

@@ -48,7 +48,7 @@ def run(
     output : path-like, optional
         Archive to write; an earlier one is replaced. Without it nothing is written.
     changes : mapping of str to value, optional
-        Values that the scene is to have, as for `load_scene`; only with a path.
+        Values to change in the scene, as for `load_scene`; only with a path.
     workers : int
         Points computed at a time; results do not depend on it.
     scheduler : str, optional
@@ -56,22 +56,22 @@ def run(
     resume : bool
         Continue an unfinished run from the folder ``output.parts``; without such a folder start a new run.
     report : callable, optional
-        Given the name of an analysis that begins, returns what is called with its progress.
+        Called with the name of each analysis as it begins; returns a function to call with its progress.
     tell : callable, optional
-        Called with lines about parts that are kept.
+        Called with lines about finished parts that are kept.
 
     Returns
     -------
     xarray.DataTree
-        What the archive holds: one group an analysis; the root's attributes hold the scene and where the numbers came
-        from.
+        The contents of the archive: one group per analysis; the attributes of the root hold the scene and its
+        provenance.
 
     Raises
     ------
     SceneError
         If the scene cannot be read or run.
     SettingsError
-        If the arguments do not fit together, if the scheduler cannot be used, or if an unfinished run is there and
+        If the arguments contradict each other, if the scheduler cannot be used, or if there is an unfinished run and
         ``resume`` is not set.
     ArchiveError
         If the archive or a part of it cannot be written.

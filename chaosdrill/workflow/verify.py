@@ -83,16 +83,16 @@ class Verification:
 def verify(
     path: str | os.PathLike[str], *, workers: int = 1, report: Callable[[str], Any] | None = None
 ) -> Verification:
-    """Run the scene that an archive holds once more and compare, variable by variable.
+    """Run the scene of an archive again and compare every variable.
 
-    An archive that was saved from Python has no scene. Each group of it is computed again from the definition of its
-    system, the numbers and the arguments that it holds; what cannot be is a difference, with the reason. Attributes
-    that somebody added are not compared.
+    An archive that was saved from Python has no scene. Each of its groups is computed again from the definition of its
+    system, its numbers and its arguments; a group that cannot be computed counts as different, with the reason.
+    Attributes that were added later are not compared.
 
-    With the versions and the platform of the archive numbers are compared bit for bit. With others, cycles, multipliers
-    and whatever attracts are to agree within the error of the method, and in chaos averages within their errors;
-    ``checks`` says which it was for each variable. What is not as it was written, by the digests that the archive
-    holds, is a difference in either case.
+    With the versions and the platform of the archive, numbers are compared bit for bit. With others, cycles,
+    multipliers and regular attractors must agree within the error of the method, and averages in chaos within their errors;
+    ``checks`` names the criterion of each variable. In either case a variable that was altered after writing, by its
+    digest, counts as different.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def verify(
     Returns
     -------
     Verification
-        ``equal`` says whether the archive is what its scene gives, ``differences`` where not.
+        ``equal`` says whether the archive is reproduced, ``differences`` where it is not.
 
     Raises
     ------

@@ -65,9 +65,9 @@ def drill(
     drive : {"harmonic", "lobes", "none"}
         Dynamic load on the bit.
     friction : {"stribeck", "coulomb", "stribeck-two-sided", "coulomb-two-sided", "none"}
-        Friction between rock-side mass and rock, one-sided unless it says otherwise.
+        Friction between rock-side mass and rock; one-sided unless its name says two-sided.
     rock : {"moving", "fixed"}
-        Whether the rock-side mass moves; where it does, its penetration is a quadrature.
+        Whether the rock-side mass moves; if it does, its penetration is a quadrature.
     contact : {"hunt-crossley", "hunt-crossley-timed", "compliant", "newton", "none"}
         Contact at the stop.
     initial : mapping, optional
@@ -76,21 +76,21 @@ def drill(
         Name of the system; default ``"percussive-drill"``.
     **parameters : float or str
         Values of ``a b xi eps eta mu g r lam phi n k`` (``lobes spin`` for lobes, ``e`` for newton) that differ from
-        the defaults: 0.25, 0.7, 0.06, 1, 0.8, 0.6, 3, 1, 0.6, pi/2, 1, 12e5. All dimensionless. Or quantities with
-        units by the names of scenes in SI units, as ``m1="250 kg"`` or ``K="4 MN/m"``: the masses and the spring, the
-        friction and all others that the effects need, from which the parameters follow.
+        the defaults: 0.25, 0.7, 0.06, 1, 0.8, 0.6, 3, 1, 0.6, pi/2, 1, 12e5. All are dimensionless. Alternatively
+        quantities with units, named as in scenes in SI units (``m1="250 kg"``, ``K="4 MN/m"``): masses, spring,
+        friction and all others that the effects need. The parameters follow from them.
 
     Returns
     -------
     HybridSystem
-        Modes ``stick``, ``slip`` and ``slip-back``, and those of the contact (``-held``, ``-contact``), as far as the
-        effects make them reachable.
+        With those of the modes ``stick``, ``slip`` and ``slip-back``, and of the contact (``-held``, ``-contact``),
+        that the effects make reachable.
 
     Raises
     ------
     ModelError
         If an option does not exist, effects exclude each other, or a parameter is used by none of them; if a quantity
-        is missing, cannot be read, has the wrong dimension, or says what a parameter says.
+        is missing, cannot be read, has the wrong dimension, or fixes a parameter that is given too.
     SettingsError
         If a parameter is not a finite number, or beyond its limits.
     """
