@@ -90,9 +90,9 @@ def verify(
     Attributes that were added later are not compared.
 
     With the versions and the platform of the archive, numbers are compared bit for bit. With others, cycles,
-    multipliers and regular attractors must agree within the error of the method, and averages in chaos within their errors;
-    ``checks`` names the criterion of each variable. In either case a variable that was altered after writing, by its
-    digest, counts as different.
+    multipliers and regular attractors must agree within the error of the method, and averages in chaos within their
+    errors; ``checks`` names the criterion of each variable. In either case a variable that was altered after writing,
+    by its digest, counts as different.
 
     Parameters
     ----------
