@@ -2,6 +2,8 @@
 
 from chaosdrill.names import visible
 
+__all__ = ["ArchiveError", "ChaosdrillError", "ModelError", "SceneError", "SettingsError", "StartWarning"]
+
 
 class ChaosdrillError(Exception):
     """Base of every error that chaosdrill raises on purpose; its text names the field, the value and the remedy."""

@@ -1,6 +1,7 @@
 """Every public name of the package is on the page of the Python interface, and that page has no other."""
 
 import chaosdrill
+from chaosdrill import errors
 
 
 def check_names(app, env) -> None:
@@ -9,7 +10,7 @@ def check_names(app, env) -> None:
 
     objects = env.domaindata["py"]["objects"]
     documented = {name.removeprefix("chaosdrill.") for name, entry in objects.items() if entry.objtype != "module"}
-    public = {f"errors.{name}" if name.endswith("Error") else name for name in chaosdrill.__all__}
+    public = {f"errors.{name}" if name in errors.__all__ else name for name in chaosdrill.__all__}
     missing = public - documented - {"__version__"}
     other = {name for name in documented if "." not in name} - public
     if missing or other:
