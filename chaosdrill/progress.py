@@ -253,7 +253,7 @@ class _Lines:
 
     def __init__(self, name: str, stream: "_Patient") -> None:
         self._name, self._stream = name, stream
-        self._write("begins")
+        self._write("started")
 
     def show(self, so_far: tuple[int, int] | None, words: list[str]) -> None:
         if so_far is not None:

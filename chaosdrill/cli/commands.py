@@ -80,7 +80,7 @@ def check_text(described: dict[str, Any]) -> str:
         lines += _block(heading, described[key].items())
     lines += _block(
         "states",
-        ((name, f"= {state['initial']:g} at first   {state['label']}") for name, state in described["states"].items()),
+        ((name, f"= {state['initial']:g} initially   {state['label']}") for name, state in described["states"].items()),
     )
     lines += _block(
         "parameters",
@@ -90,7 +90,7 @@ def check_text(described: dict[str, Any]) -> str:
         ),
     )
     for mode, equations in described["modes"].items():
-        first = "   (at first)" if mode == described["initial_mode"] else ""
+        first = "   (initial)" if mode == described["initial_mode"] else ""
         lines += _block(f"mode {mode}{first}", ((left, f"= {right}") for left, right in equations.items()))
     for name, event in described["events"].items():
         modes = f"{' or '.join(event['from'])} -> {event['to']}"

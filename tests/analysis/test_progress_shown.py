@@ -64,7 +64,7 @@ def test_every_analysis_is_called():
 def test_lines_for_who_asks(oscillator, name, capsys):
     CALLS[name](oscillator, progress=True)
     begins, *_, last = capsys.readouterr().err.splitlines()
-    assert begins == f"{name}: begins"
+    assert begins == f"{name}: started"
     assert last.startswith(f"{name}: 100 %")
 
 

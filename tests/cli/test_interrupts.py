@@ -38,7 +38,7 @@ def test_interrupt(tmp_path, analysis, workers):
     (tmp_path / "out.nc").write_bytes(b"the earlier archive")
     command = [sys.executable, "-m", "chaosdrill", "run", "scene.toml", "-o", "out.nc", "--workers", str(workers)]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stderr.readline().startswith("long: begins")
+        assert process.stderr.readline().startswith("long: started")
         # let it get into the compiled code, or finish something
         if analysis == DIAGRAM:
             assert any(FINISHED.search(line) for line in process.stderr)

@@ -46,7 +46,7 @@ def test_lines_elsewhere(now):
         now[0] += 59
         show(200, 200, None)
     assert stream.getvalue().splitlines() == [
-        "diagram: begins",
+        "diagram: started",
         "diagram:  25 %  50/200  chaotic 30, periodic 20",
         "diagram: 100 %  200/200  2.5/s  took 1:20",
     ]
@@ -62,7 +62,7 @@ def test_what_was_there_before_makes_no_rate(now):
         now[0] += 10
         show(9030, 10_000, {"periodic": 9000, "chaotic": 30})
     assert stream.getvalue().splitlines() == [
-        "diagram: begins",
+        "diagram: started",
         "diagram:  90 %  9010/10000  periodic 9000, chaotic 10",
         "diagram:  90 %  9030/10000  2/s  8:05 left  periodic 9000, chaotic 30",
     ]
@@ -161,7 +161,7 @@ def test_a_file_hears_nothing_of_compilation(now):
         shown.report("spectrum")
         with compiling():
             now[0] += 60
-    assert stream.getvalue() == "spectrum: begins\n"
+    assert stream.getvalue() == "spectrum: started\n"
 
 
 def test_every_compiler_is_heard(monkeypatch, tmp_path):
@@ -270,4 +270,4 @@ def test_nothing_to_do():
     stream = io.StringIO()
     with Display(stream) as shown:
         shown.report("empty")(0, 0, None)
-    assert stream.getvalue().splitlines() == ["empty: begins", "empty: 100 %  0/0  took 0:00"]
+    assert stream.getvalue().splitlines() == ["empty: started", "empty: 100 %  0/0  took 0:00"]
