@@ -151,14 +151,14 @@ def signals_wait() -> Iterator[None]:
     ours = {number: handler for number, handler in handlers.items() if callable(handler)}
     try:
         for number in ours:
-            signal.signal(number, lambda number, frame: heard.setdefault(number, frame))
+            signal.signal(number, heard.setdefault)
         yield
     finally:
         # what raises an exception comes last
         for number in sorted(ours, key=lambda number: number == signal.SIGINT):
             signal.signal(number, ours[number])
-        for number, frame in heard.items():
-            ours[number](number, frame)
+        for told, frame in heard.items():
+            ours[signal.Signals(told)](told, frame)
 
 
 def remove(path: Path) -> None:

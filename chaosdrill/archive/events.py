@@ -50,8 +50,8 @@ def cut(ds: "xr.Dataset", start: float, stop: float) -> "xr.Dataset":
     kept = (events >= ends[0]) & (events <= ends[1])
     part = ds.isel(time=inside, event=kept)
     if "event_count" in ds.variables:
-        ends = np.cumsum(ds["event_count"].values)[:-1]
-        counts = np.array([run.sum() for run in np.split(kept, ends)], dtype=ds["event_count"].dtype)
+        last = np.cumsum(ds["event_count"].values)[:-1]
+        counts = np.array([run.sum() for run in np.split(kept, last)], dtype=ds["event_count"].dtype)
         part["event_count"] = ds["event_count"].copy(data=counts)
     return _told(part, f"cut to times {shown(start):.60} to {shown(stop):.60}")
 

@@ -1,5 +1,6 @@
 """The command ``chaosdrill``: its commands, and what its exit codes mean."""
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -12,7 +13,6 @@ from chaosdrill.cli.interrupts import second_one_ends
 from chaosdrill.cli.run import run
 from chaosdrill.cli.streams import emit_error, tell, usable_streams
 from chaosdrill.errors import ChaosdrillError, ModelError, SceneError, SettingsError
-from chaosdrill.names import visible
 from chaosdrill.version import __version__
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -65,9 +65,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 if "--json" in given:
                     emit_error(code, kind, message, getattr(fault, "problems", None))
             if isinstance(fault, click.ClickException):
-                fault.message = visible(fault.message)
-                with suppress(OSError):
-                    fault.show()
+                shown = io.StringIO()
+                fault.show(shown)
+                tell(shown.getvalue().rstrip("\n"))
             else:
                 tell(message)
             return code

@@ -115,7 +115,8 @@ def driven(
     }
     # what a mode holds is held in the next piece too
     held = {mode: pinned_values(system, mode) for mode in system.modes}
-    transitions, corners = [], []
+    transitions: list[Transition] = []
+    corners: list[Transition] = []
     for k, (put, (_, end, _)) in enumerate(zip(puts, found, strict=True)):
         following = (k + 1) % len(found)
         guard = sympy.sin(sympy.expand(turn - 2 * sympy.pi * end))

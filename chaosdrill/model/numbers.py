@@ -20,7 +20,7 @@ class Numbers(dict[str, float]):
             "with other values, and dict(system.parameters) a table of its own"
         )
 
-    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse  # type: ignore[assignment]
+    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Numbers, (dict(self),)

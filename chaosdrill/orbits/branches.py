@@ -524,8 +524,9 @@ def _doubled_branch(
         scale = longest / step
     others = [s for one in found for s in one.segments]
     best: Branch | None = None
-    for *beside, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
-        branch = trace_branch(curve, curve.first(*beside), longest / float(curve.spans[0]), most, others=others)
+    for orbit, shot, ahead, distance in doubled(curve, found[parent].orbit(mark), scale, longest):
+        point = curve.first(orbit, shot, ahead)
+        branch = trace_branch(curve, point, longest / float(curve.spans[0]), most, others=others)
         branch.parent, branch.born = parent, born
         if best is None or branch.arclength > best.arclength:
             best = branch

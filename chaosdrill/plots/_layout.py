@@ -1,6 +1,6 @@
 """A layout in which legends and labels keep within their figure, whatever its size becomes."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -28,8 +28,8 @@ _EDGE = 4.0
 class Entries:
     """What a legend was made from, by which it is made anew for another width."""
 
-    def __init__(self, handles: "Sequence[Artist]", loc: str | None, most: int) -> None:
-        self.handles, self.loc, self.most = list(handles), loc, most
+    def __init__(self, handles: "Sequence[Artist]", loc: Any, most: int) -> None:
+        self.handles, self.loc, self.most, self.columns = list(handles), loc, most, most
         self.labels = [str(handle.get_label()) for handle in handles]
         self.title = ""
 
@@ -86,7 +86,7 @@ class FittedLayout(ConstrainedLayoutEngine):
 
 def _legends(fig: "Figure") -> "list[Legend]":
     every = [*fig.legends, *(ax.get_legend() for ax in fig.axes)]
-    return [legend for legend in every if legend in entries]
+    return [legend for legend in every if legend is not None and legend in entries]
 
 
 def _rooms(fig: "Figure") -> "Iterator[tuple[Text, float]]":
@@ -150,7 +150,7 @@ def fit_legend(legend: "Legend", fig: "Figure") -> bool:
             break
     most = room - pads - 2 * em * legend.borderpad
     labels = [_broken(label, width, most) for label, width in zip(own.labels, widths, strict=True)]
-    changed = columns != legend._ncols or labels != [text.get_text() for text in legend.texts]
+    changed = columns != own.columns or labels != [text.get_text() for text in legend.texts]
     if changed:
         _make_again(legend, own, labels, columns)
     if own.title:
@@ -174,9 +174,10 @@ def _width(label: str, legend: "Legend", fig: "Figure") -> float:
 
 def _make_again(legend: "Legend", own: Entries, labels: list[str], columns: int) -> None:
     """Fill a legend anew: the layout comes when the artists to draw are chosen already, and another would be none."""
-    title = legend.get_title()
+    title, own.columns, filled = legend.get_title(), columns, cast("Any", legend)
     legend.set_ncols(columns)
-    legend._init_legend_box(own.handles, labels)
+    # matplotlib itself has no other way to fill a legend
+    filled._init_legend_box(own.handles, labels)
     legend.set_loc(own.loc)
-    legend.set_title(title.get_text() or None)
+    filled.set_title(title.get_text() or None)
     legend.get_title().set(color=title.get_color(), fontproperties=title.get_fontproperties())

@@ -116,9 +116,9 @@ def in_si(dataset: "xr.Dataset") -> "xr.Dataset":
                 shown[name] = _scaled(dataset[name].variable, second, units="s")
         if "state_scale" in known:
             scale = dataset["state_scale_si"].variable
-            for name, variable in dataset.variables.items():
-                if "state" in variable.dims and variable.dtype.kind == "f" and name != "state_scale_si":
-                    shown[str(name)] = _scaled(variable, scale)
+            for own_name, variable in dataset.variables.items():
+                if "state" in variable.dims and variable.dtype.kind == "f" and own_name != "state_scale_si":
+                    shown[str(own_name)] = _scaled(variable, scale)
             shown["state_units"] = dataset["state_units_si"].variable
     coords = [name for name in shown if name in dataset.coords or name == "state_units"]
     # what has no dimensionless counterpart is kept

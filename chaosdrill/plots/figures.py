@@ -99,7 +99,7 @@ def legend_outside(
     handles: "Sequence[Artist]",
     ax: "Axes | None" = None,
     ncols: int = 6,
-    loc: str = "outside upper left",
+    loc: Any = "outside upper left",
     **options: Any,
 ) -> None:
     """Put one legend outside of all panels of a figure, in up to ``ncols`` columns, as many as find room.
@@ -128,11 +128,13 @@ def legend_inside(axes: "Axes", handles: "Sequence[Artist] | None" = None, **opt
     _fitted(axes.legend(handles=handles, **options), handles, options.get("loc"), 1)
 
 
-def _fitted(legend: "Legend", handles: "Sequence[Artist]", loc: str | None, most: int) -> None:
+def _fitted(legend: "Legend", handles: "Sequence[Artist]", loc: Any, most: int) -> None:
     from chaosdrill.plots._layout import Entries, entries, fit_legend
 
     entries[legend] = Entries(handles, loc, most)
-    fit_legend(legend, legend.get_figure(root=True))
+    figure = legend.get_figure(root=True)
+    assert figure is not None
+    fit_legend(legend, figure)
 
 
 def title_legend(legend: "Legend", text: str, colour: str) -> None:

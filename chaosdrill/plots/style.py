@@ -2,10 +2,10 @@
 
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,8 +53,10 @@ _PAPER: dict[str, Any] = {
 }
 _COMPLETE_FONT = "DejaVu Sans"
 """It comes with matplotlib and has every letter, index and sign of our labels, which many other fonts have not."""
-_NOT_OF_PICTURES = ("_internal", "animation.", "backend", "datapath", "docstring.", "interactive", "keymap.", "macosx.")
-_NOT_OF_PICTURES += ("timezone", "tk.", "toolbar", "webagg.")
+_NOT_OF_PICTURES = (
+    *("_internal", "animation.", "backend", "datapath", "docstring.", "interactive", "keymap.", "macosx."),
+    *("timezone", "tk.", "toolbar", "webagg."),
+)
 
 
 class _Turn:
@@ -71,14 +73,13 @@ class _Turn:
 
     @contextmanager
     def holding(self, wanted: Callable[[], dict[str, Any]]) -> Iterator[None]:
-        import matplotlib as mpl
-
+        current = _settings()
         with self._lock:
             self._owner = threading.get_ident()
             settings = wanted()
-            before = {name: mpl.rcParams[name] for name in settings}
-            mpl.rcParams.update(settings)
-            self._before.append((before, {name: mpl.rcParams[name] for name in settings}))
+            before = {name: current[name] for name in settings}
+            current.update(settings)
+            self._before.append((before, {name: current[name] for name in settings}))
             try:
                 yield
             finally:
@@ -94,10 +95,22 @@ class _Turn:
 
 def _restore(before: dict[str, Any], set_to: dict[str, Any]) -> None:
     """Undo settings that nobody has changed since."""
+    current = _settings()
+    # never all settings at once: a backend that is chosen meanwhile has some of its own, such as being interactive
+    current.update({name: value for name, value in before.items() if current[name] == set_to[name]})
+
+
+def _settings() -> MutableMapping[str, Any]:
+    """Matplotlib's settings of now, by any name."""
     import matplotlib as mpl
 
-    # never all settings at once: a backend that is chosen meanwhile has some of its own, such as being interactive
-    mpl.rcParams.update({name: value for name, value in before.items() if mpl.rcParams[name] == set_to[name]})
+    return cast("MutableMapping[str, Any]", mpl.rcParams)
+
+
+def _defaults() -> Mapping[str, Any]:
+    import matplotlib as mpl
+
+    return cast("Mapping[str, Any]", mpl.rcParamsDefault)
 
 
 _turn = _Turn()
@@ -143,48 +156,39 @@ def lettering() -> AbstractContextManager[None]:
 
 def is_changed(name: str) -> bool:
     """Return whether a setting of matplotlib is not its default, and so is somebody's wish."""
-    import matplotlib as mpl
-
-    return bool(mpl.rcParams[name] != mpl.rcParamsDefault[name])
+    return bool(_settings()[name] != _defaults()[name])
 
 
 def _of_user() -> dict[str, Any]:
-    import matplotlib as mpl
-
     look = {name: value for name, value in _LOOK.items() if not is_changed(name)}
-    size = float(look.get("font.size", mpl.rcParams["font.size"]))
+    size = float(look.get("font.size", _settings()["font.size"]))
     sizes = {name: part * size for name, part in _SIZES.items() if not is_changed(name)}
     return look | sizes | _PAPER | _letters()
 
 
 def _of_nobody() -> dict[str, Any]:
-    import matplotlib as mpl
-
-    changed = [name for name in mpl.rcParams if not name.startswith(_NOT_OF_PICTURES) and is_changed(name)]
+    changed = [name for name in _settings() if not name.startswith(_NOT_OF_PICTURES) and is_changed(name)]
     sizes = {name: part * _PAGE_FONT_SIZE for name, part in _SIZES.items()} | {"font.size": _PAGE_FONT_SIZE}
-    default = {name: mpl.rcParamsDefault[name] for name in changed}
+    default = {name: _defaults()[name] for name in changed}
     return default | _LOOK | sizes | _PAPER | {"font.family": [_COMPLETE_FONT]}
 
 
 def _letters() -> dict[str, Any]:
     """Fonts that complete each other; TeX would stop at the letters, indices and signs of our labels."""
-    import matplotlib as mpl
-
-    family = mpl.rcParams["font.family"]
+    family = _settings()["font.family"]
     family = [family] if isinstance(family, str) else list(family)
     return {"font.family": [*family, *[_COMPLETE_FONT] * (_COMPLETE_FONT not in family)], "text.usetex": False}
 
 
 def keep_ticks(figure: "Figure") -> None:
     """Let ticks that are made when a figure is drawn, after its style, have the style of now."""
-    import matplotlib as mpl
-
+    current = _settings()
     for ax in figure.axes:
         for name in ("x", "y"):
             ax.tick_params(
                 axis=name,
-                labelsize=mpl.rcParams[f"{name}tick.labelsize"],
-                color=mpl.rcParams[f"{name}tick.color"],
-                labelcolor=mpl.rcParams[f"{name}tick.color"],
-                labelfontfamily=mpl.rcParams["font.family"],
+                labelsize=current[f"{name}tick.labelsize"],
+                color=current[f"{name}tick.color"],
+                labelcolor=current[f"{name}tick.color"],
+                labelfontfamily=current["font.family"],
             )

@@ -48,7 +48,7 @@ def in_si(result: "xr.Dataset", kind: str, system: "HybridSystem", scales: Mappi
     dimensionless = dict(result.variables)
     if kind == "trajectory":
         dimensionless["force"] = _force(result, system)
-    added = {}
+    added: dict[str, Any] = {}
     for name, declared in SCHEMA[kind].items():
         given = dimensionless.get(name.removesuffix(SUFFIX))
         if name.endswith(SUFFIX) and given is not None:

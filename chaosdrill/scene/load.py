@@ -193,7 +193,7 @@ def _parse_toml(text: str, name: str) -> dict[str, Any]:
         raise SceneError(f"{name}: invalid TOML: nested too deeply") from None
     except ValueError as fault:
         message = str(fault)
-        found = _PLACE.search(message)
-        line = int(found[1]) if found and found[1] else text.count("\n") + 1 if found else 1
-        message = _PLACE.sub("", message) + (f" (column {found[2]})" if found and found[2] else "")
+        place = _PLACE.search(message)
+        line = int(place[1]) if place and place[1] else text.count("\n") + 1 if place else 1
+        message = _PLACE.sub("", message) + (f" (column {place[2]})" if place and place[2] else "")
         raise SceneError(f"{name}:{line}: invalid TOML: {message}") from None
