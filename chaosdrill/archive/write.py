@@ -184,10 +184,11 @@ def check_writable(path: str | os.PathLike[str], ending: str = ".nc", *, named: 
     if not os.path.isdir(place.parent):
         raise ArchiveError(f"{target}: the folder {place.parent} does not exist; create it first")
     try:
-        trial.touch(exist_ok=False)
-        trial.unlink()
-        with netcdf_name(trial):
-            pass
+        with signals_wait():
+            trial.touch(exist_ok=False)
+            trial.unlink()
+            with netcdf_name(trial):
+                pass
     except OSError as fault:
         raise ArchiveError(
             f"{target}: cannot write into {place.parent}: {_reason(fault)}; name a file in another folder"
