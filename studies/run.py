@@ -10,6 +10,7 @@
     python3 studies/run.py archives       runs every scene of the studies and verifies its archive
     python3 studies/run.py start          the time to the first spectrum and diagram of a new system
     python3 studies/run.py fuzz           corrupted scenes, archives and parts; runs that are killed and resumed
+    python3 studies/run.py hostile        archives that are built to do harm to who opens them
     python3 studies/run.py docs           builds the documentation into docs/_build/html and runs every example in it
     python3 studies/run.py tests          the test suite
     python3 studies/run.py coverage       the test suite with coverage, which takes a third longer
@@ -53,6 +54,7 @@ JOBS = {
     "archives": ("", ["studies/archives/make.py"]),
     "start": ("", ["studies/start/make.py"]),
     "fuzz": ("", ["studies/fuzz/make.py"]),
+    "hostile": ("", ["studies/fuzz/hostile.py"]),
     "docs": ("[docs]", ["-m", "sphinx", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html"]),
     "tests": ("[test]", [*SUITE]),
     "coverage": ("[test]", [*SUITE, "--cov", "--cov-report", "term", "--cov-fail-under", "90"]),

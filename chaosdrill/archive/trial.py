@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PATIENCE_S = 60.0
-"""Seconds within which the process must send something more; its processor time is bounded by `inside`."""
+"""Seconds within which the process must send something more. A file that keeps it busy ends earlier, by processor time
+(`inside`); a longer silence is that of the machine."""
 
 MOST_TOLD = 2**28
 """Bytes of plain values that are sent at once."""
@@ -262,7 +263,10 @@ class Reader:
         waiting.register(pipe, select.POLLIN)
         while len(data):
             if not waiting.poll(1000 * PATIENCE_S):
-                raise DamagedError(f"{file}: truncated or damaged: it cannot be read to its end")
+                raise ArchiveError(
+                    f"{file}: the process that reads it has told nothing for {PATIENCE_S:.0f} s; is the machine busy, "
+                    "or the disk slow? Try again"
+                )
             count = os.readv(pipe, [data])
             if not count:
                 self._ended(file)

@@ -4,10 +4,10 @@
 
 makes FILES files (default 2000), or as many as the time allows. Each is a sound archive with one to four of the
 `HARMS`: links, references, types, sizes, filters and attributes; half of them are sealed by a right checksum line. Each
-is opened in a process that may take a gigabyte and a minute. What may happen is an archive or an `ArchiveError`; what
-may not is any other exception, a process that dies, a minute without an answer, a gigabyte, a byte of the file beside
-it, or a change of that. Writes ``studies/fuzz/out/hostile.md``; what went wrong is kept beside it. The exit code is 1
-if anything did.
+is opened in a process that may take a gigabyte and a minute of processor time. What may happen is an archive or an
+`ArchiveError`; what may not is any other exception, a process that dies, a minute of work, a minute in which it waits
+for something, a gigabyte, a byte of the file beside it, or a change of that. Writes ``studies/fuzz/out/hostile.md``;
+what went wrong is kept beside it. The exit code is 1 if anything did.
 """
 
 import argparse
@@ -32,6 +32,8 @@ OUT = Path(__file__).resolve().parent / "out"
 sys.path.insert(0, str(ROOT))
 
 MOST_S = 60.0
+"""Of processor time, which no load on the machine makes longer, or of a time in which none is taken."""
+
 MOST_BYTES = 2**30
 MOST_HARMS = 4
 BUILDING_S = 10
@@ -379,23 +381,36 @@ class Opener:
         outcome : str
             "opened", "refused: ...", or what is wrong, which begins with "WRONG".
         seconds : float
+            Of processor time.
         size : int
             Bytes of memory by which the process has grown, or that those have taken which it started, at most.
         """
         if not self._child:
             self._begin()
-        begun = time.monotonic()
+        begun = _worked(self._child)
         self._line.send(path)
-        try:
-            outcome, size = self._line.recv() if self._line.poll(MOST_S) else ("WRONG: no answer", 0)
-        except EOFError:
-            outcome, size = "WRONG: the process died", 0
-        took = time.monotonic() - begun
+        outcome, size = self._answer(begun)
+        took = _worked(self._child) - begun
         if size > MOST_BYTES and not outcome.startswith("WRONG"):
             outcome = f"WRONG: {size / 2**20:.0f} MB"
         if outcome.startswith("WRONG"):
             self.close()
         return outcome, took, size
+
+    def _answer(self, begun: float) -> tuple[str, int]:
+        last, since = begun, time.monotonic()
+        while not self._line.poll(0.5):
+            worked = _worked(self._child)
+            if worked - begun > MOST_S:
+                return f"WRONG: no answer after {MOST_S:.0f} s of processor time", 0
+            if worked > last:
+                last, since = worked, time.monotonic()
+            elif time.monotonic() - since > MOST_S:
+                return f"WRONG: has waited for {MOST_S:.0f} s", 0
+        try:
+            return self._line.recv()
+        except EOFError:
+            return "WRONG: the process died", 0
 
     def close(self) -> None:
         """End the process."""
@@ -423,6 +438,17 @@ class Opener:
             theirs.send((outcome, 1024 * max(own, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)))
 
 
+def _worked(process: int) -> float:
+    """Processor time that a process has taken, with those that it has started, in seconds."""
+    try:
+        told = Path(f"/proc/{process}/stat").read_text(errors="replace").rpartition(")")[2].split()
+        started = [Path(thread, "children").read_text() for thread in Path(f"/proc/{process}/task").iterdir()]
+    except OSError:
+        return 0.0
+    own = sum(map(int, told[11:15])) / os.sysconf("SC_CLK_TCK")
+    return own + sum(_worked(int(child)) for child in " ".join(started).split())
+
+
 def _opened(path: Path) -> str:
     """What comes of a file."""
     import chaosdrill as cd
@@ -432,6 +458,8 @@ def _opened(path: Path) -> str:
     try:
         tree = cd.open(path)
     except ArchiveError as fault:
+        if "has told nothing" in str(fault):
+            return "WRONG: the process that reads it waits"
         return f"refused: {str(fault).removeprefix(f'{path}: '):.200}"
     except BaseException as fault:
         return f"WRONG: {type(fault).__name__}: {fault!s:.300}"
@@ -542,7 +570,8 @@ def main() -> int:
     OUT.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="hostile-") as name:
         found = run(Path(name).resolve(), given.files, given.hours and 3600 * given.hours, given.seed, OUT)
-    text = f"{found['files']} files, {len(found['wrong'])} wrong, the slowest {found['slowest']:.1f} s, "
+    text = f"{found['files']} files, {len(found['wrong'])} wrong, "
+    text += f"the slowest {found['slowest']:.1f} s of processor time, "
     text += f"the largest {found['largest'] / 2**20:.0f} MB\n\n| outcome | files |\n| --- | --- |\n"
     text += "".join(f"| {outcome} | {number} |\n" for outcome, number in found["outcomes"].most_common())
     text += "\n| harm | files |\n| --- | --- |\n"

@@ -1,6 +1,7 @@
 """Files that a stranger built on purpose are refused, with the reason, by a process of its own; sealed or not."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -288,6 +289,18 @@ def test_one_process_reads_several_files(tmp_path, sound):
         again = reader.read(path, decoded=True)
         assert reader._process.pid == number
     assert all(first[name].identical(again[name]) for name in first)
+
+
+def test_a_process_that_is_kept_waiting_is_no_damage(tmp_path, sound, monkeypatch):
+    path = tmp_path / "a.nc"
+    path.write_bytes(sound)
+    with trial.Reader() as reader:
+        reader.read(path, decoded=True)
+        os.kill(reader._process.pid, signal.SIGSTOP)
+        monkeypatch.setattr(trial, "PATIENCE_S", 0.1)
+        with pytest.raises(ArchiveError, match="is the machine busy, or the disk slow") as caught:
+            reader.read(path, decoded=True)
+    assert not isinstance(caught.value, trial.DamagedError)
 
 
 def test_too_many_open_files_is_no_damage(tmp_path, sound):
