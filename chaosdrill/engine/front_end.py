@@ -1,27 +1,25 @@
 """numba as a front end: from a function of the engine, and what it calls, to one module of LLVM code.
 
-What numba does by itself with a function that others call is to optimise it and to make it machine code, and to do so
-again with every function that it becomes a part of: a tree of calls is compiled once a level, which was two thirds of
-the engine's time to start. Here a function is typed and lowered alone, and what comes of it is optimised once, together
-with all that it calls. No public part of numba does that. What is used of its inner parts stands in this file alone,
-and ``tests/engine/test_front_end.py`` says which of them a new numba has changed.
+By numba's inner parts (`inner_parts`) nothing is optimised that becomes a part of something else. Where a numba has
+changed them, its public parts do the same: functions are then compiled once a level of calls, several times as long,
+and the results are the same but for rounding where operations may be fused.
 """
 
-import contextlib
-import ctypes
-from collections.abc import Callable, Iterator
-from functools import cache
+from collections.abc import Callable
 from typing import Any
 
 import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
-from numba import _dynfunc, types
-from numba.core import codegen, cpu, registry, typing
-from numba.core.compiler_lock import global_compiler_lock
-from numba.np import arrayobj
+from numba import types
 
 from chaosdrill.engine.uncompiled import machine_code, visible
+
+# a numba that has them no more, or under other names
+try:
+    from chaosdrill.engine import inner_parts
+except (ImportError, AttributeError):
+    inner_parts = None
 
 WORD = ir.IntType(64)
 WORDS = WORD.as_pointer()
@@ -30,76 +28,6 @@ FROM_WORDS = "_from_words"
 
 PLAIN = {"error_model": "numpy", "_nrt": False}
 """How numba compiles all of the engine: errors are none of arithmetic, nothing is allocated."""
-
-
-class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
-    """LLVM code that is linked, and neither optimised nor made machine code."""
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        return 0
-
-
-class _Codegen(codegen.JITCPUCodegen):  # type: ignore[misc]
-    _library_class = _Library
-
-    def set_env(self, env_name: str, env: Any) -> None:
-        pass
-
-
-class _Context(cpu.CPUContext):  # type: ignore[misc]
-    """A target of its own, so that nothing of it is found by other code that numba compiles."""
-
-    def init(self) -> None:
-        super().init()
-        self._internal_codegen = _Codegen("chaosdrill")
-
-    def create_cpython_wrapper(self, *given: Any, **more: Any) -> None:
-        pass
-
-    def create_cfunc_wrapper(self, *given: Any, **more: Any) -> None:
-        pass
-
-    def get_executable(self, library: Any, fndesc: Any, env: Any) -> Any:
-        """What stands for a function in numba's tables; where Python calls it there is a TypeError."""
-        refuse = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value
-        name = fndesc.qualname
-        return _dynfunc.make_function(fndesc.lookup_module(), name.split(".")[-1], name, refuse, env, (library,))
-
-
-def _index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
-    """An index as it is: none of the engine's counts from the end, and to ask each costs a twentieth of a run."""
-    return context.cast(builder, index, kind, types.intp)
-
-
-@cache
-def _contexts() -> tuple[Any, Any]:
-    typed = typing.Context()
-    return typed, _Context(typed, "cpu")
-
-
-@contextlib.contextmanager
-def _own_contexts() -> Iterator[Any]:
-    """Let numba compile for the target of this file; no other compilation runs meanwhile."""
-    with global_compiler_lock:
-        target = registry.cpu_target
-        before = {"_toplevel_typing_context": target.typing_context, "_toplevel_target_context": target.target_context}
-        typed, context = _contexts()
-        target.__dict__.update(_toplevel_typing_context=typed, _toplevel_target_context=context)
-        counted, arrayobj.fix_integer_index = arrayobj.fix_integer_index, _index
-        try:
-            yield context
-        finally:
-            arrayobj.fix_integer_index = counted
-            target.__dict__.update(before)
 
 
 def function_pointer(name: str, signature: Any) -> Any:
@@ -152,19 +80,13 @@ def at_address(kind: Any) -> Any:
     return value_at
 
 
-def _entries(context: Any, descriptor: Any, name: str, signature: Any) -> str:
+def _entries(name: str, result: Any, kinds: list[Any], call: Callable[..., Any]) -> str:
     """LLVM code of a function by the name that others call it by: with values, and from words in memory."""
-    module = context.create_module("entries")
-    kinds = [context.get_value_type(kind) for kind in signature.args]
-    nothing = signature.return_type == types.void
-    result = ir.VoidType() if nothing else context.get_value_type(signature.return_type)
-    convention = context.call_conv
-    called = ir.Function(
-        module, convention.get_function_type(descriptor.restype, descriptor.argtypes), descriptor.llvm_func_name
-    )
+    module = ir.Module("entries")
     by_value = ir.Function(module, ir.FunctionType(result, kinds), name)
     builder = ir.IRBuilder(by_value.append_basic_block())
-    _, value = convention.call_function(builder, called, descriptor.restype, descriptor.argtypes, list(by_value.args))
+    value = call(module, builder, list(by_value.args))
+    nothing = isinstance(result, ir.VoidType)
     builder.ret_void() if nothing else builder.ret(value)
     from_words = ir.Function(module, ir.FunctionType(ir.VoidType(), [WORDS]), name + FROM_WORDS)
     builder = ir.IRBuilder(from_words.append_basic_block())
@@ -179,20 +101,52 @@ def _entries(context: Any, descriptor: Any, name: str, signature: Any) -> str:
     return str(module)
 
 
+def _known(kind: Any) -> Any:
+    """A type whose pointers lead to something, as llvmlite writes them."""
+    if isinstance(kind, ir.BaseStructType):
+        return ir.LiteralStructType(map(_known, kind.elements))
+    if isinstance(kind, ir.ArrayType):
+        return ir.ArrayType(_known(kind.element), kind.count)
+    return ir.IntType(8).as_pointer() if isinstance(kind, ir.PointerType) and kind.is_opaque else kind
+
+
+def _lowered_in_public(function: Callable[..., Any], signature: Any) -> tuple[Any, Any, list[Any], Callable[..., Any]]:
+    """The same as `inner_parts.lowered`, by a callback for C, which numba optimises with all that it calls."""
+    callback = numba.cfunc(signature, **PLAIN)(function)
+    module = llvm.parse_assembly(callback.inspect_llvm())
+    told = module.get_function(callback.native_name).global_value_type.as_ir(ir.global_context)
+    kind = ir.FunctionType(_known(told.return_type), map(_known, told.args))
+
+    def call(entries: Any, builder: Any, values: list[Any]) -> Any:
+        # where an error would be told, of which there is none; nobody else knows these two by name
+        for name in ("numba_gil_ensure", "numba_gil_release"):
+            stub = ir.Function(entries, ir.FunctionType(ir.VoidType(), [WORDS]), name)
+            ir.IRBuilder(stub.append_basic_block()).ret_void()
+        return builder.call(ir.Function(entries, kind, callback.native_name), values)
+
+    return module, kind.return_type, list(kind.args), call
+
+
+def _lowered(function: Callable[..., Any], signature: Any) -> tuple[Any, Any, list[Any], Callable[..., Any]]:
+    if inner_parts is None:
+        return _lowered_in_public(function, signature)
+    try:
+        return inner_parts.lowered(numba.njit(**PLAIN)(function), signature)
+    # whatever a numba that has changed them makes of it; a fault of the function itself comes again
+    except Exception:
+        return _lowered_in_public(function, signature)
+
+
 def llvm_module(function: Callable[..., Any], name: str, signature: Any, rare: set[str]) -> Any:
-    """LLVM code of a function and of all that it calls, as one module that is not yet optimised.
+    """LLVM code of a function and of all that it calls, as one module that is not yet optimised as a whole.
 
     Only the two functions of `_entries` can be seen from outside: everything else is compiled for this caller alone,
     whatever was compiled before. Other names are numbers, so that the code is the same in every process. ``rare`` are
     parts of the names of functions that stay calls.
     """
-    dispatcher = numba.njit(**PLAIN)(function)
-    with _own_contexts() as context:
-        dispatcher.compile(signature)
-        (result,) = dispatcher.overloads.values()
-        result.library.finalize()
-        module = result.library._final_module
-        module.link_in(llvm.parse_assembly(_entries(context, result.fndesc, name, result.signature)))
+    module, result, kinds, call = _lowered(function, signature)
+    result = ir.VoidType() if signature.return_type == types.void else result
+    module.link_in(llvm.parse_assembly(_entries(name, result, kinds, call)))
     for number, part in enumerate([*module.functions, *module.global_variables]):
         if part.is_declaration or part.name in (name, name + FROM_WORDS):
             continue

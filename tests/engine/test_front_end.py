@@ -15,7 +15,7 @@ from numba.core import codegen, cpu, registry
 from numba.np import arrayobj
 
 from chaosdrill.codegen.signatures import matrix, vector
-from chaosdrill.engine import front_end
+from chaosdrill.engine import front_end, inner_parts
 from chaosdrill.engine.jit import Layout, Record, compiled, inner, rare
 from chaosdrill.engine.layout import LaneFunctions
 
@@ -25,20 +25,20 @@ from chaosdrill.engine.layout import LaneFunctions
 def test_the_contexts_of_the_target_are_replaced_and_put_back():
     target = registry.cpu_target
     before = target.typing_context, target.target_context, arrayobj.fix_integer_index
-    with front_end._own_contexts() as context:
+    with inner_parts._own_contexts() as context:
         assert target.target_context is context
         assert target.typing_context is context.typing_context
         assert context not in before
-        assert arrayobj.fix_integer_index is front_end._index
+        assert arrayobj.fix_integer_index is inner_parts._index
     assert (target.typing_context, target.target_context, arrayobj.fix_integer_index) == before
 
 
 @pytest.mark.parametrize(
     ("owner", "overridden"),
     [
-        (codegen.JITCodeLibrary, front_end._Library),
-        (codegen.JITCPUCodegen, front_end._Codegen),
-        (cpu.CPUContext, front_end._Context),
+        (codegen.JITCodeLibrary, inner_parts._Library),
+        (codegen.JITCPUCodegen, inner_parts._Codegen),
+        (cpu.CPUContext, inner_parts._Context),
     ],
 )
 def test_what_is_overridden_is_there(owner, overridden):

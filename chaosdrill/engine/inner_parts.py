@@ -1,0 +1,118 @@
+"""The inner parts of numba that the engine takes, where they are as they were.
+
+What numba does by itself with a function that others call is to optimise it and to make it machine code, and to do so
+again with every function that it becomes a part of: a tree of calls is compiled once a level, which was two thirds of
+the engine's time to start. Here a function is typed and lowered alone, and what comes of it is optimised once, together
+with all that it calls. No public part of numba does that. What is used of its inner parts stands in this file alone,
+and ``tests/engine/test_front_end.py`` says which of them a new numba has changed; meanwhile `front_end` does without.
+"""
+
+import contextlib
+import ctypes
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import Any
+
+from llvmlite import ir
+from numba import _dynfunc, types
+from numba.core import codegen, cpu, registry, typing
+from numba.core.compiler_lock import global_compiler_lock
+from numba.np import arrayobj
+
+
+class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """LLVM code that is linked, and neither optimised nor made machine code."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+
+class _Codegen(codegen.JITCPUCodegen):  # type: ignore[misc]
+    _library_class = _Library
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        pass
+
+
+class _Context(cpu.CPUContext):  # type: ignore[misc]
+    """A target of its own, so that nothing of it is found by other code that numba compiles."""
+
+    def init(self) -> None:
+        super().init()
+        self._internal_codegen = _Codegen("chaosdrill")
+
+    def create_cpython_wrapper(self, *given: Any, **more: Any) -> None:
+        pass
+
+    def create_cfunc_wrapper(self, *given: Any, **more: Any) -> None:
+        pass
+
+    def get_executable(self, library: Any, fndesc: Any, env: Any) -> Any:
+        """What stands for a function in numba's tables; where Python calls it there is a TypeError."""
+        refuse = ctypes.cast(ctypes.pythonapi.PyErr_BadArgument, ctypes.c_void_p).value
+        name = fndesc.qualname
+        return _dynfunc.make_function(fndesc.lookup_module(), name.split(".")[-1], name, refuse, env, (library,))
+
+
+def _index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
+    """An index as it is: none of the engine's counts from the end, and to ask each costs a twentieth of a run."""
+    return context.cast(builder, index, kind, types.intp)
+
+
+@cache
+def _contexts() -> tuple[Any, Any]:
+    typed = typing.Context()
+    return typed, _Context(typed, "cpu")
+
+
+@contextlib.contextmanager
+def _own_contexts() -> Iterator[Any]:
+    """Let numba compile for the target of this file; no other compilation runs meanwhile."""
+    with global_compiler_lock:
+        target = registry.cpu_target
+        before = {"_toplevel_typing_context": target.typing_context, "_toplevel_target_context": target.target_context}
+        typed, context = _contexts()
+        target.__dict__.update(_toplevel_typing_context=typed, _toplevel_target_context=context)
+        counted, arrayobj.fix_integer_index = arrayobj.fix_integer_index, _index
+        try:
+            yield context
+        finally:
+            arrayobj.fix_integer_index = counted
+            target.__dict__.update(before)
+
+
+def lowered(dispatcher: Any, signature: Any) -> tuple[Any, ir.Type, list[ir.Type], Callable[..., Any]]:
+    """LLVM code of a function and of all that it calls, not optimised.
+
+    Returns
+    -------
+    module
+    result : ir.Type
+        LLVM's type of what it returns.
+    arguments : list of ir.Type
+    call : callable
+        What writes a call of it into a module: ``call(module, builder, values)``.
+    """
+    with _own_contexts() as context:
+        dispatcher.compile(signature)
+        (compiled,) = dispatcher.overloads.values()
+        compiled.library.finalize()
+        descriptor, convention = compiled.fndesc, context.call_conv
+        kinds = [context.get_value_type(kind) for kind in compiled.signature.args]
+        result = context.get_value_type(compiled.signature.return_type)
+
+        def call(module: Any, builder: Any, values: list[Any]) -> Any:
+            kind = convention.get_function_type(descriptor.restype, descriptor.argtypes)
+            function = ir.Function(module, kind, descriptor.llvm_func_name)
+            return convention.call_function(builder, function, descriptor.restype, descriptor.argtypes, values)[1]
+
+        return compiled.library._final_module, result, kinds, call
