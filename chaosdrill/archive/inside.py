@@ -49,8 +49,8 @@ LARGEST_CHUNK = 2**27
 BLOCK = 2**27
 """Bytes that are read at once, and that are kept of chunks."""
 
-MEMORY = 2**30
-"""Bytes that the process may take besides what its libraries do."""
+MEMORY = 3 * 2**28
+"""Bytes that the process may take besides what its libraries do: with these it stays below a gigabyte."""
 
 TEXTS = 64
 """Texts that are read at once, before their length is known."""

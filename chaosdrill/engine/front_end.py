@@ -26,8 +26,9 @@ WORDS = WORD.as_pointer()
 FROM_WORDS = "_from_words"
 """Behind the name of a function: the same, with its arguments and then its result in memory, every number a word."""
 
-PLAIN = {"error_model": "numpy", "_nrt": False}
-"""How numba compiles all of the engine: errors are none of arithmetic, nothing is allocated."""
+_CALLBACK = {"error_model": "numpy", "_nrt": False}
+PLAIN = _CALLBACK | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""How numba compiles all of the engine: errors are none of arithmetic, nothing is allocated, Python calls no part."""
 
 
 def function_pointer(name: str, signature: Any) -> Any:
@@ -112,7 +113,7 @@ def _known(kind: Any) -> Any:
 
 def _lowered_in_public(function: Callable[..., Any], signature: Any) -> tuple[Any, Any, list[Any], Callable[..., Any]]:
     """The same as `inner_parts.lowered`, by a callback for C, which numba optimises with all that it calls."""
-    callback = numba.cfunc(signature, **PLAIN)(function)
+    callback = numba.cfunc(signature, **_CALLBACK)(function)
     module = llvm.parse_assembly(callback.inspect_llvm())
     told = module.get_function(callback.native_name).global_value_type.as_ir(ir.global_context)
     kind = ir.FunctionType(_known(told.return_type), map(_known, told.args))

@@ -435,24 +435,41 @@ class Opener:
                 os._exit(0)
             outcome = _opened(path)
             own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-            theirs.send((outcome, 1024 * max(own, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)))
+            ended = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+            theirs.send((outcome, 1024 * max(own, ended, *map(_most_taken, _started(os.getpid())))))
 
 
 def _worked(process: int) -> float:
     """Processor time that a process has taken, with those that it has started, in seconds."""
     try:
         told = Path(f"/proc/{process}/stat").read_text(errors="replace").rpartition(")")[2].split()
-        started = [Path(thread, "children").read_text() for thread in Path(f"/proc/{process}/task").iterdir()]
     except OSError:
         return 0.0
     own = sum(map(int, told[11:15])) / os.sysconf("SC_CLK_TCK")
-    return own + sum(_worked(int(child)) for child in " ".join(started).split())
+    return own + sum(map(_worked, _started(process)))
+
+
+def _started(process: int) -> list[int]:
+    """Processes that a process has started and that go on."""
+    try:
+        told = [Path(thread, "children").read_text() for thread in Path(f"/proc/{process}/task").iterdir()]
+    except OSError:
+        return []
+    return list(map(int, " ".join(told).split()))
+
+
+def _most_taken(process: int) -> int:
+    """The most memory that a process has taken, in kB."""
+    try:
+        lines = Path(f"/proc/{process}/status").read_text(errors="replace").splitlines()
+    except OSError:
+        return 0
+    return next((int(line.split()[1]) for line in lines if line.startswith("VmHWM:")), 0)
 
 
 def _opened(path: Path) -> str:
     """What comes of a file."""
     import chaosdrill as cd
-    from chaosdrill.archive import trial
     from chaosdrill.errors import ArchiveError
 
     try:
@@ -463,10 +480,6 @@ def _opened(path: Path) -> str:
         return f"refused: {str(fault).removeprefix(f'{path}: '):.200}"
     except BaseException as fault:
         return f"WRONG: {type(fault).__name__}: {fault!s:.300}"
-    finally:
-        # whose memory counts once it has ended
-        if random.random() < 0.1:
-            trial._end_spare()
     return "WRONG: reads another file" if _holds_secret(tree) else "opened"
 
 
