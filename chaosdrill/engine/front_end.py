@@ -111,18 +111,24 @@ def _known(kind: Any) -> Any:
     return ir.IntType(8).as_pointer() if isinstance(kind, ir.PointerType) and kind.is_opaque else kind
 
 
+def _kind(function: Any) -> Any:
+    """The type of a function that has been compiled."""
+    told = function.global_value_type.as_ir(ir.global_context)
+    return ir.FunctionType(_known(told.return_type), map(_known, told.args), told.var_arg)
+
+
 def _lowered_in_public(function: Callable[..., Any], signature: Any) -> tuple[Any, Any, list[Any], Callable[..., Any]]:
     """The same as `inner_parts.lowered`, by a callback for C, which numba optimises with all that it calls."""
     callback = numba.cfunc(signature, **_CALLBACK)(function)
     module = llvm.parse_assembly(callback.inspect_llvm())
-    told = module.get_function(callback.native_name).global_value_type.as_ir(ir.global_context)
-    kind = ir.FunctionType(_known(told.return_type), map(_known, told.args))
+    kind = _kind(module.get_function(callback.native_name))
 
     def call(entries: Any, builder: Any, values: list[Any]) -> Any:
-        # where an error would be told, of which there is none; nobody else knows these two by name
-        for name in ("numba_gil_ensure", "numba_gil_release"):
-            stub = ir.Function(entries, ir.FunctionType(ir.VoidType(), [WORDS]), name)
-            ir.IRBuilder(stub.append_basic_block()).ret_void()
+        # a callback tells Python of errors, of which there are none, by functions that numba alone knows by name
+        for told in module.functions:
+            if told.is_declaration and told.name.startswith("numba_"):
+                never = ir.Function(entries, _kind(told), told.name)
+                ir.IRBuilder(never.append_basic_block()).unreachable()
         return builder.call(ir.Function(entries, kind, callback.native_name), values)
 
     return module, kind.return_type, list(kind.args), call
