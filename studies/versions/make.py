@@ -29,6 +29,7 @@ CORE = (
     "tests/model/test_text.py",
     "tests/dataset/test_words.py",
     "tests/engine/test_front_end.py",
+    "tests/engine/test_without_inner_parts.py",
     "tests/engine/test_radau.py",
     "tests/known_answers/test_flows.py",
     "tests/known_answers/test_hits_and_sticking.py",
