@@ -38,7 +38,7 @@ BLOCK = 2**16
 MOST = 1000
 """Attractors that are told apart in one analysis."""
 
-ATTRACTING = tuple(int(outcome) for outcome in MEASURED if outcome != Outcome.OPEN)
+ATTRACTING = tuple(int(outcome) for outcome in MEASURED if outcome not in (Outcome.OPEN, Outcome.TRANSIENT))
 """Outcomes of runs that stay somewhere."""
 
 

@@ -1,21 +1,27 @@
-"""Classification of points by their exponents and recurrence together.
+"""Evidence from records, and what points of a grid are on by it.
 
-Neither decides alone. Before a period doubling a slow transient alternates about the cycle, so that its points come
-back after two periods to any tolerance that is wider than its slow decay; near any bifurcation the exponent of a short
-run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left undecided here.
+Neither exponents nor recurrence decide alone. Before a period doubling a slow transient alternates about the cycle, so
+that its points come back after two periods to any tolerance that is wider than its slow decay; near any bifurcation the
+exponent of a short run has no sign; in chaos a laminar stretch repeats for a while. What is not beyond doubt is left
+undecided here. The word itself is given by `chaosdrill.analysis.words`, for spectra as for points.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan
-from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence
-from chaosdrill.analysis.regularity import only_grows, rests
+from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
+from chaosdrill.analysis.regularity import LEAST, aside, examine, only_grows, rests
+from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
+from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.structure import Structure
+from chaosdrill.model import HybridSystem
 
 SPLIT = 1e-5
 """Least relative distance between the points of a cycle for which it is told from one of half its period."""
@@ -31,6 +37,99 @@ HYPERBOLIC = 1e-5
 """Logarithm of a multiplier, averaged over whole cycles, below which a cycle is attracting."""
 
 
+NO_GROWTH = 8.0
+"""Logarithm by which the tangent along the flow grows or shrinks in a record at most: on an attractor it is that of the
+speed at the end over that at the beginning."""
+
+
+@dataclass(frozen=True)
+class Averages:
+    """Exponents of P records, in descending order."""
+
+    exponents: np.ndarray  # (P, m)
+    errors: np.ndarray  # (P, m): their standard errors
+    late: np.ndarray  # (P, m): growth rates over the later half of the record
+    length: np.ndarray  # (P,): time of the record
+    neutral: np.ndarray  # int (P,): how many are zero whatever the attractor
+    complete: bool  # whether there are as many as states
+
+
+def evidence_of(
+    system: HybridSystem,
+    structure: Structure,
+    averages: Averages,
+    windows: np.ndarray,
+    known: np.ndarray,
+    ended: np.ndarray,
+    before: np.ndarray | None = None,
+    part: np.ndarray | float = 1.0,
+) -> Evidence:
+    """What exponents and states of records say; whether the points come back, and how, is for the caller to add.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (P, W, n + 1)
+        States and modes of the record; NaN behind the last.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way.
+    ended : ndarray of int, shape (P,)
+        What ended the runs, or ``OK``.
+    before : ndarray, shape (P, n), optional
+        States long before the record.
+    part : float or ndarray, shape (P,)
+        Part of the record that the windows are of.
+    """
+    exponents, length = averages.exponents, averages.length
+    points, n = len(exponents), len(system.states)
+    lead, margin, column = leading(exponents, averages.errors, averages.neutral, length, complete=averages.complete)
+    one_of = (np.arange(points), column)
+    late = averages.late[one_of] if exponents.shape[1] else np.zeros(points)
+    found = Evidence.of(points, ended=ended, lead=lead, margin=margin, length=length, late=late)
+    unforced = system.period is None and structure.autonomous
+    with np.errstate(invalid="ignore"):
+        if unforced and averages.complete and exponents.shape[1]:
+            # a tangent that starts across the flow shrinks before it turns into it
+            growth, late = exponents * length[:, np.newaxis], averages.late * length[:, np.newaxis]
+            found.sinks = growth[:, 0] < -SINKS
+            found.shrinks = (growth[:, 0] < -STAYS) & (late.max(axis=1) < -STAYS)
+            most = np.maximum(NO_GROWTH, 3 * averages.errors * length[:, np.newaxis])
+            zero = np.minimum(np.abs(growth), np.abs(late)) <= most
+            found.flows = zero.sum(axis=1) >= averages.neutral
+        if averages.complete and contracts(system):
+            found.torus_possible = ~(exponents.sum(axis=1) < 0)
+    found.chaos_possible = np.full(points, _chaos_possible(system, n))
+    open_ = np.flatnonzero((ended == Outcome.OK) & ~(found.lead < -found.margin))
+    symmetries = structure.frame[: structure.symmetries]
+    states = aside(windows[open_], symmetries)[:, :, :-1]
+    found.leaving[open_], found.settling[open_] = stationarity(states, known[open_])
+    begin = None if before is None else before[open_] - (before[open_] @ symmetries.T) @ symmetries
+    drifts = only_grows(states, known[open_], begin)
+    found.drifts[open_] = drifts.any(axis=1)
+    found.departs[open_] = departs(states, drifts, (lead * length * part)[open_])
+    return found
+
+
+def _chaos_possible(system: HybridSystem, n: int) -> bool:
+    """Whether a motion can be chaotic: no flow of two states without events is, nor a forced one of one state."""
+    smooth = len(system.modes) == 1 and all(t.marks_only() for t in system.transitions)
+    return not smooth or n > (2 if system.autonomous else 1)
+
+
+def contracts(system: HybridSystem) -> bool:
+    """Whether the flow of a forced system of two states shrinks or stretches all areas alike.
+
+    A closed curve that it maps to itself encloses an area that it maps to itself, so that there is no torus where it
+    shrinks them.
+    """
+    if system.autonomous or len(system.states) != 2 or any(t.reset for t in system.transitions):
+        return False
+    if "contracts" not in system.shared:
+        free = {*system.states, system.time}
+        rates = [sum(field[x].diff(x) for x in system.states) for field in system.modes.values()]
+        system.shared["contracts"] = all(not (rate.free_symbols & free) for rate in rates)
+    return bool(system.shared["contracts"])
+
+
 @dataclass
 class Verdict:
     """What P points are on."""
@@ -44,7 +143,7 @@ class Verdict:
     errors: np.ndarray  # (P, m): their standard errors
     lead: np.ndarray  # (P,): largest exponent that is free to have any sign
     margin: np.ndarray  # (P,): from where on it is told from zero
-    multiplier: np.ndarray  # (P,): logarithm of the leading multiplier of the cycle, where there is one
+    evidence: Evidence
     cycle: np.ndarray  # int (P,): length of the cycle that the record repeats, in units of lengths; 0: unknown, or none
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
 
@@ -58,15 +157,78 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
     if not plan.maps:
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
         found = replace(found, period=np.zeros_like(found.period))
-    times, length = batch.times[which], batch.length[which]
+    times = batch.times[which]
     if plan.section is not None and plan.system.period is not None and not plan.system.autonomous:
         found = replace(found, period=_in_phase(plan, batch, which, found.period, ends))
     cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
     whole = certain & (_first_whole(ends, cycle) >= 0)
     begin = np.where(whole, _first_whole(ends, cycle), 0)
-    sums = batch.sums[which]
+    averages = _averages(plan, batch, which, begin)
+    exponents, errors = averages.exponents, averages.errors
+    windows, known = batch.window[which], batch.sizes[which]
+    early = None if before is None else before[which]
+    points = batch.counts[which][:, sorted(plan.section)].sum(axis=1) if plan.section is not None else ends[-1]
+    part = np.minimum(1.0, windows.shape[1] / np.maximum(points, 1))
+    e = evidence_of(plan.system, plan.structure, averages, windows, known, batch.outcome[which], early, part)
+    e.measured[:] = plan.exponents > 0
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        multiplier = e.lead * lasts
+        distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
+        split = (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
+        e.recurs = (found.period > 0) & split
+        neutral = whole & (np.abs(multiplier) <= NEUTRAL)
+        e.exact = e.recurs & (_residual(plan, windows, known, found, e.recurs & neutral) <= ROUND_OFF)
+        attracting = np.where(whole, multiplier < -HYPERBOLIC, e.negative)
+        e.attracts = attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
+        centre = e.recurs & neutral & (found.residual <= ROUND_OFF)
+    e.winds = _winds(plan, batch, which) & ~e.recurs
+    e.rests, moves = _at_rest(plan, batch, which, e)
+    e.ended = np.where(e.rests, int(Outcome.OK), e.ended)
+    if not plan.max_extension and plan.maps and plan.section is None:
+        _look_closer(plan, e, windows, known)
+    outcome = words(e)
+    if batch.counts_returns:
+        grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)
+        outcome[grazed & (batch.outcome[which] == Outcome.OK)] = int(Outcome.NO_RETURN)
+        exponents[grazed], errors[grazed] = np.nan, np.nan
+    periodic = outcome == Outcome.PERIODIC
+    decided = (periodic & ((e.recurs & e.attracts) | centre)) | ((outcome == Outcome.CHAOTIC) & ~e.recurs)
+    decided |= (outcome == Outcome.QUASIPERIODIC) & e.winds
+    if not plan.maps:
+        decided |= periodic & e.negative
+    ended = ~np.isin(outcome, MEASURED)
+    decided = (decided & moves) | (outcome == Outcome.EQUILIBRIUM) & e.rests | ended | ~e.measured
+    repeats = periodic & e.recurs & ((e.lead < e.margin) | e.exact | ~e.measured)
+    period = np.where(repeats, found.period, 0)
+    return Verdict(
+        outcome=outcome,
+        period=period,
+        decided=decided,
+        exponents=exponents,
+        errors=errors,
+        lead=e.lead,
+        margin=e.margin,
+        evidence=e,
+        cycle=np.where(certain & (period > 0), cycle, 0),
+        moves=moves,
+    )
+
+
+def _residual(plan: Plan, windows: np.ndarray, known: np.ndarray, found: Recurrence, whole: np.ndarray) -> np.ndarray:
+    """Residuals, of some points relative to the sizes that the states have had, from which round-off may come."""
+    residual = found.residual.copy()
+    rows = np.flatnonzero(whole)
+    if len(rows):
+        residual[rows] = recurrence(windows[rows], known[rows] / FLOOR, plan.max_period, 2 * plan.max_period).residual
+    return residual
+
+
+def _averages(plan: Plan, batch: Batch, which: np.ndarray, begin: np.ndarray) -> Averages:
+    """Exponents from the beginning of a block to the end, with errors from all blocks, point by point."""
+    sums, times, length = batch.sums[which], batch.times[which], batch.length[which]
     with np.errstate(invalid="ignore", divide="ignore"):
         exponents = _means(sums, begin, times)
+        late = _means(sums, np.full(len(which), (times.shape[1] - 1) // 2), times)
         spans = np.diff(times, axis=1)
         rates = np.diff(sums, axis=1) / spans[..., np.newaxis]
         if batch.counts_returns:
@@ -76,99 +238,51 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
         rates = np.where(np.isfinite(rates), rates, np.nan).transpose(1, 0, 2)
         errors = error_of_exponents(rates, plan.numerics, batch.steps[which], length)
     order = np.argsort(-exponents, axis=1, kind="stable")
-    exponents, errors = np.take_along_axis(exponents, order, 1), np.take_along_axis(errors, order, 1)
-    neutral, winds = _known(plan, batch, which)
-    lead, margin = leading(exponents, errors, neutral, length, complete=plan.computed == batch.x.shape[1])
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        multiplier = lead * lasts
-        distance = found.residual / -np.expm1(np.minimum(multiplier, -1e-300))
-        split = (found.splitting > SPLIT) & (found.residual <= DECAY * found.splitting)
-        recurs = (found.period > 0) & split
-        attracting = np.where(whole, multiplier < -HYPERBOLIC, lead < -margin)
-        settled = recurs & attracting & (distance <= CLOSE) & (found.splitting > 10 * distance)
-        centre = recurs & whole & (found.residual <= ROUND_OFF) & (np.abs(multiplier) <= NEUTRAL)
-        chaotic = (found.period == 0) & (lead > margin)
-        repeats = recurs & ((lead < margin) | (found.residual <= ROUND_OFF))
-        outcome = np.select(
-            [repeats, lead > margin, lead < -margin],
-            [int(Outcome.PERIODIC), int(Outcome.CHAOTIC), int(Outcome.PERIODIC)],
-            int(Outcome.UNDECIDED),
-        )
-    winds &= (outcome == Outcome.PERIODIC) & ~repeats
-    outcome[winds] = int(Outcome.QUASIPERIODIC)
-    unclear = np.flatnonzero(outcome == Outcome.UNDECIDED)
-    outcome[unclear[_only_grow(plan, batch, which[unclear], before)]] = int(Outcome.OPEN)
-    decided = settled | centre | chaotic | winds
-    rest, sinks, moves = _at_rest(plan, batch, which, exponents, length)
-    if not plan.maps:
-        decided |= moves & (lead < -margin)
-    if plan.exponents == 0:
-        repeats, decided = recurs, np.ones(len(which), dtype=bool)
-        outcome = np.where(recurs, int(Outcome.PERIODIC), int(Outcome.OK))
-    else:
-        outcome[np.isnan(lead)] = int(Outcome.NONFINITE)
-    decided = (decided & moves) | rest
-    outcome = np.where(batch.outcome[which] != Outcome.OK, batch.outcome[which], outcome)
-    if batch.counts_returns:
-        grazed = np.array([plan.where.grazed(of_one) for of_one in times], dtype=bool)
-        outcome[grazed & (batch.outcome[which] == Outcome.OK)] = int(Outcome.NO_RETURN)
-        exponents[grazed], errors[grazed] = np.nan, np.nan
-    outcome[rest | (sinks & (outcome == Outcome.PERIODIC))] = int(Outcome.EQUILIBRIUM)
-    ended = ~np.isin(outcome, MEASURED)
-    period = np.where(repeats & ~ended & (outcome != Outcome.EQUILIBRIUM), found.period, 0)
-    return Verdict(
-        outcome=outcome,
-        period=period,
-        decided=decided | ended,
-        exponents=exponents,
-        errors=errors,
-        lead=lead,
-        margin=margin,
-        multiplier=multiplier,
-        cycle=np.where(certain & (period > 0), cycle, 0),
-        moves=moves,
-    )
+    exponents, errors, late = (np.take_along_axis(one, order, 1) for one in (exponents, errors, late))
+    neutral = np.full(len(which), plan.structure.most_neutral)
+    if plan.structure.autonomous and plan.structure.symmetries:
+        neutral = plan.structure.neutral(batch.flow(which))
+    return Averages(exponents, errors, late, length, neutral, plan.computed == batch.x.shape[1])
 
 
-def _known(plan: Plan, batch: Batch, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How many exponents are zero whatever the attractor, and whether nothing but phases moves, point by point."""
-    structure = plan.structure
-    if not (structure.autonomous and structure.symmetries):
-        return np.full(len(which), structure.most_neutral), np.zeros(len(which), dtype=bool)
-    flow = batch.flow(which)
-    return structure.neutral(flow), structure.winds(flow)
+def _look_closer(plan: Plan, e: Evidence, windows: np.ndarray, known: np.ndarray) -> None:
+    """Look for tori and long cycles in records that are long enough, where the exponent is not told from zero."""
+    rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
+    unclear = np.flatnonzero(~e.positive & ~e.negative & ~e.recurs & (rows >= LEAST) & (rows == windows.shape[1]))
+    if len(unclear):
+        add_regularity(e, unclear, windows[unclear], known[unclear], plan.structure)
 
 
-def _at_rest(
-    plan: Plan, batch: Batch, which: np.ndarray, exponents: np.ndarray, length: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which points of a system without forcing are at rest, which are on their way there, and which go on moving.
+def add_regularity(
+    e: Evidence, which: np.ndarray, windows: np.ndarray, known: np.ndarray, structure: Structure, flow: Any = None
+) -> None:
+    """Add what longer records of some points say, see `examine`."""
+    symmetries = structure.frame[: structure.symmetries]
+    seen = examine(windows, known, symmetries, flow)
+    e.leaving[which], e.settling[which] = stationarity(aside(windows, symmetries)[:, :, :-1], known)
+    e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
+    e.torus[which], e.converges[which], e.curve[which] = seen.torus, seen.converges, seen.curve
+
+
+def _winds(plan: Plan, batch: Batch, which: np.ndarray) -> np.ndarray:
+    """Whether nothing but phases moves, point by point."""
+    if not (plan.structure.autonomous and plan.structure.symmetries):
+        return np.zeros(len(which), dtype=bool)
+    return plan.structure.winds(batch.flow(which))
+
+
+def _at_rest(plan: Plan, batch: Batch, which: np.ndarray, e: Evidence) -> tuple[np.ndarray, np.ndarray]:
+    """Which points of a system without forcing are at rest, and which go on moving for all that is known.
 
     A motion that neither rests nor ends has a zero exponent, that of the flow (Haken 1983,
     doi:10.1016/0375-9601(83)90209-8).
     """
-    none = np.zeros(len(which), dtype=bool)
     if plan.system.period is not None or not plan.structure.autonomous:
-        return none, none, ~none
+        return np.zeros(len(which), dtype=bool), np.ones(len(which), dtype=bool)
     went = np.isin(batch.outcome[which], (Outcome.OK, Outcome.NO_RETURN))
     with np.errstate(invalid="ignore"):
         rest = went & rests(batch.x[which], batch.sizes[which], batch.flow(which), plan.where.unit)
-        if plan.computed < batch.x.shape[1]:
-            return rest, none, ~rest
-        growth = exponents[:, 0] * length
-        return rest, growth < -SINKS, ~rest & ~(growth < -STAYS)
-
-
-def _only_grow(plan: Plan, batch: Batch, which: np.ndarray, before: np.ndarray | None) -> np.ndarray:
-    """Whether a state only grows along the sections of some points, the symmetries aside."""
-    symmetries = plan.structure.frame[: plan.structure.symmetries]
-    states = batch.window[which][:, :, :-1]
-    begin = states[:, 0] if before is None else before[which]
-    return np.asarray(
-        only_grows(states - (states @ symmetries.T) @ symmetries, begin - (begin @ symmetries.T) @ symmetries).any(
-            axis=1
-        )
-    )
+    return rest, ~(rest | e.sinks | e.shrinks)
 
 
 def _cycle_length(

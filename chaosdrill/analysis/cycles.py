@@ -18,9 +18,11 @@ from chaosdrill.analysis.classification import HYPERBOLIC, Verdict, judge
 from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes, trend
 from chaosdrill.analysis.statistics import block_ends, free_exponents, margin
+from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing
+from chaosdrill.model import HybridSystem
 
 ROUNDS = 12
 """Extrapolations, at most."""
@@ -134,7 +136,7 @@ def trail_of(
     """Where some points of a batch stand, or soon after, and the points of the map beside that."""
     begun = continued(plan, batch, which, at_points(parameters, which))
     if plan.section is None:
-        return begun, batch.window[which]
+        return begun, batch.window[which, -plan.compared :]
     mapped = begun.mapped(plan, 2 * plan.max_period)
     mapped.run(0, np.array([0, 2 * plan.max_period]))
     if not plan.at_events:
@@ -345,3 +347,12 @@ def escapes(
     chosen = np.flatnonzero(np.isfinite(displaced[:, 0]))
     begun = begun.at(chosen, displaced[chosen])
     return which[chosen], begun.let(plan.batch(begun.parameters, begun.states, begun.modes))
+
+
+def linearised(system: HybridSystem, state: np.ndarray, mode: int) -> np.ndarray:
+    """Eigenvalues of the rates of a system free of time about a state in a mode, complex, shape (n,)."""
+    kernels = kernels_of(system)
+    matrix = np.empty((len(state), len(state)))
+    for unit, column in zip(np.eye(len(state)), matrix, strict=True):
+        kernels.functions[4](mode, 0.0, kernels.constants(system.parameters), np.ascontiguousarray(state), unit, column)
+    return np.linalg.eigvals(matrix).astype(complex)

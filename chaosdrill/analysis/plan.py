@@ -28,6 +28,9 @@ time."""
 LEAST_ROWS = 16
 """Section points that are compared at least."""
 
+MOST_ROWS = 1024
+"""Section points of a record that are kept at most, to tell whether it is stationary: all of a common one."""
+
 
 PARTS = 512
 """Parts of a duration at whose ends a point is looked at."""
@@ -77,9 +80,14 @@ class Plan:
         return self.system.period is None and self.system.autonomous and self.section is not None
 
     @property
+    def compared(self) -> int:
+        """Section points among which a period is looked for."""
+        return max(2 * self.max_period, LEAST_ROWS)
+
+    @property
     def window(self) -> int:
         """Section points by which a point is judged."""
-        return max(self.rows, 2 * self.max_period, LEAST_ROWS)
+        return max(self.rows, self.compared, min(self.periods, MOST_ROWS))
 
     @property
     def ends(self) -> np.ndarray:

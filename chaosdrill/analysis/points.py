@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from chaosdrill.analysis.attractors import count_attractors, moments
-from chaosdrill.analysis.classification import Verdict, judge
-from chaosdrill.analysis.cycles import at_points, continued, escapes, search
+from chaosdrill.analysis.classification import Verdict, add_regularity, judge
+from chaosdrill.analysis.cycles import at_points, continued, escapes, linearised, search
 from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.regularity import LENGTH, tell
+from chaosdrill.analysis.regularity import LENGTH
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
+from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.dataset.schema import names_of_errors
@@ -30,6 +31,15 @@ Arrays = dict[str, np.ndarray]
 
 AT_ONCE = 4096
 """Points whose runs are held in memory together, at most."""
+
+DISPLACED = 0.02
+"""Distance to which a followed state is displaced from an unstable rest or cycle, in parts of the states' sizes."""
+
+SIDE = np.array([1.0, 0.7, -0.8, 0.6, -0.9])
+"""Direction in which it is: one that no system knows of."""
+
+GROWS = 1e-6
+"""Logarithm by which a distance grows in a unit of the lengths from where on it is unstable."""
 
 MOST_HELD = 2**26
 """Bytes of their section points, at most."""
@@ -194,10 +204,22 @@ class LineTask(_Task):
         before: Batch | None = None
         for index in range(points) if direction == "forward" else range(points - 1, -1, -1):
             parameters = {self.axis.name: self.axis.values[[index]]}
-            found, before = measure(self.plan, parameters, self.start[np.newaxis], np.array([self.mode]), before)
+            start = (self.start[np.newaxis], np.array([self.mode]))
+            found, batch = measure(self.plan, parameters, *start, before)
+            if before is not None and may_be_left(self.plan, parameters, found, batch):
+                found, batch = self._beside(parameters, start, before, found, batch)
+            before = batch
             for name in self.keeps:
                 kept[name][index] = found[name][0]
         return kept
+
+    def _beside(
+        self, parameters: Mapping[str, np.ndarray], start: tuple[np.ndarray, np.ndarray], *last: Any
+    ) -> tuple[Arrays, Batch]:
+        """The same point from beside the state that was followed, unless that run comes to an early end."""
+        before, found, batch = last
+        other, beside = measure(self.plan, parameters, *start, before, DISPLACED)
+        return (other, beside) if np.isin(other["outcome"], MEASURED).all() else (found, batch)
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""
@@ -222,6 +244,7 @@ def point_columns(plan: Plan) -> dict[str, tuple[str, tuple[int, ...]]]:
         **dict.fromkeys(mean_names(plan), ("f8", ())),
         "moments": ("f4", (4, n)),
         "state": ("f8", (n,)),
+        "lead": ("f8", ()),
     }
 
 
@@ -231,6 +254,7 @@ def measure(
     starts: np.ndarray,
     modes: np.ndarray,
     before: Batch | None = None,
+    beside: float = 0.0,
 ) -> tuple[Arrays, Batch]:
     """Everything that is known of some points, and their runs.
 
@@ -240,6 +264,8 @@ def measure(
     starts, modes : ndarray, shapes (P, n) and (P,)
     before : Batch, optional
         Runs whose attractors are followed; then all points must share compiled functions.
+    beside : float
+        How far beside these the runs begin, in parts of the sizes of the states.
 
     Returns
     -------
@@ -255,6 +281,7 @@ def measure(
         batch = plan.batch(here, starts[group], modes[group])
         if before is not None:
             batch.continue_from(before)
+            batch.x[:] += beside * batch.sizes * SIDE[np.arange(batch.x.shape[1]) % len(SIDE)]
         _settle(plan, here, batch, arrays, group)
     return arrays, batch
 
@@ -269,8 +296,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
     beside = plan.where.counts == "section" and plan.transient == 0
     whole = 0 if beside else int(ends[-1])
     _average_over_cycles(plan, parameters, batch, which, verdict.cycle, whole, arrays, places)
-    lead, margin, open_ = verdict.lead.copy(), verdict.margin.copy(), verdict.outcome == Outcome.OPEN
-    moves = verdict.moves.copy()
+    evidence, open_, moves = verdict.evidence, verdict.outcome == Outcome.OPEN, verdict.moves.copy()
     which, times = which[~verdict.decided], 2
     while len(which) and plan.max_extension:
         for cycles in search(plan, batch, which[moves[which]], parameters):
@@ -288,17 +314,29 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         _write(plan, batch, which[rows], verdict, rows, arrays, places[which[rows]])
         of_cycles = (which[rows], verdict.cycle[rows], ends[-1], arrays, places[which[rows]])
         _average_over_cycles(plan, parameters, batch, *of_cycles)
-        lead[which], margin[which], open_[which], moves[which] = verdict.lead, verdict.margin, grows, verdict.moves
+        evidence.put(which, verdict.evidence)
+        open_[which], moves[which] = grows, verdict.moves
         which, times = which[~verdict.decided & ~known], 2 * times
     if moves[which].any() and plan.max_extension and plan.maps:
         left = _displace(plan, parameters, batch, which[moves[which]], arrays, places)
         which = np.union1d(left, which[~moves[which]])
-    unclear = np.isin(arrays["outcome"][places[which]], (Outcome.OPEN, Outcome.UNDECIDED))
-    follows = plan.maps or plan.structure.autonomous
-    if plan.max_extension and plan.exponents and follows and unclear.any():
-        which = which[unclear]
-        found, followed = _tell(plan, parameters, batch, which, lead[which], margin[which])
-        arrays["outcome"][places[which[followed]]] = found[followed]
+    unclear = which[~evidence.at(which).positive & ~evidence.at(which).negative]
+    unclear = unclear[np.isin(arrays["outcome"][places[unclear]], (Outcome.OPEN, Outcome.UNDECIDED, Outcome.TRANSIENT))]
+    if plan.max_extension and plan.exponents and (plan.maps or plan.structure.autonomous) and len(unclear):
+        found, followed = _tell(plan, parameters, batch, unclear, evidence.at(unclear))
+        arrays["outcome"][places[unclear]] = np.where(followed, found, arrays["outcome"][places[unclear]])
+
+
+def may_be_left(plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays, batch: Batch) -> bool:
+    """Whether the one point that was measured stands on something unstable, which the slightest noise would leave."""
+    outcome = int(found["outcome"][0])
+    if outcome == Outcome.EQUILIBRIUM:
+        here = plan.system.with_parameters(**{name: float(values[0]) for name, values in parameters.items()})
+        growth = float(linearised(here, found["state"][0], int(batch.mode[0])).real.max())
+    else:
+        growth = float(found["lead"][0])
+    unit = batch.period[0] if plan.where.counts != "section" else plan.where.unit
+    return outcome not in (Outcome.CHAOTIC, Outcome.OPEN) and growth * unit > GROWS
 
 
 def _average_over_cycles(
@@ -361,27 +399,22 @@ def _displace(
 
 
 def _tell(
-    plan: Plan,
-    parameters: Mapping[str, np.ndarray],
-    batch: Batch,
-    which: np.ndarray,
-    lead: np.ndarray,
-    margin: np.ndarray,
+    plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, which: np.ndarray, evidence: Evidence
 ) -> tuple[np.ndarray, np.ndarray]:
     """Outcomes of points whose exponent is not told from zero, by points of the map, and whether these were reached."""
     here = at_points(parameters, which)
     runs = continued(plan, batch, which, here).mapped(plan, LENGTH)
     runs.run(0, np.array([0, LENGTH]))
-    symmetries = plan.structure.frame[: plan.structure.symmetries]
+    reached = np.flatnonzero(runs.outcome == Outcome.OK)
     if plan.maps:
-        found = tell(runs.window, runs.sizes, symmetries, lead, margin)
+        add_regularity(evidence, reached, runs.window[reached], runs.sizes[reached], plan.structure)
     else:
-        each = [
-            tell(runs.window[[p]], runs.sizes[[p]], symmetries, lead[[p]], margin[[p]], partial(runs.rates, p))
-            for p in range(len(which))
-        ]
-        found = np.concatenate(each)
-    return found, runs.outcome == Outcome.OK
+        for p in reached:
+            one = np.array([p])
+            add_regularity(
+                evidence, one, runs.window[one], runs.sizes[one], plan.structure, partial(runs.rates, int(p))
+            )
+    return words(evidence), runs.outcome == Outcome.OK
 
 
 def _write(
@@ -401,6 +434,7 @@ def _write(
     arrays["section"][places] = _last_rows(window[:, :, :n], plan.rows)
     arrays["period"][places] = period
     arrays["outcome"][places] = verdict.outcome[rows]
+    arrays["lead"][places] = verdict.lead[rows]
     arrays["lyapunov_exponent"][places] = verdict.exponents[rows][:, : plan.exponents]
     arrays["lyapunov_error"][places] = verdict.errors[rows][:, : plan.exponents]
     means = event_rates(plan, batch, which) | rate_errors(plan, batch, which, verdict.cycle[rows])

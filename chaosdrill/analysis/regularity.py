@@ -1,17 +1,21 @@
-"""Classify motions whose largest exponent is not told from zero: quasiperiodic, chaotic, periodic, or unbounded.
+"""Evidence on motions whose largest exponent is not told from zero: tori, long cycles, closed curves, growth.
 
 On a torus averages that fade in and out smoothly converge faster than any power of their length, in chaos like one over
 its root: the averages over two halves of a record agree to many digits or to hardly any (Das, Saiki, Sander and Yorke
 2017, doi:10.1088/1361-6544/aa84c2). Averages of squares go along, since what comes to rest turning about it has
 constant means and a shrinking extent.
+
+A torus takes two more opinions. Its points leave no gaps, where those of an adding machine, as at the end of a cascade,
+leave gaps at all scales; and sums of them with turning phases stay bounded (the 0-1 test: Gottwald and Melbourne 2009,
+doi:10.1137/080718851).
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
-from chaosdrill.dataset import Outcome
+from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
 
 LENGTH = 2048
 """Section points by which that is told."""
@@ -28,8 +32,25 @@ SMOOTH = 1e-3
 FASTER = 4.0
 """Times that they are closer in a part of twice the length at least, on a torus; in chaos they are 1.4 times closer."""
 
-LIKELY = 1 / 3
-"""Part of the margin, a standard error, above which an exponent is rather that of chaos unless averages converge."""
+REGULAR = 0.5
+"""Growth K of the 0-1 test below which it calls a motion regular: it is 0 on a torus and 1 in chaos."""
+
+TURNS = 24
+"""Phases of that test, over whose answers the median is taken."""
+
+TESTED = 1024
+"""Points to which it is applied."""
+
+GAPS, SHARE = 10, 0.01
+"""Parts of the extent of a state each of which holds such a share of the points of a torus at least: a harmonic motion
+is in the middle tenth for 6 % of its time. An adding machine leaves gaps at all scales, and where bursts interrupt a
+cycle they hardly fill those between its points."""
+
+CROSSINGS = 8
+"""Times that the points on such a curve pass its middle at least: a slow drift leaves no gaps either."""
+
+CURVES, THIN = 64, 64
+"""Curves at most onto which the points of a torus fall in turn, and points of each by which its gaps are told."""
 
 EXACT = 1e-7
 """Difference that is not asked to shrink, since the tolerance of the run may be all of it."""
@@ -60,6 +81,9 @@ doi:10.1103/PhysRevA.34.2427)."""
 REST = 1e-7
 """Part of its size by which a state changes in the time in which the motion crosses its extent, at most, at rest."""
 
+BEYOND = 0.9
+"""Part of the size that a state has had on the way at which it arrives at least if it grows beyond all bounds."""
+
 FEWEST = 16
 """Points by which a state that only grows is told at all."""
 
@@ -72,13 +96,18 @@ def rests(states: np.ndarray, known: np.ndarray, flow: np.ndarray, unit: float) 
     return np.asarray((np.abs(flow) * unit <= REST * sizes(states[:, np.newaxis], known)).all(axis=1))
 
 
-def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
-    """Which states only grow or only fall, evenly.
+def only_grows(points: np.ndarray, known: np.ndarray, before: np.ndarray | None = None) -> np.ndarray:
+    """Which states only grow or only fall, evenly, and further than they ever went.
+
+    What grows within the sizes that it has had on the way, as a laminar phase does, or by what round-off may do, is
+    bounded for all that is known.
 
     Parameters
     ----------
     points : ndarray, shape (P, W, n)
         States at equal intervals; NaN behind the last.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way.
     before : ndarray, shape (P, n), optional
         States long before, from where on growth counts; default the first points.
 
@@ -100,8 +129,11 @@ def only_grows(points: np.ndarray, before: np.ndarray | None = None) -> np.ndarr
         )
         pace = onward[:, :-1] + onward[:, 1:]
         steady = pace[:, -1] >= STEADY * pace.max(axis=1)
-        far = np.sign(net) * (path[:, -1] - first) > FAR * np.maximum(np.abs(path).max(axis=1), np.abs(first))
-        found[here] = (onward > ONWARD * way).all(axis=1) & steady & far
+        size = np.maximum(sizes(path, known[here]), np.abs(first))
+        far = np.sign(net) * (path[:, -1] - first) > FAR * size
+        inward = net * path[:, -1] < 0
+        beyond = inward | (np.abs(path[:, -1]) >= BEYOND * known[here])
+        found[here] = (onward > ONWARD * way).all(axis=1) & steady & far & beyond
     return found
 
 
@@ -133,7 +165,7 @@ def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
     """What makes states comparable whatever their units, shape (P, n): 0 for those that do not move, or are unknown."""
     extent = np.ptp(windows, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(extent > CLOSE * sizes(windows, known), 1 / extent, 0.0)
+        return np.where(extent > CLOSE * np.maximum(sizes(windows, known), known), 1 / extent, 0.0)
 
 
 def _apart(values: np.ndarray, length: int) -> np.ndarray:
@@ -149,15 +181,27 @@ def _apart(values: np.ndarray, length: int) -> np.ndarray:
     return found
 
 
-def tell(
+@dataclass
+class Regularity:
+    """What longer records say of P motions; arrays of bool, shape (P,)."""
+
+    drifts: np.ndarray  # a state only grows
+    long_cycle: np.ndarray  # the points come back
+    torus: np.ndarray  # averages of both halves agree, and all other opinions say that they lie on a torus
+    converges: np.ndarray  # averages converge faster than any power
+    curve: np.ndarray  # instants lie on a closed curve along the flow
+
+
+def examine(
     windows: np.ndarray,
     known: np.ndarray,
     symmetries: np.ndarray,
-    lead: np.ndarray,
-    margin: np.ndarray,
     flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
-) -> np.ndarray:
-    """What motions are whose largest exponent is not told from zero, by their section points alone.
+) -> Regularity:
+    """What motions are by their section points alone.
+
+    Averages that do not agree make no chaos, since those of a torus that a jump cuts, as of an integrate-and-fire cell
+    at the strobe, do not either.
 
     Parameters
     ----------
@@ -167,53 +211,91 @@ def tell(
         Sizes that states have had on the way.
     symmetries : ndarray, shape (s, n)
         Orthonormal directions in which nothing ever changes: what happens along them is left out.
-    lead, margin : ndarray, shape (P,)
-        Largest exponents, and from where on they would be told from zero.
     flow : callable, optional
         Rates of the states, shape (n,), at a state in a mode. To be given for instants of any kind, where a cycle does
-        not show by coming back.
-
-    Returns
-    -------
-    ndarray of int, shape (P,)
-        ``OPEN`` if a state only grows, ``PERIODIC`` for a cycle (whose exponent is zero, as that of a centre),
-        ``QUASIPERIODIC`` for a torus, else ``UNDECIDED``: averages that do not agree make no chaos, since those of a
-        torus that a jump cuts, as of an integrate-and-fire cell at the strobe, do not either.
+        not show by coming back, nor a torus by its gaps.
     """
-    paths = _aside(windows, symmetries)
+    paths = aside(windows, symmetries)
     states = paths[:, :, :-1]
-    found = np.full(len(windows), int(Outcome.UNDECIDED))
-    open_ = only_grows(states).any(axis=1)
-    found[open_] = int(Outcome.OPEN)
-    cycle = ~open_ & (recurrence(paths, known, windows.shape[1] // REPEATS).period > 0)
-    found[cycle] = int(Outcome.PERIODIC)
-    if windows.shape[1] < LEAST:
-        return found
-    smooth, converging = agreement(states, known)
-    for k in np.flatnonzero(~open_ & ~cycle & smooth & (converging | (lead <= LIKELY * margin))):
-        found[k] = int(
-            Outcome.QUASIPERIODIC if flow is None else _by_neighbours(windows[k], paths[k], known[k], flow, symmetries)
-        )
-    return found
+    drifts = np.asarray(only_grows(states, known).any(axis=1))
+    cycle = np.asarray(~drifts & _comes_back(paths, known))
+    smooth, converges, torus, curve = (np.zeros(len(windows), dtype=bool) for _ in range(4))
+    if windows.shape[1] >= LEAST:
+        smooth, converges = agreement(states, known)
+        for k in np.flatnonzero(~drifts & ~cycle & smooth):
+            if flow is None:
+                weight = _one_over_extent(states[[k]], known[[k]])[0]
+                torus[k] = _by_gaps(states[k][:, weight > 0] * weight[weight > 0])
+            else:
+                curve[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, symmetries)
+    return Regularity(drifts, cycle, torus, converges, curve)
 
 
-def repeats_exactly(windows: np.ndarray, known: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
-    """Whether motions come back as exactly as a run allows, so that a positive exponent is that of an unstable cycle.
+def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Whether points come back after some iterates, and after all multiples: what drifts does so at first only."""
+    found = recurrence(paths, known, paths.shape[1] // REPEATS)
+    scale = sizes(paths[:, :, :-1], known)
+    back = found.period > 0
+    for p in np.flatnonzero(back):
+        cycle = int(found.period[p])
+        far = (paths.shape[1] - 1) // cycle * cycle
+        lacks = np.abs(paths[p, -cycle:, :-1] - paths[p, -cycle - far + cycle : -far + cycle or None, :-1])
+        back[p] = bool((lacks <= CLOSE * scale[p]).all())
+    return back
 
-    Parameters
-    ----------
-    windows, known, symmetries
-        As in `tell`.
 
-    Returns
-    -------
-    ndarray of bool, shape (P,)
+def _by_gaps(points: np.ndarray) -> bool:
+    """Whether points, shape (W, n), leave no gaps on some curves, and are regular on these."""
+    curves = fills(points)
+    if not curves:
+        return False
+    off = np.empty_like(points)
+    for k in range(curves):
+        off[k::curves] = points[k::curves] - points[k::curves].mean(axis=0)
+    return max(map(zero_one, off[-TESTED:].T)) < REGULAR
+
+
+def zero_one(values: np.ndarray) -> float:
+    """Growth K of the 0-1 test of a sequence, shape (N,): 0 for regular motion, 1 for chaos.
+
+    The sequence drives a point that turns by a fixed angle every time; the correlation of its mean square displacement
+    with time, less the part that only oscillates, is taken, and the median over angles (Gottwald and Melbourne 2009,
+    doi:10.1137/080718851).
     """
-    found = recurrence(_aside(windows, symmetries), known, windows.shape[1] // REPEATS)
-    return (found.period > 0) & (found.residual <= ROUND_OFF)
+    count = len(values)
+    off = values - values.mean()
+    turn = np.pi / 5 + 3 * np.pi / 5 * ((np.arange(TURNS) * (np.sqrt(5) - 1) / 2) % 1)
+    path = np.cumsum(off * np.exp(1j * turn[:, np.newaxis] * np.arange(1, count + 1)), axis=1)
+    steps = np.arange(1, count // 10 + 1)
+    kept = count - count // 10
+    displaced = np.array([(np.abs(path[:, n : n + kept] - path[:, :kept]) ** 2).mean(axis=1) for n in steps])
+    # the mean is taken out of the values, and with it the part that only oscillates, but for what is left of it
+    grown = displaced - displaced.mean(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = (grown * (steps - steps.mean())[:, np.newaxis]).sum(axis=0) / np.sqrt(
+            (grown**2).sum(axis=0) * ((steps - steps.mean()) ** 2).sum()
+        )
+    return float(np.nanmedian(correlation)) if np.isfinite(correlation).any() else 0.0
 
 
-def _aside(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
+def fills(points: np.ndarray) -> int:
+    """On how many curves points, shape (W, n), which visit them in turn, go round and leave no gaps; 0: on none.
+
+    It takes one state to show that.
+    """
+    for curves in range(1, min(CURVES, len(points) // THIN) + 1):
+        path = points[::curves]
+        low, extent = path.min(axis=0), np.maximum(np.ptp(path, axis=0), CLOSE)
+        place = np.minimum((path - low) / extent * GAPS, GAPS - 1).astype(int)
+        shares = np.array([np.bincount(one, minlength=GAPS).min() for one in place.T]) / len(path)
+        above = place >= GAPS // 2
+        turns = (above[1:] != above[:-1]).sum(axis=0) >= CROSSINGS
+        if (turns & (shares >= SHARE)).any():
+            return curves
+    return 0
+
+
+def aside(windows: np.ndarray, symmetries: np.ndarray) -> np.ndarray:
     """States and modes without what happens along the symmetries."""
     states = windows[:, :, :-1]
     return np.concatenate([states - (states @ symmetries.T) @ symmetries, windows[:, :, -1:]], axis=2)
@@ -225,8 +307,8 @@ def _by_neighbours(
     known: np.ndarray,
     flow: Callable[[np.ndarray, int], np.ndarray],
     symmetries: np.ndarray,
-) -> Outcome:
-    """Whether instants of a regular motion lie on a closed curve or on a torus.
+) -> tuple[bool, bool]:
+    """Whether instants of a regular motion lie on a closed curve, and whether on a torus.
 
     On a curve neighbours lie along the flow, on a torus beside it, as far away late in the record as early. On the way
     to a cycle they come closer.
@@ -236,7 +318,7 @@ def _by_neighbours(
     window, path : ndarray, shape (W, n + 1)
         States and modes, and the same without what happens along the symmetries.
     known, flow, symmetries
-        As in `tell`.
+        As in `examine`.
     """
     weight = _one_over_extent(path[np.newaxis, :, :-1], known[np.newaxis])[0]
     points = path[:, :-1] * weight
@@ -255,8 +337,6 @@ def _by_neighbours(
             aside = apart[nearest] - (apart[nearest] @ rate) / square * rate
             across[k] = np.linalg.norm(aside)
             part[k] = across[k] / distance[nearest]
-    if np.median(part) <= ALONG:
-        return Outcome.PERIODIC
     early, late = (np.median(half) for half in np.array_split(across, 2))
     torus = np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS
-    return Outcome.QUASIPERIODIC if torus else Outcome.UNDECIDED
+    return bool(np.median(part) <= ALONG), bool(torus)

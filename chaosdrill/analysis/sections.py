@@ -93,11 +93,12 @@ def find_section(system: HybridSystem, given: Any, numerics: Numerics, *, timed:
         marked, chosen = (system, named) if named else surface(system, given.at)
     unit = period or (given.max_return or 0.0) / RETURN or 1.0
     if (counts == "section" or timed) and not (period or given.max_return):
-        unit = _characteristic_time(system, numerics)
+        unit = time_of_motion(system, numerics)
     return Section(marked, chosen, len(system.transitions), counts, unit, given.max_return or RETURN * unit)
 
 
-def _characteristic_time(system: HybridSystem, numerics: Numerics) -> float:
+def time_of_motion(system: HybridSystem, numerics: Numerics) -> float:
+    """Time in which the motion from the initial state crosses its own extent."""
     from chaosdrill.orbits.guess import Place, characteristic_time
 
     few = min(numerics.max_events or FEW_EVENTS, FEW_EVENTS)

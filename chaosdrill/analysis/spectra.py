@@ -8,17 +8,14 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.classification import Averages, add_regularity, evidence_of
 from chaosdrill.analysis.recording import flow_of
-from chaosdrill.analysis.regularity import LENGTH, repeats_exactly, tell
-from chaosdrill.analysis.statistics import (
-    SINKS,
-    block_ends,
-    classify,
-    error_of_exponents,
-    error_of_mean_rate,
-    kaplan_yorke,
-    leading,
-)
+from chaosdrill.analysis.recurrence import ROUND_OFF, recurrence
+from chaosdrill.analysis.regularity import LENGTH, REPEATS, aside, rests
+from chaosdrill.analysis.sections import time_of_motion
+from chaosdrill.analysis.stationarity import stationarity
+from chaosdrill.analysis.statistics import block_ends, error_of_exponents, error_of_mean_rate, kaplan_yorke
+from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine.numerics import Numerics
@@ -51,7 +48,9 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     sums = np.full((len(ends), m), np.nan)
     drilled = np.full((len(ends), len(system.quadratures)), np.nan)
     sums[0], drilled[0] = 0.0, 0.0
-    path = [np.zeros((0, len(system.states) + 1))]
+    path, begin = [np.zeros((0, len(system.states) + 1))], run.x.copy()
+    coarse = np.full((len(ends), len(system.states)), np.nan)
+    coarse[0] = begin
     for block, length in enumerate(np.diff(ends), start=1):
         if outcome != Outcome.OK:
             break
@@ -59,36 +58,25 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         outcome = _advance(run, int(length), path) if kept else run.advance(int(length))[0]
         if outcome == Outcome.OK:
             sums[block] = np.where(run.lost[:m] == 1, -np.inf, run.logs[:m])
-            drilled[block] = run.integrals()
+            drilled[block], coarse[block] = run.integrals(), run.x
         if job.progress:
             job.progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
-    complete = outcome == Outcome.OK
+    complete, why = outcome == Outcome.OK, ""
     values = errors = np.full(m, np.nan)
     history = np.full((len(ends) - 1, m), np.nan)
     if complete and m:
-        values, errors, history = mean_exponents(sums, ends, plan.unit, job.numerics, run.steps)
-        flow = flow_of(run)
-        every = m == len(system.states)
-        lead, margin = leading(
-            values[np.newaxis],
-            errors[np.newaxis],
-            int(structure.neutral(flow)),
-            np.array([plan.length]),
-            complete=every,
+        values, errors, history, late = mean_exponents(sums, ends, plan.unit, job.numerics, run.steps)
+        neutral = int(structure.neutral(flow_of(run)))
+        averages = Averages(
+            exponents=values[np.newaxis],
+            errors=errors[np.newaxis],
+            late=late[np.newaxis],
+            length=np.array([plan.length]),
+            neutral=np.array([neutral]),
+            complete=m == len(system.states),
         )
-        outcome = classify(lead[0], margin[0])
-        window, known = np.concatenate(path)[np.newaxis, -LENGTH:], run.sizes[np.newaxis]
-        directions = structure.frame[: structure.symmetries]
-        if system.period is None and structure.autonomous and every and values[0] * plan.length < -SINKS:
-            outcome = Outcome.EQUILIBRIUM
-        elif outcome == Outcome.UNDECIDED:
-            outcome = Outcome(
-                int(tell(window, known, directions, lead, margin, None if plan.periodic else partial(flow_of, run))[0])
-            )
-        elif outcome == Outcome.PERIODIC and structure.winds(flow):
-            outcome = Outcome.QUASIPERIODIC
-        elif outcome == Outcome.CHAOTIC and repeats_exactly(window, known, directions)[0]:
-            outcome = Outcome.PERIODIC
+        evidence = _evidence(run, plan, structure, averages, np.concatenate(path)[-LENGTH:], coarse, job)
+        outcome, why = Outcome(int(words(evidence)[0])), reason(evidence)
     ds = xr.Dataset(
         {
             "lyapunov_exponent": ("exponent", values[:count]),
@@ -104,7 +92,31 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     )
     ds = ds.assign(_averages(system, run, plan, job.numerics, ends, drilled, complete))
     message = run.stopped(outcome)
-    return ds.assign_attrs(message=message) if message else ds
+    return ds.assign_attrs(**({"message": message} if message else {}), **({"reason": why} if why else {}))
+
+
+def _evidence(
+    run: Run, plan: Span, structure: Structure, averages: Averages, path: np.ndarray, coarse: np.ndarray, job: Job
+) -> Evidence:
+    """What a run says at its end; ``path`` are its last samples, ``coarse`` its states at the ends of all blocks."""
+    system, window, known = run.system, path[np.newaxis], run.sizes[np.newaxis]
+    symmetries = structure.frame[: structure.symmetries]
+    ended, before = np.array([int(Outcome.OK)]), coarse[:1]
+    part = min(1.0, len(path) / (plan.count * run.samples))
+    e = evidence_of(system, structure, averages, window, known, ended, before, part)
+    if part < 1.0:
+        whole = np.column_stack([coarse, np.zeros(len(coarse))])[np.newaxis]
+        leaving, settling = stationarity(aside(whole, symmetries)[:, :, :-1], known)
+        e.leaving, e.settling = e.leaving | leaving, e.settling | settling
+    found = recurrence(aside(window, symmetries), known, len(path) // REPEATS)
+    e.recurs = found.period > 0
+    e.exact = e.recurs & (found.residual <= ROUND_OFF)
+    e.winds = structure.winds(flow_of(run)[np.newaxis])
+    if e.shrinks[0]:
+        e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
+    if not (e.positive | e.negative)[0]:
+        add_regularity(e, np.array([0]), window, known, structure, None if plan.periodic else partial(flow_of, run))
+    return e
 
 
 def computed_exponents(structure: Structure, count: int) -> int:
@@ -134,8 +146,10 @@ def _advance(run: Run, periods: int, path: list[np.ndarray]) -> Outcome:
 
 def mean_exponents(
     sums: np.ndarray, ends: np.ndarray, unit: float, numerics: Numerics, steps: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Exponents, their errors and history in descending order, from logarithms summed up to the end of each block.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Exponents, their errors, history and late values in order, from logarithms summed up to the end of each block.
+
+    The exponents descend, and the late values are those over the later half of the record.
 
     Parameters
     ----------
@@ -155,8 +169,12 @@ def mean_exponents(
     errors = np.full(sums.shape[1], np.nan)
     rates = np.diff(sums[:, finite], axis=0) / (np.diff(ends)[:, np.newaxis] * unit)
     errors[finite] = error_of_exponents(rates, numerics, steps, times[-1, 0])
+    half = (len(ends) - 1) // 2
+    with np.errstate(invalid="ignore"):
+        late = (sums[-1] - sums[half]) / ((ends[-1] - ends[half]) * unit)
+    late = np.where(finite, late, -np.inf)
     order = np.argsort(-history[-1], kind="stable")
-    return history[-1, order], errors[order], history[:, order]
+    return history[-1, order], errors[order], history[:, order], late[order]
 
 
 def _averages(

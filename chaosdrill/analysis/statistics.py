@@ -1,10 +1,8 @@
-"""Means with honest error bars, dimensions, and what exponents say about an attractor."""
+"""Means with honest error bars, dimensions, and how far exponents are told from zero."""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from chaosdrill.dataset import Outcome
 
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
@@ -230,7 +228,7 @@ def margin(errors: np.ndarray, length: np.ndarray | float) -> np.ndarray:
 
 def leading(
     exponents: np.ndarray, errors: np.ndarray, neutral: np.ndarray | int, length: np.ndarray, *, complete: bool
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The largest exponent that is free to have any sign, and how far from zero it is told from zero.
 
     Parameters
@@ -246,21 +244,14 @@ def leading(
     -------
     value, margin : ndarray, shape (P,)
         The value is -inf where no finite exponent is left, NaN where an exponent is no number or there are none.
+    column : ndarray of int, shape (P,)
+        Which of the exponents it is.
     """
     points, m = exponents.shape
     if not m:
-        return np.full(points, np.nan), margin(np.zeros(points), length)
+        return np.full(points, np.nan), margin(np.zeros(points), length), np.zeros(points, dtype=np.int64)
     margins = margin(errors, length[:, np.newaxis])
     value = free_exponents(exponents, neutral, margins, complete=complete)[:, 0]
-    of_value = margins[np.arange(points), (exponents == value[:, np.newaxis]).argmax(axis=1)]
+    column = (exponents == value[:, np.newaxis]).argmax(axis=1)
     sound = np.isfinite(exponents) | np.isneginf(exponents)
-    return np.where(sound.all(axis=1), value, np.nan), of_value
-
-
-def classify(lead: float, margin: float) -> Outcome:
-    """What the exponents of one run say by themselves, by what `leading` has found."""
-    if np.isnan(lead):
-        return Outcome.NONFINITE
-    if lead > margin:
-        return Outcome.CHAOTIC
-    return Outcome.PERIODIC if lead < -margin else Outcome.UNDECIDED
+    return np.where(sound.all(axis=1), value, np.nan), margins[np.arange(points), column], column

@@ -34,6 +34,7 @@ class Outcome(IntEnum):
     UNDECIDED = 16
     NO_RETURN = 17
     SINGULAR = 18
+    TRANSIENT = 19
 
     @property
     def meaning(self) -> str:
@@ -54,6 +55,7 @@ MEASURED = (
     Outcome.OPEN,
     Outcome.UNDECIDED,
     Outcome.EQUILIBRIUM,
+    Outcome.TRANSIENT,
 )
 """Outcomes of runs that reached their end, whose numbers are there; of a run at rest as far as it has any."""
 
@@ -96,7 +98,10 @@ _ADVICE = {
         "The motion fills a torus: one more exponent than necessary is zero, the averages over two parts of the record "
         "agree as they do only on a torus, and no point returns."
     ),
-    Outcome.CHAOTIC: "The largest exponent is positive beyond its error.",
+    Outcome.CHAOTIC: (
+        "The largest exponent is positive beyond its error, to the end of a record that neither leaves anything nor "
+        "settles; without forcing the exponent of the flow is zero besides."
+    ),
     Outcome.ESCAPED: "A state left its bounds and runs away; start elsewhere, add damping, or widen the bounds.",
     Outcome.EVENT_LIMIT: (
         "More events in one period than are followed, as in chatter that has not died out; where it should come to "
@@ -146,6 +151,11 @@ _ADVICE = {
     Outcome.UNDECIDED: (
         "The record is too short to distinguish the largest exponent from zero, and too short or too uneven to show "
         "a torus; take a longer record (more periods, a longer duration, or max_extension)."
+    ),
+    Outcome.TRANSIENT: (
+        "The record is on its way: away from an unstable rest or cycle, to infinity, or not yet at rest or on a cycle, "
+        "so that its numbers are those of no attractor; take a longer transient, or start further away from what it "
+        "leaves."
     ),
     Outcome.NO_RETURN: (
         "The motion continues but does not meet the section again, or only touches it, which gives no period; take "

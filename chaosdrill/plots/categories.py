@@ -24,6 +24,7 @@ _OUTCOME_HATCHES = {
     "ok": "---",
     "quasiperiodic": "....",
     "undecided": "..",
+    "transient": "\\\\",
     "open": "OO",
     "event_limit": "xxx",
     "stalled": "///",
@@ -76,7 +77,7 @@ FURTHER = Category("further attractors", "#BBBBBB", "---")
 PERIOD_NOT_FOUND = Category("period not found", OUTCOME_COLOURS["periodic"], "ooo")
 MOTIONS = tuple(outcome.meaning for outcome in MEASURED)
 """Outcomes of runs that reached their end."""
-ATTRACTED = tuple(name for name in MOTIONS if name != "open")
+ATTRACTED = tuple(name for name in MOTIONS if name not in ("open", "transient"))
 """Outcomes of runs that stay somewhere."""
 
 

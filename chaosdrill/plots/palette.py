@@ -15,6 +15,7 @@ OUTCOME_COLOURS = {
     "periodic": "#56B4E9",
     "quasiperiodic": "#009E73",
     "undecided": "#FFFFFF",
+    "transient": "#FFFFFF",
     "chaotic": "#D55E00",
     "escaped": "#000000",
 }

@@ -16,9 +16,9 @@ def spiral(circle):
 
 
 def test_outcomes(spiral):
-    """Decay and a fifth of a turn repeat, growth below 4/length is not told from zero and no torus, more escapes."""
+    """Decay and a fifth of a turn repeat, growth below 4/length leaves a rest and is no torus, more escapes."""
     o = cd.Outcome
-    expected = [[o.PERIODIC] * 3, [o.PERIODIC] * 3, [o.UNDECIDED] * 2 + [None], [o.ESCAPED] * 2 + [None]]
+    expected = [[o.PERIODIC] * 3, [o.PERIODIC] * 3, [o.TRANSIENT] * 2 + [None], [o.ESCAPED] * 2 + [None]]
     found = spiral["outcome"].values
     for row, wanted in zip(found, expected, strict=True):
         assert all(w is None or f == w for f, w in zip(row, wanted, strict=True))

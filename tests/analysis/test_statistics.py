@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from chaosdrill.analysis.recurrence import find_period, recurrence
-from chaosdrill.analysis.statistics import classify, free_exponents, kaplan_yorke, leading
+from chaosdrill.analysis.statistics import free_exponents, kaplan_yorke, leading
+from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 
 INF = float("inf")
@@ -125,8 +126,9 @@ NAN = float("nan")
     ],
 )
 def test_class(exponents, errors, neutral, outcome):
-    found = leading(np.array([exponents]), np.array([errors]), neutral, np.array([LENGTH]), complete=True)
-    assert classify(*(float(one[0]) for one in found)) == outcome
+    length = np.array([LENGTH])
+    lead, margin, _ = leading(np.array([exponents]), np.array([errors]), neutral, length, complete=True)
+    assert words(Evidence.of(1, lead=lead, margin=margin, length=length, late=lead)) == outcome
 
 
 @pytest.mark.parametrize(

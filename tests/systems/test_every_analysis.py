@@ -34,7 +34,7 @@ SECTIONS = {
 LARGE = ("kuramoto", "lorenz-96")
 """Models of many states, which have known answers of their own."""
 
-SOUND = {"ok", "periodic", "quasiperiodic", "chaotic", "undecided", "equilibrium", "no_orbit", "open"}
+SOUND = {"ok", "periodic", "quasiperiodic", "chaotic", "undecided", "equilibrium", "no_orbit", "open", "transient"}
 """Outcomes that say what a motion does; the others say why it could not be followed."""
 
 NAMES = [name for name in systems.REGISTRY if name not in LARGE]

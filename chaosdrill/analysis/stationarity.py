@@ -1,0 +1,120 @@
+"""Whether a record is stationary, or still leaves something, or still settles.
+
+A record is divided into parts, and two things are followed from part to part: the spread of every state, and the
+distance between points a few iterates apart, which is what the motion lacks to a cycle. On an attractor both are about
+the same in all parts. Away from an unstable point at rest, or from an unstable cycle, they grow from part to part, and
+towards a stable one they shrink.
+"""
+
+import numpy as np
+
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, sizes
+
+PARTS = 8
+"""Parts of a record. That something grows in all of them by chance has the probability 1/8!, 1 in 40,000."""
+
+FEWEST = 4
+"""Points of a part at least."""
+
+FACTOR = 1.5
+"""Times by which it grows from the first part to the last at least."""
+
+SMALL = 0.08
+"""Part of the largest that the first three parts have at most (or the last three), where growth has come to an end
+within the record. A positive exponent that is told from zero takes growth by exp(4)."""
+
+ENDS = 3
+"""Parts of these: what is over sooner says little against the rest of the record."""
+
+LAGS = 8
+"""Iterates between points that are compared, at most."""
+
+EVEN, LIKE = 0.03, 0.1
+"""Parts by which the logarithm of the pace may grow more or less from part to part where a state departs from something
+unstable, and by which its growth may differ from what the exponent says."""
+
+LEAST_STEP = 0.01
+"""Growth of that logarithm from part to part at least."""
+
+
+def stationarity(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which motions still leave something, and which still settle.
+
+    Parameters
+    ----------
+    windows : ndarray, shape (P, W, n)
+        States in order, at equal intervals or at a section; NaN behind the last.
+    known : ndarray, shape (P, n)
+        Sizes that states have had on the way.
+
+    Returns
+    -------
+    leaving, settling : ndarray of bool, shape (P,)
+    """
+    leaving, settling = np.zeros((2, len(windows)), dtype=bool)
+    rows = np.isfinite(windows).all(axis=2).sum(axis=1)
+    for count in np.unique(rows[rows >= PARTS * FEWEST]).tolist():
+        here = np.flatnonzero(rows == count)
+        leaving[here], settling[here] = _of_full(windows[here, :count], known[here])
+    return leaving, settling
+
+
+def _of_full(points: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    size = sizes(points, known)
+    scaled = points / size[:, np.newaxis]
+    length = points.shape[1] // PARTS
+    # the last parts matter most, and all are of one length
+    scaled = scaled[:, -PARTS * length :]
+    parts = scaled.reshape(len(points), PARTS, length, -1)
+    spread = parts.std(axis=2)
+    moves = spread.max(axis=1) > ROUND_OFF * np.maximum(1, known / size)
+    up, down = _ordered(spread)
+    leaving = (up & moves).any(axis=1)
+    settling = (down | ~moves).all(axis=1) & moves.any(axis=1)
+    for lag in range(1, min(LAGS, length // 2) + 1):
+        lacks = np.abs(parts[:, :, lag:] - parts[:, :, :-lag]).max(axis=(2, 3))
+        tells = lacks.max(axis=1) > CLOSE
+        up, down = _ordered(lacks[:, :, np.newaxis])
+        leaving |= up[:, 0] & tells
+        settling |= down[:, 0] & tells
+    return leaving, settling
+
+
+def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.ndarray:
+    """Whether states that only grow do so at an exponential pace, as from an unstable rest, not to infinity.
+
+    Parameters
+    ----------
+    paths : ndarray, shape (P, W, n)
+        States at equal intervals; NaN behind the last.
+    drifts : ndarray of bool, shape (P, n)
+        Which states only grow.
+    growth : ndarray, shape (P,)
+        Logarithm by which the pace grows in the course of the paths by the exponent.
+
+    Returns
+    -------
+    ndarray of bool, shape (P,)
+    """
+    found = np.zeros(len(paths), dtype=bool)
+    for p in np.flatnonzero(drifts.any(axis=1)):
+        path = paths[p][np.isfinite(paths[p]).all(axis=1)][:, drifts[p]]
+        ends = np.arange(PARTS + 1) * (len(path) - 1) // PARTS
+        pace = np.abs(np.diff(path[ends], axis=0)) / np.diff(ends)[:, np.newaxis]
+        steps = np.diff(np.log(pace), axis=0)
+        mean = steps.mean(axis=0)
+        even = (mean > LEAST_STEP) & (np.abs(steps - mean) <= EVEN * mean).all(axis=0)
+        found[p] = (even & (np.abs(PARTS * mean - growth[p]) <= LIKE * PARTS * mean)).any()
+    return found
+
+
+def _ordered(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whether values (P, PARTS, ...) grow from part to part, or had to grow first; and the same backward."""
+    return _grow(values), _grow(values[:, ::-1])
+
+
+def _grow(values: np.ndarray) -> np.ndarray:
+    steps = np.diff(values, axis=1) > 0
+    throughout = steps.all(axis=1) & (values[:, -1] >= FACTOR * values[:, 0])
+    first = (values[:, :ENDS] <= SMALL * values.max(axis=1, keepdims=True)).all(axis=1)
+    return np.asarray(throughout | (first & steps[:, : ENDS - 1].all(axis=1)))

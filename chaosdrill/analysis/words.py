@@ -1,0 +1,172 @@
+"""The word for a motion: one table of rules from evidence, for spectra, diagrams, charts and basins.
+
+Evidence is what a record says, each item by a test of its own, see `Evidence`. A rule names a word and what it takes;
+the first rule that holds gives the word, and its text is the reason. A larger error bar makes no word easier: it only
+ever takes away from what is told from zero, and a torus and a cycle take evidence besides.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from chaosdrill.dataset import Outcome
+
+LATE = 0.25
+"""Part of the mean growth that the later half of a chaotic record has at least: on a cycle or a torus that was reached
+on the way, and in shear, growth has come to an end. The same part of the mean decay is left to the end on a cycle: on
+the way into the narrow channel that a cycle leaves behind, at a fold, there is less and less."""
+
+FOLDS = 2.0
+"""Logarithm by which tangents grow in that half, or shrink, at least."""
+
+BOUNDED, STILL = 10.0, 2.0
+"""Logarithm by which tangents grow or shrink in a record of a torus at most. It stays bounded there but for shear, in
+which it is that of the length. Where averages do not converge faster than any power, as on a torus that has just been
+born and still attracts slowly, it is less."""
+
+
+@dataclass
+class Evidence:
+    """What P records say; all arrays have the shape (P,).
+
+    What was not looked at, or cannot be told, is False.
+    """
+
+    ended: np.ndarray  # int: what ended the run, or ``OK``
+    measured: np.ndarray  # bool: whether exponents were asked for
+    lead: np.ndarray  # the largest exponent that is free to have any sign; NaN where one is no number
+    margin: np.ndarray  # from where on it is told from zero
+    length: np.ndarray  # time of the record
+    late: np.ndarray  # its growth rate over the later half of the record
+    recurs: np.ndarray  # bool: all late points come back within the tolerance, those of a cycle apart from each other
+    exact: np.ndarray  # bool: they come back as exactly as a run allows
+    attracts: np.ndarray  # bool: nearby motions come closer, by the exponents over whole cycles
+    leaving: np.ndarray  # bool: the spread of the record, or what it lacks to a cycle, still grows
+    settling: np.ndarray  # bool: it still shrinks
+    rests: np.ndarray  # bool: nothing moves
+    sinks: np.ndarray  # bool: all tangents shrink further than they could if the motion went on
+    shrinks: np.ndarray  # bool: all tangents shrink, and none is that of the flow
+    flows: np.ndarray  # bool: there are as many exponents of zero as the flow needs, or none is needed
+    drifts: np.ndarray  # bool: a state only grows, beyond all that it has had
+    departs: np.ndarray  # bool: it does so at an exponential pace, at the rate that the exponent tells
+    winds: np.ndarray  # bool: nothing moves but phases at rates without a common measure
+    chaos_possible: np.ndarray  # bool: False for a flow without events of two states, forced of one
+    torus_possible: np.ndarray  # bool: False for a forced flow of two states that contracts areas everywhere
+    long_cycle: np.ndarray  # bool: a longer record comes back
+    torus: np.ndarray  # bool: averages agree, the points leave no gaps, and the 0-1 test calls it regular
+    converges: np.ndarray  # bool: averages converge faster than any power
+    curve: np.ndarray  # bool: instants lie on a closed curve along the flow
+
+    @classmethod
+    def of(cls, points: int, **known: np.ndarray) -> "Evidence":
+        """Evidence of so many points, of which nothing else is known; by default all is possible and flows on."""
+        given = {
+            "ended": np.full(points, int(Outcome.OK)),
+            **{name: np.zeros(points) for name in ("lead", "margin", "late")},
+            "length": np.ones(points),
+            **{name: np.ones(points, bool) for name in ("measured", "flows", "chaos_possible", "torus_possible")},
+        } | known
+        rest = {field.name: np.zeros(points, bool) for field in fields(cls) if field.name not in given}
+        return cls(**given, **rest)
+
+    def at(self, which: np.ndarray) -> "Evidence":
+        """Evidence of some of the points."""
+        return Evidence(**{field.name: getattr(self, field.name)[which] for field in fields(self)})
+
+    def put(self, which: np.ndarray, newer: "Evidence") -> None:
+        """Take over newer evidence of some points."""
+        for field in fields(self):
+            getattr(self, field.name)[which] = getattr(newer, field.name)
+
+    @property
+    def positive(self) -> np.ndarray:
+        """Whether the leading exponent is told from zero above it."""
+        return self.lead > self.margin
+
+    @property
+    def negative(self) -> np.ndarray:
+        """Whether it is told from zero below it."""
+        return self.lead < -self.margin
+
+    @property
+    def grows_on(self) -> np.ndarray:
+        """Whether tangents grow in the later half of the record as well."""
+        return (self.late > LATE * self.lead) & (self.late * self.length > 2 * FOLDS)
+
+    @property
+    def falls_on(self) -> np.ndarray:
+        """Whether they shrink in the later half as well."""
+        return np.isneginf(self.lead) | ((self.late < LATE * self.lead) & (self.late * self.length < -2 * FOLDS))
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Whether it is a torus by all opinions: tangents do not grow, in themselves, not only against their error."""
+        growth = np.abs(self.lead) * self.length
+        return self.torus & self.torus_possible & ((growth <= STILL) | (self.converges & (growth <= BOUNDED)))
+
+    @property
+    def bounded(self) -> np.ndarray:
+        """Whether tangents grow or shrink little in the whole record."""
+        return np.abs(self.lead) * self.length <= BOUNDED
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What it takes for a word."""
+
+    word: Outcome
+    holds: Callable[[Evidence], np.ndarray]
+    reason: str
+
+
+RULES = (
+    Rule(Outcome.EQUILIBRIUM, lambda e: e.rests, "nothing moves"),
+    Rule(Outcome.PERIODIC, lambda e: ~e.measured & e.recurs, "the points come back; no exponent was asked for"),
+    Rule(Outcome.OK, lambda e: ~e.measured, "no exponent was asked for"),
+    Rule(Outcome.NONFINITE, lambda e: np.isnan(e.lead), "an exponent is no number"),
+    Rule(Outcome.EQUILIBRIUM, lambda e: e.sinks, "all tangents shrink beyond round-off, that of the flow as well"),
+    Rule(Outcome.TRANSIENT, lambda e: e.shrinks, "all tangents shrink, that of the flow as well: it comes to rest"),
+    Rule(Outcome.TRANSIENT, lambda e: ~e.flows, "no exponent is zero, that of the flow: it leaves, or comes to rest"),
+    Rule(Outcome.QUASIPERIODIC, lambda e: e.winds & ~e.positive, "nothing moves but phases without a common measure"),
+    Rule(Outcome.PERIODIC, lambda e: e.exact & ~e.leaving, "the points come back to round-off"),
+    Rule(Outcome.PERIODIC, lambda e: e.recurs & e.attracts, "the points come back, and nearby motions come closer"),
+    Rule(Outcome.TRANSIENT, lambda e: e.positive & e.leaving, "it grows evenly away from where it began"),
+    Rule(Outcome.TRANSIENT, lambda e: e.positive & e.settling, "its extent still shrinks, or what it lacks to a cycle"),
+    Rule(Outcome.TRANSIENT, lambda e: e.positive & ~e.chaos_possible, "tangents grow in a flow that has no chaos"),
+    Rule(
+        Outcome.CHAOTIC,
+        lambda e: e.positive & e.grows_on,
+        "the largest exponent is positive beyond its error, to the end of a stationary record",
+    ),
+    Rule(Outcome.PERIODIC, lambda e: e.negative & e.falls_on & ~e.leaving, "nearby motions come closer to the end"),
+    Rule(Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all that it has had"),
+    Rule(Outcome.PERIODIC, lambda e: ~e.positive & e.long_cycle, "a longer record comes back"),
+    Rule(
+        Outcome.QUASIPERIODIC,
+        lambda e: ~e.positive & e.regular,
+        "smooth averages converge faster than any power, the points leave no gaps, and tangents do not grow",
+    ),
+    Rule(Outcome.PERIODIC, lambda e: ~e.positive & e.curve & e.bounded, "its instants lie on a closed curve"),
+    Rule(Outcome.TRANSIENT, lambda e: e.leaving, "it grows evenly away from where it began"),
+    Rule(Outcome.TRANSIENT, lambda e: e.settling, "its extent still shrinks, or what it lacks to a cycle"),
+    Rule(Outcome.UNDECIDED, lambda e: np.ones_like(e.recurs), "the evidence does not suffice for any other word"),
+)
+"""In the order in which they are tried."""
+
+
+def rule_of(evidence: Evidence) -> np.ndarray:
+    """Number of the first rule that holds; shape (P,)."""
+    with np.errstate(invalid="ignore"):
+        return np.argmax([rule.holds(evidence) for rule in RULES], axis=0)
+
+
+def words(evidence: Evidence) -> np.ndarray:
+    """Outcomes of records; int, shape (P,)."""
+    codes = np.array([int(rule.word) for rule in RULES])[rule_of(evidence)]
+    return np.where(evidence.ended == Outcome.OK, codes, evidence.ended)
+
+
+def reason(evidence: Evidence) -> str:
+    """Why the first of the records has its word; empty for one that came to an early end."""
+    return RULES[int(rule_of(evidence)[0])].reason if evidence.ended[0] == Outcome.OK else ""
