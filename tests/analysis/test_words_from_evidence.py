@@ -1,0 +1,156 @@
+"""Slow departures, followed sweeps, laminar phases, runs to infinity: systems whose motion is known in closed form."""
+
+import numpy as np
+import pytest
+import sympy
+from maps import map_system
+
+import chaosdrill as cd
+
+X, Y, M, R = sympy.symbols("x y m r", real=True)
+
+
+def words(found):
+    return [cd.Outcome(int(code)).meaning for code in np.ravel(found["outcome"].values)]
+
+
+def flow(states, field, start, **more):
+    return cd.HybridSystem(name="flow", states=states, modes={"on": field}, initial=start, **{"parameters": {}, **more})
+
+
+@pytest.fixture(scope="module")
+def van_der_pol():
+    field = {"x": "v", "v": "m*(1 - x**2)*v - x"}
+    return flow("x v", field, {"x": 1e-9, "v": 0.0}, parameters={"m": 0.02})
+
+
+@pytest.fixture(scope="module")
+def pitchfork():
+    """x -> (1 + m) x - x**3: x = 0 loses its stability to +-sqrt(m) at m = 0."""
+    return map_system("pitchfork", (X,), {"m": 0.02}, {X: X + M * X - X**3}, {X: 1e-8})
+
+
+def test_a_slow_departure_is_no_chaos(van_der_pol):
+    """All of the record is the unstable rest: two equal positive exponents, and none is that of the flow."""
+    found = cd.lyapunov_spectrum(van_der_pol, duration=1500.0, transient=100.0)
+    assert words(found) == ["transient"]
+    assert found["lyapunov_exponent"].values[1] > 0.0099
+    assert found.attrs["reason"]
+    settled = cd.lyapunov_spectrum(van_der_pol.with_initial(x=1.0), duration=500.0, transient=500.0)
+    assert words(settled) == ["periodic"]
+
+
+def test_spectrum_diagram_and_basins_give_one_word(van_der_pol):
+    """From one start over one length, and over a longer one if that is allowed."""
+    lengths = {"transient": 100.0, "duration": 500.0}
+    spectrum = cd.lyapunov_spectrum(van_der_pol, **lengths)
+    grid = {"x": [1e-9, 1e-6], "v": [0.0, 1e-9]}
+    assert set(words(cd.basins(van_der_pol, grid, **lengths, max_extension=0))) == set(words(spectrum)) == {"transient"}
+    for at in (lengths, {"at": "v > 0", "transient": 20, "periods": 128}):
+        assert set(words(cd.basins(van_der_pol, grid, **at))) == {"periodic"}
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_a_departure_ends_on_its_cycle(unit):
+    leaving = map_system("pf", (X,), {"m": 0.02}, {X: X + M * X - X**3 / unit**2}, {X: 1e-8 * unit})
+    assert words(cd.lyapunov_spectrum(leaving, periods=500, transient=100)) == ["transient"]
+    found = cd.bifurcation_diagram(leaving, {"m": [0.01, 0.02, 0.05]}, transient=100, periods=256)
+    assert words(found) == ["periodic"] * 3
+    np.testing.assert_allclose(found["section"].values[:, 0, -1, 0], unit * np.sqrt([0.01, 0.02, 0.05]), rtol=1e-3)
+
+
+@pytest.mark.parametrize("count", [21, 41])
+def test_a_followed_pitchfork_has_no_hysteresis(pitchfork, count):
+    m = np.linspace(-0.1, 0.1, count)
+    system = pitchfork.with_initial(x=0.1)
+    found = cd.bifurcation_diagram(system, {"m": m}, follow="both", transient=100, periods=128)
+    both, beyond = found["section"].values[:, :, -1, 0], np.maximum(m, 0)[:, np.newaxis]
+    away = np.abs(m) > 1e-12
+    np.testing.assert_allclose(both[away] ** 2, np.tile(beyond, 2)[away], atol=1e-6)
+    assert set(np.array(words(found)).reshape(count, 2)[away].ravel()) == {"periodic"}
+
+
+def test_a_followed_flip_doubles_at_once():
+    flip = map_system("flip", (X,), {"m": 0.0}, {X: -(1 + M) * X + X**3}, {X: 0.1})
+    m = np.linspace(-0.05, 0.06, 23)
+    found = cd.bifurcation_diagram(flip, {"m": m}, follow="forward", transient=100, periods=128)
+    away = np.abs(m) > 1e-12
+    np.testing.assert_array_equal(found["period"].values[away, 0], np.where(m[away] < 0, 1, 2))
+
+
+def test_a_followed_fixed_point_sheds_its_circle_at_once():
+    turn, shrink = sympy.Rational(7, 10), (1 + M) * (1 - X**2 - Y**2)
+    images = {
+        X: shrink * (sympy.cos(turn) * X - sympy.sin(turn) * Y),
+        Y: shrink * (sympy.sin(turn) * X + sympy.cos(turn) * Y),
+    }
+    shed = map_system("shed", (X, Y), {"m": 0.0}, images, {X: 0.1, Y: 0.0})
+    found = cd.bifurcation_diagram(shed, {"m": [-0.01, 0.01, 0.03]}, follow="forward", transient=100, periods=128)
+    assert words(found) == ["periodic", "quasiperiodic", "quasiperiodic"]
+
+
+def test_a_followed_rest_is_left_where_it_is_unstable(van_der_pol):
+    values = {"m": [-0.2, -0.1, 0.01, 0.02, 0.1]}
+    for lengths in ({"transient": 50, "periods": 64}, {"transient": 200.0, "duration": 400.0}):
+        system = van_der_pol.with_initial(x=0.5)
+        found = cd.bifurcation_diagram(system, values, follow="forward", at="v > 0", **lengths)
+        assert words(found) == ["equilibrium"] * 2 + ["periodic"] * 3
+
+
+def test_a_followed_pendulum_swings_upward_and_downward():
+    """x'' + x'/10 + (1 + a cos 2t) sin x = 0 swings once in two periods for a > 0.2."""
+    pendulum = flow(
+        "x v", {"x": "v", "v": "-v/10 - (1 + a*cos(2*t))*sin(x)"}, {"x": 0.3}, parameters={"a": 0.1}, period="pi"
+    )
+    found = cd.bifurcation_diagram(pendulum, {"a": [0.18, 0.24, 0.26]}, follow="both", transient=100, periods=64)
+    np.testing.assert_array_equal(found["period"].values, [[1, 1], [2, 2], [2, 2]])
+    assert set(words(found)) == {"periodic"}
+
+
+def test_laminar_phases_are_no_torus_and_no_cycle(logistic):
+    """Below r = 1 + sqrt(8) there is intermittent chaos alone, of phases as long as 4,000 iterates at 1e-7."""
+    r = 1 + np.sqrt(8) - 10 ** -np.linspace(5, 8, 25)
+    for lengths in ({"transient": 500, "periods": 256}, {"transient": 100, "periods": 1024, "max_extension": 0}):
+        found = cd.bifurcation_diagram(logistic, {"r": r}, **lengths)
+        assert set(words(found)) <= {"chaotic", "undecided", "transient"}
+        assert (found["period"].values == 0).all()
+
+
+def test_an_adding_machine_is_no_torus(logistic):
+    found = cd.bifurcation_diagram(logistic, {"r": [3.5699456718709]}, transient=5000, periods=256)
+    assert words(found) == ["undecided"]
+    assert words(cd.lyapunov_spectrum(logistic.with_parameters(r=3.5699456718709), periods=3000)) == ["undecided"]
+
+
+@pytest.mark.parametrize("rate", [1, 2, 3])
+def test_a_state_that_is_round_off_does_not_grow(rate):
+    """Two rotators, the first of which turns whole times in a period."""
+
+    def rotator(x, y, w):
+        return {x: f"{x}*(1 - {x}**2 - {y}**2) - {w}*{y}", y: f"{y}*(1 - {x}**2 - {y}**2) + {w}*{x}"}
+
+    field = rotator("a", "b", rate) | rotator("c", "d", "sqrt(2)")
+    two = flow("a b c d", field, {"a": 1.0, "c": 0.5}, period="2*pi", parameters={"p": 0.0})
+    assert words(cd.bifurcation_diagram(two, {"p": [0.0]}, transient=50, periods=256)) == ["quasiperiodic"]
+    assert words(cd.lyapunov_spectrum(two, periods=2000, transient=50)) == ["quasiperiodic"]
+
+
+@pytest.mark.parametrize(
+    ("states", "field", "start"),
+    [
+        ("x", {"x": "x"}, {"x": 1e-3}),
+        ("x y", {"x": "x", "y": "-2*y"}, {"x": 1e-3, "y": 1.0}),
+        ("x y", {"x": "x", "y": "y/2"}, {"x": 1e-3, "y": 1.0}),
+        ("x y z", {"x": "x", "y": "y/2", "z": "z/3"}, {"x": 1e-3, "y": 1.0, "z": 1.0}),
+        ("x v", {"x": "v", "v": "sin(x)"}, {"x": 1e-9}),
+    ],
+)
+def test_what_leaves_every_bound_is_on_no_attractor(states, field, start):
+    found = cd.lyapunov_spectrum(flow(states, field, start), duration=18.0)
+    assert words(found)[0] in {"transient", "open"}
+
+
+@pytest.mark.parametrize("duration", [50.0, 200.0, 2000.0])
+def test_a_focus_is_no_cycle(duration):
+    focus = flow("x v", {"x": "v", "v": "1 - x - 3*v/10"}, {"x": 1.5})
+    assert words(cd.lyapunov_spectrum(focus, duration=duration))[0] in {"transient", "equilibrium"}
