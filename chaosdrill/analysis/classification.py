@@ -6,14 +6,14 @@ exponent of a short run has no sign; in chaos a laminar stretch repeats for a wh
 undecided here. The word itself is given by `chaosdrill.analysis.words`, for spectra as for points.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
-from chaosdrill.analysis.regularity import LEAST, aside, examine, only_grows, rests
+from chaosdrill.analysis.regularity import LEAST, REPEATS, aside, examine, only_grows, rests
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
 from chaosdrill.analysis.words import Evidence, words
@@ -107,6 +107,41 @@ def evidence_of(
     found.drifts[open_] = drifts.any(axis=1)
     found.departs[open_] = departs(states, drifts, (lead * length * part)[open_])
     return found
+
+
+def evidence_of_records(
+    system: HybridSystem,
+    structure: Structure,
+    averages: Averages,
+    windows: np.ndarray,
+    known: np.ndarray,
+    coarse: np.ndarray,
+    part: float,
+    flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
+) -> Evidence:
+    """All that whole records say by themselves, which reached their ends and are not continued.
+
+    Parameters
+    ----------
+    windows, known
+        As in `evidence_of`; the last states, all of a length, which are this ``part`` of the records.
+    coarse : ndarray, shape (P, B + 1, n)
+        States at the beginning of the records and at the ends of their blocks.
+    flow : callable, optional
+        Rates of the states, as in `examine`, where there is no map.
+    """
+    ended = np.full(len(windows), int(Outcome.OK))
+    e = evidence_of(system, structure, averages, windows, known, ended, coarse[:, 0], part)
+    symmetries = structure.frame[: structure.symmetries]
+    if part < 1.0:
+        leaving, settling = stationarity(coarse - (coarse @ symmetries.T) @ symmetries, known)
+        e.leaving, e.settling = e.leaving | leaving, e.settling | settling
+    found = recurrence(aside(windows, symmetries), known, windows.shape[1] // REPEATS)
+    e.recurs = found.period > 0
+    e.exact = e.recurs & (found.residual <= ROUND_OFF)
+    unclear = np.flatnonzero(~e.positive & ~e.negative)
+    add_regularity(e, unclear, windows[unclear], known[unclear], structure, flow)
+    return e
 
 
 def _chaos_possible(system: HybridSystem, n: int) -> bool:
@@ -254,7 +289,12 @@ def _look_closer(plan: Plan, e: Evidence, windows: np.ndarray, known: np.ndarray
 
 
 def add_regularity(
-    e: Evidence, which: np.ndarray, windows: np.ndarray, known: np.ndarray, structure: Structure, flow: Any = None
+    e: Evidence,
+    which: np.ndarray,
+    windows: np.ndarray,
+    known: np.ndarray,
+    structure: Structure,
+    flow: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> None:
     """Add what longer records of some points say, see `examine`."""
     symmetries = structure.frame[: structure.symmetries]

@@ -309,7 +309,9 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         verdict = judge(plan, batch, which, ends, before)
         grows = verdict.outcome == Outcome.OPEN
         # what only grew, and then grows on or cannot be followed any further, is known
-        known = open_[which] & (grows | ~np.isin(verdict.outcome, MEASURED))
+        lost = evidence.at(which).drifts & ~np.isin(verdict.outcome, MEASURED)
+        arrays["outcome"][places[which[lost]]] = int(Outcome.OPEN)
+        known = (open_[which] & grows) | lost
         rows = np.flatnonzero(~known)
         _write(plan, batch, which[rows], verdict, rows, arrays, places[which[rows]])
         of_cycles = (which[rows], verdict.cycle[rows], ends[-1], arrays, places[which[rows]])

@@ -8,12 +8,10 @@ import xarray as xr
 
 from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
-from chaosdrill.analysis.classification import Averages, add_regularity, evidence_of
+from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.recording import flow_of
-from chaosdrill.analysis.recurrence import ROUND_OFF, recurrence
-from chaosdrill.analysis.regularity import LENGTH, REPEATS, aside, rests
+from chaosdrill.analysis.regularity import LENGTH, rests
 from chaosdrill.analysis.sections import time_of_motion
-from chaosdrill.analysis.stationarity import stationarity
 from chaosdrill.analysis.statistics import block_ends, error_of_exponents, error_of_mean_rate, kaplan_yorke
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
@@ -100,22 +98,12 @@ def _evidence(
 ) -> Evidence:
     """What a run says at its end; ``path`` are its last samples, ``coarse`` its states at the ends of all blocks."""
     system, window, known = run.system, path[np.newaxis], run.sizes[np.newaxis]
-    symmetries = structure.frame[: structure.symmetries]
-    ended, before = np.array([int(Outcome.OK)]), coarse[:1]
+    flow = None if plan.periodic else partial(flow_of, run)
     part = min(1.0, len(path) / (plan.count * run.samples))
-    e = evidence_of(system, structure, averages, window, known, ended, before, part)
-    if part < 1.0:
-        whole = np.column_stack([coarse, np.zeros(len(coarse))])[np.newaxis]
-        leaving, settling = stationarity(aside(whole, symmetries)[:, :, :-1], known)
-        e.leaving, e.settling = e.leaving | leaving, e.settling | settling
-    found = recurrence(aside(window, symmetries), known, len(path) // REPEATS)
-    e.recurs = found.period > 0
-    e.exact = e.recurs & (found.residual <= ROUND_OFF)
+    e = evidence_of_records(system, structure, averages, window, known, coarse[np.newaxis], part, flow)
     e.winds = structure.winds(flow_of(run)[np.newaxis])
     if e.shrinks[0]:
         e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
-    if not (e.positive | e.negative)[0]:
-        add_regularity(e, np.array([0]), window, known, structure, None if plan.periodic else partial(flow_of, run))
     return e
 
 

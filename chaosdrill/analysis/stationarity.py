@@ -29,12 +29,13 @@ ENDS = 3
 LAGS = 8
 """Iterates between points that are compared, at most."""
 
-EVEN, LIKE = 0.03, 0.1
-"""Parts by which the logarithm of the pace may grow more or less from part to part where a state departs from something
-unstable, and by which its growth may differ from what the exponent says."""
+EVEN, LIKE = 0.03, 0.5
+"""Parts by which the logarithm of the pace may grow more or less in the first half of a record in which a state departs
+from something unstable, and by which its growth may differ from what the exponent says of all of it; later it grows
+less where the motion comes near to something else."""
 
-LEAST_STEP = 0.01
-"""Growth of that logarithm from part to part at least."""
+LEAST_STEP = 1e-4
+"""Growth of that logarithm from part to part at least: of a steady growth it is round-off."""
 
 
 def stationarity(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -99,12 +100,14 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
     found = np.zeros(len(paths), dtype=bool)
     for p in np.flatnonzero(drifts.any(axis=1)):
         path = paths[p][np.isfinite(paths[p]).all(axis=1)][:, drifts[p]]
-        ends = np.arange(PARTS + 1) * (len(path) - 1) // PARTS
-        pace = np.abs(np.diff(path[ends], axis=0)) / np.diff(ends)[:, np.newaxis]
+        each = (len(path) - 1) // PARTS
+        pace = np.abs(np.diff(path[-PARTS * each - 1 :: each], axis=0))
         steps = np.diff(np.log(pace), axis=0)
-        mean = steps.mean(axis=0)
-        even = (mean > LEAST_STEP) & (np.abs(steps - mean) <= EVEN * mean).all(axis=0)
-        found[p] = (even & (np.abs(PARTS * mean - growth[p]) <= LIKE * PARTS * mean)).any()
+        early = steps[: PARTS // 2]
+        mean, expected = early.mean(axis=0), growth[p] * each / len(path)
+        even = (mean > LEAST_STEP) & (np.abs(early - mean) <= EVEN * mean).all(axis=0)
+        even &= (steps <= (1 + EVEN) * mean).all(axis=0)
+        found[p] = (even & (np.abs(mean - expected) <= LIKE * mean)).any()
     return found
 
 

@@ -1,0 +1,269 @@
+"""Records whose nature is known by construction: states and growth of tangents, many at a time.
+
+Every family is a function of a random generator, a number of records P and their length L. It returns states, of shape
+(P, F + L, n), F of which were passed before the record, and the logarithms by which tangents grow in every step of the
+record, of shape (P, L, m).
+"""
+
+import numpy as np
+
+GOLDEN = (np.sqrt(5) - 1) / 2
+FEIGENBAUM = 3.5699456718709
+WINDOW = 1 + np.sqrt(8)
+
+
+def seen(states):
+    """The same behind a smooth change of coordinates that is none of theirs."""
+    first, second = states[..., 0], states[..., -1]
+    return np.stack([first + 0.3 * np.tanh(second) + 0.1 * first**2, second - 0.2 * np.sin(first)], axis=-1)
+
+
+def iterate(step, state, length, forgotten=0):
+    """States and growth of a map that gives the next state and the growth in the step."""
+    states, growth = [], []
+    for _ in range(forgotten + length):
+        state, grown = step(state)
+        states.append(state[0])
+        growth.append(grown)
+    return np.stack(states, axis=1), np.stack(growth[forgotten:], axis=1)
+
+
+def of_line(slope_and_image):
+    """A step of a map of one dimension, seen with the value before."""
+
+    def step(state):
+        x = state[1]
+        image, slope = slope_and_image(x)
+        return (np.stack([image, x], axis=-1), image), np.log(np.maximum(np.abs(slope), 1e-300))[:, np.newaxis]
+
+    return step
+
+
+def of_plane(image_and_jacobian):
+    """A step of a map of the plane with its tangents, the first of which finds its direction."""
+
+    def step(state):
+        _, x, v = state
+        image, jacobian = image_and_jacobian(x)
+        v = np.einsum("pij,pj->pi", jacobian, v)
+        size = np.linalg.norm(v, axis=1)
+        area = np.log(np.maximum(np.abs(np.linalg.det(jacobian)), 1e-300))
+        return (image, image, v / size[:, np.newaxis]), np.stack([np.log(size), area - np.log(size)], axis=-1)
+
+    return step
+
+
+def start_of_line(x):
+    return np.stack([x, x], axis=-1), x
+
+
+def start_of_plane(x):
+    return x, x, np.tile([0.6, 0.8], (len(x), 1))
+
+
+def cycles(rng, P, L):
+    """Cycles of periods 1 to 300 that are approached at any rate."""
+    states, growth = np.empty((P, L, 2)), np.empty((P, L, 2))
+    k = np.arange(L)
+    for p in range(P):
+        period, rate = int(rng.integers(1, 301)), 10 ** rng.uniform(-2.5, 0)
+        if rng.random() < 0.6:
+            period = int(rng.integers(1, 17))
+        points = rng.normal(size=(period, 2))
+        off = 10 ** rng.uniform(-12, 0) * np.exp(-rate * k)[:, np.newaxis] * rng.normal(size=2)
+        states[p] = points[k % period] + off
+        growth[p] = [-rate, -rate * rng.uniform(1, 4)]
+    return seen(states), growth
+
+
+def tori(rng, P, L, frequencies=1):
+    """Curves and surfaces that are filled, by any rotation numbers."""
+    k, states, growth = np.arange(L), np.empty((P, L, 2)), np.empty((P, L, 2))
+    for p in range(P):
+        turns = rng.uniform(0.02, 0.98, frequencies)
+        if frequencies == 1 and rng.random() < 0.3:
+            turns = rng.integers(1, 7) / 7 + 10 ** rng.uniform(-4, -2) * GOLDEN * np.ones(1)
+        angle = 2 * np.pi * (np.outer(k, turns) + rng.random(frequencies))
+        bent = angle + rng.uniform(0, 0.4) * np.sin(angle)
+        states[p] = np.stack([np.cos(bent).sum(1), np.sin(bent + 0.3).sum(1)], axis=1)
+        stretch = np.log(1 + 0.4 * np.cos(angle[:, 0]))
+        growth[p, :, 0] = np.diff(stretch, append=stretch[-1])
+        growth[p, :, 1] = -(10 ** rng.uniform(-2, 0))
+    return seen(states), growth
+
+
+def surfaces(rng, P, L):
+    """Tori of two frequencies at the strobe, of three in all."""
+    return tori(rng, P, L, 2)
+
+
+def departures(rng, P, L):
+    """An unstable point that is left at any rate from any distance, up to the cycle beside it."""
+    mu = 10 ** rng.uniform(-3.3, -1, P)
+    x = 10 ** rng.uniform(-12, -3, P)
+    side = rng.choice([-1.0, 1.0], P)
+    return iterate(of_line(lambda x: (side * ((1 + mu) * x - x**3), side * (1 + mu - 3 * x**2))), start_of_line(x), L)
+
+
+def spirals(rng, P, L):
+    """An unstable focus that is left, up to the circle beside it."""
+    mu, turn = 10 ** rng.uniform(-3.3, -1.3, P), rng.uniform(0.1, 3, P)
+    c, s = np.cos(turn), np.sin(turn)
+
+    def image(x):
+        a, b = x.T
+        q = (1 + mu) * (1 - a**2 - b**2)
+        matrix = np.array([[c, -s], [s, c]]).transpose(2, 0, 1)
+        slope = np.stack([-2 * (1 + mu) * a, -2 * (1 + mu) * b], axis=-1)
+        turned = np.einsum("pij,pj->pi", matrix, x)
+        return q[:, None] * turned, q[:, None, None] * matrix + turned[:, :, None] * slope[:, None, :]
+
+    return iterate(of_plane(image), start_of_plane(10 ** rng.uniform(-12, -3, (P, 1)) * rng.normal(size=(P, 2))), L)
+
+
+def laminar(rng, P, L):
+    """Intermittency of type I: the logistic map below its window of period three."""
+    r = WINDOW - 10 ** rng.uniform(-8, -4, P)
+    step = of_line(lambda x: (r * x * (1 - x), r * (1 - 2 * x)))
+    return iterate(step, start_of_line(rng.uniform(0.2, 0.8, P)), L, int(rng.integers(100, 3000)))
+
+
+def neutral(rng, P, L):
+    """The map of Liverani, Saussol and Vaienti: long stays at the neutral point 0."""
+    a = rng.uniform(0.1, 0.95, P)
+
+    def image(x):
+        low = x < 0.5
+        return (
+            np.where(low, x * (1 + (2 * x) ** a), 2 * x - 1),
+            np.where(low, 1 + (1 + a) * (2 * np.abs(x)) ** a, 2.0),
+        )
+
+    return iterate(of_line(image), start_of_line(rng.uniform(0.01, 1, P)), L, 50)
+
+
+def machines(rng, P, L):
+    """The adding machine at the end of the cascade of the logistic map."""
+    step = of_line(lambda x: (FEIGENBAUM * x * (1 - x), FEIGENBAUM * (1 - 2 * x)))
+    return iterate(step, start_of_line(rng.uniform(0.2, 0.8, P)), L, 20_000)
+
+
+def strange(rng, P, L):
+    """Strange nonchaotic attractors of Grebogi, Ott, Pelikan and Yorke."""
+    sigma, angle = rng.uniform(1.2, 3, P), 2 * np.pi * rng.random(P)
+    x, states, growth = rng.normal(size=P), [], []
+    for k in range(L + 500):
+        drive = 2 * sigma * np.cos(angle)
+        grown = np.log(np.abs(drive) / np.cosh(x) ** 2)
+        x, angle = drive * np.tanh(x), angle + 2 * np.pi * GOLDEN
+        if k >= 500:
+            states.append(np.stack([x, np.cos(angle), np.sin(angle)], axis=-1))
+            growth.append(np.stack([0 * x, grown], axis=-1))
+    return np.stack(states, axis=1), np.stack(growth, axis=1)
+
+
+def tents(rng, P, L):
+    """Skew tents, whose growth is one of two numbers."""
+    a = rng.uniform(0.15, 0.85, P)
+
+    def image(x):
+        low = x < a
+        return np.where(low, x / a, (1 - x) / (1 - a)), np.where(low, 1 / a, 1 / (1 - a))
+
+    return iterate(of_line(image), start_of_line(rng.random(P)), L, 50)
+
+
+def parabolas(rng, P, L):
+    """The logistic map where the critical point falls on an unstable cycle: no window is near."""
+    r = rng.choice([3.6785735104283222, 3.9277370017867516, 4.0 - 1e-12], P)
+    step = of_line(lambda x: (r * x * (1 - x), r * (1 - 2 * x)))
+    return iterate(step, start_of_line(rng.uniform(0.2, 0.8, P)), L, 100)
+
+
+def cusps(rng, P, L):
+    """x -> 1 - 2 sqrt|x|, the cusp of Lorenz's return map."""
+
+    def image(x):
+        root = np.sqrt(np.maximum(np.abs(x), 1e-300))
+        return np.clip(1 - 2 * root, -1, 1), 1 / root
+
+    return iterate(of_line(image), start_of_line(rng.uniform(-0.9, 0.9, P)), L, 50)
+
+
+def sheets(rng, P, L):
+    """Henon's and Lozi's maps, where chaos is proved or beyond doubt."""
+    lozi = rng.random(P) < 0.5
+    a, b = np.where(lozi, rng.uniform(1.65, 1.75, P), 1.4), np.where(lozi, 0.4, 0.3)
+
+    def image(x):
+        u, v = x.T
+        bent, slope = np.where(lozi, np.abs(u), u**2), np.where(lozi, np.sign(u), 2 * u)
+        zero = np.zeros(P)
+        matrix = np.array([[-a * slope, zero + 1], [b, zero]]).transpose(2, 0, 1)
+        return np.stack([1 - a * bent + v, b * u], axis=-1), matrix
+
+    return iterate(of_plane(image), start_of_plane(0.1 * rng.random((P, 2))), L, 200)
+
+
+def standard(rng, P, L, kick, where):
+    k = kick * np.ones(P)
+
+    def image(x):
+        q, p = x.T
+        p = p + k * np.sin(q)
+        one = np.ones(P)
+        matrix = np.array([[one + k * np.cos(q), one], [k * np.cos(q), one]]).transpose(2, 0, 1)
+        return np.stack([q + p, p], axis=-1), matrix
+
+    states, growth = iterate(of_plane(image), start_of_plane(where), L, 20)
+    return np.stack([np.sin(states[..., 0]), np.cos(states[..., 0]), np.sin(states[..., 1])], axis=-1), growth
+
+
+def islands(rng, P, L):
+    """Around the elliptic point of the standard map."""
+    where = np.stack([np.pi + rng.uniform(0.05, 0.8, P), rng.uniform(-0.1, 0.1, P)], axis=-1)
+    return standard(rng, P, L, rng.uniform(0.2, 0.6, P), where)
+
+
+def seas(rng, P, L):
+    """The standard map with kicks so strong that no island is known of any size."""
+    return standard(rng, P, L, rng.uniform(7, 8, P), rng.uniform(0, 2 * np.pi, (P, 2)))
+
+
+def drifts(rng, P, L):
+    """A state that grows like a power of time, beside one that repeats or is chaotic, of no exponent."""
+    k = np.arange(1, L + 1)
+    power, begin = rng.uniform(1, 2, (P, 1)), 10 ** rng.uniform(-2, 1, (P, 1))
+    grows = begin + (k / 10) ** power * (1 + 1e-3 * rng.normal(size=(P, L)) / k)
+    beside = np.cos(rng.uniform(0.3, 3, (P, 1)) * k)
+    return np.stack([grows, beside], axis=-1), np.stack([np.zeros((P, L)), np.zeros((P, L)) - 0.1], axis=-1)
+
+
+def runaway(rng, P, L):
+    """Exponential growth for ever."""
+    rate = rng.uniform(4, 40, (P, 1)) / L
+    k = np.arange(L)
+    growth = np.stack([0 * k + rate, 0 * (k + rate) - 1], axis=-1)
+    return np.stack([np.exp(rate * k), 2 * np.exp(rate * k)], axis=-1), growth
+
+
+FAMILIES = {
+    "cycles": (cycles, "periodic"),
+    "tori": (tori, "quasiperiodic"),
+    "surfaces": (surfaces, "quasiperiodic"),
+    "islands": (islands, "quasiperiodic"),
+    "departures": (departures, "periodic"),
+    "spirals": (spirals, "quasiperiodic"),
+    "laminar": (laminar, "chaotic"),
+    "neutral": (neutral, "chaotic"),
+    "machines": (machines, ""),
+    "strange": (strange, ""),
+    "tents": (tents, "chaotic"),
+    "parabolas": (parabolas, "chaotic"),
+    "cusps": (cusps, "chaotic"),
+    "sheets": (sheets, "chaotic"),
+    "seas": (seas, "chaotic"),
+    "drifts": (drifts, "open"),
+    "runaway": (runaway, ""),
+}
+"""Families, and the one word for each; none where only an open answer is right."""

@@ -1,0 +1,42 @@
+"""The study of words makes records of the kinds that it names, and none of them is called wrongly."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parents[2] / "studies" / "words"
+OWN = ("make", "records")
+
+
+@pytest.fixture(scope="module")
+def make():
+    for name in OWN:
+        sys.modules.pop(name, None)
+    sys.path.insert(0, str(FOLDER))
+    yield importlib.import_module("make")
+    sys.path.remove(str(FOLDER))
+    for name in OWN:
+        sys.modules.pop(name, None)
+
+
+def test_records_are_called_rightly_in_any_units(make):
+    few, length = 6, 1024
+    for name, (family, right) in make.FAMILIES.items():
+        rng = np.random.default_rng([7, *name.encode()])
+        states, growth = family(rng, few, length)
+        for unit in (1.0, 1e-9, 1e9):
+            assert set(make.called(states * unit, growth)) <= make.OPEN_ANSWERS | {right}, name
+
+
+def test_growth_is_that_of_the_map(make):
+    """Of skew tents it is the entropy of the lengths of their two sides, of the standard map it sums to zero."""
+    families = {name: family for name, (family, _) in make.FAMILIES.items()}
+    rng = np.random.default_rng(3)
+    states, growth = families["tents"](rng, 1, 4000)
+    sides = np.exp(-np.unique(np.round(growth, 12)))
+    assert sides.sum() == pytest.approx(1, abs=1e-9)
+    assert growth.mean() == pytest.approx(-(sides * np.log(sides)).sum(), abs=0.03)
+    assert np.abs(families["seas"](rng, 3, 200)[1].sum(axis=2)).max() < 1e-9
