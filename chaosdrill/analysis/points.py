@@ -117,17 +117,22 @@ class PointTask(_Task):
         parts = [self._run(begin, min(step, first + count - begin)) for begin in range(first, first + count, step)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def _run(self, first: int, count: int) -> Arrays:
+    def begin(self, units: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+        """Parameters, initial states and modes of some points of the grid, with every seed."""
         seeds, names = len(self.starts), self.plan.system.state_names
-        places = np.unravel_index(np.repeat(np.arange(first, first + count), seeds), self.shape)
-        starts, modes = np.tile(self.starts, (count, 1)), np.tile(self.modes, count)
+        places = np.unravel_index(np.repeat(units, seeds), self.shape)
+        starts, modes = np.tile(self.starts, (len(units), 1)), np.tile(self.modes, len(units))
         parameters: dict[str, np.ndarray] = {}
         for axis, index in zip(self.axes, places, strict=True):
             if axis.of_start:
                 starts[:, names.index(axis.name)] = axis.values[index]
             else:
                 parameters[axis.name] = axis.values[index]
-        found, _ = measure(self.plan, parameters, starts, modes)
+        return parameters, starts, modes
+
+    def _run(self, first: int, count: int) -> Arrays:
+        seeds = len(self.starts)
+        found, _ = measure(self.plan, *self.begin(np.arange(first, first + count)))
         found = {name: values.reshape(count, seeds, *values.shape[1:]) for name, values in found.items()}
         kept = {name: found[name] for name in self.keeps}
         if self.counts_attractors:
@@ -158,9 +163,12 @@ class StartTask(PointTask):
         """One."""
         return 1
 
+    def begin(self, units: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+        """No parameters, and the initial states and modes of some of the runs."""
+        return {}, self.starts[units], self.modes[units]
+
     def _run(self, first: int, count: int) -> Arrays:
-        here = slice(first, first + count)
-        found, _ = measure(self.plan, {}, self.starts[here], self.modes[here])
+        found, _ = measure(self.plan, *self.begin(np.arange(first, first + count)))
         return {name: found[name][:, np.newaxis] for name in self.keeps}
 
 

@@ -13,6 +13,7 @@ from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.starts import settled_modes, states_and_modes
+from chaosdrill.analysis.visits import merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
@@ -107,6 +108,8 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         variables = {"initial_state": (("run", "state"), starts), "initial_mode": ("run", modes.astype(np.int8))}
     cells = {name: values[:, 0] for name, values in _execute({"points": task}, job).items()}
     numbers, leaders = number_attractors(cells)
+    if len(leaders) > 1:
+        numbers, leaders = merge(plan, cells, numbers, leaders, *task.begin(leaders)[1:])
     fraction = np.bincount(numbers, minlength=len(leaders) + 1)[1:] / task.units
     number = "attractor_number"
     variables |= {

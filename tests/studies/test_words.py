@@ -35,7 +35,7 @@ def test_growth_is_that_of_the_map(make):
     """Of skew tents it is the entropy of the lengths of their two sides, of the standard map it sums to zero."""
     families = {name: family for name, (family, _) in make.FAMILIES.items()}
     rng = np.random.default_rng(3)
-    states, growth = families["tents"](rng, 1, 4000)
+    _, growth = families["tents"](rng, 1, 4000)
     sides = np.exp(-np.unique(np.round(growth, 12)))
     assert sides.sum() == pytest.approx(1, abs=1e-9)
     assert growth.mean() == pytest.approx(-(sides * np.log(sides)).sum(), abs=0.03)
