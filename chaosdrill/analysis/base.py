@@ -189,7 +189,7 @@ class Job:
         return None if progress is None else lambda done: progress(done, total, None)
 
 
-POINTS = (*SPECTRA, "smith1987", "das2017")
+POINTS = (*SPECTRA, "smith1987", "das2017", "gottwald2009")
 ORBITS = ("mueller1995", "dankowicz2013", "dercole2005", "dibernardo2008")
 """What analyses of the same family cite, by keys of the list of references."""
 

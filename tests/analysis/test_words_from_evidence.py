@@ -1,11 +1,15 @@
 """Slow departures, followed sweeps, laminar phases, runs to infinity: systems whose motion is known in closed form."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import sympy
 from maps import map_system
 
 import chaosdrill as cd
+from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
+from chaosdrill.analysis.words import words as words_of
 
 X, Y, M, R = sympy.symbols("x y m r", real=True)
 
@@ -154,3 +158,41 @@ def test_what_leaves_every_bound_is_on_no_attractor(states, field, start):
 def test_a_focus_is_no_cycle(duration):
     focus = flow("x v", {"x": "v", "v": "1 - x - 3*v/10"}, {"x": 1.5})
     assert words(cd.lyapunov_spectrum(focus, duration=duration))[0] in {"transient", "equilibrium"}
+
+
+def test_the_documentation_has_all_rules():
+    theory = (Path(__file__).parents[2] / "docs" / "theory.md").read_text()
+    rows = "\n".join(f"| `{rule.word.meaning}` | {rule.reason} |" for rule in RULES)
+    assert rows in theory
+
+
+def test_a_larger_error_makes_no_word_easier():
+    """From a margin on nothing but what is open is left, unless other evidence stands by itself."""
+    rng = np.random.default_rng(4)
+    count = 4000
+    flags = ("recurs", "attracts", "leaving", "settling", "drifts", "torus", "converges", "curve", "long_cycle")
+    known = {name: rng.random(count) < 0.3 for name in flags}
+    lead = rng.normal(size=count) * 10 ** rng.uniform(-4, 0, count)
+    length, late = np.full(count, 1000.0), lead * rng.uniform(0, 2, count)
+    small, large = (
+        words_of(Evidence.of(count, lead=lead, late=late, length=length, margin=np.full(count, margin), **known))
+        for margin in (4e-3, 3e-2)
+    )
+    claims = (cd.Outcome.CHAOTIC, cd.Outcome.PERIODIC)
+    for word in claims:
+        gained = (large == word) & (small != word)
+        # a return that contracts, and instants on a curve, say so whatever the exponent's error
+        assert not (gained & ~(known["recurs"] | known["long_cycle"] | known["curve"])).any()
+    torus = (large == cd.Outcome.QUASIPERIODIC) & (small != cd.Outcome.QUASIPERIODIC)
+    assert (np.abs(lead[torus]) * 1000 <= BOUNDED).all()
+
+
+@pytest.mark.parametrize("periods", [64, 256])
+@pytest.mark.parametrize("states", [("x", "v"), ("v", "x")])
+def test_chaos_is_one_attractor_for_any_record(periods, states):
+    """Duffing's oscillator has one attractor here, whose two wells a short record visits unevenly."""
+    duffing = cd.build("duffing")
+    grid = {state: np.linspace(-2, 2, 12) for state in states}
+    found = cd.basins(duffing, grid, transient=100, periods=periods)
+    assert found.sizes["attractor_number"] == 1
+    np.testing.assert_array_equal(found["fraction"], [1.0])
