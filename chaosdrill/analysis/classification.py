@@ -94,7 +94,8 @@ def evidence_of(
             found.shrinks = (growth[:, 0] < -STAYS) & (late.max(axis=1) < -STAYS)
             most = np.maximum(NO_GROWTH, 3 * averages.errors * length[:, np.newaxis])
             zero = np.minimum(np.abs(growth), np.abs(late)) <= most
-            found.flows = zero.sum(axis=1) >= averages.neutral
+            # what rests but for a shift has no other one
+            found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) < 0)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
