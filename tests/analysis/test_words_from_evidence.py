@@ -8,6 +8,7 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
+from chaosdrill.analysis.classification import contracts
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
 from chaosdrill.analysis.words import words as words_of
 
@@ -196,3 +197,18 @@ def test_chaos_is_one_attractor_for_any_record(periods, states):
     found = cd.basins(duffing, grid, transient=100, periods=periods)
     assert found.sizes["attractor_number"] == 1
     np.testing.assert_array_equal(found["fraction"], [1.0])
+
+
+def test_where_no_torus_and_no_chaos_are_possible(duffing, logistic):
+    """A map of the plane that shrinks all areas alike keeps no closed curve."""
+    forced = {"x": "v", "v": "m*(1 - x**2)*v - x + cos(t)"}
+    growing = flow("x v", forced, {"x": 1.0}, parameters={"m": 1.0}, period="2*pi", time="t")
+    assert contracts(duffing)
+    assert not contracts(growing)
+    assert not contracts(logistic)
+    torus = np.ones(2, dtype=bool)
+    given = Evidence.of(2, torus=torus, converges=torus, torus_possible=np.array([True, False]))
+    assert words_of(given).tolist() == [cd.Outcome.QUASIPERIODIC, cd.Outcome.UNDECIDED]
+    grown = {"lead": np.ones(2), "late": np.ones(2), "length": np.full(2, 100.0)}
+    given = Evidence.of(2, **grown, chaos_possible=np.array([True, False]))
+    assert words_of(given).tolist() == [cd.Outcome.CHAOTIC, cd.Outcome.TRANSIENT]
