@@ -96,6 +96,8 @@ def evidence_of(
             zero = np.minimum(np.abs(growth), np.abs(late)) <= most
             # what rests but for a shift has no other one
             found.flows = zero.sum(axis=1) >= np.minimum(averages.neutral, max(structure.symmetries, 1))
+            # on a line nothing comes back
+            found.flows &= n > 1 or structure.symmetries > 0 or not _smooth(system)
         if averages.complete and contracts(system):
             found.torus_possible = ~(exponents.sum(axis=1) < 0)
     found.chaos_possible = np.full(points, _chaos_possible(system, n))
@@ -147,8 +149,12 @@ def evidence_of_records(
 
 def _chaos_possible(system: HybridSystem, n: int) -> bool:
     """Whether a motion can be chaotic: no flow of two states without events is, nor a forced one of one state."""
-    smooth = len(system.modes) == 1 and all(t.marks_only() for t in system.transitions)
-    return not smooth or n > (2 if system.autonomous else 1)
+    return not _smooth(system) or n > (2 if system.autonomous else 1)
+
+
+def _smooth(system: HybridSystem) -> bool:
+    """Whether nothing but the flow moves the states."""
+    return len(system.modes) == 1 and all(t.marks_only() for t in system.transitions)
 
 
 def contracts(system: HybridSystem) -> bool:

@@ -144,6 +144,7 @@ def test_a_state_that_is_round_off_does_not_grow(rate):
     ("states", "field", "start"),
     [
         ("x", {"x": "x"}, {"x": 1e-3}),
+        ("x", {"x": "x**2"}, {"x": 0.05}),
         ("x y", {"x": "x", "y": "-2*y"}, {"x": 1e-3, "y": 1.0}),
         ("x y", {"x": "x", "y": "y/2"}, {"x": 1e-3, "y": 1.0}),
         ("x y z", {"x": "x", "y": "y/2", "z": "z/3"}, {"x": 1e-3, "y": 1.0, "z": 1.0}),
