@@ -43,9 +43,7 @@ VARIABLES = table(
     need("mode", f"{RUN} time", "i1", "mode", "Mode that holds at the sample time.", flags="mode"),
     may(QUADRATURE, f"{RUN} time", "f8", "quadrature", "Integral along the flow from the start of the record."),
     need("event_time", "event", "f8", "time of the event", "Times do not decrease; equal times are ties."),
-    may(
-        "event_time_error", "event", "f8", "error of the time", "Of completed rebounds; zero of other events."
-    ),
+    may("event_time_error", "event", "f8", "error of the time", "Of completed rebounds; zero of other events."),
     need("event_kind", "event", "i1", "transition taken", "Which transition it was.", flags="transition"),
     need("event_speed", "event", "f8", "normal speed", "Rate of the guard at the crossing; small means grazing."),
     may("event_mode_before", "event", "i1", "mode before the event", "Mode left.", flags="mode"),
