@@ -8,10 +8,10 @@ undecided here. The word itself is given by `chaosdrill.analysis.words`, for spe
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
 from chaosdrill.analysis.regularity import LEAST, REPEATS, aside, examine, only_grows, rests
 from chaosdrill.analysis.stationarity import departs, stationarity
@@ -22,6 +22,9 @@ from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch
 from chaosdrill.engine.structure import Structure
 from chaosdrill.model import HybridSystem
+
+if TYPE_CHECKING:
+    from chaosdrill.analysis.plan import Plan
 
 SPLIT = 1e-5
 """Least relative distance between the points of a cycle for which it is told from one of half its period."""
@@ -190,7 +193,7 @@ class Verdict:
     moves: np.ndarray  # bool (P,): whether nothing says that the motion dies out
 
 
-def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:
+def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, before: np.ndarray | None = None) -> Verdict:
     """Judge some points of a batch by the averages over blocks with these ends, and by the section.
 
     ``before`` are the states of all points before the record, to tell by what only grows.
@@ -256,7 +259,7 @@ def judge(plan: Plan, batch: Batch, which: np.ndarray, ends: np.ndarray, before:
     )
 
 
-def _residual(plan: Plan, windows: np.ndarray, known: np.ndarray, found: Recurrence, whole: np.ndarray) -> np.ndarray:
+def _residual(plan: "Plan", windows: np.ndarray, known: np.ndarray, found: Recurrence, whole: np.ndarray) -> np.ndarray:
     """Residuals, of some points relative to the sizes that the states have had, from which round-off may come."""
     residual = found.residual.copy()
     rows = np.flatnonzero(whole)
@@ -265,7 +268,7 @@ def _residual(plan: Plan, windows: np.ndarray, known: np.ndarray, found: Recurre
     return residual
 
 
-def _averages(plan: Plan, batch: Batch, which: np.ndarray, begin: np.ndarray) -> Averages:
+def _averages(plan: "Plan", batch: Batch, which: np.ndarray, begin: np.ndarray) -> Averages:
     """Exponents from the beginning of a block to the end, with errors from all blocks, point by point."""
     sums, times, length = batch.sums[which], batch.times[which], batch.length[which]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -287,7 +290,7 @@ def _averages(plan: Plan, batch: Batch, which: np.ndarray, begin: np.ndarray) ->
     return Averages(exponents, errors, late, length, neutral, plan.computed == batch.x.shape[1])
 
 
-def _look_closer(plan: Plan, e: Evidence, windows: np.ndarray, known: np.ndarray) -> None:
+def _look_closer(plan: "Plan", e: Evidence, windows: np.ndarray, known: np.ndarray) -> None:
     """Look for tori and long cycles in records that are long enough, where the exponent is not told from zero."""
     rows = np.isfinite(windows[:, :, 0]).sum(axis=1)
     unclear = np.flatnonzero(~e.positive & ~e.negative & ~e.recurs & (rows >= LEAST) & (rows == windows.shape[1]))
@@ -311,14 +314,14 @@ def add_regularity(
     e.torus[which], e.converges[which], e.curve[which] = seen.torus, seen.converges, seen.curve
 
 
-def _winds(plan: Plan, batch: Batch, which: np.ndarray) -> np.ndarray:
+def _winds(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:
     """Whether nothing but phases moves, point by point."""
     if not (plan.structure.autonomous and plan.structure.symmetries):
         return np.zeros(len(which), dtype=bool)
     return plan.structure.winds(batch.flow(which))
 
 
-def _at_rest(plan: Plan, batch: Batch, which: np.ndarray, e: Evidence) -> tuple[np.ndarray, np.ndarray]:
+def _at_rest(plan: "Plan", batch: Batch, which: np.ndarray, e: Evidence) -> tuple[np.ndarray, np.ndarray]:
     """Which points of a system without forcing are at rest, and which go on moving for all that is known.
 
     A motion that neither rests nor ends has a zero exponent, that of the flow (Haken 1983,
@@ -333,7 +336,7 @@ def _at_rest(plan: Plan, batch: Batch, which: np.ndarray, e: Evidence) -> tuple[
 
 
 def _cycle_length(
-    plan: Plan, batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray
+    plan: "Plan", batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Units of lengths of a cycle of so many iterates, whether that is certain, and the time that it takes."""
     each = batch.length[which] / ends[-1]
@@ -349,7 +352,7 @@ def _cycle_length(
     return cycle, certain, cycle * each
 
 
-def _in_phase(plan: Plan, batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray) -> np.ndarray:
+def _in_phase(plan: "Plan", batch: Batch, which: np.ndarray, period: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """The least multiples of periods that take whole forcing periods, 0 where none does.
 
     What comes back to a section at another phase of the forcing goes on otherwise.

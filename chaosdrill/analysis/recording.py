@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -12,10 +12,15 @@ from chaosdrill.analysis.regularity import rests
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at
+from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
+from chaosdrill.model import HybridSystem
 
 _EVENT_ROWS = 1024
 _SLICES = 64
+
+FEW_EVENTS = 1000
+"""Events followed while the time of a motion is looked for."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +30,7 @@ class Record:
     outcome: Outcome  # ``Outcome.OK``, or what ended the run before its time
     samples: np.ndarray  # (samples, n + q + 1): states, quadratures and mode
     events: np.ndarray
-    """(events, 5 + 2 n): columns of the engine's event buffer, the states before and after from column 5 on."""
+    """(events, 6 + 2 n): columns of the engine's event buffer, the states before and after from column 6 on."""
     times: np.ndarray  # (events,): time of each event since the start of the run
 
     def states_before(self) -> np.ndarray:
@@ -168,3 +173,11 @@ def flow_of(run: Run, state: np.ndarray | None = None, mode: int | None = None) 
     present = int(run.standing["mode"]) if mode is None else mode
     kernels_of(system).functions[3](present, float(run.standing["time"]), run.c, place, rates)
     return rates[: len(run.x)]
+
+
+def time_of_motion(system: HybridSystem, numerics: Numerics) -> float:
+    """Time in which the motion from the initial state crosses its own extent."""
+    from chaosdrill.orbits.guess import Place, characteristic_time
+
+    few = min(numerics.max_events or FEW_EVENTS, FEW_EVENTS)
+    return characteristic_time(Place(system), replace(numerics, max_events=few))

@@ -6,7 +6,7 @@ where it becomes true. It travels as the text ``at`` through arguments, scenes a
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.arguments import Span
-from chaosdrill.analysis.recording import Record, record, record_returns
+from chaosdrill.analysis.recording import Record, record, record_returns, time_of_motion
 from chaosdrill.analysis.recurrence import CLOSE, find_period, sizes
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.dataset import Outcome
@@ -40,9 +40,6 @@ shorter, and a run that never returns does not take long."""
 _ROUNDING = 4e-16
 """Part of a time by which round-off may put it beyond the ends of the run."""
 
-
-FEW_EVENTS = 1000
-"""Events followed in such a time while it is looked for."""
 
 SOONER = 3.0
 """Times the distance after a period within which a state is back after a part of it that counts."""
@@ -95,14 +92,6 @@ def find_section(system: HybridSystem, given: Any, numerics: Numerics, *, timed:
     if (counts == "section" or timed) and not (period or given.max_return):
         unit = time_of_motion(system, numerics)
     return Section(marked, chosen, len(system.transitions), counts, unit, given.max_return or RETURN * unit)
-
-
-def time_of_motion(system: HybridSystem, numerics: Numerics) -> float:
-    """Time in which the motion from the initial state crosses its own extent."""
-    from chaosdrill.orbits.guess import Place, characteristic_time
-
-    few = min(numerics.max_events or FEW_EVENTS, FEW_EVENTS)
-    return characteristic_time(Place(system), replace(numerics, max_events=few))
 
 
 def measured_span(section: Section, given: Any, numerics: Numerics, units: int) -> Span:

@@ -119,7 +119,6 @@ def test_parts_of_an_event(kernels, place):
     transition, x, event = crossed(kernels, place)
     t = place[3]
     assert transition == 1
-    assert event["rest"] == -1.0
     np.testing.assert_allclose(event["gradient"], gradient(GUARD, x, t), rtol=1e-13, atol=1e-13)
     np.testing.assert_allclose(event["before"], [float(value(e, x, t)) for e in FIELD.values()], rtol=1e-14, atol=1e-15)
     np.testing.assert_allclose(event["image"], [float(value(RESET[s], x, t)) for s in STATES], rtol=1e-14)
