@@ -280,7 +280,7 @@ class Run:
         periods : int
             Periods from the strobe last passed.
         samples, events : ndarray, optional
-            Buffers of shape (rows, n + q + 1) and (rows, 5 + 2 n); filled from the top in every call.
+            Buffers of shape (rows, n + q + 1) and (rows, 6 + 2 n); filled from the top in every call.
         instants : bool
             Whether the rows of ``samples`` hold the instants, in ascending order, at which they are to be filled: a
             number of strobes, and the time since that strobe.
