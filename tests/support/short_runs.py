@@ -161,6 +161,21 @@ def facing():
     return [float("cd.filippov" in found.attrs["message"]), *found["event_time"].values[:2]]
 
 
+def rebounds():
+    """Through two modes, less and less elastic ones, until a contact replaces those that are left."""
+    onto = {"guard": "x", "direction": -1}
+    transitions = []
+    for here, there, law in (("m", "n", "0.5 + 0.2*v"), ("n", "m", "0.8 + 0.3*v")):
+        transitions += [
+            cd.Transition(f"hit-{here}", here, there, **onto, reset={"v": f"-({law})*v"}),
+            cd.Transition(f"rest-{here}", here, "held", **onto, reset={"x": "0", "v": "0"}, completes=f"hit-{here}"),
+        ]
+    modes = {"m": {"x": "v", "v": "-1"}, "n": {"x": "v", "v": "-2"}, "held": {"x": "0", "v": "0"}}
+    ball = cd.HybridSystem(states="x v", modes=modes, transitions=transitions, initial={"x": 0.5})
+    found = cd.trajectory(ball, duration=5.0, samples=1, tolerance=1e-6)
+    return [float(found.sizes["event"]), *found["event_time"].values[-2:]]
+
+
 def eventless(name, parameters, **given):
     """An orbit without events: in segments of a period, or from a plane to itself."""
     found = cd.periodic_orbit(cd.build(name, parameters), **given)
@@ -170,7 +185,7 @@ def eventless(name, parameters, **given):
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
     **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
-    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held, facing, unproved)},
+    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held, facing, rebounds, unproved)},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
     "eventless free": (lambda: eventless("roessler", {"c": 2.5}, at="y > 0", transient=3),),
