@@ -96,10 +96,10 @@ def alone(method):
     return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values.ravel()]
 
 
-def counted():
+def counted(method):
     """Points of a sweep whose lengths count events."""
     given = {"at": "hit", "transient": 1, "periods": 3, "max_extension": 0, "exponents": 1}
-    found = cd.bifurcation_diagram(cd.drill(), {"eta": [0.8]}, **given)
+    found = cd.bifurcation_diagram(cd.drill(), {"eta": [0.8]}, method=method, tolerance=1e-9, **given)
     return [*found["lyapunov_exponent"].values.ravel(), *found["section"].values.ravel()]
 
 
@@ -135,6 +135,13 @@ def held():
     )
     found = cd.lyapunov_spectrum(sliding, periods=3, **TWO)
     return [*found["lyapunov_exponent"].values[:2], *found["events_per_period"].values.ravel()]
+
+
+def touching():
+    """A guard with roots of third and of second order, of which only the first are events."""
+    mark = cd.Transition("mark", "m", "m", "(x - 0.5)**3*(x - 0.8)**2*(1.2 - x)**3*cos(x)", 0)
+    clock = cd.HybridSystem(states="x", modes={"m": {"x": "1"}}, transitions=[mark], initial={"x": 0.0})
+    return cd.trajectory(clock, duration=1.5, samples=1)["event_time"].values.tolist()
 
 
 def unproved():
@@ -185,7 +192,8 @@ def eventless(name, parameters, **given):
 METHODS = ("taylor", "dop853", "rk4", "radau")
 RUNS = {
     **{f"{run.__name__} {method}": (run, method) for run in (drill, ball, instants, outcomes) for method in METHODS},
-    **{run.__name__: (run,) for run in (vector, orbit, section, counted, steep, held, facing, rebounds, unproved)},
+    **{run.__name__: (run,) for run in (vector, orbit, section, steep, held, facing, rebounds, touching, unproved)},
+    **{f"counted {method}": (counted, method) for method in ("taylor", "dop853")},
     "alone dop853": (alone, "dop853"),
     "eventless forced": (lambda: eventless("duffing", {"amplitude": 0.1}, transient=3),),
     "eventless free": (lambda: eventless("roessler", {"c": 2.5}, at="y > 0", transient=3),),
