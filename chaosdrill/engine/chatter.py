@@ -20,10 +20,6 @@ seen."""
 LOW = 16.0
 """Heights of a rebound that may be none, in those of which guards are told no longer to be zero."""
 
-SLOW = 0.5
-"""Part of the hardest rebound's speed up to which another may be too low to be told from none: where the guard's noise
-hides a quarter of the height of that, it tells nothing."""
-
 MOST = 30_000
 """Rebounds that are taken one after the other; a restitution of 1 - 0.5 v**0.2 needs a tenth of them."""
 
@@ -98,8 +94,6 @@ def may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
     """
     run = state.run[0]
     speed = abs(scratch.event[event_places(state.x.size).speed])
-    if speed > SLOW * hardest:
-        return False
     if not (_is_small(settings, 2.0 * speed, hardest) or _is_low(functions, tables, settings, j, t, state, scratch)):
         return False
     return run.waiting != tables.keys[run.mode, j] or t >= run.wait_until or speed <= run.wait_above

@@ -124,12 +124,12 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     event[place.complete] = 0.0
     transition = functions.event_map(mode, j, t, state.c, x, with_tangents, scale, settings.tolerance, event)
     rest = -1.0
-    error = flight = 0.0
+    unsure = flight = 0.0
     if transition >= 0 and tables.transitions[transition, COMPLETED] == 1:
         flight = 2.0 * abs(event[place.speed] / event[place.pull])
         hardest = max(state.hardest[key], abs(normal_speed(event, n)))
         if may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
-            rest, error = time_left(functions, tables, settings, j, transition, hardest, t, state, scratch)
+            rest, unsure = time_left(functions, tables, settings, j, transition, hardest, t, state, scratch)
             event[place.complete] = 1.0 if rest >= 0.0 else 0.0
             transition = functions.event_map(mode, j, t, state.c, x, with_tangents, scale, settings.tolerance, event)
             if tables.transitions[transition, COMPLETES] == 0:
@@ -147,7 +147,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         row[EVENT_KIND] = transition
         row[EVENT_MODE] = mode
         row[EVENT_SPEED] = speed
-        row[EVENT_ERROR] = error if rest > 0.0 else 0.0
+        row[EVENT_ERROR] = unsure if rest > 0.0 else 0.0
         for i in range(n):
             row[EVENT_COLUMNS + i] = x[i]
     largest = 0.0
