@@ -30,7 +30,7 @@ MOST_BYTES = 20_000
 """Larger inputs are not spoilt further."""
 
 TRACED_ONE_IN = 4
-"""How many inputs come on one of which it is told what lines it reaches: that takes up to five times as long."""
+"""How many inputs come on one of which it is told what lines it reaches: that takes up to ten times as long."""
 
 LEAST = 10
 """Inputs of a kind that are spoilt, however long its corpus has taken."""
