@@ -12,7 +12,6 @@ from chaosdrill.model.derive import guard_gradient
 from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
-    from chaosdrill.model.reading import Transition
     from chaosdrill.model.system import HybridSystem
 
 
@@ -94,13 +93,13 @@ def in_series(system: "HybridSystem") -> set[int]:
     return found
 
 
-def cancels(transition: "Transition") -> bool:
-    """Whether a reset may give what is small beside its operands, and so as inexact as they are.
+def cancels(image: Any) -> bool:
+    """Whether the image of a reset may be small beside its operands, and so as inexact as they are.
 
     A product, such as ``-e*v``, is as exact as its factors.
     """
     exact = (*INCREASING, sympy.exp, sympy.cosh)
-    parts = [part for image in transition.reset.values() for part in sympy.preorder_traversal(image)]
     return any(
-        p.is_Add or (p.is_Function and not isinstance(p, exact) and type(p).__name__ not in SPECIAL) for p in parts
+        p.is_Add or (p.is_Function and not isinstance(p, exact) and type(p).__name__ not in SPECIAL)
+        for p in sympy.preorder_traversal(image)
     )

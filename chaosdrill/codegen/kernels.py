@@ -12,7 +12,7 @@ from llvmlite import ir
 from chaosdrill.codegen import kept
 from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, array
-from chaosdrill.codegen.events import Event, cancels, guard_keys, mode_events, returns
+from chaosdrill.codegen.events import Event, guard_keys, mode_events, returns
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.machine import FROM_PYTHON, NativeFunction, load, register_width
 from chaosdrill.codegen.mathematics import address, imports
@@ -207,10 +207,6 @@ def _pointwise(
     of_guards("guard_error", {"doubt": _VECTOR, "out": _VECTOR}, Pointwise.guard_error, events)
     event = {"tangents": INT, "scale": _VECTOR, "tolerance": DOUBLE, "event": _VECTOR}
     of_guards("event_map", event, Pointwise.event_map, events, INT(-1))
-    f = Function(module, "image_error", {"k": INT, **point, "doubt": _VECTOR, "out": _VECTOR})
-    inexact = [k for k, t in enumerate(system.transitions) if cancels(t)]
-    errors = {k: modes[0].image_error(f"image_error_{k}", system.transitions[k]) for k in inexact}
-    _by_number(f, f.arguments[0], errors, passed(f, f.arguments[1:]))
     of_modes("watch", {"out": _VECTOR}, lambda i, name: modes[i].watch(module, name, [s.argument for s in steep[i]]))
     _constants(module, constants)
     for name in (*POINTWISE, "constants"):
@@ -267,8 +263,8 @@ class Kernels:
         Number of each guard with its direction, and of the surface on which it is zero; -1 behind the last guard.
     moves_table : ndarray of int64, shape (transitions, keys)
         1 where the transition resets a state that the guard depends on.
-    transition_table : ndarray of int64, shape (transitions, 3)
-        Target mode; 1 if the transition only marks a section; 1 if operands may cancel in its reset.
+    transition_table : ndarray of int64, shape (transitions, 2)
+        Target mode; 1 if the transition only marks a section.
     """
 
     functions: tuple[Any, ...]
@@ -374,9 +370,9 @@ def _compiled(system: "HybridSystem") -> Kernels:
 
 def _transition_table(system: "HybridSystem") -> np.ndarray:
     modes = list(system.modes)
-    table = np.zeros((max(len(system.transitions), 1), 3), dtype=np.int64)
+    table = np.zeros((max(len(system.transitions), 1), 2), dtype=np.int64)
     for row, transition in zip(table, system.transitions, strict=False):
-        row[:] = modes.index(transition.target), int(transition.marks_only()), int(cancels(transition))
+        row[:] = modes.index(transition.target), int(transition.marks_only())
     return table
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, Number, Row, Test
-from chaosdrill.codegen.events import in_series
+from chaosdrill.codegen.events import cancels, in_series
 from chaosdrill.codegen.expression import Expressions
 from chaosdrill.codegen.rounding import rounding_bound
 from chaosdrill.codegen.signatures import event_places
@@ -24,11 +24,11 @@ from chaosdrill.model.derive import (
     reset_map,
     throw,
 )
+from chaosdrill.model.special import SPECIAL
 
 if TYPE_CHECKING:
     from chaosdrill.codegen.constants import Constants
     from chaosdrill.codegen.events import Event
-    from chaosdrill.model.reading import Transition
     from chaosdrill.model.system import HybridSystem
 
 ONTO = 100.0
@@ -57,6 +57,7 @@ class Pointwise:
         self.n = len(system.states)
         self.frozen = frozenset(frozen_states(system))
         self.in_series = in_series(system)
+        self.doubts = {x: sympy.Symbol(f"e_{i}", real=True, nonnegative=True) for i, x in enumerate(system.states)}
 
     def _begin(self, name: str, more: dict[str, Any], result: Any = None) -> tuple[Function, Row, list[Any]]:
         """A function, its states, and its arguments after these."""
@@ -103,18 +104,10 @@ class Pointwise:
 
     def guard_error(self, name: str, event: "Event") -> Any:
         """Write ``(t, c, x, doubt, out)``: error bounds of a guard's value and of its rate along the flow."""
-        return self._errors(name, [event.guard, rate(self.system, self.mode, event.guard)])
-
-    def image_error(self, name: str, transition: "Transition") -> Any:
-        """Write ``(t, c, x, doubt, out)``: error bounds of the states after a reset."""
-        return self._errors(name, reset_map(self.system, transition))
-
-    def _errors(self, name: str, expressions: list[Any]) -> Any:
         f, x, (doubt, out) = self._begin(name, {"doubt": _ROW, "out": _ROW})
-        given, states = f.row(doubt), self.system.states
-        doubts = {state: sympy.Symbol(f"e_{i}", real=True, nonnegative=True) for i, state in enumerate(states)}
-        bounds = [rounding_bound(e, doubts) for e in expressions]
-        return self._fill(f, x, out, bounds, {doubts[state]: given[i] for i, state in enumerate(states)})
+        given, doubts = f.row(doubt), self.doubts
+        bounds = [rounding_bound(e, doubts) for e in (event.guard, rate(self.system, self.mode, event.guard))]
+        return self._fill(f, x, out, bounds, {one: given[i] for i, one in enumerate(doubts.values())})
 
     def _fill(
         self, f: Function, x: Row, out: Any, expressions: list[Any], more: Mapping[Any, Number] | None = None
@@ -165,6 +158,10 @@ class _Transit:
         self.conditions = {i: t.conditions.get(mode.mode, sympy.true) for i, t in self.outcomes}
         self.maps = {i: reset_map(system, t) for i, t in self.outcomes}
         self.slopes = {i: reset_entries(system, t) for i, t in self.outcomes}
+        # a special function takes longer than all the rest of a bound: its value is that of the image
+        parts = {p for images in self.maps.values() for e in images for p in e.atoms(sympy.Function)}
+        slow = sorted((p for p in parts if type(p).__name__ in SPECIAL), key=sympy.default_sort_key)
+        self.slow = {part: sympy.Symbol(f"q_{i}", real=True) for i, part in enumerate(slow)}
         self.gradient = guard_gradient(system, event.guard)
         self.rates = [] if mode.mode in mode.large else [system.modes[mode.mode][x] for x in system.states]
         # rates after the event are those of the target mode at the images of the states
@@ -209,6 +206,7 @@ class _Transit:
             found += [
                 *self.throws.get(index, ()),
                 *self.maps[index],
+                *(part for part in self.slow if any(e.has(part) for e in self.maps[index])),
                 *self.slopes[index].values(),
                 *self.after.get(index, ()),
             ]
@@ -253,6 +251,7 @@ class _Transit:
                 self.out[self.places.image + i] = value
             for place, value in enumerate(self.throws.get(index, ()), self.places.speed):
                 self.out[place] = shared[value]
+            self._store_doubts(index, shared, states, images)
             with f.when(~self.tangents):
                 f.builder.ret(INT(index))
             slopes = self.out.after(self.places.jacobian)
@@ -266,6 +265,33 @@ class _Transit:
             target = self.system.transitions[index].target
             self._store_rates(target, self.places.after, self.after.get(index, []), shared)
         f.builder.ret(INT(index))
+
+    def _store_doubts(self, index: int, shared: Expressions, states: list[Number], images: list[Number]) -> None:
+        """Put into the event by how much the states may be off after it."""
+        f, system, doubts = self.f, self.system, list(self.mode.doubts.values())
+        before = [self._doubt_before(i, shared, states[i]) for i in range(self.n)]
+        reset = {i: self.maps[index][i] for i, x in enumerate(system.states) if self.maps[index][i] != x}
+        bounds = {i: rounding_bound(e, self.mode.doubts).xreplace(self.slow) for i, e in reset.items() if cancels(e)}
+        known = dict(zip([*system.states, *doubts], [*states, *before], strict=True))
+        needed = set().union(*(e.free_symbols for e in bounds.values()))
+        known |= {symbol: shared[part] for part, symbol in self.slow.items() if symbol in needed}
+        values = self.mode._expressions(f, self.x, list(bounds.values()), known)
+        for i in range(self.n):
+            after = (
+                before[i] if i not in reset else values[bounds[i]] if i in bounds else f.intrinsic("fabs", images[i])
+            )
+            self.out[self.places.doubt + i] = after
+
+    def _doubt_before(self, i: int, shared: Expressions, x: Number) -> Number:
+        f, places = self.f, self.places
+        given = self.out[places.doubt + i]
+        if self.rates and self.rates[i] == 0:
+            return given
+        speed = f.intrinsic("fabs", shared[self.rates[i]] if self.rates else self.out[places.before + i])
+        moved = [self.out[places.part] * f.intrinsic("fabs", x), self.out[places.reach] * speed]
+        most = f.choose(moved[0].compare(">", moved[1]), *moved)
+        known = self.out[places.known + i]
+        return f.choose(speed.compare(">", 0.0), f.choose(known.compare("<", most), known, most), given)
 
     def _store_rates(self, mode: str, place: int, rates: list[Any], shared: Expressions) -> None:
         """Put the rates of the states in a mode into the event: at the states before it, or at their images."""

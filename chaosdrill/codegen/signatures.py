@@ -18,10 +18,9 @@ SIGNATURES = {
     "guard": float64(int64, int64, float64, vector, vector, vector),
     "guard_error": void(int64, int64, float64, vector, vector, vector, vector),
     "event_map": int64(int64, int64, float64, vector, vector, int64, vector, float64, vector),
-    "image_error": void(int64, float64, vector, vector, vector, vector),
     "watch": void(int64, float64, vector, vector, vector),
 }
-"""name -> signature of the ten functions that make a system, in the order in which the engine takes them
+"""name -> signature of the nine functions that make a system, in the order in which the engine takes them
 
 * ``jet(mode, order, t, c, x, ws)`` Taylor coefficients of states, quadratures and guards
 * ``jacobian_jet(mode, order, c, ws)`` coefficients of the Jacobian's entries
@@ -34,13 +33,11 @@ SIGNATURES = {
   from the exact ones, in units of the rounding unit, of states with one rounding and the errors ``doubt``
 * ``event_map(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
-  with it stands in ``event``, see `event_places`. Under ``complete`` it is given whether the outcome is taken that
-  completes rebounds (1) or one of the others (0). Where ``tangents`` is 0, what only tangents need is left out
-* ``image_error(k, t, c, x, doubt, out)`` errors of the states after the reset of transition k, in the same units
+  with it stands in ``event``, see `event_places`. Where ``tangents`` is 0, what only tangents need is left out
 * ``watch(mode, t, c, x, out)`` what the mode's steep operations are applied to, see ``codegen.steep``
 """
 
-POINTWISE = ("field", "variation", "guard", "guard_error", "event_map", "image_error", "watch")
+POINTWISE = ("field", "variation", "guard", "guard_error", "event_map", "watch")
 """Those that are no series."""
 
 
@@ -52,6 +49,10 @@ class EventPlaces(NamedTuple):
     speed: int
     pull: int
     jerk: int
+    part: int
+    reach: int
+    known: int
+    doubt: int
     before: int
     after: int
     image: int
@@ -63,14 +64,24 @@ class EventPlaces(NamedTuple):
 def event_places(n: int) -> EventPlaces:
     """Places for a system of n states.
 
-    Gradient of the guard and, last, its time derivative; whether rebounds are completed; of an event that may be one of
-    a series of rebounds, speed and acceleration of the guard after it and the rate of that; rates of the states before
-    and after; the state after; its derivatives by states and, last, time, row by row.
+    Gradient of the guard and, last, its time derivative; whether the outcome is taken that completes rebounds (1) or
+    one of the others (0), which is given; of an event that may be one of a series of rebounds, speed and acceleration
+    of the guard after it and the rate of that.
+
+    By how much the states may be off: those that move before the event by ``part`` of their values, by ``reach`` of
+    their rates, or by ``known``, whichever is least of the larger of the first two and the third; those that rest by
+    ``doubt``. All four are given, and under ``doubt`` stands the same of the states after the event.
+
+    Rates of the states before and after; the state after; its derivatives by states and, last, time, row by row.
     """
-    first = n + 5
-    image = first + 2 * n
+    known = n + 7
+    before = known + 2 * n
+    image = before + 2 * n
     jacobian = image + n
-    return EventPlaces(0, n + 1, n + 2, n + 3, n + 4, first, first + n, image, jacobian, jacobian + n * (n + 1))
+    return EventPlaces(
+        *(0, n + 1, n + 2, n + 3, n + 4, n + 5, n + 6, known, known + n),
+        *(before, before + n, image, jacobian, jacobian + n * (n + 1)),
+    )
 
 
 LANES = 8

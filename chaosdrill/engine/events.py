@@ -8,7 +8,6 @@ from chaosdrill.engine.chatter import interpolated, may_be_over, normal_speed, t
 from chaosdrill.engine.jit import inlined
 from chaosdrill.engine.layout import (
     AT_EVENT,
-    CANCELS,
     COMPLETED,
     COMPLETES,
     EVENT_COLUMNS,
@@ -73,26 +72,21 @@ def saltate(vectors, live, event, speed, caused, sooner, jump, image):
 
 
 @inlined
-def _note_errors(functions, tables, settings, transition, t, state, rates, image, scratch):
-    """Note by how much the states may be off after an event, in units of ``guards.ROUNDING``.
+def _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event):
+    """The transition of an event, which is written into ``event`` with the errors of the states before and after it.
 
-    Before it they are as exact as the step and the surface onto which they were put allow, in their sizes, unless they
-    stood still; what the reset makes of them may be as inexact as its operands.
+    They are in units of ``guards.ROUNDING``: before the event the states are as exact as the step and the surface onto
+    which they were put allow, in their sizes, unless they stood still.
     """
-    n = state.x.size
+    place = event_places(state.x.size)
     part = 1.0 + settings.tolerance / guards.ROUNDING
-    before = scratch.metric
-    for i in range(n):
-        if rates[i] != 0.0:
-            # the size that a method begins with may be far too large
-            state.doubt[i] = part * min(state.scale[i], max(abs(state.x[i]), abs(rates[i]) * state.run[0].longest))
-        before[i] = state.doubt[i]
-    if tables.transitions[transition, CANCELS] == 1:
-        functions.image_error(transition, t, state.c, state.x, before, state.doubt)
-    else:
-        for i in range(n):
-            if tables.resets[transition, i] == 1:
-                state.doubt[i] = abs(image[i])
+    event[place.part] = part
+    # the size that a method begins with may be far too large
+    event[place.reach] = part * state.run[0].longest
+    for i in range(state.x.size):
+        event[place.known + i] = part * state.scale[i]
+        event[place.doubt + i] = state.doubt[i]
+    return functions.event_map(mode, j, t, state.c, state.x, with_tangents, scale, settings.tolerance, event)
 
 
 @inlined
@@ -122,7 +116,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
     key = tables.keys[mode, j]
     with_tangents = run.live + recorded
     event[place.complete] = 0.0
-    transition = functions.event_map(mode, j, t, state.c, x, with_tangents, scale, settings.tolerance, event)
+    transition = _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
     rest = -1.0
     unsure = flight = 0.0
     if transition >= 0 and tables.transitions[transition, COMPLETED] == 1:
@@ -131,7 +125,7 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         if may_be_over(functions, tables, settings, j, hardest, t, state, scratch):
             rest, unsure = time_left(functions, tables, settings, j, transition, hardest, t, state, scratch)
             event[place.complete] = 1.0 if rest >= 0.0 else 0.0
-            transition = functions.event_map(mode, j, t, state.c, x, with_tangents, scale, settings.tolerance, event)
+            transition = _mapped(functions, settings, mode, j, t, state, with_tangents, scale, event)
             if tables.transitions[transition, COMPLETES] == 0:
                 rest = -1.0
     run.residual = 0.0
@@ -156,13 +150,13 @@ def take(functions, tables, settings, j, t, state, buffer, scratch):
         run.moved_by = transition
         if tables.moves[transition, key] == 1:
             run.residual = abs(functions.guard(mode, j, t, state.c, x, scratch.gradient))
-        rates, image = event[place.before :], event[place.image :]
-        _note_errors(functions, tables, settings, transition, t, state, rates, image, scratch)
         away = error = 0.0
         for i in range(n):
-            away += state.normal[i] * (image[i] - x[i])
+            image = event[place.image + i]
+            state.doubt[i] = event[place.doubt + i]
+            away += state.normal[i] * (image - x[i])
             error += abs(state.normal[i]) * (state.doubt[i] + abs(x[i]))
-            x[i] = image[i]
+            x[i] = image
         if abs(away) > guards.ROUNDING * error:
             # the reset leads away from the surface, and what is zero where it leads to is another one
             run.way = 0

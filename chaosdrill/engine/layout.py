@@ -61,11 +61,9 @@ class Tables(NamedTuple):
     marks: Any
     """(modes, guards): bits that describe a guard, see MARKS, ..."""
     transitions: Any
-    """(transitions, 6): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS, COMPLETED"""
+    """(transitions, 5): TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, COMPLETED"""
     moves: Any
     """(transitions, keys): whether the reset may change the guard's value"""
-    resets: Any
-    """(transitions, n): whether the state is reset"""
     returns: Any
     """(transitions, 2): guards that what is thrown off a surface meets there again, from above and from below, or -1"""
     bounds: Any
@@ -222,7 +220,6 @@ class Functions(NamedTuple):
     guard: Any
     guard_error: Any
     event_map: Any
-    image_error: Any
     watch: Any
 
 
@@ -347,7 +344,7 @@ EVENT_STROBES, EVENT_TIME, EVENT_KIND, EVENT_MODE, EVENT_SPEED, EVENT_ERROR = ra
 EVENT_COLUMNS = 6
 
 # columns of the table of transitions
-TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, CANCELS, COMPLETED = range(6)
+TO_MODE, MARKS_ONLY, RANK_DEFICIENT, COMPLETES, COMPLETED = range(5)
 
 # bits that describe a guard: its events change nothing; they may lose rank; it is linear and free of time; it has
 # steep operations; it depends on time alone; a run may begin beyond it; its own event may let the

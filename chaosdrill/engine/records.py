@@ -42,7 +42,7 @@ run_record = numba.from_dtype(RUN)
 settings_type = types.Array(settings_record, 1, "C")
 
 tables_type = named_tuple(
-    (*[integer_matrix] * 9, matrix, matrix, integer_matrix, integers, vector, integer_matrix, cube), Tables
+    (*[integer_matrix] * 8, matrix, matrix, integer_matrix, integers, vector, integer_matrix, cube), Tables
 )
 states_type = named_tuple(
     (

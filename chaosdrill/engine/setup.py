@@ -66,7 +66,7 @@ def tables_of(
     """
     kernels = kernels_of(system)
     transitions = np.zeros((len(kernels.transition_table), 6), dtype=np.int64)
-    transitions[:, [at.TO_MODE, at.MARKS_ONLY, at.CANCELS]] = kernels.transition_table
+    transitions[:, [at.TO_MODE, at.MARKS_ONLY]] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
     completed = {t.completes for t in system.transitions} - {None}
     transitions[[k for k, t in enumerate(system.transitions) if t.completes is not None], at.COMPLETES] = 1
@@ -82,7 +82,6 @@ def tables_of(
         marks=_marks(system, deficient, through),
         transitions=transitions,
         moves=kernels.moves_table,
-        resets=_resets(system),
         returns=np.array(kernels.written.returns, dtype=np.int64).reshape(-1, 2),
         bounds=bounds_of(system),
         symmetries=np.array(symmetries, dtype=float),
@@ -91,13 +90,6 @@ def tables_of(
         slack=np.zeros(len(system.states)),
         **_steep(system),
     )
-
-
-def _resets(system: "HybridSystem") -> np.ndarray:
-    table = np.zeros((max(len(system.transitions), 1), len(system.states)), dtype=np.int64)
-    for row, transition in zip(table, system.transitions, strict=False):
-        row[:] = [transition.reset.get(x, x) != x for x in system.states]
-    return table
 
 
 def _steep(system: "HybridSystem") -> dict[str, np.ndarray]:
