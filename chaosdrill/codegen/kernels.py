@@ -204,7 +204,8 @@ def _pointwise(
     of_modes("variation", varied, lambda i, name: (series[i] if series else modes[i]).variation(module, name))
     guards = [[*(event.guard for event in watched), *more] for watched, more in zip(events, held, strict=True)]
     of_guards("guard", {"gradient": _VECTOR}, Pointwise.guard, guards, DOUBLE(0.0))
-    of_guards("guard_error", {"doubt": _VECTOR, "out": _VECTOR}, Pointwise.guard_error, events)
+    of_guards("guard_error", {"doubt": _VECTOR}, Pointwise.guard_error, events, DOUBLE(0.0))
+    of_guards("rate_error", {"doubt": _VECTOR}, Pointwise.rate_error, events, DOUBLE(0.0))
     event = {"tangents": INT, "scale": _VECTOR, "tolerance": DOUBLE, "event": _VECTOR}
     of_guards("event_map", event, Pointwise.event_map, events, INT(-1))
     of_modes("watch", {"out": _VECTOR}, lambda i, name: modes[i].watch(module, name, [s.argument for s in steep[i]]))

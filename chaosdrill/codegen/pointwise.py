@@ -103,16 +103,23 @@ class Pointwise:
         return self._fill(f, x, out, arguments)
 
     def guard_error(self, name: str, event: "Event") -> Any:
-        """Write ``(t, c, x, doubt, out)``: error bounds of a guard's value and of its rate along the flow."""
-        f, x, (doubt, out) = self._begin(name, {"doubt": _ROW, "out": _ROW})
-        given, doubts = f.row(doubt), self.doubts
-        bounds = [rounding_bound(e, doubts) for e in (event.guard, rate(self.system, self.mode, event.guard))]
-        return self._fill(f, x, out, bounds, {one: given[i] for i, one in enumerate(doubts.values())})
+        """Write ``(t, c, x, doubt)``: error bound of a guard's value."""
+        return self._error(name, event.guard)
 
-    def _fill(
-        self, f: Function, x: Row, out: Any, expressions: list[Any], more: Mapping[Any, Number] | None = None
-    ) -> Any:
-        values, target = self._expressions(f, x, expressions, dict(more or {})), f.row(out)
+    def rate_error(self, name: str, event: "Event") -> Any:
+        """Write ``(t, c, x, doubt)``: error bound of a guard's rate along the flow."""
+        return self._error(name, rate(self.system, self.mode, event.guard))
+
+    def _error(self, name: str, expression: Any) -> Any:
+        f, x, (doubt,) = self._begin(name, {"doubt": _ROW}, DOUBLE)
+        given, bound = f.row(doubt), rounding_bound(expression, self.doubts)
+        values = self._expressions(f, x, [bound], {one: given[i] for i, one in enumerate(self.doubts.values())})
+        f.give(values[bound])
+        f.end()
+        return f.made
+
+    def _fill(self, f: Function, x: Row, out: Any, expressions: list[Any]) -> Any:
+        values, target = self._expressions(f, x, expressions, {}), f.row(out)
         for i, number in enumerate([values[e] for e in expressions]):
             target[i] = number
         f.end()

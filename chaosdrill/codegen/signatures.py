@@ -16,11 +16,12 @@ SIGNATURES = {
     "field": void(int64, float64, vector, vector, vector),
     "variation": void(int64, float64, vector, vector, vector, vector),
     "guard": float64(int64, int64, float64, vector, vector, vector),
-    "guard_error": void(int64, int64, float64, vector, vector, vector, vector),
+    "guard_error": float64(int64, int64, float64, vector, vector, vector),
     "event_map": int64(int64, int64, float64, vector, vector, int64, vector, float64, vector),
     "watch": void(int64, float64, vector, vector, vector),
+    "rate_error": float64(int64, int64, float64, vector, vector, vector),
 }
-"""name -> signature of the nine functions that make a system, in the order in which the engine takes them
+"""name -> signature of the ten functions that make a system, in the order in which the engine takes them
 
 * ``jet(mode, order, t, c, x, ws)`` Taylor coefficients of states, quadratures and guards
 * ``jacobian_jet(mode, order, c, ws)`` coefficients of the Jacobian's entries
@@ -29,15 +30,16 @@ SIGNATURES = {
 * ``variation(mode, t, c, x, d, out)`` Jacobian times a vector
 * ``guard(mode, j, t, c, x, gradient)`` value of the mode's j-th guard, its gradient and, last, its time derivative;
   behind the guards come the surfaces that the mode holds
-* ``guard_error(mode, j, t, c, x, doubt, out)`` how far that value, and the rate of the guard along the flow, may be
-  from the exact ones, in units of the rounding unit, of states with one rounding and the errors ``doubt``
+* ``guard_error(mode, j, t, c, x, doubt)`` how far that value may be from the exact one, in units of the rounding
+  unit, of states with one rounding and the errors ``doubt``
 * ``event_map(mode, j, t, c, x, tangents, scale, tolerance, event)`` puts the state onto the mode's j-th guard, by the
   shortest way in the scales of the states, and returns the transition that this event takes, -1 for none; what goes
   with it stands in ``event``, see `event_places`. Where ``tangents`` is 0, what only tangents need is left out
 * ``watch(mode, t, c, x, out)`` what the mode's steep operations are applied to, see ``codegen.steep``
+* ``rate_error(mode, j, t, c, x, doubt)`` as ``guard_error``, of the guard's rate along the flow
 """
 
-POINTWISE = ("field", "variation", "guard", "guard_error", "event_map", "watch")
+POINTWISE = ("field", "variation", "guard", "guard_error", "event_map", "watch", "rate_error")
 """Those that are no series."""
 
 

@@ -70,9 +70,9 @@ def _is_low(functions, tables, settings, j, t, state, scratch):
     speed = abs(event[place.speed])
     if settings.method == RK4 and 2.0 * speed <= PROBE * run.fixed_step * force:
         return True
-    functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none, scratch.errors)
     noise = 2.0 * guards.INTERPOLATION_NOISE if interpolated(tables, settings, run.mode, j) else LOW * guards.ROUNDING
-    return speed * speed <= 2.0 * noise * scratch.errors[0] * force
+    error = functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none)
+    return speed * speed <= 2.0 * noise * error * force
 
 
 @inner

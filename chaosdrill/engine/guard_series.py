@@ -42,10 +42,9 @@ def guard_polynomials(functions, tables, settings, state, t, h, scratch):
             rest, largest = _interpolate(functions, mode, j, t, c, h, place, gradient, ws, g)
             allowed = (INTERPOLATED_IN_TIME if marks[j] & TIMED else max(settings.tolerance, INTERPOLATED)) * largest
             if rest > allowed:
-                functions.guard_error(mode, j, t, c, x, scratch.none, gradient)
-                noise = gradient[0]
-                functions.guard_error(mode, j, t + h, c, place[:n], scratch.none, gradient)
-                left = max(left, rest / (allowed + INTERPOLATION_NOISE * max(noise, gradient[0])))
+                noise = functions.guard_error(mode, j, t, c, x, scratch.none)
+                noise = max(noise, functions.guard_error(mode, j, t + h, c, place[:n], scratch.none))
+                left = max(left, rest / (allowed + INTERPOLATION_NOISE * noise))
         total = 0.0
         for k in range(GUARD_DEGREE + 1):
             total += g[k]

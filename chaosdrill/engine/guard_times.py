@@ -45,10 +45,9 @@ def exact_times(arrive: Any) -> Callable[..., None]:
             functions.field(mode, t + s, c, out, rate)
             run.evaluations += 1
             value = functions.guard(mode, j, t + s, c, out[:n], gradient)
-            if least == math.inf:
-                functions.guard_error(mode, j, t + s, c, out[:n], scratch.none, scratch.errors)
-                if abs(value) <= ROUNDING * scratch.errors[0]:
-                    return s
+            first = least == math.inf
+            if first and abs(value) <= ROUNDING * functions.guard_error(mode, j, t + s, c, out[:n], scratch.none):
+                return s
             if not abs(value) < least:
                 return best
             least = abs(value)

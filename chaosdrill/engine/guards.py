@@ -173,13 +173,16 @@ def is_zero(functions, tables, state, j, here, old, crossed, t, scratch):
     if crossed or not (old == 0 or is_moved(key, tables, state)):
         zero = crossed or here * old <= 0.0
         if zero:
-            functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none, scratch.errors)
+            scratch.errors[0] = functions.guard_error(run.mode, j, t, state.c, state.x, scratch.none)
+            scratch.errors[1] = functions.rate_error(run.mode, j, t, state.c, state.x, scratch.none)
         return zero, old
-    functions.guard_error(run.mode, j, t, state.c, state.x, state.doubt, scratch.errors)
+    scratch.errors[0] = functions.guard_error(run.mode, j, t, state.c, state.x, state.doubt)
     bound = ROUNDING * scratch.errors[0]
     if run.fresh == AFTER and tables.surfaces[run.mode, j] == run.surface:
         bound += 2.0 * run.residual
     zero = abs(here) <= (bound if math.isfinite(bound) else 0.0)
+    if zero:
+        scratch.errors[1] = functions.rate_error(run.mode, j, t, state.c, state.x, state.doubt)
     if zero and old == 0 and run.fresh == AFTER and run.way != 0:
         old = _placed(functions, tables, state, j, t, scratch)
         if old != 0:
@@ -236,11 +239,9 @@ def left_out(functions, tables, settings, state, ws, i, j, h, t, scratch):
     if settings.method == TAYLOR:
         return 0.0
     place = scratch.before[: state.x.size]
-    functions.guard_error(mode, j, t, state.c, state.x, scratch.none, scratch.errors)
-    noise = scratch.errors[0]
+    noise = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
     _state_at(ws, place.size, h, place)
-    functions.guard_error(mode, j, t + h, state.c, place, scratch.none, scratch.errors)
-    noise = max(noise, scratch.errors[0])
+    noise = max(noise, functions.guard_error(mode, j, t + h, state.c, place, scratch.none))
     if marks & AFFINE:
         return settings.dense_noise * noise
     largest = 0.0
@@ -359,8 +360,7 @@ def root_error(functions, tables, settings, state, ws, i, j, s, t, scratch):
     n = state.x.size
     place = scratch.before[:n]
     _state_at(ws, n, s, place)
-    functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none, scratch.errors)
-    off = ROUNDING * scratch.errors[0]
+    off = ROUNDING * functions.guard_error(run.mode, j, t + s, state.c, place, scratch.none)
     if tables.marks[run.mode, j] & TIMED == 0:
         functions.guard(run.mode, j, t + s, state.c, place, scratch.gradient)
         for a in range(n):
@@ -413,9 +413,9 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
     left = 0.0
     if marks & AFFINE == 0:
         left = left_out(functions, tables, settings, state, ws, i, j, h, t, scratch)
-    functions.guard_error(mode, j, t, state.c, state.x, scratch.none, scratch.errors)
+    error = functions.guard_error(mode, j, t, state.c, state.x, scratch.none)
     # of its terms, which are rounded where the step begins
-    off = ROUNDING * (scratch.errors[0] + s * scratch.errors[1])
+    off = ROUNDING * (error + s * functions.rate_error(mode, j, t, state.c, state.x, scratch.none))
     # what is squared is taken in units of about the guard's size, whatever it is measured in
     unit = unit_of(whole)
     margin = (1e-9 * whole + left + 100.0 * off) * unit
@@ -428,15 +428,14 @@ def _multiple(functions, tables, settings, state, ws, i, j, s, side, h, t, scrat
         return -1.0, s
     place = scratch.before[: state.x.size]
     _state_at(ws, place.size, s, place)
-    functions.guard_error(mode, j, t + s, state.c, place, scratch.none, scratch.errors)
-    off = max(off, ROUNDING * scratch.errors[0])
+    off = max(off, ROUNDING * functions.guard_error(mode, j, t + s, state.c, place, scratch.none))
+    slack = ROUNDING * functions.rate_error(mode, j, t + s, state.c, place, scratch.none) * unit
     doubt = (off + 2.0 * EPSILON * size(ws, uint64(i), s) + left) * unit
-    told = abs(steep) - ROUNDING * scratch.errors[1] * unit
+    told = abs(steep) - slack
     if told > 0.0 and told * told > 2.0 * doubt * abs(bend):
         return -1.0, s
     if bend != 0.0:
         # by as much as that the value is in doubt where the rate, with its own error, may vanish
-        slack = ROUNDING * scratch.errors[1] * unit
         doubt += slack * (abs(steep) + slack) / abs(bend)
     third = _third(ws[i], n, s) * unit
     reach = math.inf

@@ -221,6 +221,7 @@ class Functions(NamedTuple):
     guard_error: Any
     event_map: Any
     watch: Any
+    rate_error: Any
 
 
 class LaneFunctions(NamedTuple):

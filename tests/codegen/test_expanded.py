@@ -172,9 +172,9 @@ def test_the_variation_is_that_of_the_series(kernels, contact):
 def test_the_error_of_a_guard_is_within_its_bound(kernels, contact, x):
     """Of its value and of its rate along the flow, whose parts nearly cancel in the strongly damped one at 0.72."""
     lam, n = CONTACTS[contact]
-    place, bounds, gradient = np.array([x, 1.25, x]), np.empty(2), np.empty(4)
+    place, gradient = np.array([x, 1.25, x]), np.empty(4)
     c, rates = constants(kernels, lam, n), np.empty(4)
-    kernels.functions[6](0, 0, 0.0, c, place, np.zeros(3), bounds)
+    bounds = [kernels.functions[k](0, 0, 0.0, c, place, np.zeros(3)) for k in (6, 9)]
     value = kernels.functions[5](0, 0, 0.0, c, place, gradient)
     kernels.functions[3](0, 0.0, c, place, rates)
     with mpmath.workdps(contact_durations.DIGITS + contact_durations.lost(x, lam)):
