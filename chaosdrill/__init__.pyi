@@ -110,6 +110,24 @@ def continue_orbit(
     max_stalls: int = 50,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset: ...
+def finite_time_exponents(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    at: str | None = None,
+    max_return: float | None = None,
+    windows: list[float] | None = None,
+    exponents: int | None = None,
+    bins: int = 64,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
 def lyapunov_spectrum(
     system: HybridSystem,
     *,
@@ -186,6 +204,23 @@ def poincare_section(
     max_stalls: int = 50,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset: ...
+def regularity(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    at: str | None = None,
+    max_return: float | None = None,
+    plane: list[str] | None = None,
+    max_period: int = 64,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
 def trajectory(
     system: HybridSystem,
     *,
@@ -217,5 +252,21 @@ def work_precision(
     tolerances: list[float] | None = None,
     steps: list[int] | None = None,
     repeats: int = 5,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
+def zero_one_test(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    at: str | None = None,
+    max_return: float | None = None,
+    max_period: int = 64,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset: ...

@@ -71,8 +71,12 @@ def unfit(name: str) -> str | None:
 
 @cache
 def reserved() -> frozenset[str]:
-    """Names of the variables and dimensions of results, which no quadrature and no swept parameter can have."""
-    variables = (variable for entry in ANALYSES.values() for variable in entry.variables)
+    """Names of the variables and dimensions of results, which no quadrature and no swept parameter can have.
+
+    Only results that hold names of users count: they alone have placeholders.
+    """
+    tables = (entry.variables for entry in ANALYSES.values() if any("{" in one.name for one in entry.variables))
+    variables = (variable for table in tables for variable in table)
     names = {name for variable in variables for name in (variable.name, *variable.dims)}
     # placeholders stand in braces
     return frozenset(name for name in names if not name.startswith("{"))

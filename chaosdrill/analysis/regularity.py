@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import fft
 
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
 
@@ -171,14 +172,19 @@ def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
 def _apart(values: np.ndarray, length: int) -> np.ndarray:
     """Largest difference of the averages over both halves of parts of this length, which begin a quarter apart."""
     half, quarter = length // 2, values.shape[1] // 4
-    t = np.arange(1, half) / half
-    weight = np.exp(-1 / (t * (1 - t)))
-    weight /= weight.sum()
+    weight = fading(half)
     found = np.zeros(len(values))
     for start in range(0, values.shape[1] - length + 1, quarter):
         early, late = (np.einsum("w,pwi->pi", weight, values[:, k + 1 : k + half]) for k in (start, start + half))
         found = np.maximum(found, np.abs(late - early).max(axis=1))
     return found
+
+
+def fading(length: int) -> np.ndarray:
+    """Weights of an average that fades in and out smoothly, shape (length - 1,); their sum is 1."""
+    t = np.arange(1, length) / length
+    weight = np.exp(-1 / (t * (1 - t)))
+    return np.asarray(weight / weight.sum())
 
 
 @dataclass
@@ -256,26 +262,39 @@ def _by_gaps(points: np.ndarray) -> bool:
 
 
 def zero_one(values: np.ndarray) -> float:
-    """Growth K of the 0-1 test of a sequence, shape (N,): 0 for regular motion, 1 for chaos.
+    """Growth K of the 0-1 test of a sequence, shape (N,): 0 for regular motion, 1 for chaos."""
+    growth = zero_one_by_turn(values)
+    return float(np.nanmedian(growth)) if np.isfinite(growth).any() else 0.0
+
+
+def turns() -> np.ndarray:
+    """Turning phases of the 0-1 test, between pi/5 and 4 pi/5, spread evenly; shape (TURNS,)."""
+    return np.asarray(np.pi / 5 + 3 * np.pi / 5 * ((np.arange(TURNS) * (np.sqrt(5) - 1) / 2) % 1))
+
+
+def zero_one_by_turn(values: np.ndarray) -> np.ndarray:
+    """Growth K of the 0-1 test of a sequence, shape (N,), for each of the turning phases; NaN where nothing moves.
 
     The sequence drives a point that turns by a fixed angle every time; the correlation of its mean square displacement
-    with time, less the part that only oscillates, is taken, and the median over angles (Gottwald and Melbourne 2009,
-    doi:10.1137/080718851).
+    with time, less the part that only oscillates, is taken (Gottwald and Melbourne 2009, doi:10.1137/080718851). The
+    products of all points with those up to a tenth of the record later are one convolution.
     """
     count = len(values)
     off = values - values.mean()
-    turn = np.pi / 5 + 3 * np.pi / 5 * ((np.arange(TURNS) * (np.sqrt(5) - 1) / 2) % 1)
-    path = np.cumsum(off * np.exp(1j * turn[:, np.newaxis] * np.arange(1, count + 1)), axis=1)
+    path = np.cumsum(off * np.exp(1j * turns()[:, np.newaxis] * np.arange(1, count + 1)), axis=1)
     steps = np.arange(1, count // 10 + 1)
     kept = count - count // 10
-    displaced = np.array([(np.abs(path[:, n : n + kept] - path[:, :kept]) ** 2).mean(axis=1) for n in steps])
+    size = fft.next_fast_len(count)
+    begins = np.conj(fft.fft(path[:, :kept], size, axis=1))
+    products = fft.ifft(fft.fft(path, size, axis=1) * begins, axis=1)[:, steps].real
+    squares = np.cumsum(path.real**2 + path.imag**2, axis=1)
+    ends = squares[:, kept - 1 + steps] - squares[:, steps - 1]
+    displaced = (squares[:, kept - 1 : kept] + ends - 2 * products) / kept
     # the mean is taken out of the values, and with it the part that only oscillates, but for what is left of it
-    grown = displaced - displaced.mean(axis=0)
+    grown = displaced - displaced.mean(axis=1, keepdims=True)
+    later = steps - steps.mean()
     with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = (grown * (steps - steps.mean())[:, np.newaxis]).sum(axis=0) / np.sqrt(
-            (grown**2).sum(axis=0) * ((steps - steps.mean()) ** 2).sum()
-        )
-    return float(np.nanmedian(correlation)) if np.isfinite(correlation).any() else 0.0
+        return np.asarray((grown * later).sum(axis=1) / np.sqrt((grown**2).sum(axis=1) * (later**2).sum()))
 
 
 def fills(points: np.ndarray) -> int:

@@ -291,11 +291,28 @@ def _present(run: Run) -> np.ndarray:
     return np.concatenate([run.x, np.zeros(len(run.system.quadratures)), [run.standing["mode"]]])
 
 
-def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
-    """States at every strobe, or before every event of a section; see `poincare_section`."""
-    numerics = job.numerics
-    where = find_section(system, given, numerics)
-    max_period = given.max_period
+@dataclass(frozen=True)
+class Taken:
+    """The section points of a run, and where it stands behind them."""
+
+    where: Section
+    run: Run
+    outcome: Outcome
+    points: np.ndarray  # (N, n), or (N, n + q) at strobes: states, and there quadratures
+    modes: np.ndarray  # (N,)
+    times: np.ndarray  # (N,)
+    period: int  # smallest number of points after which all come back; 0: none up to the longest that is looked for
+    blocks: "_Blocks"
+
+    @property
+    def states(self) -> np.ndarray:
+        """States on the section, shape (N, n)."""
+        return self.points[:, : len(self.run.x)]
+
+
+def section_points(system: HybridSystem, given: Any, max_period: int, job: "Job") -> Taken:
+    """States at every strobe, or before every event of a section, by the settings of an analysis."""
+    where = find_section(system, given, job.numerics)
     first, outcome, run, found, blocks = _recorded(where, given, job)
     if where.transitions is None:
         points, modes = found.samples[:, :-1], found.samples[:, -1]
@@ -303,15 +320,23 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     else:
         crossings = found.of(where.transitions)
         points, modes, times = crossings.states_before(), crossings.events[:, layout.EVENT_MODE], crossings.times
-    n = len(system.states)
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
-    compared, known = points[:, :n], run.sizes
+    compared, known = points[:, : len(system.states)], run.sizes
     if where.transitions is not None and system.period is not None and not system.autonomous:
         # what comes back at another phase of the forcing goes on otherwise
         angle = 2 * np.pi * (times / run.period % 1)
         compared, known = np.column_stack([compared, np.cos(angle), np.sin(angle)]), np.append(known, [1.0, 1.0])
     period = find_period(compared, known, max_period) if outcome == Outcome.OK else 0
+    return Taken(where, run, outcome, points, modes, times, period, blocks)
+
+
+def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
+    """States at every strobe, or before every event of a section; see `poincare_section`."""
+    numerics, n = job.numerics, len(system.states)
+    taken = section_points(system, given, given.max_period, job)
+    where, run, outcome, period, blocks = taken.where, taken.run, taken.outcome, taken.period, taken.blocks
+    points, modes, times = taken.points, taken.modes, taken.times
     multipliers = np.full(n, complex(np.nan, np.nan))
     repeats = system.period is not None or system.autonomous
     if period and repeats and where.counts != "time":

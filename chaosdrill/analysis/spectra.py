@@ -29,17 +29,8 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
     count = tangent_count(system, exponents)
     structure = examine(system)
     m = computed_exponents(structure, count)
-    frame, symmetries = structure.tangents(m) if m else (None, 0)
     samples = 1 if plan.periodic else -(-LENGTH // plan.count)
-    run = Run(
-        system,
-        plan.unit,
-        job.numerics,
-        tangents=frame,
-        symmetries=symmetries,
-        deficient=structure.deficient,
-        samples=samples,
-    )
+    run = run_with_tangents(system, structure, m, plan.unit, job.numerics, samples)
     outcome = plan.settle(run)
     ends = block_ends(plan.count, blocks)
     sums = np.full((len(ends), m), np.nan)
@@ -104,6 +95,22 @@ def _evidence(
     if e.shrinks[0]:
         e.rests = rests(run.x[np.newaxis], known, flow_of(run), time_of_motion(system, job.numerics))
     return e
+
+
+def run_with_tangents(
+    system: HybridSystem, structure: Structure, count: int, unit: float, numerics: Numerics, samples: int = 1
+) -> Run:
+    """A run with so many tangents, which keeps their growth."""
+    frame, symmetries = structure.tangents(count) if count else (None, 0)
+    return Run(
+        system,
+        unit,
+        numerics,
+        tangents=frame,
+        symmetries=symmetries,
+        deficient=structure.deficient,
+        samples=samples,
+    )
 
 
 def computed_exponents(structure: Structure, count: int) -> int:

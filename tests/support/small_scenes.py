@@ -28,6 +28,27 @@ transient = 50
 periods = 128
 blocks = 16
 """,
+    "test": """\
+[analysis.test]
+kind = "zero-one-test"
+transient = 50
+periods = 64
+""",
+    "regular": """\
+[analysis.regular]
+kind = "regularity"
+transient = 50
+periods = 64
+plane = ["v", "x"]
+""",
+    "windows": """\
+[analysis.windows]
+kind = "finite-time-exponents"
+transient = 50
+periods = 64
+windows = [1, 8]
+bins = 4
+""",
     "diagram": """\
 [analysis.diagram]
 kind = "bifurcation-diagram"

@@ -86,6 +86,19 @@ def test_spectrum(model, section):
     assert (np.diff(exponents[np.isfinite(exponents)]) <= 0).all()
 
 
+def test_evidence(model, section):
+    for function in (cd.zero_one_test, cd.regularity):
+        found = function(model, periods=40, transient=5, **section)
+        assert words(found) <= SOUND
+        moves = found["k" if "k" in found else "digits"].notnull()
+        assert found["outcome"] == cd.Outcome.PERIODIC or moves.any()
+    growth = cd.finite_time_exponents(model, periods=8, transient=5, **section)
+    assert words(growth) == {"ok"}
+    exponents = growth["lyapunov_exponent"].values
+    assert not np.isnan(exponents).any()
+    assert (growth["cumulant"].sel(order=1).isnull().values == np.isneginf(exponents)).all()
+
+
 def test_sweeps(model, section):
     for count, sweep in ((1, cd.bifurcation_diagram), (2, cd.parameter_chart)):
         if len(model.parameters) >= count:

@@ -1,0 +1,250 @@
+"""Exponents over finite times: their distribution over windows of a record, and how long their rates are correlated."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numba import int64
+from scipy import fft
+from scipy.stats import kstat
+
+from chaosdrill.analysis.arguments import SLICE, Span, tangent_count
+from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
+from chaosdrill.analysis.statistics import standard_error
+from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.signatures import matrix
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.flow import flow
+from chaosdrill.engine.front_end import function_pointer
+from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
+from chaosdrill.engine.records import machine_at, state_of
+from chaosdrill.engine.run import Run
+from chaosdrill.engine.setup import scratch_of
+from chaosdrill.engine.stepper import machine
+from chaosdrill.engine.structure import examine
+from chaosdrill.engine.tangents import log_growth
+from chaosdrill.errors import SettingsError
+from chaosdrill.model import HybridSystem
+
+if TYPE_CHECKING:
+    from chaosdrill.analysis.base import Job
+
+WINDOWS = (1, 10, 100)
+"""Windows unless some are given, in units of the record, of which each is to hold ``FEWEST``."""
+
+FEWEST = 4
+"""Windows of a length in a record, without which there are no cumulants."""
+
+PARTS = 1024
+"""Units of a record without forcing, unless windows are given."""
+
+ORDERS = 4
+"""Cumulants: mean, variance, and those that are 0 for a normal distribution."""
+
+BLOCKS = 256
+"""Blocks at most from which errors are taken."""
+
+FLAT, LOWEST = 20, 4
+"""Part of the frequency of a correlation time up to which a spectrum counts as flat, as one over it: a Lorentzian loses
+1 % there; and frequencies that are averaged at least."""
+
+ROUNDS = 8
+"""Times that this is asked again with a better correlation time."""
+
+CONSTANT = 1e-9
+"""Spread of rates in parts of their size, below which it is round-off, and they are constant."""
+
+
+@dataclass(frozen=True)
+class _Windows:
+    """How a record is divided."""
+
+    plan: Span  # in units
+    counts: tuple[int, ...]  # units of each window
+
+    @property
+    def times(self) -> np.ndarray:
+        """Lengths of the windows."""
+        return np.array(self.counts) * self.plan.unit
+
+
+def finite_times(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
+    """Distributions of the exponents over windows; see `finite_time_exponents`."""
+    windows = _divided(given.span(system, job.numerics), given.windows)
+    plan, count = windows.plan, tangent_count(system, given.exponents)
+    structure = examine(system)
+    m = computed_exponents(structure, count)
+    run = run_with_tangents(system, structure, m, plan.unit, job.numerics)
+    outcome, sums = _sums(run, plan, m, job)
+    rates = np.diff(sums, axis=0) / plan.unit if outcome == Outcome.OK else np.full((plan.count, m), np.nan)
+    rates[:, run.lost[:m] == 1] = -np.inf if outcome == Outcome.OK else np.nan
+    mean = rates.mean(axis=0)
+    order = np.argsort(-mean, kind="stable")[:count]
+    rates, mean = rates[:, order], mean[order]
+    shape = (len(windows.counts), count)
+    cumulant, cumulant_error = np.full((2, *shape, ORDERS), np.nan)
+    histogram, histogram_error, centre = np.full((3, *shape, given.bins), np.nan)
+    times = np.full((2, count), np.nan)
+    for e in np.flatnonzero(np.isfinite(mean)):
+        times[:, e] = correlation_time(rates[:, e])
+        for w, units in enumerate(windows.counts):
+            one = rates[: len(rates) // units * units, e].reshape(-1, units).mean(axis=1)
+            cumulant[w, e], cumulant_error[w, e] = cumulants(one)
+            histogram[w, e], histogram_error[w, e], centre[w, e] = _histogram(one, given.bins)
+    over, binned = ("window", "exponent"), ("window", "exponent", "bin")
+    message = run.stopped(outcome)
+    return xr.Dataset(
+        {
+            "lyapunov_exponent": ("exponent", mean),
+            "lyapunov_error": ("exponent", cumulant_error[0, :, 0]),
+            "cumulant": ((*over, "order"), cumulant),
+            "cumulant_error": ((*over, "order"), cumulant_error),
+            "histogram": (binned, histogram),
+            "histogram_error": (binned, histogram_error),
+            "bin_centre": (binned, centre),
+            "correlation_time": ("exponent", times[0] * plan.unit),
+            "correlation_time_error": ("exponent", times[1] * plan.unit),
+            "outcome": ((), np.int8(outcome)),
+            **({"forcing_period": ((), plan.unit)} if plan.periodic else {}),
+        },
+        coords={
+            "window": windows.times,
+            "exponent": np.arange(1, count + 1, dtype=np.int32),
+            "order": np.arange(1, ORDERS + 1, dtype=np.int32),
+        },
+        attrs={"message": message} if message else {},
+    )
+
+
+def _divided(plan: Span, wanted: Any) -> _Windows:
+    """The record in units of which all windows are multiples: forcing periods, or about the shortest window.
+
+    Raises
+    ------
+    SettingsError
+        A window that does not fit into the record four times.
+    """
+    length = plan.length / (plan.unit if plan.periodic else 1.0)
+    longest = length / FEWEST
+    if wild := [one for one in wanted or () if one > longest * (1 + 1e-9)]:
+        raise SettingsError(
+            f"windows holds {wild[0]:g}, but a record of {length:.6g} holds fewer than {FEWEST} of them; take a "
+            "longer record or shorter windows"
+        )
+    if not plan.periodic:
+        count = PARTS if wanted is None else max(round(length / min(wanted)), FEWEST)
+        plan = replace(plan, unit=plan.length / count, count=count)
+    if wanted is None:
+        counts = [units for units in WINDOWS if units * FEWEST <= plan.count] or [1]
+    else:
+        unit = 1.0 if plan.periodic else plan.unit
+        counts = sorted({max(1, round(one / unit)) for one in wanted})
+    return _Windows(plan, tuple(counts))
+
+
+def _sums(run: Run, plan: Span, m: int, job: "Job") -> tuple[Outcome, np.ndarray]:
+    """Logarithms of the tangents' growth at the beginning and after every unit, shape (count + 1, m)."""
+    outcome = plan.settle(run)
+    sums, report = np.zeros((plan.count + 1, m)), job.report(plan.count)
+    if outcome == Outcome.OK:
+        # the strobe that the transient was to reach may be one of the record by its number
+        run.settings["target"] = run.strobes
+        outcome, _ = run.advance(0)
+    kernels, scratch = kernels_of(run.system), scratch_of(run.system, len(run.vectors), run.method)
+    place = machine(kernels.functions, run.method, run.settings, run.tables, run.states, scratch)
+    samples = np.zeros((0, len(run.x) + len(run.system.quadratures) + 1))
+    events = np.zeros((0, EVENT_COLUMNS + 2 * len(run.x)))
+    for first in range(0, plan.count, SLICE):
+        if outcome == Outcome.OK:
+            code = _keep_growth(flow, place, samples, events, sums[first + 1 : first + 1 + SLICE])
+            outcome = Outcome.OK if code == DONE else Outcome(code)
+        if report:
+            report(min(first + SLICE, plan.count))
+    return outcome, sums
+
+
+@compiled(int64(function_pointer("Flow", flow.signature), int64, matrix, matrix, matrix))
+def _keep_growth(go_on, place, samples, events, sums):
+    """Continue the only run of a machine unit by unit, as ``flow`` does, which is given by its address."""
+    settings = machine_at(place).settings[0]
+    state = state_of(machine_at(place).states, 0)
+    for unit in range(sums.shape[0]):
+        settings.target += 1
+        code = go_on(place, 0, samples, events)
+        if code != DONE:
+            return code
+        for i in range(sums.shape[1]):
+            sums[unit, i] = log_growth(state, i)
+    return DONE
+
+
+def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cumulants of a sequence up to the fourth, unbiased where values are independent, and their standard errors.
+
+    The errors are those of the means of influence functions, by `standard_error`, which minds correlations.
+
+    Parameters
+    ----------
+    values : ndarray, shape (N,)
+        In order; four at least.
+
+    Returns
+    -------
+    cumulants, errors : ndarray, shape (4,)
+    """
+    off = values - values.mean()
+    if np.abs(off).max() <= CONSTANT * np.abs(values).max():
+        off = np.zeros_like(values)
+    second, third, fourth = ((off**power).mean() for power in (2, 3, 4))
+    influence = np.stack(
+        [
+            off,
+            off**2 - second,
+            off**3 - third - 3 * second * off,
+            off**4 - fourth - 4 * third * off - 6 * second * (off**2 - second),
+        ],
+        axis=1,
+    )
+    found = [values.mean(), *(float(kstat(off, order)) for order in (2, 3, 4))]
+    return np.array(found), standard_error(_in_blocks(influence))
+
+
+def correlation_time(rates: np.ndarray) -> tuple[float, float]:
+    """Integrated correlation time of a sequence and its error, in steps; NaN if the sequence is constant.
+
+    It is 1 + 2 sum of all correlations: 1 if values are independent, less if they alternate. The sum is the power at
+    the lowest frequencies over the variance, which is never negative (Heidelberger and Welch 1981,
+    doi:10.1145/358598.358630); as many are averaged as lie well below one over the correlation time.
+    """
+    off, count = rates - rates.mean(), len(rates)
+    if np.abs(off).max() <= CONSTANT * np.abs(rates).max():
+        return np.nan, np.nan
+    power = np.abs(fft.rfft(off)[1:]) ** 2 / (off @ off)
+    most = max(LOWEST, int(0.4 * count ** (2 / 3)))
+    time = 1.0
+    for _ in range(ROUNDS):
+        orders = int(np.clip(count / (FLAT * max(time, 1.0)), LOWEST, most))
+        time = float(power[:orders].mean())
+    return time, time / np.sqrt(min(orders, len(power)))
+
+
+def _histogram(values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Density in bins over the whole range, its standard error, and the middles of the bins."""
+    low, high = values.min(), values.max()
+    if high - low <= CONSTANT * max(abs(low), abs(high)):
+        low, high = low - 0.5, high + 0.5
+    width = (high - low) / bins
+    place = np.clip(((values - low) / width).astype(np.int64), 0, bins - 1)
+    count = min(len(values), BLOCKS)
+    block = np.arange(len(values)) * count // len(values)
+    shares = np.bincount(block * bins + place, minlength=count * bins).reshape(count, bins) * (count / len(values))
+    return shares.mean(axis=0) / width, standard_error(shares) / width, low + (np.arange(bins) + 0.5) * width
+
+
+def _in_blocks(values: np.ndarray) -> np.ndarray:
+    """Means of at most so many blocks in order, shape (blocks, ...)."""
+    size = -(-len(values) // BLOCKS)
+    kept = len(values) // size * size
+    return np.asarray(values[:kept].reshape(-1, size, *values.shape[1:]).mean(axis=1))

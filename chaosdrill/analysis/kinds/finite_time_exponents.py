@@ -1,0 +1,116 @@
+"""Lyapunov exponents over windows of finite length: their distributions."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import Exponents
+from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.dataset.references import SPECTRA
+from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, axis, forcing, need, outcome, table
+from chaosdrill.settings import LONGEST, Faults, ListOf, Number, Whole, setting, told
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+_WINDOW = "window exponent"
+
+VARIABLES = table(
+    EXPONENT,
+    axis("window", "window", "f8", "length of the windows", "In units of model time.", True),
+    axis("order", "order", "i4", "order of the cumulant", "1: mean, 2: variance, and so on.", True),
+    need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent", RANK_LOSS),
+    need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
+    need("cumulant", f"{_WINDOW} order", "f8", "cumulant of the exponents", "Over windows that follow each other."),
+    need("cumulant_error", f"{_WINDOW} order", "f8", "standard error of the cumulant", COVERS),
+    need("histogram", f"{_WINDOW} bin", "f8", "probability density", "Of the exponents over windows; its sum is 1."),
+    need("histogram_error", f"{_WINDOW} bin", "f8", "standard error of the density", "Of each bin by itself."),
+    need("bin_centre", f"{_WINDOW} bin", "f8", "finite-time exponent", "Middles of bins of equal width."),
+    need("correlation_time", "exponent", "f8", "correlation time", "Integrated, of the rates of growth."),
+    need("correlation_time_error", "exponent", "f8", "standard error of the correlation time", "NaN if constant."),
+    outcome(""),
+    forcing()[0],
+    bars={
+        "lyapunov_exponent": "lyapunov_error",
+        "cumulant": "cumulant_error",
+        "correlation_time": "correlation_time_error",
+    },
+    sampled=("histogram", "histogram_error", "bin_centre"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FiniteTimeExponents(Record):
+    """Settings of `finite_time_exponents`."""
+
+    windows: list[float] | None = setting(ListOf(Number(above=0, most=LONGEST), distinct=True, most=100), None)
+    exponents: int | None = setting(Exponents(), None)
+    bins: int = setting(Whole(1, 100_000), 64)
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """A window that is no whole number of forcing periods."""
+        yield from super().misfits(table, system)
+        for number, window in enumerate(table.get("windows") or ()):
+            if system.period is not None and window % 1:
+                yield ("windows", number), told("expected whole forcing periods", window)
+
+
+@analysis(
+    "finite-time-exponents",
+    FiniteTimeExponents,
+    "distributions of the exponents over windows of given lengths",
+    VARIABLES,
+    cites=SPECTRA,
+)
+def finite_time_exponents(system: "HybridSystem", given: FiniteTimeExponents, job: "Job") -> "xr.Dataset":
+    """Distributions of Lyapunov exponents over windows of a record, their cumulants, and the correlation time.
+
+    The record of `lyapunov_spectrum` is cut into windows that follow each other, and the growth of the orthonormalised
+    tangents over each, saltation included, gives one value an exponent. The largest is the growth of a tangent that has
+    turned into the fastest direction; the sum of the first two is that of an area, and so on. For long windows the
+    variance falls like one over their length, unless rates are correlated for longer, and the distribution becomes
+    normal, but for its tails.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Length of the record: points of the section, or time, as in `lyapunov_spectrum`.
+    transient : int or float, default 0
+        Points of the section, or time, to run before the record starts.
+    at, max_return : optional
+        The section that lengths count, as in `poincare_section`.
+    windows : sequence of float, optional
+        Lengths of windows, in whole forcing periods; without forcing in units of time, rounded to multiples of the
+        shortest, which is rounded to a part of the record. Each must fit into the record four times. Default: 1, 10 and
+        100 forcing periods, or parts of the record of 1024, as far as they fit.
+    exponents : int, optional
+        Number of exponents, largest first; default all.
+    bins : int, default 64
+        Bins of each histogram, of equal width from the least value to the largest.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``cumulant``, ``cumulant_error`` (window, exponent, order), for orders 1 to 4, of exponents per unit of time;
+        ``histogram``, a density, ``histogram_error`` and ``bin_centre`` (window, exponent, bin); ``lyapunov_exponent``,
+        ``lyapunov_error``, ``correlation_time`` and ``correlation_time_error`` (exponent), the latter two in units of
+        time: of rates over the shortest unit, which is that unit where they are independent; ``window``, in units of
+        time, and ``outcome``, ``ok`` for a run that reached its end. NaN where rank is lost, and if the run ended
+        early.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    from chaosdrill.analysis.finite_times import finite_times
+
+    return finite_times(system, given, job)

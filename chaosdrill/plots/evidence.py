@@ -1,0 +1,151 @@
+"""Evidence of regular motion and chaos: the 0-1 test, digits of smooth averages, exponents over finite times."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.plots.figures import MOST_PANELS, legend_inside, legend_outside, new_figure, one_panel
+from chaosdrill.plots.labels import label, shorten, state_label, subscript, uncertain
+from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.pictures import picture
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_DASHES = ("-", "--", "-.", ":")
+_HEIGHT = 3.2
+_PANEL = 2.2
+
+
+@picture("zero-one-test", "zero-one-test", "growth K of each state, for all turning phases and their median")
+def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the growth K of the 0-1 test.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``zero-one-test``.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A column a state that moves: K for every turning phase as dots, the median with two standard errors. The lines
+        at 0 and 1 are those of regular motion and of chaos.
+    """
+    figure, axes = one_panel(ax, _HEIGHT)
+    moving = np.flatnonzero(np.isfinite(dataset["k"].values)).tolist()
+    for height, name in ((0.0, "regular"), (1.0, "chaos")):
+        axes.axhline(height, color="0.6", linewidth=0.8, zorder=1)
+        axes.annotate(name, (1.0, height), xycoords=("axes fraction", "data"), xytext=(-3, 3),
+                      textcoords="offset points", ha="right", color="0.35")  # fmt: skip
+    for column, i in enumerate(moving):
+        values = dataset["k_by_turn"].values[i]
+        across = column + np.linspace(-0.25, 0.25, len(values))
+        names = ("each turning phase", "median, 2 standard errors") if column == 0 else (None, None)
+        axes.plot(across, values, "o", color=PALETTE[0], markersize=3, alpha=0.6, markeredgewidth=0, label=names[0])
+        bar, middle = 2 * float(dataset["k_error"][i]), float(dataset["k"][i])
+        axes.errorbar(
+            [column], [middle], yerr=[bar], fmt="D", color=PALETTE[1], markersize=5, capsize=4, label=names[1]
+        )
+    axes.set_xticks(range(len(moving)), [state_label(dataset, i) for i in moving])
+    axes.set_xlim(-0.6, max(len(moving), 1) - 0.2)
+    lowest = float(np.nanmin(dataset["k_by_turn"].values, initial=0.0))
+    axes.set_ylim(min(-0.25, lowest - 0.1), 1.2)
+    axes.set_ylabel(label(dataset["k"]))
+    axes.set_title(_sizes([f"K = {uncertain(float(dataset['k'][i]), float(dataset['k_error'][i]))}" for i in moving]))
+    if moving:
+        legend_inside(axes, loc="center right")
+    return figure
+
+
+@picture("regularity", "regularity", "digits to which smooth averages agree, and the rotation number")
+def digits(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the digits of smooth averages.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``regularity``.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A bar a state that moves; the title has the rotation number and its error.
+    """
+    figure, axes = one_panel(ax, _HEIGHT)
+    moving = np.flatnonzero(np.isfinite(dataset["digits"].values)).tolist()
+    heights = dataset["digits"].values[moving]
+    bars = axes.bar(range(len(moving)), heights, width=0.5, color=PALETTE[0])
+    axes.bar_label(bars, [f"{height:.1f}" for height in heights], padding=2)
+    axes.set_xticks(range(len(moving)), [state_label(dataset, i) for i in moving])
+    axes.set_xlim(-0.8, max(len(moving), 1) - 0.2)
+    axes.set_ylim(0, 17)
+    axes.set_ylabel(label(dataset["digits"]))
+    turns, error = float(dataset["rotation_number"]), float(dataset["rotation_number_error"])
+    axes.set_title(f"rotation number {uncertain(turns, error)}" if np.isfinite(turns) else "nothing moves")
+    return figure
+
+
+@picture("finite-time-exponents", "finite-time-exponents", "distributions of the exponents over windows")
+def finite_times(dataset: "xr.Dataset") -> "Figure":
+    """Draw the distributions of the finite exponents, of at most a dozen, over windows of each length.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``finite-time-exponents``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel an exponent: a density a window, in steps, on a scale of its own height, with the mean as a line. The
+        title has the mean and the correlation time.
+    """
+    means = np.atleast_1d(dataset["lyapunov_exponent"].values)
+    shown = np.flatnonzero(np.isfinite(means)).tolist()[:MOST_PANELS]
+    figure = new_figure(1.1 + _PANEL * max(len(shown), 1))
+    panels = np.atleast_1d(figure.subplots(max(len(shown), 1), 1))
+    unit = float(dataset["forcing_period"]) if "forcing_period" in dataset.variables else 1.0
+    forced = "forcing_period" in dataset.variables
+
+    def told(time: float) -> str:
+        number = shorten(time / unit)
+        one, many = ("forcing period", "forcing periods") if forced else ("unit of time", "units of time")
+        return f"{number} {one if number == '1' else many}"
+
+    for panel, e in zip(panels, shown, strict=False):
+        for w, window in enumerate(dataset["window"].values.tolist()):
+            density, centre = (dataset[name].values[w, e] for name in ("histogram", "bin_centre"))
+            width = centre[1] - centre[0] if len(centre) > 1 else 1.0
+            edges = np.append(centre - width / 2, centre[-1] + width / 2)
+            panel.stairs(
+                density / density.max(),
+                edges,
+                color=PALETTE[w % len(PALETTE)],
+                linestyle=_DASHES[w % len(_DASHES)],
+                linewidth=1.2,
+                label=told(window),
+            )
+        panel.axvline(means[e], color="0.5", linewidth=0.8, zorder=1)
+        first, error = (float(dataset[name][0, e, 0]) for name in ("cumulant", "cumulant_error"))
+        time = float(dataset["correlation_time"][e])
+        rest = f"correlation time {told(time)}" if np.isfinite(time) else "constant"
+        panel.set_title(f"{subscript('λ', int(dataset['exponent'][e]))} = {uncertain(first, error)}, {rest}")
+        panel.set_ylabel("density / highest")
+        panel.set_ylim(0, 1.08)
+    panels[-1].set_xlabel("exponent over the window")
+    legend_outside(figure, panels[0].get_legend_handles_labels()[0], ncols=3)
+    if not shown:
+        panels[0].set_axis_off()
+    return figure
+
+
+def _sizes(texts: list[str]) -> str:
+    """Texts in a row, of many only the first ones."""
+    return "; ".join([*texts[:3], *["..."] * (len(texts) > 3)]) if texts else "nothing moves"

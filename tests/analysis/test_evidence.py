@@ -1,0 +1,253 @@
+"""The 0-1 test, smooth averages, rotation numbers and finite-time exponents, against what is known in closed form."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from scipy.special import ellipk
+
+import chaosdrill as cd
+from chaosdrill.analysis.finite_times import correlation_time, cumulants
+from chaosdrill.analysis.regularity import turns, zero_one_by_turn
+
+GOLDEN = (np.sqrt(5) - 1) / 2
+SHARE = 0.37
+
+
+def switched(name, images, **parameters):
+    """A map of one state by pieces, as a switch that a clock works: (image, condition), tried in order."""
+    transitions = [
+        cd.Transition(f"piece-{i}", "wait", "wait", "clock - 1", 1, {"x": image, "clock": "0"}, condition=condition)
+        for i, (image, condition) in enumerate(images)
+    ]
+    return cd.HybridSystem(
+        name=name, states="x clock", parameters=parameters, modes={"wait": {"x": "0", "clock": "1"}},
+        transitions=transitions, period="1", initial={"x": 0.3127, "clock": 0.5},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def skew_tent():
+    return switched("skew-tent", [("x/a", "x < a"), ("(1 - x)/(1 - a)", "x >= a")], a=SHARE)
+
+
+@pytest.fixture(scope="module")
+def tripling():
+    return switched("tripling", [("3*x", "x < 1/3"), ("3*x - 1", "x < 2/3"), ("3*x - 2", "True")])
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    """Seen once a unit of time: a rotation on a closed curve, by the ratio of that to the period of the swing."""
+    return cd.HybridSystem(
+        name="pendulum", states="q p", parameters={"T": 1.0}, modes={"on": {"q": "p", "p": "-sin(q)"}}, period="T",
+        initial={"q": 2.0},
+    )  # fmt: skip
+
+
+def bernoulli(share):
+    """Cumulants of the growth over one step of the skew tent map, whose steps are independent."""
+    rest = share * (1 - share)
+    jump = np.log((1 - share) / share)
+    mean = -share * np.log(share) - (1 - share) * np.log(1 - share)
+    return np.array([mean, rest * jump**2, rest * (1 - 2 * share) * jump**3, rest * (1 - 6 * rest) * jump**4])
+
+
+# The 0-1 test.
+
+
+def as_published(values, angle):
+    """K by the formulas of the paper (section 3), sum by sum."""
+    count = len(values)
+    steps = np.arange(1, count // 10 + 1)
+    j = np.arange(1, count + 1)
+    p, q = np.cumsum(values * np.cos(j * angle)), np.cumsum(values * np.sin(j * angle))
+    kept = count - count // 10
+    square = [((p[n : n + kept] - p[:kept]) ** 2 + (q[n : n + kept] - q[:kept]) ** 2).mean() for n in steps]
+    swing = values.mean() ** 2 * (1 - np.cos(steps * angle)) / (1 - np.cos(angle))
+    return np.corrcoef(steps, np.array(square) - swing)[0, 1]
+
+
+def test_growth_is_that_of_the_published_formulas():
+    rng = np.random.default_rng(4)
+    values = rng.normal(size=600) + 0.3 * np.cumsum(rng.normal(size=600)) * 0.1
+    centred = values - values.mean()
+    found = zero_one_by_turn(values)
+    np.testing.assert_allclose(found, [as_published(centred, c) for c in turns()], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found, [as_published(values, c) for c in turns()], rtol=0, atol=0.05)
+
+
+@pytest.mark.parametrize(("r", "low", "high"), [(3.97, 0.98, 1.0), (3.55, -0.05, 0.05), (3.83, -0.05, 0.05)])
+def test_the_logistic_map_is_chaotic_or_on_a_cycle(logistic, r, low, high):
+    found = cd.zero_one_test(logistic.with_parameters(r=r), periods=1500, transient=500)
+    assert low < float(found["k"].sel(state="x")) < high
+    # the clock does not move on the section
+    assert np.isnan(found["k"].sel(state="clock"))
+    assert found["k_by_turn"].sizes == {"state": 2, "turn": 24}
+
+
+def test_a_rotation_is_regular_and_a_run_that_escapes_has_no_growth(circle):
+    angle = 2 * np.pi * GOLDEN
+    found = cd.zero_one_test(circle.with_parameters(angle=angle), periods=1000)
+    assert (abs(found["k"]) < 0.02).all()
+    assert (found["k_error"] < 0.02).all()
+    lost = cd.zero_one_test(circle.with_parameters(growth=1.0), periods=1000)
+    assert int(lost["outcome"]) == cd.Outcome.ESCAPED
+    assert lost["k"].isnull().all()
+
+
+def test_the_error_of_growth_covers_what_other_starts_give(logistic):
+    chaotic = logistic.with_parameters(r=3.97)
+    runs = [cd.zero_one_test(chaotic.with_initial(x=x), periods=500, transient=99) for x in np.linspace(0.2, 0.4, 40)]
+    growth, error = (np.array([float(run[name].sel(state="x")) for run in runs]) for name in ("k", "k_error"))
+    assert np.mean(abs(growth - growth.mean()) <= 2 * error) >= 0.85
+    assert error.mean() < 4 * growth.std()
+
+
+# Smooth averages and rotation numbers.
+
+
+@pytest.mark.parametrize("angle", [0.5, 1.0, 2.0, 3.0])
+def test_the_rotation_number_of_a_pendulum_is_an_elliptic_integral(pendulum, angle):
+    exact = 1 / (4 * ellipk(np.sin(angle / 2) ** 2))
+    swing = pendulum.with_initial(q=angle)
+    found = cd.regularity(swing, periods=2000, plane=["p", "q"])
+    assert abs(float(found["rotation_number"]) - exact) <= 2 * float(found["rotation_number_error"]) < 1e-9
+    assert (found["digits"] > 11).all()
+    back = cd.regularity(swing, periods=2000)
+    assert float(back["rotation_number"]) == pytest.approx(1 - exact, abs=1e-10)
+
+
+def test_the_golden_mean(circle):
+    found = cd.regularity(circle.with_parameters(angle=2 * np.pi * GOLDEN), periods=1500)
+    assert float(found["rotation_number"]) == pytest.approx(GOLDEN, abs=1e-12)
+    assert int(found["period"]) == 0
+
+
+def test_averages_of_predator_and_prey_are_those_of_the_rest():
+    """Over any cycle of Lotka and Volterra the means of both are those of the point at rest (Volterra 1926)."""
+    system = cd.HybridSystem(
+        name="prey", states="x y", parameters={"a": 1.5}, modes={"on": {"x": "x*(a - y)", "y": "y*(x - 1)"}},
+        period="1", initial={"x": 2.0, "y": 1.0},
+    )  # fmt: skip
+    found = cd.regularity(system, periods=3000)
+    apart = abs(found["average"].values - [1.0, 1.5])
+    assert (apart <= 2 * found["average_error"].values).all()
+    assert (found["average_error"] < 1e-10).all()
+
+
+def test_in_chaos_averages_have_few_digits_and_an_error_that_says_so(logistic):
+    """At r = 4 the mean of x is 1/2, by its density (Ulam and von Neumann)."""
+    found = cd.regularity(logistic.with_parameters(r=4 - 1e-9), periods=4000, transient=50)
+    assert found["digits"].sel(state="x") < 4
+    assert abs(float(found["average"].sel(state="x")) - 0.5) < 5 * float(found["average_error"].sel(state="x")) + 0.01
+    assert np.isnan(found["average"].sel(state="clock"))
+    assert float(found["rotation_number_error"]) > 1e-5
+
+
+def test_a_record_too_short_says_nothing(pendulum):
+    found = cd.regularity(pendulum, periods=39)
+    assert found["digits"].isnull().all()
+    assert found["rotation_number"].isnull()
+
+
+# Exponents over finite times.
+
+
+def test_skew_tent_map(skew_tent):
+    """Growth over a step is one of two logarithms, independent of all others; the clock's is 0."""
+    found = cd.finite_time_exponents(skew_tent, periods=8000, transient=64)
+    for window in (1, 10, 100):
+        exact = bernoulli(SHARE) / float(window) ** np.arange(4)
+        one = found.sel(window=window, exponent=1)
+        assert (abs(one["cumulant"].values - exact) <= 4 * one["cumulant_error"].values).all()
+    shares = (found["histogram"] * found["bin_centre"].diff("bin").mean("bin")).sel(exponent=1)
+    np.testing.assert_allclose(shares.sum("bin"), 1.0)
+    np.testing.assert_allclose(shares.sel(window=1).values[[0, -1]], [1 - SHARE, SHARE], atol=0.02)
+    assert shares.sel(window=1).values[1:-1].max() == 0.0
+    time, error = (float(found[name].sel(exponent=1)) for name in ("correlation_time", "correlation_time_error"))
+    assert abs(time - 1.0) <= 4 * error < 1.0
+    assert float(found["lyapunov_exponent"].sel(exponent=2)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_growth_that_is_constant_has_no_spread(tripling):
+    found = cd.finite_time_exponents(tripling, periods=1000, windows=[1, 7], bins=5)
+    np.testing.assert_allclose(found["cumulant"].sel(exponent=1), [[np.log(3), 0, 0, 0]] * 2, atol=1e-12)
+    assert (found["cumulant_error"].sel(exponent=1) < 1e-12).all()
+    assert np.isnan(found["correlation_time"].sel(exponent=1))
+    assert found["histogram"].sizes == {"window": 2, "exponent": 2, "bin": 5}
+
+
+@pytest.mark.parametrize(
+    "lengths", [{"duration": 8.0, "transient": 7.0}, {"periods": 6, "at": "x > 0", "transient": 3}]
+)
+def test_the_mean_is_the_exponent_of_the_spectrum(lengths):
+    """Also behind a transient, whose strobes are counted anew."""
+    lorenz = cd.build("lorenz")
+    spectrum = cd.lyapunov_spectrum(lorenz, **lengths)
+    found = cd.finite_time_exponents(lorenz, **lengths, windows=[0.1, 1.03])
+    np.testing.assert_allclose(found["lyapunov_exponent"], spectrum["lyapunov_exponent"], rtol=0, atol=1e-4)
+    # a window of any length takes volume at the rate of the field's divergence
+    volume = found["cumulant"].sel(order=1).sum("exponent")
+    np.testing.assert_allclose(volume, -(10 + 1 + 8 / 3), rtol=1e-9)
+    assert (abs(found["window"] - [0.1, 1.0]) < 0.04).all()
+
+
+def test_lost_rank_has_no_distribution():
+    relay = cd.build("relay-sliding")
+    found = cd.finite_time_exponents(relay, periods=40, transient=20, windows=[2])
+    lost = np.isneginf(found["lyapunov_exponent"].values)
+    assert lost.any()
+    assert np.isnan(found["cumulant"].values[:, lost]).all()
+
+
+@pytest.mark.parametrize("window", [1, 10])
+def test_errors_of_cumulants_cover(window):
+    rng = np.random.default_rng(3)
+    exact = bernoulli(SHARE) / float(window) ** np.arange(4)
+    hits = np.zeros(4)
+    for _ in range(200):
+        steps = np.where(rng.random(2000) < SHARE, -np.log(SHARE), -np.log(1 - SHARE))
+        found, error = cumulants(steps.reshape(-1, window).mean(axis=1))
+        hits += abs(found - exact) <= 2 * error
+    assert (hits >= 0.9 * 200).all()
+    assert (hits <= 0.99 * 200).all()
+
+
+@pytest.mark.parametrize("factor", [-0.5, 0.0, 0.9])
+def test_errors_of_correlation_times_cover(factor):
+    """An autoregression of first order has the correlation time (1 + factor)/(1 - factor)."""
+    rng = np.random.default_rng(5)
+    found = [correlation_time(lfilter([1], [1, -factor], rng.normal(size=4000))[400:]) for _ in range(200)]
+    times, errors = np.array(found).T
+    share = np.mean(abs(times - (1 + factor) / (1 - factor)) <= 2 * errors)
+    assert 0.9 <= share <= 0.99
+
+
+# What is refused, and what is still free.
+
+
+def test_windows_that_do_not_fit(skew_tent):
+    with pytest.raises(cd.SettingsError, match="windows holds 300, but a record of 1000 holds fewer than 4 of them"):
+        cd.finite_time_exponents(skew_tent, periods=1000, windows=[1, 300])
+    with pytest.raises(cd.SettingsError, match="expected whole forcing periods"):
+        cd.finite_time_exponents(skew_tent, periods=1000, windows=[1.5])
+
+
+def test_a_plane_of_states_that_there_are(pendulum):
+    with pytest.raises(cd.SettingsError, match="unknown state; did you mean 'q'"):
+        cd.regularity(pendulum, periods=100, plane=["p", "qq"])
+
+
+def test_without_forcing_a_section_is_asked_for():
+    for function in (cd.zero_one_test, cd.regularity):
+        with pytest.raises(cd.SettingsError, match="has no forcing period, and so no strobe; name a section"):
+            function(cd.build("lorenz"), duration=10.0)
+
+
+def test_a_parameter_may_be_called_as_what_no_sweep_holds():
+    """K of the 0-1 test is ``k`` in archives, and so is the stiffness of many a contact."""
+    system = cd.HybridSystem(
+        name="spring", states="x v", parameters={"k": 1.0}, modes={"on": {"x": "v", "v": "-k*x - v"}}, period="1",
+        initial={"x": 1.0},
+    )  # fmt: skip
+    assert cd.bifurcation_diagram(system, {"k": [1.0, 2.0]}, periods=4, transient=4).sizes["k"] == 2
