@@ -111,7 +111,9 @@ def evidence_of(
     begin = None if before is None else before[open_] - (before[open_] @ symmetries.T) @ symmetries
     drifts = only_grows(states, known[open_], begin)
     found.drifts[open_] = drifts.any(axis=1)
-    found.departs[open_] = departs(states, drifts, (lead * length * part)[open_])
+    whole, later = lead[open_], found.late[open_]
+    rates = np.stack([whole, later, 2 * whole - later], axis=1)
+    found.departs[open_] = departs(states, drifts, rates * (length * part)[open_, np.newaxis])
     return found
 
 
@@ -147,7 +149,21 @@ def evidence_of_records(
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     add_regularity(e, unclear, windows[unclear], known[unclear], structure, flow)
+    if flow is None:
+        open_ = np.flatnonzero(np.isin(words(e), (Outcome.TRANSIENT, Outcome.UNDECIDED)))
+        _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], symmetries)
     return e
+
+
+def _add_later(e: Evidence, which: np.ndarray, later: np.ndarray, known: np.ndarray, symmetries: np.ndarray) -> None:
+    """Add what some motions have reached by the later half of their record."""
+    paths = aside(later, symmetries)
+    found = recurrence(paths, known, later.shape[1] // REPEATS)
+    e.cycle_reached[which] = (found.period > 0) & (found.residual <= ROUND_OFF)
+    leaving, settling = stationarity(paths[:, :, :-1], known)
+    stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
+    seen = examine(later[stays], known[stays], symmetries)
+    e.torus_reached[which[stays]] = seen.torus & seen.converges
 
 
 def _chaos_possible(system: HybridSystem, n: int) -> bool:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
-from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
+from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
 
 LENGTH = 2048
 """Section points by which that is told."""
@@ -78,6 +78,10 @@ STAYS = 0.8
 SUCCESSIVE = 32
 """One part in so many of the instants before and after one is no neighbour of it, but the same passage (Theiler 1986,
 doi:10.1103/PhysRevA.34.2427)."""
+
+DRIFT = 2.0
+"""Times that points of a cycle are further away after all of a record than after one turn, at most. A record holds at
+least `REPEATS` turns, and what drifts evenly is further away by as many less one."""
 
 REST = 1e-7
 """Part of its size by which a state changes in the time in which the motion crosses its extent, at most, at rest."""
@@ -238,7 +242,10 @@ def examine(
 
 
 def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Whether points come back after some iterates, and after all multiples: what drifts does so at first only."""
+    """Whether points come back after some iterates, and after all multiples no further away than after one.
+
+    What drifts, as in the channel that a cycle leaves behind at a fold, is further away after each.
+    """
     found = recurrence(paths, known, paths.shape[1] // REPEATS)
     scale = sizes(paths[:, :, :-1], known)
     back = found.period > 0
@@ -246,7 +253,9 @@ def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:
         cycle = int(found.period[p])
         far = (paths.shape[1] - 1) // cycle * cycle
         lacks = np.abs(paths[p, -cycle:, :-1] - paths[p, -cycle - far + cycle : -far + cycle or None, :-1])
-        back[p] = bool((lacks <= CLOSE * scale[p]).all())
+        once = np.abs(paths[p, cycle:, :-1] - paths[p, :-cycle, :-1]).max(axis=0)
+        most = np.clip(DRIFT * once, ROUND_OFF * scale[p], CLOSE * scale[p])
+        back[p] = bool((lacks <= most).all())
     return back
 
 

@@ -82,7 +82,10 @@ def _of_full(points: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.ndarray:
-    """Whether states that only grow do so at an exponential pace, as from an unstable rest, not to infinity.
+    """Whether states that only grow do so at an exponential pace or faster, as from an unstable rest, not to infinity.
+
+    Away from a neutral rest, as in a laminar phase, the logarithm of the pace grows ever faster, since such a growth
+    would be over in a finite time; that of a power of time grows ever slower.
 
     Parameters
     ----------
@@ -90,8 +93,8 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
         States at equal intervals; NaN behind the last.
     drifts : ndarray of bool, shape (P, n)
         Which states only grow.
-    growth : ndarray, shape (P,)
-        Logarithm by which the pace grows in the course of the paths by the exponent.
+    growth : ndarray, shape (P, K)
+        Logarithms by which the pace may grow in the course of the paths: by the exponent of the record or of a half.
 
     Returns
     -------
@@ -104,10 +107,13 @@ def departs(paths: np.ndarray, drifts: np.ndarray, growth: np.ndarray) -> np.nda
         pace = np.abs(np.diff(path[-PARTS * each - 1 :: each], axis=0))
         steps = np.diff(np.log(pace), axis=0)
         early = steps[: PARTS // 2]
-        mean, expected = early.mean(axis=0), growth[p] * each / len(path)
+        mean, expected = early.mean(axis=0), growth[p][:, np.newaxis] * each / len(path)
         even = (mean > LEAST_STEP) & (np.abs(early - mean) <= EVEN * mean).all(axis=0)
         even &= (steps <= (1 + EVEN) * mean).all(axis=0)
-        found[p] = (even & (np.abs(mean - expected) <= LIKE * mean)).any()
+        even &= (np.abs(mean - expected) <= LIKE * mean).any(axis=0)
+        faster = (early > LEAST_STEP).all(axis=0)
+        faster &= (np.diff(steps, axis=0) > 0).all(axis=0) | (np.diff(early, axis=0) > EVEN * mean).all(axis=0)
+        found[p] = (even | faster).any()
     return found
 
 

@@ -20,6 +20,10 @@ the way into the narrow channel that a cycle leaves behind, at a fold, there is 
 FOLDS = 2.0
 """Logarithm by which tangents grow in that half, or shrink, at least."""
 
+DIGITS = 36.7
+"""Logarithm by which a distance grows at most from round-off to the size of the state. A motion that leaves an unstable
+one has no more of it; tangents that grow so far in both halves of a bounded record fold again and again."""
+
 BOUNDED, STILL = 10.0, 2.0
 """Logarithm by which tangents grow or shrink in a record of a torus at most. It stays bounded there but for shear, in
 which it is that of the length. Where averages do not converge faster than any power, as on a torus that has just been
@@ -57,6 +61,8 @@ class Evidence:
     torus: np.ndarray  # bool: averages agree, the points leave no gaps, and the 0-1 test calls it regular
     converges: np.ndarray  # bool: averages converge faster than any power
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
+    cycle_reached: np.ndarray  # bool: the later half comes back to round-off
+    torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
 
     @classmethod
     def of(cls, points: int, **known: np.ndarray) -> "Evidence":
@@ -95,6 +101,26 @@ class Evidence:
         return (self.late > LATE * self.lead) & (self.late * self.length > 2 * FOLDS)
 
     @property
+    def folds(self) -> np.ndarray:
+        """Whether tangents grow in both halves further than those of any one departure, in a stationary record.
+
+        In intermittent motion the error of the mean growth is often as large as the mean.
+        """
+        later, whole = self.late * self.length / 2, self.lead * self.length
+        stationary = ~self.leaving & ~self.settling & ~self.recurs
+        return self.chaos_possible & stationary & (later > DIGITS) & (whole - later > DIGITS)
+
+    @property
+    def reached_cycle(self) -> np.ndarray:
+        """Whether the later half is on a cycle, and nearby motions come closer there."""
+        return self.cycle_reached & (self.late * self.length < -2 * FOLDS)
+
+    @property
+    def reached_torus(self) -> np.ndarray:
+        """Whether the later half is on a torus, along which tangents do not grow."""
+        return self.torus_reached & self.torus_possible & (np.abs(self.late) * self.length <= 2 * STILL)
+
+    @property
     def falls_on(self) -> np.ndarray:
         """Whether they shrink in the later half as well."""
         return np.isneginf(self.lead) | ((self.late < LATE * self.lead) & (self.late * self.length < -2 * FOLDS))
@@ -131,6 +157,16 @@ RULES = (
     Rule(Outcome.QUASIPERIODIC, lambda e: e.winds & ~e.positive, "nothing moves but phases without a common measure"),
     Rule(Outcome.PERIODIC, lambda e: e.exact & ~e.leaving, "the points come back to round-off"),
     Rule(Outcome.PERIODIC, lambda e: e.recurs & e.attracts, "the points come back, and nearby motions come closer"),
+    Rule(
+        Outcome.PERIODIC,
+        lambda e: e.reached_cycle,
+        "its later half comes back to round-off, and nearby motions come closer there",
+    ),
+    Rule(
+        Outcome.QUASIPERIODIC,
+        lambda e: e.reached_torus,
+        "its later half is on a torus: smooth averages agree, no gaps, and tangents do not grow",
+    ),
     Rule(Outcome.TRANSIENT, lambda e: e.positive & e.leaving, "it grows evenly away from where it began"),
     Rule(Outcome.TRANSIENT, lambda e: e.positive & e.settling, "its extent still shrinks, or what it lacks to a cycle"),
     Rule(Outcome.TRANSIENT, lambda e: e.positive & ~e.chaos_possible, "tangents grow in a flow that has no chaos"),
@@ -138,6 +174,11 @@ RULES = (
         Outcome.CHAOTIC,
         lambda e: e.positive & e.grows_on,
         "the largest exponent is positive beyond its error, to the end of a stationary record",
+    ),
+    Rule(
+        Outcome.CHAOTIC,
+        lambda e: e.folds,
+        "tangents grow in both halves of a stationary record further than in any departure",
     ),
     Rule(Outcome.PERIODIC, lambda e: e.negative & e.falls_on & ~e.leaving, "nearby motions come closer to the end"),
     Rule(Outcome.OPEN, lambda e: ~e.positive & e.drifts & ~e.departs, "a state only grows, beyond all that it has had"),

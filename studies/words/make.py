@@ -1,6 +1,6 @@
 """How often a word is wrong: records whose nature is known, in any units and of any length, and what they are called.
 
-    python studies/words/make.py [--records N]          (or: python3 studies/run.py words)
+    python studies/words/make.py [--records N] [--seed S]          (or: python3 studies/run.py words)
 
 The records go through the judgement that spectra use. The table is written to ``studies/words/words.md``; the exit code
 is 0 if at most one word in 1,000 is wrong at every length.
@@ -24,7 +24,8 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine.structure import Structure
 
 HERE = Path(__file__).resolve().parent
-LENGTHS = (64, 256, 1024, 4096)
+LENGTHS = (64, 256, 1024, 4096, 16384)
+SEED = 20_261_125
 BLOCKS = 256
 OPEN_ANSWERS = {"undecided", "transient"}
 MOST_WRONG = 1e-3
@@ -65,20 +66,26 @@ def called(states, growth):
 def main():
     """Make the records, call them, write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--records", type=int, default=5100, help="records of all families and lengths together")
+    parser.add_argument("--records", type=int, default=5500, help="records of all families and lengths together")
+    parser.add_argument("--seed", type=int, default=SEED, help="from which they are made")
     given = parser.parse_args()
     each = max(1, -(-given.records // (len(FAMILIES) * len(LENGTHS))))
-    rows, wrong, open_, total, began = [], Counter(), Counter(), Counter(), time.perf_counter()
+    rows, began = [], time.perf_counter()
+    wrong, open_, total, short, open_short = (Counter() for _ in range(5))
     for name, (family, right) in FAMILIES.items():
         for length in LENGTHS:
-            rng = np.random.default_rng([length, *name.encode()])
-            states, growth = family(rng, each, length)
+            rng = np.random.default_rng([given.seed, length, *name.encode()])
+            states, growth, *excused = family(rng, each, length)
+            too_short = excused[0] if excused else np.full(each, not right)
             units = 10 ** rng.uniform(-9, 9, (each, 1, states.shape[2]))
-            found = Counter(called(states * units, growth))
+            said = np.array(called(states * units, growth))
+            found, unsaid = Counter(said.tolist()), np.isin(said, sorted(OPEN_ANSWERS))
             false = sum(count for word, count in found.items() if word not in OPEN_ANSWERS | {right})
             wrong[length] += false
             total[length] += each
-            open_[length] += sum(found[word] for word in OPEN_ANSWERS) if right else 0
+            short[length] += too_short.sum()
+            open_[length] += (unsaid & ~too_short).sum()
+            open_short[length] += (unsaid & too_short).sum() if right else 0
             rows.append((name, length, right or "none", found, false))
     listed = ("periodic", "quasiperiodic", "chaotic", "open", "equilibrium", "transient", "undecided")
     lines = [f"| records | length | right | {' | '.join(listed)} | wrong |", "|---|" + "---:|" * (len(listed) + 3)]
@@ -86,11 +93,15 @@ def main():
         f"| {name} | {length} | {right} | {' | '.join(str(found[word] or '') for word in listed)} | {false or ''} |"
         for name, length, right, found, false in rows
     ]
-    told = [f"| {length} | {total[length]} | {wrong[length]} | {open_[length]} |" for length in LENGTHS]
+    told = [
+        f"| {length} | {total[length]} | {wrong[length]} | {total[length] - short[length]} | {open_[length]} "
+        f"| {open_[length] / (total[length] - short[length]):.1%} | {open_short[length]} |"
+        for length in LENGTHS
+    ]
     lines += [
         "",
-        "| length | records | wrong | undecided or transient where there is a word |",
-        "|---:|---:|---:|---:|",
+        "| length | records | wrong | long enough for a word | undecided or transient | part | of the others |",
+        "|---:|---:|---:|---:|---:|---:|---:|",
         *told,
     ]
     (HERE / "words.md").write_text("\n".join(lines) + "\n")

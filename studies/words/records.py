@@ -2,7 +2,8 @@
 
 Every family is a function of a random generator, a number of records P and their length L. It returns states, of shape
 (P, F + L, n), F of which were passed before the record, and the logarithms by which tangents grow in every step of the
-record, of shape (P, L, m).
+record, of shape (P, L, m). A third item, bool of shape (P,), marks records that are too short for their word by
+construction: a departure that is not over by half of the record, a laminar phase that is longer than the record.
 """
 
 import numpy as np
@@ -10,6 +11,8 @@ import numpy as np
 GOLDEN = (np.sqrt(5) - 1) / 2
 FEIGENBAUM = 3.5699456718709
 WINDOW = 1 + np.sqrt(8)
+OVER = 0.9
+"""Part of its way to the attractor after which a departure is over."""
 
 
 def seen(states):
@@ -97,12 +100,19 @@ def surfaces(rng, P, L):
     return tori(rng, P, L, 2)
 
 
+def solids(rng, P, L):
+    """Tori of three frequencies at the strobe."""
+    return tori(rng, P, L, 3)
+
+
 def departures(rng, P, L):
     """An unstable point that is left at any rate from any distance, up to the cycle beside it."""
     mu = 10 ** rng.uniform(-3.3, -1, P)
     x = 10 ** rng.uniform(-12, -3, P)
     side = rng.choice([-1.0, 1.0], P)
-    return iterate(of_line(lambda x: (side * ((1 + mu) * x - x**3), side * (1 + mu - 3 * x**2))), start_of_line(x), L)
+    step = of_line(lambda x: (side * ((1 + mu) * x - x**3), side * (1 + mu - 3 * x**2)))
+    states, growth = iterate(step, start_of_line(x), L)
+    return states, growth, np.abs(states[:, L // 2, 0]) < OVER * np.sqrt(mu)
 
 
 def spirals(rng, P, L):
@@ -118,14 +128,62 @@ def spirals(rng, P, L):
         turned = np.einsum("pij,pj->pi", matrix, x)
         return q[:, None] * turned, q[:, None, None] * matrix + turned[:, :, None] * slope[:, None, :]
 
-    return iterate(of_plane(image), start_of_plane(10 ** rng.uniform(-12, -3, (P, 1)) * rng.normal(size=(P, 2))), L)
+    start = 10 ** rng.uniform(-12, -3, (P, 1)) * rng.normal(size=(P, 2))
+    states, growth = iterate(of_plane(image), start_of_plane(start), L)
+    return states, growth, np.linalg.norm(states[:, L // 2], axis=1) < OVER * np.sqrt(mu / (1 + mu))
 
 
 def laminar(rng, P, L):
     """Intermittency of type I: the logistic map below its window of period three."""
-    r = WINDOW - 10 ** rng.uniform(-8, -4, P)
+    below = 10 ** rng.uniform(-8, -4, P)
+    r = WINDOW - below
     step = of_line(lambda x: (r * x * (1 - x), r * (1 - 2 * x)))
-    return iterate(step, start_of_line(rng.uniform(0.2, 0.8, P)), L, int(rng.integers(100, 3000)))
+    states, growth = iterate(step, start_of_line(rng.uniform(0.2, 0.8, P)), L, int(rng.integers(100, 3000)))
+    return states, growth, passage(below) > L
+
+
+def passage(below):
+    """Iterates that the logistic map needs through the channel, so far below its window of period three.
+
+    Where the third iterate is x + c + a (x - x0)^2 it takes pi / sqrt(a c) steps, of three iterates each.
+    """
+
+    def third(x, r):
+        for _ in range(3):
+            x = r * x * (1 - x)
+        return x
+
+    x, h = 0.5, 1e-4
+    for _ in range(200_000):
+        x = WINDOW * x * (1 - x)
+    at = third(x, WINDOW)
+    curvature = (third(x + h, WINDOW) - 2 * at + third(x - h, WINDOW)) / (2 * h**2)
+    by_r = (third(x, WINDOW + h) - third(x, WINDOW - h)) / (2 * h)
+    return 3 * np.pi / np.sqrt(np.abs(curvature * by_r) * below)
+
+
+def bursts(rng, P, L):
+    """Intermittency of type II: an unstable focus, expansion everywhere, and a way back to any distance from it.
+
+    Stays are as long as chance wills, up to some times 1 / (2 e).
+    """
+    e, c, turn = 10 ** rng.uniform(-4, -1, P), rng.uniform(1, 4, P), rng.uniform(0.1, 3, P)
+
+    def step(state):
+        _, radius, angle = state
+        slope = np.log(1 + e + 3 * c * radius**2)
+        radius, angle = ((1 + e) * radius + c * radius**3) % 1, angle + turn
+        seen = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+        return (seen, radius, angle), np.stack([slope, 0 * slope], axis=-1)
+
+    return *iterate(step, (None, rng.random(P), 2 * np.pi * rng.random(P)), L, 50), 1 / (2 * e) > L
+
+
+def flips(rng, P, L):
+    """Intermittency of type III: an unstable flip, expansion everywhere, and a way back to any distance from it."""
+    e, c = 10 ** rng.uniform(-4, -1, P), rng.uniform(1, 4, P)
+    step = of_line(lambda x: ((1 - (1 + e) * x - c * x**3) % 2 - 1, 1 + e + 3 * c * x**2))
+    return *iterate(step, start_of_line(rng.uniform(-1, 1, P)), L, 50), 1 / (2 * e) > L
 
 
 def neutral(rng, P, L):
@@ -251,11 +309,14 @@ FAMILIES = {
     "cycles": (cycles, "periodic"),
     "tori": (tori, "quasiperiodic"),
     "surfaces": (surfaces, "quasiperiodic"),
+    "solids": (solids, "quasiperiodic"),
     "islands": (islands, "quasiperiodic"),
     "departures": (departures, "periodic"),
     "spirals": (spirals, "quasiperiodic"),
     "laminar": (laminar, "chaotic"),
     "neutral": (neutral, "chaotic"),
+    "bursts": (bursts, "chaotic"),
+    "flips": (flips, "chaotic"),
     "machines": (machines, ""),
     "strange": (strange, ""),
     "tents": (tents, "chaotic"),

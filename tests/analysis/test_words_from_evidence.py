@@ -12,6 +12,9 @@ from chaosdrill.analysis.classification import contracts
 from chaosdrill.analysis.words import BOUNDED, RULES, Evidence
 from chaosdrill.analysis.words import words as words_of
 
+CHANNEL = 0.51435527
+"""A point of the cycle of period three of the logistic map where it is born."""
+
 X, Y, M, R = sympy.symbols("x y m r", real=True)
 
 
@@ -62,6 +65,27 @@ def test_a_departure_ends_on_its_cycle(unit):
     found = cd.bifurcation_diagram(leaving, {"m": [0.01, 0.02, 0.05]}, transient=100, periods=256)
     assert words(found) == ["periodic"] * 3
     np.testing.assert_allclose(found["section"].values[:, 0, -1, 0], unit * np.sqrt([0.01, 0.02, 0.05]), rtol=1e-3)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_departure_that_is_over_leaves_a_cycle(side):
+    """In the earlier half of a record of a spectrum; the error of the exponent is as large as the departure."""
+    leaving = map_system("over", (X,), {"m": 0.08}, {X: side * (X + M * X - X**3)}, {X: 1e-11})
+    assert words(cd.lyapunov_spectrum(leaving, periods=1024)) == ["periodic"]
+
+
+@pytest.mark.parametrize("below", [1e-8, 2e-8])
+def test_a_passage_of_a_channel_is_no_cycle(below):
+    """Points a turn apart are the same within 1e-6, and go on in one direction."""
+    logistic = map_system("channel", (X,), {"r": 1 + 8**0.5 - below}, {X: R * X * (1 - X)}, {X: CHANNEL})
+    assert words(cd.lyapunov_spectrum(logistic, periods=64))[0] in {"undecided", "transient"}
+
+
+@pytest.mark.parametrize("start", [-0.95, -0.965])
+def test_a_stay_at_a_neutral_point_is_not_open(start):
+    """On the cusp map, 1 - 2 sqrt|x|, a point leaves -1 ever faster: that would be over in a finite time."""
+    cusp = map_system("cusp", (X,), {}, {X: 1 - 2 * sympy.sqrt(sympy.Abs(X))}, {X: start})
+    assert words(cd.lyapunov_spectrum(cusp, periods=64))[0] in {"undecided", "transient", "chaotic"}
 
 
 @pytest.mark.parametrize("count", [21, 41])
@@ -166,6 +190,22 @@ def test_the_documentation_has_all_rules():
     theory = (Path(__file__).parents[2] / "docs" / "theory.md").read_text()
     rows = "\n".join(f"| `{rule.word.meaning}` | {rule.reason} |" for rule in RULES)
     assert rows in theory
+
+
+@pytest.mark.parametrize(
+    ("lead", "late", "more", "word"),
+    [
+        (0.4, 0.3, {}, "chaotic"),
+        (0.4, 0.3, {"leaving": True}, "transient"),
+        (0.4, 0.77, {}, "undecided"),
+        (0.06, 0.06, {}, "undecided"),
+        (0.4, 0.3, {"chaos_possible": False}, "undecided"),
+    ],
+)
+def test_growth_beyond_all_digits_in_both_halves_is_chaos(lead, late, more, word):
+    """However large the error: from round-off to its size a departure has 36.7, and none in one half."""
+    known = {name: np.array([value]) for name, value in {"lead": lead, "late": late, "margin": 1.3, **more}.items()}
+    assert cd.Outcome(int(words_of(Evidence.of(1, length=np.array([1000.0]), **known))[0])).meaning == word
 
 
 def test_a_larger_error_makes_no_word_easier():
