@@ -5,12 +5,11 @@ a system is therefore generated for the whole numbers that its exponents have.
 """
 
 from collections.abc import Iterator, Mapping
-from copy import copy
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from chaosdrill.model.places import parameter, rewrite
+from chaosdrill.model.places import parameter, rewritten
 from chaosdrill.model.special import positive_power
 
 if TYPE_CHECKING:
@@ -40,9 +39,7 @@ def specialise(system: "HybridSystem", values: Mapping[str, int]) -> "HybridSyst
             lambda part: part.func(part.args[0], part.args[1].subs(numbers)),
         )
 
-    other = copy(system)
-    rewrite(other, put)
-    return other
+    return rewritten(system, put)
 
 
 def expressions(system: "HybridSystem | Definition") -> Iterator[Any]:

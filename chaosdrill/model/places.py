@@ -6,7 +6,6 @@ sums are added up, which sympy takes from names.
 """
 
 from collections.abc import Callable, Mapping
-from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -38,26 +37,28 @@ def in_places(system: "HybridSystem") -> "HybridSystem":
         return sympy.sympify(expression).xreplace(places)
 
     names = {symbol.name: place.name for symbol, place in places.items() if symbol != system.time}
-    other = copy(system)
-    other.states = tuple(places[x] for x in system.states)
-    other.time = None if system.time is None else TIME
-    other.parameters = {names[name]: value for name, value in system.parameters.items()}
-    other.exponent_parameters = tuple(names[name] for name in system.exponent_parameters)
-    other.initial = {names.get(name, name): value for name, value in system.initial.items()}
-    other.bounds = {names[name]: bound for name, bound in system.bounds.items()}
-    other.labels = {}
-    rewrite(other, put, places)
-    other.transitions = tuple(
-        replace(t, guard=crossing.surface, direction=crossing.direction)
-        for t, crossing in zip(other.transitions, crossings(other.transitions), strict=True)
+    other = rewritten(system, put, places)
+    return other.changed(
+        states=tuple(places[x] for x in system.states),
+        time=None if system.time is None else TIME,
+        parameters={names[name]: value for name, value in system.parameters.items()},
+        exponent_parameters=tuple(names[name] for name in system.exponent_parameters),
+        initial={names.get(name, name): value for name, value in system.initial.items()},
+        bounds={names[name]: bound for name, bound in system.bounds.items()},
+        labels={},
+        transitions=tuple(
+            replace(t, guard=crossing.surface, direction=crossing.direction)
+            for t, crossing in zip(other.transitions, crossings(other.transitions), strict=True)
+        ),
+        period=None if system.period is None else put(system.period),
+        shared=type(system.shared)(),
     )
-    other.period = None if system.period is None else put(system.period)
-    other.shared = type(system.shared)()
-    return other
 
 
-def rewrite(system: "HybridSystem", put: Callable[[Any], Any], states: Mapping[Any, Any] | None = None) -> None:
-    """Put other expressions into a system, and other symbols of its ``states`` before their rates and resets.
+def rewritten(
+    system: "HybridSystem", put: Callable[[Any], Any], states: Mapping[Any, Any] | None = None
+) -> "HybridSystem":
+    """A copy with other expressions, and other symbols of its ``states`` before their rates and resets.
 
     The period stays as it is.
     """
@@ -70,17 +71,19 @@ def rewrite(system: "HybridSystem", put: Callable[[Any], Any], states: Mapping[A
     def by_mode(given: Mapping[str, Any]) -> dict[str, Any]:
         return {mode: put(expression) for mode, expression in given.items()}
 
-    system.regions = by_mode(system.regions)
-    system.modes = {mode: fields(rates) for mode, rates in system.modes.items()}
-    system.quadratures = {name: by_mode(rates) for name, rates in system.quadratures.items()}
-    system.transitions = tuple(
-        replace(
-            t,
-            guard=put(t.guard),
-            reset=fields(t.reset),
-            condition=None if t.condition is None else by_mode(t.conditions),
-        )
-        for t in system.transitions
+    return system.changed(
+        regions=by_mode(system.regions),
+        modes={mode: fields(rates) for mode, rates in system.modes.items()},
+        quadratures={name: by_mode(rates) for name, rates in system.quadratures.items()},
+        transitions=tuple(
+            replace(
+                t,
+                guard=put(t.guard),
+                reset=fields(t.reset),
+                condition=None if t.condition is None else by_mode(t.conditions),
+            )
+            for t in system.transitions
+        ),
     )
 
 

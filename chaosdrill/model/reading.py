@@ -22,6 +22,7 @@ from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
 from chaosdrill.model.rules import folded, hidden, refused, wrong_completion, wrong_period
 from chaosdrill.model.special import CONDITION, FLOW, RESET
+from chaosdrill.model.tables import read_only
 from chaosdrill.model.text import (
     has_doubles,
     read_open_text,
@@ -122,7 +123,7 @@ class Transition:
             raise ModelError(reader.told(f"transition {self.name!r:.60}"))
         # a system reads it again, since it knows the names: pi may be one of them
         for key, value in (*read.items(), ("given", given)):
-            object.__setattr__(self, key, value)
+            object.__setattr__(self, key, read_only(value))
 
     @property
     def conditions(self) -> dict[str, Any]:

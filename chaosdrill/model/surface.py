@@ -1,7 +1,5 @@
 """A surface in state space, marked by transitions that change nothing."""
 
-from copy import copy
-
 from chaosdrill.model.crossings import crossings
 from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.places import parameter
@@ -46,8 +44,6 @@ def surface(system: HybridSystem, at: str) -> tuple[HybridSystem, frozenset[int]
             description=system.description, labels=system.labels,
         )  # fmt: skip
         system.shared["surface", at] = known
-    marked = copy(known)
-    marked.parameters, marked.initial = dict(system.parameters), dict(system.initial)
-    marked.names_mode = system.names_mode
+    marked = known.changed(parameters=system.parameters, initial=system.initial, names_mode=system.names_mode)
     count = len(system.transitions)
     return marked, frozenset(range(count, len(marked.transitions)))

@@ -3,6 +3,7 @@
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
+from dataclasses import fields
 from threading import RLock
 from typing import Any, TypedDict, Unpack
 
@@ -12,9 +13,9 @@ from chaosdrill.declared import DISPLAYS
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.limits import Limit
 from chaosdrill.model.exponents import exponent_parameters, motion
-from chaosdrill.model.numbers import Numbers
 from chaosdrill.model.places import in_places, parameter
 from chaosdrill.model.reading import UNNAMED, Definition, Reader, Transition, finite
+from chaosdrill.model.tables import ANOTHER, read_only
 from chaosdrill.names import remedy, shown
 
 # several threads may ask for the placed form of one system at once, and each would derive it
@@ -90,8 +91,26 @@ class HybridSystem:
     ModelError
         With everything that is wrong, one fault a line, each with its place and the remedy.
     SettingsError
-        If a parameter or an initial value is no finite number.
+        If a parameter or an initial value is no finite number; if a system is changed after it was made.
     """
+
+    name: str
+    description: str
+    labels: Mapping[str, str]
+    states: tuple[Any, ...]
+    time: Any
+    period: Any
+    modes: Mapping[str, Mapping[Any, Any]]
+    transitions: tuple[Transition, ...]
+    regions: Mapping[str, Any]
+    quadratures: Mapping[str, Mapping[str, Any]]
+    bounds: Mapping[str, tuple[float, float]]
+    parameters: dict[str, float]
+    initial: Mapping[str, Any]
+    names_mode: bool
+    limits: Mapping[str, Limit]
+    exponent_parameters: tuple[str, ...]
+    shared: Shared
 
     def __init__(
         self,
@@ -129,24 +148,35 @@ class HybridSystem:
         return system
 
     def _become(self, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
-        self.name, self.description, self.labels = found.name, found.description, found.labels
-        self.states, self.time, self.period = found.states, found.time, found.period
-        self.modes, self.transitions = found.modes, found.transitions
-        self.regions, self.quadratures, self.bounds = found.regions, found.quadratures, found.bounds
-        self.parameters = {str(key): _number(self.name, "parameter", key, value) for key, value in parameters.items()}
-        self.initial = {"mode": next(iter(self.modes)), **dict.fromkeys(self.state_names, 0.0)}
+        self._put(
+            **{one.name: getattr(found, one.name) for one in fields(found)},
+            parameters={str(key): _number(found.name, "parameter", key, value) for key, value in parameters.items()},
+            initial={"mode": next(iter(found.modes)), **dict.fromkeys((x.name for x in found.states), 0.0)},
+            names_mode=not found.regions,
+            limits={},
+        )
         if not isinstance(initial, Mapping | None):
             raise ModelError(
                 f"{self.name}: initial: expected a table of names (a dict in Python), received {shown(initial):.60}"
             )
-        self.names_mode = not self.regions
-        self.limits: Mapping[str, Limit] = {}
-        self.exponent_parameters = exponent_parameters(self)
-        self.shared = self._shared_with_others()
+        self._put(exponent_parameters=exponent_parameters(self), shared=self._shared_with_others())
         self._set_initial({str(key): value for key, value in (initial or {}).items()})
 
+    def _put(self, **values: Any) -> None:
+        for name, value in values.items():
+            super().__setattr__(name, value if name == "shared" else read_only(value))
+
+    def changed(self, **values: Any) -> "HybridSystem":
+        """A copy with other values of these attributes, which are not checked; what was derived is shared."""
+        other = copy(self)
+        other._put(**values)
+        return other
+
     def __setattr__(self, name: str, value: Any) -> None:
-        super().__setattr__(name, Numbers(value) if name == "parameters" else value)
+        raise SettingsError(f"{self.name}: a system is not changed, {name!r} stays as it is; {ANOTHER}")
+
+    def __delattr__(self, name: str) -> None:
+        self.__setattr__(name, None)
 
     def _shared_with_others(self) -> Shared:
         """What a system that differs in numbers alone, made not long ago, has derived; else an empty place for it."""
@@ -202,11 +232,11 @@ class HybridSystem:
             form = self.shared.get("placed")
             if form is None:
                 form = self.shared["placed"] = in_places(self)
-        other = copy(form)
-        other.parameters = dict(zip(form.parameters, self.parameters.values(), strict=True))
         starts = (self.initial[name] for name in self.state_names)
-        other.initial = {"mode": self.initial["mode"], **dict(zip(form.state_names, starts, strict=True))}
-        return other
+        return form.changed(
+            parameters=dict(zip(form.parameters, self.parameters.values(), strict=True)),
+            initial={"mode": self.initial["mode"], **dict(zip(form.state_names, starts, strict=True))},
+        )
 
     def forcing_period(self) -> float | None:
         """The period of the forcing at the present parameters.
@@ -268,12 +298,8 @@ class HybridSystem:
         for key, value in values.items():
             if key in self.limits and (told := self.limits[key].refuses(_number(self.name, "parameter", key, value))):
                 raise SettingsError(f"{self.name}: parameter {key!r}: {told}")
-        other = copy(self)
-        other.parameters = {
-            **self.parameters,
-            **{key: _number(self.name, "parameter", key, value) for key, value in values.items()},
-        }
-        other.initial = dict(self.initial)
+        numbers = {key: _number(self.name, "parameter", key, value) for key, value in values.items()}
+        other = self.changed(parameters={**self.parameters, **numbers})
         other._find_mode()
         return other
 
@@ -301,7 +327,6 @@ class HybridSystem:
             not a finite number.
         """
         other = copy(self)
-        other.initial = dict(self.initial)
         other._set_initial({**self._by_name(start), **values})
         return other
 
@@ -326,9 +351,7 @@ class HybridSystem:
 
     def limited(self, limits: Mapping[str, Limit]) -> "HybridSystem":
         """A copy whose parameters have limits, those of them that it has, from which on no copy may leave them."""
-        other = copy(self)
-        other.limits = {name: one for name, one in limits.items() if name in self.parameters}
-        return other
+        return self.changed(limits={name: one for name, one in limits.items() if name in self.parameters})
 
     def augmented(self, *, time: bool = False, parameters: Iterable[str] = ()) -> "HybridSystem":
         """The same system with time (rate 1) and parameters (rate 0) among its states.
@@ -381,16 +404,18 @@ class HybridSystem:
         return wide.limited(self.limits)
 
     def _set_initial(self, values: Mapping[str, Any]) -> None:
+        start: dict[str, Any] = {}
         for key, value in values.items():
             if key == "mode":
                 if not isinstance(value, str) or value not in self.modes:
                     raise SettingsError(f"{self.name}: initial mode {value!r}; modes are {list(self.modes)}")
-                self.initial["mode"], self.names_mode = value, True
+                start[key] = value
             elif key in self.state_names:
-                self.initial[key] = _number(self.name, "initial", key, value)
+                start[key] = _number(self.name, "initial", key, value)
             else:
                 known = ("mode", *self.state_names)
                 raise SettingsError(f"{self.name}: initial names {key!r}, which is no state; {remedy(key, known)}")
+        self._put(initial={**self.initial, **start}, names_mode=self.names_mode or "mode" in start)
         self._find_mode()
 
     def _find_mode(self) -> None:
@@ -403,7 +428,7 @@ class HybridSystem:
 
         ((mode,), _) = modes_at(self, {}, np.array([[self.initial[name] for name in self.state_names]]))
         if mode != UNTOLD:
-            self.initial["mode"] = self.mode_names[mode]
+            self._put(initial={**self.initial, "mode": self.mode_names[mode]})
 
     def _repr_html_(self) -> str | None:
         return DISPLAYS["html"](self)

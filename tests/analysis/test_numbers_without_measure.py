@@ -96,9 +96,35 @@ def test_a_cut_without_an_end():
 def test_the_parameters_of_a_system_stay(change):
     """What was derived from a system belongs to them; a parameter that is gone made of the period "not positive"."""
     before = dict(SYSTEM.parameters)
-    with pytest.raises(SettingsError, match=r"with_parameters\(name=value\) returns a copy"):
+    with pytest.raises(SettingsError, match=r"with_parameters\(name=value\) returns a copy with other parameters"):
         change(SYSTEM.parameters)
     assert SYSTEM.parameters == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda system: setattr(system, "period", None),
+        lambda system: setattr(system, "parameters", {}),
+        lambda system: delattr(system, "initial"),
+        lambda system: system.initial.update(mode="nowhere"),
+        lambda system: system.initial.__setitem__(system.state_names[0], 9.0),
+        lambda system: system.modes.clear(),
+        lambda system: next(iter(system.modes.values())).popitem(),
+        lambda system: system.bounds.clear(),
+        lambda system: system.regions.update(more=1),
+        lambda system: system.quadratures.update(more={}),
+        lambda system: system.labels.update(more="one more"),
+        lambda system: system.limits.update(more=None),
+        lambda system: system.transitions[0].reset.update(more=0),
+    ],
+)
+def test_a_system_stays_as_it_is(change):
+    before = pickle.dumps(SYSTEM)
+    for system in (SYSTEM, copy.copy(SYSTEM), copy.deepcopy(SYSTEM), pickle.loads(before), SYSTEM.placed):
+        with pytest.raises(SettingsError, match=r"with_parameters\(name=value\) .* with_initial\(name=value\) "):
+            change(system)
+    assert pickle.dumps(SYSTEM) == before
 
 
 def test_parameters_are_copied_and_pickled_as_they_are():
