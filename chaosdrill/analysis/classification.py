@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.analysis.recurrence import CLOSE, FLOOR, ROUND_OFF, Recurrence, recurrence
-from chaosdrill.analysis.regularity import LEAST, REPEATS, aside, examine, only_grows, rests
 from chaosdrill.analysis.stationarity import departs, stationarity
 from chaosdrill.analysis.statistics import SINKS, STAYS, error_of_exponents, leading
+from chaosdrill.analysis.tori import LEAST, REPEATS, aside, examine, only_grows, rests
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED

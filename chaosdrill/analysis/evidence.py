@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.regularity import TURNS, fading, turns, zero_one_by_turn
 from chaosdrill.analysis.sections import Taken, section_points
+from chaosdrill.analysis.tori import TURNS, fading, turns, zero_one_by_turn
 from chaosdrill.dataset import Outcome
 from chaosdrill.model import HybridSystem
 

@@ -18,8 +18,8 @@ from chaosdrill.analysis.classification import Verdict, add_regularity, judge
 from chaosdrill.analysis.cycles import at_points, continued, escapes, linearised, search
 from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.regularity import LENGTH
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
+from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED

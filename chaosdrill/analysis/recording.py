@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from chaosdrill.analysis.arguments import check_record
-from chaosdrill.analysis.regularity import rests
+from chaosdrill.analysis.tori import rests
 from chaosdrill.codegen import kernels_of
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine import layout as at

@@ -10,8 +10,8 @@ from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.recording import flow_of, time_of_motion
-from chaosdrill.analysis.regularity import LENGTH, rests
 from chaosdrill.analysis.statistics import block_ends, error_of_exponents, error_of_mean_rate, kaplan_yorke
+from chaosdrill.analysis.tori import LENGTH, rests
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.schema import names_of_errors

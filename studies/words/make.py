@@ -17,8 +17,8 @@ import numpy as np
 from records import FAMILIES
 
 from chaosdrill.analysis.classification import Averages, evidence_of_records
-from chaosdrill.analysis.regularity import LENGTH
 from chaosdrill.analysis.statistics import block_ends, standard_error
+from chaosdrill.analysis.tori import LENGTH
 from chaosdrill.analysis.words import words
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.structure import Structure

@@ -7,7 +7,7 @@ from scipy.special import ellipk
 
 import chaosdrill as cd
 from chaosdrill.analysis.finite_times import correlation_time, cumulants
-from chaosdrill.analysis.regularity import turns, zero_one_by_turn
+from chaosdrill.analysis.tori import turns, zero_one_by_turn
 
 GOLDEN = (np.sqrt(5) - 1) / 2
 SHARE = 0.37

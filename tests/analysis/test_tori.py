@@ -3,7 +3,7 @@
 import numpy as np
 
 import chaosdrill as cd
-from chaosdrill.analysis.regularity import agreement
+from chaosdrill.analysis.tori import agreement
 
 
 def test_a_circle_is_shed_by_the_fixed_point(delayed_logistic):

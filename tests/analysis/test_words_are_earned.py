@@ -8,7 +8,7 @@ import chaosdrill as cd
 from chaosdrill.analysis.base import Points
 from chaosdrill.analysis.classification import judge
 from chaosdrill.analysis.plan import make_plan
-from chaosdrill.analysis.regularity import examine, only_grows
+from chaosdrill.analysis.tori import examine, only_grows
 from chaosdrill.engine.numerics import Numerics
 
 A, B, C, D, R, TH, PH, W = sympy.symbols("a b c d r th ph w", real=True)
