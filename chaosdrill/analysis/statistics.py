@@ -7,6 +7,9 @@ import numpy as np
 if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
 
+SURE = 3.0
+"""Standard errors by which an exponent is told from zero."""
+
 _FREQUENCIES = (4, 8)
 """Fewest and most frequencies from which the error of a mean is taken. Fewer make the error itself uncertain; more make
 it hardly more certain, and see less of slow motion."""
@@ -221,9 +224,9 @@ def free_exponents(
 
 
 def margin(errors: np.ndarray, length: np.ndarray | float) -> np.ndarray:
-    """How far from zero an exponent is told from zero: three standard errors, and 4 / length at least."""
+    """How far from zero an exponent is told from zero: `SURE` standard errors, and 4 / length at least."""
     with np.errstate(divide="ignore"):
-        return np.asarray(np.maximum(3 * np.nan_to_num(errors, posinf=np.inf), 4 / np.asarray(length)))
+        return np.asarray(np.maximum(SURE * np.nan_to_num(errors, posinf=np.inf), 4 / np.asarray(length)))
 
 
 def leading(

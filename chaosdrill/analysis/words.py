@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from chaosdrill.analysis.statistics import SURE
 from chaosdrill.dataset import Outcome
 
 LATE = 0.25
@@ -104,11 +105,12 @@ class Evidence:
     def folds(self) -> np.ndarray:
         """Whether tangents grow in both halves further than those of any one departure, in a stationary record.
 
-        In intermittent motion the error of the mean growth is often as large as the mean.
+        In intermittent motion the error of the mean growth is often nearly as large as the mean.
         """
         later, whole = self.late * self.length / 2, self.lead * self.length
         stationary = ~self.leaving & ~self.settling & ~self.recurs
-        return self.chaos_possible & stationary & (later > DIGITS) & (whole - later > DIGITS)
+        beyond = self.lead > self.margin / SURE
+        return self.chaos_possible & stationary & beyond & (later > DIGITS) & (whole - later > DIGITS)
 
     @property
     def reached_cycle(self) -> np.ndarray:

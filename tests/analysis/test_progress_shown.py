@@ -14,6 +14,9 @@ from chaosdrill.errors import SettingsError
 CALLS = {
     "trajectory": lambda system, **shown: cd.trajectory(system, periods=3, samples=2, **shown),
     "poincare section": lambda system, **shown: cd.poincare_section(system, periods=3, **shown),
+    "zero one test": lambda system, **shown: cd.zero_one_test(system, periods=64, max_period=2, **shown),
+    "regularity": lambda system, **shown: cd.regularity(system, periods=64, max_period=2, **shown),
+    "finite time exponents": lambda system, **shown: cd.finite_time_exponents(system, periods=4, windows=[1], **shown),
     "lyapunov spectrum": lambda system, **shown: cd.lyapunov_spectrum(system, periods=4, **shown),
     "bifurcation diagram": lambda system, **shown: cd.bifurcation_diagram(
         system, {"omega": [3.3, 3.4]}, transient=2, periods=4, max_period=2, seeds=[{}], follow="both", **shown

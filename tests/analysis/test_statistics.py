@@ -111,7 +111,9 @@ NAN = float("nan")
     ("exponents", "errors", "neutral", "outcome"),
     [
         ([0.2, -1.0], [0.01, 0.01], 0, Outcome.CHAOTIC),
-        ([0.2, -1.0], [0.1, 0.01], 0, Outcome.UNDECIDED),
+        ([0.2, -1.0], [0.1, 0.01], 0, Outcome.CHAOTIC),
+        ([0.2, -1.0], [0.3, 0.01], 0, Outcome.UNDECIDED),
+        ([0.05, -1.0], [0.04, 0.01], 0, Outcome.UNDECIDED),
         ([-0.2, -1.0], [0.01, 0.01], 0, Outcome.PERIODIC),
         ([1e-3, -1.0], [1e-4, 0.01], 0, Outcome.UNDECIDED),
         ([1e-5, -0.2], [1e-6, 0.01], 1, Outcome.PERIODIC),

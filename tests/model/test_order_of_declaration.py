@@ -49,6 +49,9 @@ SHORT = {"transient": 200, "periods": 32, "max_period": 4}
 CALLS = {
     "trajectory": lambda s: cd.trajectory(s, transient=200, periods=4, samples=8),
     "poincare-section": lambda s: cd.poincare_section(s, transient=200, periods=16),
+    "zero-one-test": lambda s: cd.zero_one_test(s, transient=200, periods=64),
+    "regularity": lambda s: cd.regularity(s, transient=200, periods=64),
+    "finite-time-exponents": lambda s: cd.finite_time_exponents(s, transient=200, periods=32, windows=[1]),
     "lyapunov-spectrum": lambda s: cd.lyapunov_spectrum(s, transient=200, periods=200),
     "bifurcation-diagram": lambda s: cd.bifurcation_diagram(s, {"w": [2.2, 2.45]}, **SHORT),
     "parameter-chart": lambda s: cd.parameter_chart(s, {"w": [2.2, 2.45], "c": [0.1, 0.11]}, **SHORT),
@@ -62,8 +65,16 @@ SAME = {
     "transitions": {"transitions": ("top", "touch", "leave")},
     "all of them": {"parameters": PARAMETERS[::-1], "modes": MODES[::-1], "transitions": TRANSITIONS[::-1]},
 }
-EXPONENTS = {"lyapunov_exponent": "lyapunov_error", "attractor_exponent": "attractor_error"}
+EXPONENTS = {
+    "lyapunov_exponent": "lyapunov_error",
+    "attractor_exponent": "attractor_error",
+    "cumulant": "cumulant_error",
+    "correlation_time": "correlation_time_error",
+}
 """Means over a time, in which tangents begin along the states in their order, by the names of their errors."""
+
+HISTORIES = ("lyapunov_history", "histogram", "histogram_error", "bin_centre")
+"""Single values of which such means are made."""
 
 
 def facts(ds):
@@ -117,5 +128,5 @@ def test_states_may_be_declared_in_any_order_but_for_rounding(plain, states):
                 assert (np.abs(values - before) <= allowed).all(), (kind, name)
             elif values.dtype.kind != "f":
                 assert (values == before).all(), (kind, name)
-            elif name not in ("lyapunov_error", "lyapunov_history", "attractor_error"):
+            elif name not in (*EXPONENTS.values(), *HISTORIES):
                 np.testing.assert_allclose(values, before, rtol=1e-6, atol=1e-9, err_msg=f"{kind} {name}")
