@@ -8,7 +8,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from chaosdrill.analysis.registry import FUNCTIONS, function
+from chaosdrill.analysis.registry import FUNCTIONS
 from chaosdrill.declared import DISPLAYS
 from chaosdrill.version import __version__
 
@@ -69,9 +69,6 @@ DISPLAYS |= {"html": _display("system_html"), "latex": _display("system_latex")}
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'chaosdrill' has no attribute {name!r}")
-    if name in FUNCTIONS:
-        # a module of this name may stand beside it
-        return function(name)
     return getattr(import_module(_HOME[name]), name)
 
 

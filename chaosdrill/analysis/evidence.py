@@ -7,7 +7,7 @@ import xarray as xr
 
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.sections import Taken, section_points
-from chaosdrill.analysis.tori import TURNS, fading, turns, zero_one_by_turn
+from chaosdrill.analysis.tori import TURNS, fading, median, turns, zero_one, zero_one_by_turn
 from chaosdrill.dataset import Outcome
 from chaosdrill.model import HybridSystem
 
@@ -35,8 +35,8 @@ def zero_one_dataset(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset
     for i in _moving(taken):
         values = taken.states[:, i]
         by_turn[i] = zero_one_by_turn(values)
-        growth[i] = _median(by_turn[i])
-        parts = [_median(zero_one_by_turn(part)) for part in np.array_split(values, PARTS)]
+        growth[i] = median(by_turn[i])
+        parts = [zero_one(part) for part in np.array_split(values, PARTS)]
         quarter, three = np.quantile(by_turn[i], [0.25, 0.75])
         error[i] = np.hypot(MEDIAN * (three - quarter), np.std(parts, ddof=1) / np.sqrt(PARTS))
     variables = {"k": ("state", growth), "k_error": ("state", error), "k_by_turn": (("state", "turn"), by_turn)}
@@ -83,11 +83,6 @@ def _moving(taken: Taken) -> list[int]:
         return []
     floor = sizes(states[np.newaxis], taken.run.sizes[np.newaxis])[0]
     return np.flatnonzero(np.ptp(states, axis=0) > CLOSE * floor).tolist()
-
-
-def _median(growth: np.ndarray) -> float:
-    """Median over the angles; 0 for a part in which nothing moves."""
-    return float(np.nanmedian(growth)) if np.isfinite(growth).any() else 0.0
 
 
 def _smooth(values: np.ndarray) -> tuple[float, float]:

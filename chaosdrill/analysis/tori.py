@@ -272,7 +272,11 @@ def _by_gaps(points: np.ndarray) -> bool:
 
 def zero_one(values: np.ndarray) -> float:
     """Growth K of the 0-1 test of a sequence, shape (N,): 0 for regular motion, 1 for chaos."""
-    growth = zero_one_by_turn(values)
+    return median(zero_one_by_turn(values))
+
+
+def median(growth: np.ndarray) -> float:
+    """Median of K over the turning phases; 0 where nothing moves."""
     return float(np.nanmedian(growth)) if np.isfinite(growth).any() else 0.0
 
 

@@ -65,7 +65,7 @@ def tables_of(
     `chaosdrill.engine.structure.passes` says.
     """
     kernels = kernels_of(system)
-    transitions = np.zeros((len(kernels.transition_table), 6), dtype=np.int64)
+    transitions = np.zeros((len(kernels.transition_table), 5), dtype=np.int64)
     transitions[:, [at.TO_MODE, at.MARKS_ONLY]] = kernels.transition_table
     transitions[sorted(deficient), at.RANK_DEFICIENT] = 1
     completed = {t.completes for t in system.transitions} - {None}
