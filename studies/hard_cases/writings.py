@@ -41,6 +41,8 @@ class Written:
     forced: bool = False
     units: dict[Any, float] = field(default_factory=dict)
     """State of the plain system over that of this one"""
+    thrown: bool = False
+    """Whether a reset throws the state across a guard: it is nowhere seen then that two guards vanish together"""
 
     def system(self) -> cd.HybridSystem:
         made = [
@@ -107,7 +109,7 @@ def chain() -> Written:
         ("b", ("run",), "run", y - 1, 1, {y: y - 1, w: w + 1}),
         ("c", ("run",), "run", z - 3, 1, {z: z / 2, u: u + z}),
     )
-    return Written((x, y, z, w, u), {"run": rates}, events, dict.fromkeys((x, y, w, u), 0.0) | {z: 0.5}, 4.5)
+    return Written((x, y, z, w, u), {"run": rates}, events, dict.fromkeys((x, y, w, u), 0.0) | {z: 0.5}, 4.5, thrown=True)
 
 
 def landing() -> Written:
@@ -168,7 +170,8 @@ def _factor(rng: np.random.Generator, one: Written) -> Any:
     y = one.states[rng.integers(len(one.states))]
     number = sympy.Rational(int(rng.integers(1, 9)), int(rng.integers(1, 9)))
     proven = [number, 1 + y**2, sympy.exp(y / 5), sympy.cosh(y / 3), 2 + sympy.sin(y), sympy.Integer(1)]
-    return [*proven, *([] if one.units else [1 + y / 50, 1 - y / 40])][rng.integers(6 if one.units else 8)]
+    free = [] if one.units or one.thrown else [1 + y / 50, 1 - y / 40]
+    return [*proven, *free][rng.integers(len(proven) + len(free))]
 
 
 def _monotone(rng: np.random.Generator, guard: Any) -> Any:
