@@ -109,7 +109,9 @@ def chain() -> Written:
         ("b", ("run",), "run", y - 1, 1, {y: y - 1, w: w + 1}),
         ("c", ("run",), "run", z - 3, 1, {z: z / 2, u: u + z}),
     )
-    return Written((x, y, z, w, u), {"run": rates}, events, dict.fromkeys((x, y, w, u), 0.0) | {z: 0.5}, 4.5, thrown=True)
+    return Written(
+        (x, y, z, w, u), {"run": rates}, events, dict.fromkeys((x, y, w, u), 0.0) | {z: 0.5}, 4.5, thrown=True
+    )
 
 
 def landing() -> Written:
