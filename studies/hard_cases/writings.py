@@ -2,25 +2,29 @@
 
     python studies/hard_cases/writings.py [CASES] [--seed N] [--show N]
 
-Draws CASES cases (default 500): a system of known kind, written anew by what must not change it. Guards are
-multiplied by constants of either sign or by what cannot vanish, or replaced by monotone functions of themselves, each
-in one mode of its own; transitions change their order; a mode is doubled; a state is added that nothing depends on, and
-an event that changes nothing; states change sign or unit; resets are written so that they cancel. The exit code is 0 if
-every case has the events and the tangents of the plain system.
+Draws CASES cases (default 500): a system of known kind, written anew by what must not change it, run by one method or
+side by side. Guards are multiplied by constants of either sign or by what cannot vanish, or replaced by monotone
+functions of themselves, each in one mode of its own; transitions change their order; a mode is doubled; a state is
+added that nothing depends on, and an event that changes nothing; states change sign or unit; resets are written so
+that they cancel. The exit code is 0 if every case has the events and the tangents of the plain system.
 """
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy
 
 import chaosdrill as cd
+from chaosdrill.engine.batch import Batch
+from chaosdrill.engine.numerics import Numerics
 
-METHODS = ("taylor", "dop853", "radau")
+METHODS = ("taylor", "dop853", "radau", "lanes")
+"""``lanes`` are eight runs side by side by ``taylor``."""
 T = sympy.Symbol("t", real=True)
 SLACK = 1e-7
 """What times and tangents of two writings may differ by, relative to their sizes: their steps differ, and with them
@@ -253,48 +257,97 @@ CHANGES = (guards, order, doubled, more, units, cancelling)
 # Whether it did
 
 
-def run(one: Written, method: str) -> tuple[str, list[tuple[str, float]], np.ndarray]:
-    """Outcome, events by name and time, and the tangent map, in the plain system's states."""
-    system = one.system()
+class Found(NamedTuple):
+    """What a run shows, in the plain system's states."""
+
+    outcome: str
+    counts: dict[str, int]
+    times: list[tuple[str, float]]
+    """Events by name and time; none side by side"""
+    result: np.ndarray
+    """Tangent map of a single run, state at the end of one side by side"""
+
+
+def plain_name(transition: cd.Transition) -> str:
+    """Name of a transition in the plain system."""
+    return transition.name.split("__")[0]
+
+
+def order_of(one: Written) -> list[int]:
+    """Where the plain system's states are, by name."""
+    states = [str(s) for s in one.states]
+    return [states.index(name) for name in sorted(states) if name != "zz"]
+
+
+def alone(one: Written, system: cd.HybridSystem, method: str) -> Found:
+    """One run by one method."""
     found = cd.trajectory(
         system, duration=one.duration, samples=1, tangents=True, method=method, tolerance=1e-12, progress=False
     )
-    names = [system.transitions[int(k)].name.split("__")[0] for k in found["event_kind"].values]
+    names = [plain_name(system.transitions[int(k)]) for k in found["event_kind"].values]
     events = [(n, float(t)) for n, t in zip(names, found["event_time"].values, strict=True) if n != "zz_mark"]
-    states = [str(s) for s in one.states]
     matrix = np.linalg.solve(found["initial_tangent"].values, found["final_tangent"].values)
     scale = np.array([one.units.get(s, 1.0) for s in one.states])
-    order_of = [states.index(str(s)) for s in sorted((s for s in one.states if str(s) != "zz"), key=str)]
     # a row is what becomes of a tangent along one state
     matrix = matrix * scale[np.newaxis, :] / scale[:, np.newaxis]
-    return cd.Outcome(int(found["outcome"])).meaning, events, matrix[np.ix_(order_of, order_of)]
+    outcome = cd.Outcome(int(found["outcome"])).meaning
+    return Found(outcome, Counter(n for n, _ in events), events, matrix[np.ix_(order_of(one), order_of(one))])
 
 
-def differences(plain: Any, other: Any) -> list[str]:
+def side_by_side(one: Written, system: cd.HybridSystem) -> Found:
+    """Eight runs from the same start, stepped together; the first of them, if all are the same to the bit."""
+    start = [one.start[s] for s in one.states]
+    modes = np.full(8, system.mode_names.index(system.initial["mode"]))
+    runs = Batch(system, {}, np.array([start] * 8), modes, Numerics("taylor", 1e-12), unit=one.duration)
+    runs.run(0, np.array([0, 1]))
+    if not np.array_equal(runs.x, np.array([runs.x[0]] * 8), equal_nan=True):
+        return Found("runs side by side differ", {}, [], np.zeros(0))
+    counts: dict[str, int] = Counter()
+    for transition, number in zip(system.transitions, runs.counts[0].tolist(), strict=True):
+        if transition.name != "zz_mark" and number:
+            counts[plain_name(transition)] += number
+    scale = np.array([one.units.get(s, 1.0) for s in one.states])
+    return Found(cd.Outcome(int(runs.outcome[0])).meaning, counts, [], (runs.x[0] * scale)[order_of(one)])
+
+
+def run(one: Written, system: cd.HybridSystem, method: str) -> Found:
+    """What a system shows by a method, or in lanes."""
+    return side_by_side(one, system) if method == "lanes" else alone(one, system, method)
+
+
+def differences(plain: Found, other: Found) -> list[str]:
     """What two runs of one system do not share."""
-    if plain[0] != other[0]:
-        return [f"outcome {other[0]}, not {plain[0]}"]
-    mine, its = sorted(plain[1]), sorted(other[1])
-    if [name for name, _ in mine] != [name for name, _ in its]:
-        return [f"{len(its)} events, not {len(mine)}"]
-    wrong = [f"{a[0]} at {b[1]!r}, not {a[1]!r}" for a, b in zip(mine, its, strict=True) if abs(a[1] - b[1]) > SLACK]
-    gap = float(np.abs(plain[2] - other[2]).max() / np.abs(plain[2]).max())
-    return wrong + ([f"tangents differ by {gap:.1e}"] if not gap <= SLACK * 100 else [])
+    if plain.outcome != other.outcome:
+        return [f"outcome {other.outcome}, not {plain.outcome}"]
+    if plain.counts != other.counts:
+        return [f"{sum(other.counts.values())} events, not {sum(plain.counts.values())}"]
+    wrong = [
+        f"{a[0]} at {b[1]!r}, not {a[1]!r}"
+        for a, b in zip(sorted(plain.times), sorted(other.times), strict=True)
+        if abs(a[1] - b[1]) > SLACK
+    ]
+    gap = float(np.abs(plain.result - other.result).max() / np.abs(plain.result).max())
+    return wrong + ([f"results differ by {gap:.1e}"] if not gap <= SLACK * 100 else [])
 
 
-_PLAIN: dict[tuple[str, str], Any] = {}
+_PLAIN: dict[tuple[str, str], Found] = {}
 
 
-def case(kind: str, number: int, method: str) -> list[str]:
-    """What one case shows: nothing if its events and tangents are those of the plain system."""
+def cases(kind: str, number: int) -> Iterator[tuple[str, list[str]]]:
+    """One writing by every method and side by side: what differs from the plain system."""
     plain = KINDS[kind]()
-    if (kind, method) not in _PLAIN:
-        _PLAIN[kind, method] = run(plain, method)
     rng = np.random.default_rng([number, *map(ord, kind)])
     other = plain
     for change in rng.permutation(len(CHANGES))[: rng.integers(1, 4)]:
         other = CHANGES[change](other, rng)
-    return differences(_PLAIN[kind, method], run(other, method))
+    system = other.system()
+    for method in METHODS:
+        if (kind, method) not in _PLAIN:
+            _PLAIN[kind, method] = run(plain, plain.system(), method)
+        try:
+            yield method, differences(_PLAIN[kind, method], run(other, system, method))
+        except cd.ChaosdrillError as error:
+            yield method, [str(error)]
 
 
 def main() -> int:
@@ -304,19 +357,16 @@ def main() -> int:
     parser.add_argument("--show", type=int, default=10)
     given = parser.parse_args()
     wrong: dict[str, int] = {}
-    shown = 0
-    for i in range(given.cases):
-        kind, method = list(KINDS)[i % len(KINDS)], METHODS[i // len(KINDS) % len(METHODS)]
-        try:
-            found = case(kind, given.seed + i, method)
-        except cd.ChaosdrillError as error:
-            found = [str(error)]
-        if found:
-            wrong[kind] = wrong.get(kind, 0) + 1
-            if shown < given.show:
-                shown += 1
-                print(f"{kind} {given.seed + i} {method}: {found[0]}")
-    print(f"{given.cases} cases, {sum(wrong.values())} wrong", wrong or "")
+    done = 0
+    for i in range(-(-given.cases // len(METHODS))):
+        kind = list(KINDS)[i % len(KINDS)]
+        for method, found in cases(kind, given.seed + i):
+            done += 1
+            if found:
+                wrong[kind] = wrong.get(kind, 0) + 1
+                if sum(wrong.values()) <= given.show:
+                    print(f"{kind} {given.seed + i} {method}: {found[0]}", flush=True)
+    print(f"{done} cases, {sum(wrong.values())} wrong", wrong or "")
     return int(bool(wrong))
 
 

@@ -16,10 +16,10 @@ METHODS = ("taylor", "dop853", "radau")
 
 
 @pytest.mark.parametrize("kind", writings.KINDS)
-@settings(max_examples=6, phases=[Phase.explicit, Phase.reuse, Phase.generate])
-@given(number=st.integers(0, 2**32 - 1), method=st.sampled_from(METHODS))
-def test_events_do_not_depend_on_the_writing(kind, number, method):
-    assert writings.case(kind, number, method) == []
+@settings(max_examples=4, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(number=st.integers(0, 2**32 - 1))
+def test_events_do_not_depend_on_the_writing(kind, number):
+    assert {method: wrong for method, wrong in writings.cases(kind, number) if wrong} == {}
 
 
 def events(run, system):
