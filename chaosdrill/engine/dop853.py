@@ -47,6 +47,7 @@ from chaosdrill.engine.step_control import (
     accept,
     begin_anew,
     begun,
+    is_stuck,
     note_scale,
     shrink,
     size,
@@ -214,6 +215,7 @@ def expand(place, p, t):
     wanted = wanted_length(functions, t, state, known, tolerance, stages)
     h = up_to_goal(settings, run, wanted)
     rejected = False
+    ends = False
     cut = False
     halvings = 0
     longer = 0.0
@@ -222,6 +224,7 @@ def expand(place, p, t):
         attempt(functions, t, state.c, x, h, vectors, live, run, stages, stages[END])
         error = error_of(x, h, scale, least, run.period, vectors, live, stages) / tolerance
         if not error <= 1.0:
+            ends = ends or not math.isfinite(error)
             factor = shrink(error, h, larger, longer, 8.0)
             larger = error
             longer = h
@@ -246,6 +249,8 @@ def expand(place, p, t):
                 h = max(seen, SMALLEST_GROWTH * h)
                 cut = True
                 continue
+        if ends and is_stuck(x, stages[END], h, run.longest):
+            return 0.0
         accept(run, error, 8.0, h, wanted, rejected, LARGEST_GROWTH)
         if cut:
             begin_anew(run, h)

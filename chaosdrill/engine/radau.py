@@ -47,6 +47,7 @@ from chaosdrill.engine.step_control import (
     UNDERFLOW,
     accept,
     begin_anew,
+    is_stuck,
     note_scale,
     shrink,
     size,
@@ -132,6 +133,7 @@ def expand(place, p, t):
     fill(stages[WEIGHTS][:n])
     h = up_to_goal(settings, run, wanted)
     rejected = False
+    ends = False
     cut = False
     halvings = 0
     longer = 0.0
@@ -143,6 +145,7 @@ def expand(place, p, t):
         if not newton(functions, kind, t, state, h, tolerance, room, stages, False):
             h *= FAILED_PART
             rejected = True
+            ends = True
             continue
         finish(functions, kind, t, state, h, stages, stages[END])
         error, plain = errors_of(kind, x, h, scale, finest(tolerance), run.period, room, stages)
@@ -177,6 +180,8 @@ def expand(place, p, t):
                 h = max(seen, SMALLEST_GROWTH * h)
                 cut = True
                 continue
+        if ends and is_stuck(x, stages[END], h, run.longest):
+            return 0.0
         accept(run, error, order, h, wanted, rejected, LARGEST_GROWTH)
         if cut:
             begin_anew(run, h)

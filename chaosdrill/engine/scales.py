@@ -21,6 +21,10 @@ FADE = 0.98
 SLOW = 1000.0
 """Steps' motion up to which the value of a state counts as its size: what moves on for ever has no size."""
 
+TURN = 0.25
+"""Part of what its first rate would move a state in a step by which it has been away at least, if the step brings it
+back to where it began: that of a parabola. Where every step ends on one value, which may be 0, nothing else shows."""
+
 
 @inlined
 def finest(tolerance):
@@ -43,7 +47,8 @@ def has_none(size, rate, longest):
 @inlined
 def followed(scale, x, rate, h):
     """Size after a step of length h from x with that rate, of one state or of one in each lane."""
-    return larger(scale, smaller(magnitude(x), SLOW * magnitude(rate) * h))
+    moved = magnitude(rate) * h
+    return larger(scale, larger(smaller(magnitude(x), SLOW * moved), TURN * moved))
 
 
 @rare

@@ -39,6 +39,23 @@ CLOSER = 0.1
 UNDERFLOW = 1e-16
 """Part of the longest step below which shortening is given up."""
 
+BLOCKED = 1e-6
+"""Part of the longest step below which one that moves no state, and ends where the rates are no numbers, is the last."""
+
+
+@inner
+def is_stuck(x, end, h, longest):
+    """Whether a step that could not be longer, since there is no motion so far, is short and moves no state.
+
+    One rounding error before a branch point steps of a billionth would follow each other to the end of the run.
+    """
+    if not h <= BLOCKED * longest:
+        return False
+    for i in range(x.size):
+        if end[i] != x[i]:
+            return False
+    return True
+
 
 @inner
 def size(x, weights):

@@ -165,3 +165,11 @@ def test_a_guard_is_not_met_where_the_motion_leaves_it():
     # v^2/2 + d^(5/2)/2.5 stays what it is
     gone = cd.trajectory(system, duration=10.0, samples=2, method="dop853")
     assert gone["event_state_before"].values[0] == pytest.approx([0.0, -1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
+def test_a_motion_ends_where_its_last_rounding_error_ends(method):
+    """One rounding error before x = 1 the rate is no zero, and a billion steps would move nothing."""
+    ends = cd.HybridSystem(states="x", modes={"m": {"x": "4.112034035386691*sqrt(1 - x**2)"}})
+    run = cd.trajectory(ends, duration=1.0, samples=2, method=method)
+    assert cd.Outcome(int(run["outcome"])) == cd.Outcome.SINGULAR

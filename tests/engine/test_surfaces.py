@@ -164,3 +164,29 @@ def test_lanes_see_that_guards_vanish_together():
         for name in ("period", "outcome", "events_per_period"):
             np.testing.assert_array_equal(other[name], plain[name])
         np.testing.assert_allclose(other["lyapunov_exponent"], plain["lyapunov_exponent"], atol=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("other", ["a", "a*(1 - a/40)", "-a**3*(1 + a/30)"])
+def test_a_state_that_every_step_brings_back_to_zero_keeps_its_size(method, other):
+    """A rocking block whose steps end where it passes its middle: its angle is not what it is there.
+
+    From a0 at rest an arc lasts arccosh(1/(1 - a0)), and speeds go on as 9/10 of those before.
+    """
+    way = -1 if other.startswith("-") else 1
+    block = cd.HybridSystem(
+        states="a w",
+        modes={"right": {"a": "w", "w": "a - 1"}, "left": {"a": "w", "w": "a + 1"}},
+        transitions=[
+            cd.Transition("to_left", "right", "left", "a*exp(a/5)", -1, reset={"w": "9*w/10"}),
+            cd.Transition("to_right", "left", "right", other, way, reset={"w": "9*w/10"}),
+        ],
+        initial={"mode": "right", "a": 0.3},
+    )
+    run = cd.trajectory(block, duration=6.0, samples=1, method=method)
+    speed = np.sqrt(1 - 0.7**2)
+    right = [np.arccosh(1 / 0.7)]
+    for _ in range(4):
+        speed *= 0.9
+        right.append(right[-1] + 2 * np.arctanh(speed))
+    assert run["event_time"].values == pytest.approx(right, abs=1e-10)
