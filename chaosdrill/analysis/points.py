@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.attractors import count_attractors, moments
+from chaosdrill.analysis.matching import count_attractors, moments
 from chaosdrill.analysis.classification import Verdict, add_regularity, judge
 from chaosdrill.analysis.cycles import at_points, continued, escapes, linearised, search
 from chaosdrill.analysis.plan import BLOCKS, Plan
@@ -54,7 +54,7 @@ class Axis:
     of_start: bool = False
 
 
-class _Task(ABC):
+class Task(ABC):
     """What tasks of points have in common; a unit is a part of them that is computed together."""
 
     @property
@@ -78,7 +78,7 @@ class _Task(ABC):
 
 
 @dataclass(frozen=True)
-class PointTask(_Task):
+class PointTask(Task):
     """All points of a grid, each with every seed; a unit is a point with its seeds."""
 
     plan: Plan  # how a point is measured
@@ -173,7 +173,7 @@ class StartTask(PointTask):
 
 
 @dataclass(frozen=True)
-class LineTask(_Task):
+class LineTask(Task):
     """Lines of points, forward or backward along a parameter; a unit is a whole line.
 
     Where a run ends early, as one that escapes, the next point starts from the line's own initial state.
@@ -337,15 +337,17 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         arrays["outcome"][places[unclear]] = np.where(followed, found, arrays["outcome"][places[unclear]])
 
 
-def may_be_left(plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays, batch: Batch) -> bool:
-    """Whether the one point that was measured stands on something unstable, which the slightest noise would leave."""
-    outcome = int(found["outcome"][0])
+def may_be_left(
+    plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays, batch: Batch, point: int = 0
+) -> bool:
+    """Whether a point that was measured stands on something unstable, which the slightest noise would leave."""
+    outcome = int(found["outcome"][point])
     if outcome == Outcome.EQUILIBRIUM:
-        here = plan.system.with_parameters(**{name: float(values[0]) for name, values in parameters.items()})
-        growth = float(linearised(here, found["state"][0], int(batch.mode[0])).real.max())
+        here = plan.system.with_parameters(**{name: float(values[point]) for name, values in parameters.items()})
+        growth = float(linearised(here, found["state"][point], int(batch.mode[point])).real.max())
     else:
-        growth = float(found["lead"][0])
-    unit = batch.period[0] if plan.where.counts != "section" else plan.where.unit
+        growth = float(found["lead"][point])
+    unit = batch.period[point] if plan.where.counts != "section" else plan.where.unit
     return outcome not in (Outcome.CHAOTIC, Outcome.OPEN) and growth * unit > GROWS
 
 

@@ -108,8 +108,10 @@ class Tangents(Value):
                 yield (index,), told("expected a list of finite numbers", row)
 
 
-def states_and_modes(system: "HybridSystem", columns: Mapping[str, list[Any]]) -> "tuple[np.ndarray, np.ndarray]":
-    """States (N, n) and modes (N,) of starts as `Starts` has read them."""
+def states_and_modes(
+    system: "HybridSystem", columns: Mapping[str, list[Any]], *, settled: bool = True
+) -> "tuple[np.ndarray, np.ndarray]":
+    """States (N, n) and modes (N,) of starts as `Starts` has read them; untold modes are settled, or left so."""
     import numpy as np
 
     from chaosdrill.model.regions import UNTOLD
@@ -120,7 +122,7 @@ def states_and_modes(system: "HybridSystem", columns: Mapping[str, list[Any]]) -
     modes = columns.get("mode", [system.start.get("mode")] * count)
     numbers = np.array([UNTOLD if mode is None else system.mode_names.index(mode) for mode in modes], dtype=np.int64)
     rows = np.array(states, dtype=float).T.copy()
-    return rows, settled_modes(system, rows, numbers)
+    return rows, settled_modes(system, rows, numbers) if settled else numbers
 
 
 def settled_modes(system: "HybridSystem", states: "np.ndarray", modes: "np.ndarray") -> "np.ndarray":

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.attractors import number_attractors
+from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds
 from chaosdrill.analysis.starts import settled_modes, states_and_modes
-from chaosdrill.analysis.visits import merge
+from chaosdrill.analysis.visits import LENGTH, merge
 from chaosdrill.dataset import count_outcomes
 from chaosdrill.dataset.schema import names_of_rate
 from chaosdrill.engine.period import forcing_periods
@@ -109,7 +109,10 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
     cells = {name: values[:, 0] for name, values in _execute({"points": task}, job).items()}
     numbers, leaders = number_attractors(cells)
     if len(leaders) > 1:
-        numbers, leaders = merge(plan, cells, numbers, leaders, *task.begin(leaders)[1:])
+        _, begun, begun_modes = task.begin(leaders)
+        numbers, leaders = merge(
+            plan, cells, numbers, leaders, lambda which: plan.mapped({}, begun[which], begun_modes[which], LENGTH)
+        )
     fraction = np.bincount(numbers, minlength=len(leaders) + 1)[1:] / task.units
     number = "attractor_number"
     variables |= {

@@ -7,15 +7,16 @@ attractors by recurrences (Datseris and Wagemakers 2022, doi:10.1063/5.0076568):
 cells, if these are small enough. A record that turns out to end on a cycle belongs to that.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from chaosdrill.analysis.attractors import KNOWN_BY, alike_first, moments
+from chaosdrill.analysis.matching import KNOWN_BY, alike_first, moments
 from chaosdrill.analysis.plan import Plan
 from chaosdrill.analysis.recurrence import CLOSE, recurrence, sizes
 from chaosdrill.dataset import Outcome
+from chaosdrill.engine.batch import Batch
 
 LENGTH = 4096
 """Points of these records."""
@@ -50,8 +51,7 @@ def merge(
     found: Mapping[str, np.ndarray],
     numbers: np.ndarray,
     leaders: np.ndarray,
-    starts: np.ndarray,
-    modes: np.ndarray,
+    begin: Callable[[np.ndarray], Batch],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Numbers and leaders, as of `number_attractors`, after those that are one have been merged.
 
@@ -61,14 +61,15 @@ def merge(
         What is known of all runs.
     numbers, leaders : ndarray of int
         The attractor of every run, from 1, and the run that stands for each.
-    starts, modes : ndarray, shapes (attractors, n), (attractors,)
-        From where the runs began that stand for the attractors.
+    begin : callable
+        Given places among the attractors, runs over steps of the map from where those began that stand for them, which
+        keep ``LENGTH`` points.
     """
     loose = (found["period"][leaders] == 0) & (found["outcome"][leaders] != Outcome.EQUILIBRIUM)
     which = np.flatnonzero(loose)[:MOST]
     if len(which) == 0 or len(leaders) < 2:
         return numbers, leaders
-    followed = _follow(plan, which, starts[which], modes[which])
+    followed = _follow(plan, which, begin(which))
     part_of = np.arange(len(leaders))
     for one, other in _pairs(followed):
         part_of[part_of == part_of[other]] = part_of[one]
@@ -77,8 +78,7 @@ def merge(
     return _renumbered(found, numbers, leaders, part_of)
 
 
-def _follow(plan: Plan, which: np.ndarray, starts: np.ndarray, modes: np.ndarray) -> Followed:
-    runs = plan.mapped({}, starts, modes, LENGTH)
+def _follow(plan: Plan, which: np.ndarray, runs: Batch) -> Followed:
     runs.run(plan.transient, np.array([0, LENGTH]))
     there = runs.outcome == Outcome.OK
     points, known = runs.window[there], runs.sizes[there]

@@ -44,7 +44,7 @@ def warm(folder: str | None, as_json: bool) -> None:
 
     from chaosdrill.engine.warm import warm as warm_engine
 
-    elsewhere = ("chaosdrill.analysis.recurrence", "chaosdrill.analysis.attractors")
+    elsewhere = ("chaosdrill.analysis.recurrence", "chaosdrill.analysis.matching")
     made = warm_engine(None if folder is None else Path(folder), elsewhere)
     size = sum(file.stat().st_size for file in made if file.exists())
     where = sorted({str(file.parent) for file in made})

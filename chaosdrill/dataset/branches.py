@@ -1,4 +1,4 @@
-"""Special points of branches of periodic orbits, and the ways in which a branch can end."""
+"""Special points of branches of periodic orbits, and the ways in which branches and attractors can end."""
 
 from enum import IntEnum
 from typing import Any
@@ -55,6 +55,26 @@ class BranchEnd(IntEnum):
         return _ADVICE[self]
 
 
+class AttractorEnd(IntEnum):
+    """Why an attractor is followed no further along a parameter; archives store the number."""
+
+    LIMIT = 0
+    JUMP = 1
+    MERGER = 2
+    SPLIT = 3
+    LOST = 4
+
+    @property
+    def meaning(self) -> str:
+        """Name in lower case, as in ``flag_meanings``."""
+        return self.name.lower()
+
+    @property
+    def advice(self) -> str:
+        """One sentence: what happens there."""
+        return _BEYOND[self]
+
+
 def count_special_points(codes: Any) -> dict[str, int]:
     """Number of special points of each kind in an array of codes, by meaning."""
     found = codes.tolist()
@@ -92,4 +112,14 @@ _ADVICE = {
     BranchEnd.JOINED: "The branch runs into another one that has been followed already.",
     BranchEnd.DOUBLING: "The doubled orbit shrank onto the orbit of half its period, at another period doubling.",
     BranchEnd.REST: "The orbit shrank onto a point at rest, where it begins in a Hopf bifurcation.",
+}
+
+_BEYOND = {
+    AttractorEnd.LIMIT: "The sweep ends here, and the attractor is still there.",
+    AttractorEnd.JUMP: (
+        "Beyond, the motion goes to another attractor, and does not come back when the parameter does: hysteresis."
+    ),
+    AttractorEnd.MERGER: "Beyond, it is one attractor with another; back from there the motion may lead to either.",
+    AttractorEnd.SPLIT: "Beyond, there are several in its place, and the motion may lead to either.",
+    AttractorEnd.LOST: "Beyond, the motion leads to no attractor that was recognised; it may have run away.",
 }

@@ -6,7 +6,7 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
-from chaosdrill.analysis.attractors import moments, number_attractors
+from chaosdrill.analysis.matching import moments, number_attractors
 
 LENGTHS = {"transient": 60, "periods": 32, "max_period": 8}
 

@@ -1,0 +1,160 @@
+"""Attractors along a parameter: which there are, and the share of the starts that leads to each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import RANDOM, Axes
+from chaosdrill.analysis.base import POINTS, Points, analysis
+from chaosdrill.analysis.starts import STARTS
+from chaosdrill.dataset.schema import (
+    EXPONENT,
+    INITIAL_STATE,
+    PENETRATION,
+    QUADRATURE,
+    RUN_NUMBER,
+    STATES,
+    SWEEP,
+    axis,
+    forcing,
+    may,
+    mean_rate,
+    need,
+    outcome,
+    table,
+)
+from chaosdrill.settings import Faults, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+_EACH = f"{SWEEP} attractor"
+_NEXT = "Number of the attractor to which the motion then leads; 0: none that is in the table."
+
+VARIABLES = table(
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
+    axis("attractor", "attractor", "i4", "number of the attractor", "By the sum of its shares, from 1.", True),
+    RUN_NUMBER,
+    *STATES,
+    INITIAL_STATE,
+    may("initial_mode", "run", "i1", "initial mode", "Mode in which a run starts.", flags="mode"),
+    EXPONENT,
+    need("fraction", _EACH, "f8", "fraction of the basin", "Part of the starts that lead to it; 0 where it is not."),
+    need("fraction_error", _EACH, "f8", "standard error of the fraction", "Of starts drawn at random."),
+    need("fraction_none", SWEEP, "f8", "fraction without an attractor", "Part of the starts that lead to no other."),
+    need("fraction_none_error", SWEEP, "f8", "standard error of that", "Of starts drawn at random."),
+    need("attractor_period", _EACH, "i2", "period of the attractor", "In iterates of the section, or 0."),
+    need("attractor_outcome", _EACH, "i1", "kind of the attractor", "-1 where it is not.", flags="outcome"),
+    may("attractor_exponent", f"{_EACH} exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
+    may("attractor_error", f"{_EACH} exponent", "f8", "standard error of the exponent", "From blocks."),
+    *mean_rate(PENETRATION, _EACH, "attractor"),
+    *mean_rate(QUADRATURE, _EACH, "attractor"),
+    need("attractor_state", f"{_EACH} state", "f8", "state on the attractor", "A point of it on the section."),
+    need("first_value", "attractor", "f8", "lowest value with the attractor", "Of those of the sweep."),
+    need("last_value", "attractor", "f8", "highest value with the attractor", "Of those of the sweep."),
+    need("end_below", "attractor", "i1", "what becomes of it below", "As a code.", flags="attractor_end"),
+    need("end_above", "attractor", "i1", "what becomes of it above", "As a code.", flags="attractor_end"),
+    need("next_below", "attractor", "i4", "attractor that follows below", _NEXT),
+    need("next_above", "attractor", "i4", "attractor that follows above", _NEXT),
+    need("reached", f"{SWEEP} run", "i4", "attractor", "Number of the attractor that a start leads to; 0: none."),
+    outcome(f"{SWEEP} run"),
+    *forcing(SWEEP, "Period of the forcing at each value."),
+    bars={
+        "attractor_exponent": "attractor_error",
+        "fraction": "fraction_error",
+        "fraction_none": "fraction_none_error",
+    },
+    sampled=("attractor_state",),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attractors(Points):
+    """Settings of `attractors`."""
+
+    sweep: dict[str, Any] = setting(
+        Axes("parameter", 1, 1, "attractors are followed along one parameter"), positional=True
+    )
+    initial: Any = setting(STARTS, None)
+    random: dict[str, Any] | None = setting(RANDOM, None)
+
+    @classmethod
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
+        """Initial states in one way at least; and the lengths."""
+        yield from super().beside(table)
+        if not {"initial", "random"} & table.keys():
+            yield (), "give the initial states whose shares are counted: a list (initial), or a box to draw from (random)"
+
+
+@analysis(
+    "attractors",
+    Attractors,
+    "attractors along a parameter, the share of the starts that leads to each, and where they end",
+    VARIABLES,
+    cites=(*POINTS, "datseris2023", "stender2022", "menck2013"),
+)
+def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dataset":
+    """Attractors along a parameter: which there are, what share of the starts each has, and where they begin and end.
+
+    At every value all starts are run, and the attractors told apart as by `basins`. Every attractor that was found is
+    carried to both neighbouring values, as a state is that is followed along a diagram, and what it leads to there is
+    carried on if no start had found it: an attractor whose basin no start lies in is there with the share 0. Two
+    attractors at neighbouring values are one if the motion leads from the first to the second and, back again, to the
+    first. So hysteresis is seen where it is: an attractor ends in a ``jump`` if the motion goes to another one and does
+    not come back. Where several lead to one, motions go back from eight stretches of it: if these reach more than one,
+    the others have merged into it (``merger``; seen from the other side ``split``), and a new one begins there.
+    Attractors.jl matches attractors by their distance in state space instead (Datseris, Rossi and Wagemakers 2023,
+    doi:10.1063/5.0159675); shares along a parameter are drawn by bSTAB (Stender and Hoffmann 2022,
+    doi:10.1007/s11071-021-06786-5).
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters.
+    sweep : mapping of one parameter to values
+        ``{"eta": np.linspace(0.4, 0.9, 101)}``. Between two neighbouring values an attractor that takes the place of
+        another, with which it coexists at neither, counts as the same.
+    periods, duration, transient : int or float
+        As in `parameter_chart`; no section is kept.
+    at, max_return, exponents, max_period, max_extension : optional
+        As in `bifurcation_diagram`.
+    initial : array, list, mapping, DataFrame or Dataset, optional
+        Initial states whose shares are counted, the same at every value, as in `basins`.
+    random : mapping, optional
+        ``{"count": 200, "seed": 1, "y": (-1, 1)}``: states drawn uniformly from a box, as in `bifurcation_diagram`.
+        With ``initial`` as well both are counted.
+    workers, scheduler, store : optional
+        As in `bifurcation_diagram`.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`; ``progress`` gets the outcomes counted so far, and a total that grows as motions are carried
+        on.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameter and ``attractor``: ``fraction`` and ``fraction_error``, ``attractor_period``,
+        ``attractor_outcome`` (its kind; -1, "none" in words, where it is not), ``attractor_exponent`` and
+        ``attractor_error`` (exponent), mean rates, ``attractor_state`` (state). Over ``attractor``: ``first_value`` and
+        ``last_value`` of the parameter with it, ``end_below`` and ``end_above`` (``limit`` of the sweep, ``jump``,
+        ``merger``, ``split`` or ``lost``), ``next_below`` and ``next_above``. Over the parameter ``fraction_none``, and
+        with ``run`` ``reached`` (the attractor of every start) and ``outcome``; ``initial_state`` (run, state). Errors
+        are those of shares of starts drawn at random (Brown, Cai and DasGupta 2001, doi:10.1214/ss/1009213286), not
+        zero even for the share 0; those of neighbouring values are not independent, since the starts are the same. The
+        share of a grid has another error, of the size of the boundary's part of its cells, mostly a smaller one. At
+        most 16 attractors are told apart at one value.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+    """
+    from chaosdrill.analysis.shares import over_one_parameter
+
+    return over_one_parameter(system, given, job)

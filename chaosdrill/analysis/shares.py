@@ -1,0 +1,349 @@
+"""Attractors and the shares of their basins along a parameter: found at every value, carried to the neighbouring ones.
+
+Fresh starts find attractors at every value. Each is then carried to both neighbours, and what it leads to there that no
+start had found is carried on, until nothing new appears. Attractors at two neighbouring values are one if the motion
+goes from the first to the second and from there back to the first. Nothing is compared across values, so that no
+distance has to be chosen.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.carried import MOST, ShareTask, StepTask, joined, on_the_map, part
+from chaosdrill.analysis.matching import number_attractors
+from chaosdrill.analysis.plan import Plan, make_plan
+from chaosdrill.analysis.points import Arrays, Axis
+from chaosdrill.analysis.seeds import make_seeds
+from chaosdrill.analysis.starts import states_and_modes
+from chaosdrill.analysis.visits import merge
+from chaosdrill.dataset import count_outcomes
+from chaosdrill.dataset.branches import AttractorEnd
+from chaosdrill.dataset.schema import names_of_rate
+from chaosdrill.engine.period import forcing_periods
+from chaosdrill.model import HybridSystem
+from chaosdrill.sweep import execute
+
+PROBES = 8
+"""Motions that go back from an attractor to which several have led, each from another stretch of it: they tell one that
+the others have fallen to from one that all have merged into. A merger of equals is missed once in 2**7 times."""
+
+MOST_NUMBERED = 1000
+"""Attractors in a table, those of the largest shares."""
+
+PROBED = 1e-3
+"""Distance from it, to either side in turn, at which they begin, in parts of the sizes of the states: what two
+attractors that mirror each other have merged into lies on the boundary between them."""
+
+NEITHER = -1
+"""In place of the attractor to which a motion leads: none that was recognised."""
+
+_UP, _DOWN = 1, -1
+
+
+class Node(NamedTuple):
+    """An attractor at a value: places of both."""
+
+    value: int
+    slot: int
+
+
+@dataclass
+class Search:
+    """All attractors that are known at every value, and where the motion on them leads."""
+
+    plan: Plan
+    axis: Axis
+    keeps: tuple[str, ...]
+    job: Job
+    known: list[Arrays]  # for every value what is kept of its attractors
+    progress: "Told"
+    leads: dict[tuple[Node, int], int] = field(default_factory=dict)
+    """To which attractor of the neighbouring value, up or down, a motion leads."""
+    rounds: int = 0
+
+    def nodes(self) -> list[Node]:
+        """All attractors at all values."""
+        return [Node(value, slot) for value, one in enumerate(self.known) for slot in range(len(one["outcome"]))]
+
+    def follow(self) -> None:
+        """Carry all attractors to the neighbouring values, until nothing new appears there."""
+        while todo := [
+            (node, way)
+            for node in self.nodes()
+            for way in (_UP, _DOWN)
+            if 0 <= node.value + way < len(self.known) and (node, way) not in self.leads
+        ]:
+            for (node, way), slot in zip(todo, self._carry(todo, grows=True), strict=True):
+                self.leads[node, way] = slot
+
+    def split(self, several: Iterable[tuple[Node, int]]) -> set[tuple[Node, int]]:
+        """Which attractors lead to different ones at the neighbouring value, from different stretches of them."""
+        asked = sorted(several)
+        every = max(self.plan.transient, self.plan.periods // PROBES, 1)
+        probes = [one for one in asked for _ in range(PROBES)]
+        ahead = np.tile(every * np.arange(1, PROBES + 1), len(asked))
+        beside = np.tile(np.resize([PROBED, -PROBED], PROBES), len(asked))
+        slots = self._carry(probes, ahead, beside)
+        found: dict[tuple[Node, int], set[int]] = defaultdict(set)
+        for one, slot in zip(probes, slots, strict=True):
+            if slot != NEITHER:
+                found[one].add(slot)
+        sources: dict[tuple[Node, int], set[int]] = defaultdict(set)
+        for (node, way), slot in self.leads.items():
+            sources[Node(node.value + way, slot), -way].add(node.slot)
+        return {one for one in asked if len(found[one] & sources[one]) > 1}
+
+    def _carry(
+        self,
+        steps: list[tuple[Node, int]],
+        ahead: np.ndarray | None = None,
+        beside: np.ndarray | None = None,
+        *,
+        grows: bool = False,
+    ) -> list[int]:
+        """Attractors, by slot, to which motions lead at the next value up or down; new ones if the table may grow."""
+        if not steps:
+            return []
+        self.rounds += 1
+        origins = np.array([node.value for node, _ in steps])
+        task = StepTask(
+            self.plan,
+            self.axis,
+            self.keeps,
+            origins,
+            origins + np.array([way for _, way in steps]),
+            joined([part(self.known[node.value], slice(node.slot, node.slot + 1)) for node, _ in steps]),
+            np.zeros(len(steps), dtype=np.int64) if ahead is None else ahead,
+            np.zeros(len(steps)) if beside is None else beside,
+        )
+        found = self.progress.execute(task, self.job, f"round-{self.rounds}")
+        slots = np.full(len(steps), NEITHER)
+        for target in np.unique(task.targets).tolist():
+            rows = np.flatnonzero(task.targets == target)
+            slots[rows] = self._recognise(target, part(found, rows), grows)
+        return list(map(int, slots))
+
+    def _recognise(self, value: int, found: Arrays, grows: bool) -> np.ndarray:
+        """On which attractors of a value some runs are."""
+        known = self.known[value]
+        count = len(known["outcome"])
+        every = joined([known, found])
+        numbers, leaders = number_attractors(every)
+        if len(leaders) > 1 and (numbers[count:] > 0).any() and (leaders >= count).any():
+            parameters = {self.axis.name: np.full(len(every["outcome"]), self.axis.values[value])}
+
+            def begin(which: np.ndarray) -> Any:
+                rows = leaders[which]
+                return on_the_map(self.plan, part(parameters, rows), part(every, rows))
+
+            numbers, leaders = merge(self.plan, every, numbers, leaders, begin)
+        slots = np.full(len(found["outcome"]), NEITHER)
+        place = {int(number): slot for slot, number in reversed(list(enumerate(numbers[:count]))) if number}
+        for row, number in enumerate(numbers[count:].tolist()):
+            if number and number not in place and grows and len(known["outcome"]) < MOST:
+                place[number] = len(known["outcome"])
+                self.known[value] = known = joined([known, part(found, slice(row, row + 1))])
+            slots[row] = place.get(number, NEITHER)
+        return slots
+
+
+@dataclass
+class Told:
+    """What has been done of all tasks, for one listener."""
+
+    job: Job
+    done: int = 0
+    outcomes: Counter[str] = field(default_factory=Counter)
+
+    def execute(self, task: Any, job: Job, folder: str) -> Arrays:
+        """Run one task more; its chunks are kept in a folder of their own."""
+        before, earlier = self.done, Counter(self.outcomes)
+
+        def tell(done: int, total: int, outcomes: Any) -> None:
+            assert job.progress is not None
+            job.progress(before + done, before + total, dict(earlier + Counter(outcomes)))
+
+        found = execute(
+            task,
+            workers=job.workers,
+            scheduler=job.scheduler,
+            store=None if job.store is None else Path(job.store) / folder,
+            progress=None if job.progress is None else tell,
+        )
+        self.done += task.total
+        self.outcomes.update(count_outcomes(found["outcome"]))
+        return found
+
+
+@dataclass(frozen=True)
+class Branch:
+    """An attractor along the parameter."""
+
+    nodes: tuple[Node, ...]  # at neighbouring values, upwards
+    below: AttractorEnd
+    above: AttractorEnd
+    beyond: tuple[Node | None, Node | None]  # to what the motion leads below and above
+
+
+def branches_of(search: Search) -> list[Branch]:
+    """Attractors along the parameter."""
+    leads = search.leads
+    several = Counter(
+        (Node(node.value + way, slot), -way) for (node, way), slot in leads.items() if slot != NEITHER
+    )
+    split = search.split(one for one, count in several.items() if count > 1)
+
+    def next_of(node: Node, way: int) -> Node | None:
+        slot = leads.get((node, way), NEITHER)
+        return None if slot == NEITHER else Node(node.value + way, slot)
+
+    def follows(node: Node, way: int) -> Node | None:
+        other = next_of(node, way)
+        if other is None or (node, way) in split or (other, -way) in split or next_of(other, -way) != node:
+            return None
+        return other
+
+    def end(node: Node, way: int) -> AttractorEnd:
+        if (node, way) not in leads:
+            return AttractorEnd.LIMIT
+        other = next_of(node, way)
+        if (node, way) in split:
+            return AttractorEnd.SPLIT
+        if other is None:
+            return AttractorEnd.LOST
+        return AttractorEnd.MERGER if (other, -way) in split else AttractorEnd.JUMP
+
+    found = []
+    for node in search.nodes():
+        if follows(node, _DOWN) is not None:
+            continue
+        nodes = [node]
+        while (other := follows(nodes[-1], _UP)) is not None:
+            nodes.append(other)
+        ends = end(node, _DOWN), end(nodes[-1], _UP)
+        found.append(Branch(tuple(nodes), *ends, (next_of(node, _DOWN), next_of(nodes[-1], _UP))))
+    return found
+
+
+def over_one_parameter(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
+    """Attractors and the shares of their basins along a parameter; see `chaosdrill.attractors`."""
+    ((name, values),) = given.sweep.items()
+    order = np.argsort(values, kind="stable")
+    axis = Axis(name, values[order])
+    plan = make_plan(system, given, job.numerics, swept=(name,))
+    starts, modes = _starts(system, given)
+    rates = {one: other for q in system.quadratures for one, other in _rate_names(str(q))}
+    exponents = ("lyapunov_exponent", "lyapunov_error")
+    keeps = ("period", "outcome", *exponents, "moments", "state", *rates)
+    told = Told(job)
+    fresh = told.execute(ShareTask(plan, axis, keeps, starts, modes), job, "starts")
+    counts = fresh["reached"].max(axis=1)
+    of_attractors = {key.removeprefix("of_"): found for key, found in fresh.items() if key.startswith("of_")}
+    known = [{key: np.array(found[v, :count]) for key, found in of_attractors.items()} for v, count in enumerate(counts)]
+    search = Search(plan, axis, keeps, job, known, told)
+    search.follow()
+    branches = branches_of(search)
+
+    hits = np.zeros((len(values), MOST + 1), dtype=np.int64)
+    for v, reached in enumerate(fresh["reached"]):
+        hits[v] = np.bincount(reached, minlength=MOST + 1)
+    branches = sorted(branches, key=partial(_rank, search, hits))[:MOST_NUMBERED]
+    number = {node: k for k, branch in enumerate(branches, 1) for node in branch.nodes}
+
+    shape = (len(values), len(branches))
+    some = part(known[0], slice(0, 0))
+    columns = {key: np.full((*shape, *some[key].shape[1:]), np.nan) for key in (*exponents, "state", *rates)}
+    period, outcome = np.zeros(shape, dtype=np.int16), np.full(shape, -1, dtype=np.int8)
+    share, error = np.zeros(shape), np.full(shape, np.nan)
+    reached = np.zeros_like(fresh["reached"])
+    for (v, slot), k in number.items():
+        for key, column in columns.items():
+            column[v, k - 1] = search.known[v][key][slot]
+        period[v, k - 1], outcome[v, k - 1] = (search.known[v][key][slot] for key in ("period", "outcome"))
+        share[v, k - 1], error[v, k - 1] = share_of(hits[v, slot + 1], len(starts))
+        reached[v][fresh["reached"][v] == slot + 1] = k
+    none, none_error = share_of((reached == 0).sum(axis=1), len(starts))
+
+    per, at = (name, "attractor"), np.argsort(order)
+    ends = {
+        "first_value": [axis.values[b.nodes[0].value] for b in branches],
+        "last_value": [axis.values[b.nodes[-1].value] for b in branches],
+        "end_below": np.array([b.below for b in branches], dtype=np.int8),
+        "end_above": np.array([b.above for b in branches], dtype=np.int8),
+        **{
+            f"next_{side}": np.array([number.get(b.beyond[i], 0) if b.beyond[i] else 0 for b in branches], dtype=np.int32)  # type: ignore[arg-type]
+            for i, side in enumerate(("below", "above"))
+        },
+    }
+    variables: dict[str, Any] = {
+        "fraction": (per, share[at]),
+        "fraction_error": (per, error[at]),
+        "fraction_none": (name, none[at]),
+        "fraction_none_error": (name, none_error[at]),
+        "attractor_period": (per, period[at]),
+        "attractor_outcome": (per, outcome[at]),
+        "attractor_state": ((*per, "state"), columns["state"][at]),
+        **{key: ("attractor", np.asarray(one)) for key, one in ends.items()},
+        "reached": ((name, "run"), reached[at].astype(np.int32)),
+        "outcome": ((name, "run"), fresh["outcome"][at]),
+        "initial_state": (("run", "state"), starts),
+        "initial_mode": ("run", modes.astype(np.int8)),
+        **{rates[key]: (per, columns[key][at]) for key in rates},
+    }
+    if plan.exponents:
+        variables["attractor_exponent"] = ((*per, "exponent"), columns["lyapunov_exponent"][at])
+        variables["attractor_error"] = ((*per, "exponent"), columns["lyapunov_error"][at])
+    if system.period is not None:
+        variables["forcing_period"] = (name, forcing_periods(system, {name: values}, len(values)))
+    coords: dict[str, Any] = {
+        name: values,
+        "attractor": np.arange(1, len(branches) + 1, dtype=np.int32),
+        "run": np.arange(1, len(starts) + 1, dtype=np.int32),
+        "state": list(system.state_names),
+    }
+    if plan.exponents:
+        coords["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
+    return xr.Dataset(variables, coords=coords)
+
+
+def share_of(hits: Any, starts: int) -> tuple[Any, Any]:
+    """The part of the starts that lead somewhere, and its standard error.
+
+    The error is that of a binomial share under Jeffreys' prior (Brown, Cai and DasGupta 2001,
+    doi:10.1214/ss/1009213286), which does not vanish where all starts, or none, lead there.
+    """
+    hits = np.asarray(hits, dtype=float)
+    likely = (hits + 0.5) / (starts + 1)
+    return hits / starts, np.sqrt(likely * (1 - likely) / (starts + 2))
+
+
+def _rate_names(quadrature: str) -> list[tuple[str, str]]:
+    return list(zip(names_of_rate(quadrature), names_of_rate(quadrature, "attractor"), strict=True))
+
+
+def _starts(system: HybridSystem, given: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Initial states and modes, those that are listed before those that are drawn."""
+    parts = []
+    if given.initial is not None:
+        parts.append(states_and_modes(system, given.initial, settled=False))
+    if given.random is not None:
+        drawn = make_seeds(system, None, given.random)
+        parts.append((drawn.starts, drawn.modes))
+    states, modes = zip(*parts, strict=True)
+    return np.concatenate(states), np.concatenate(modes)
+
+
+def _rank(search: Search, hits: np.ndarray, branch: Branch) -> tuple[Any, ...]:
+    """By the sum of the shares, then by where it begins and lies."""
+    total = sum(int(hits[v, slot + 1]) for v, slot in branch.nodes)
+    first = branch.nodes[0]
+    state = search.known[first.value]["state"][first.slot]
+    return (-total, first.value, tuple(np.nan_to_num(state).tolist()))
