@@ -26,6 +26,7 @@ from chaosdrill.analysis.points import (
 )
 from chaosdrill.analysis.visits import LENGTH, merge
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing, alike
 
 MOST = 16
@@ -140,7 +141,9 @@ class ShareTask(_Values):
         found = joined(parts)
         numbers, leaders = number_attractors(found)
         if len(leaders) > 1:
-            numbers, leaders = merge(self.plan, found, numbers, leaders, lambda which: self._mapped(place, leaders[which]))
+            numbers, leaders = merge(
+                self.plan, found, numbers, leaders, lambda which: self._mapped(place, leaders[which])
+            )
         slots = min(MOST, starts)
         kept = {"outcome": found["outcome"], "reached": np.where(numbers <= slots, numbers, 0).astype("i4")}
         for name, values in found.items():
@@ -169,7 +172,7 @@ class StepTask(_Values):
     targets: np.ndarray  # int (U,): places of those they are carried to
     places: Mapping[str, np.ndarray]  # their footholds, (U, ...)
     ahead: np.ndarray  # int (U,): units of the lengths by which they go on before
-    beside: np.ndarray  # (U,): how far beside their footholds they begin then, in parts of the sizes of the states
+    beside: np.ndarray  # (U, n): how far beside their footholds they begin then, in parts of the sizes of the states
 
     @property
     def units(self) -> int:
@@ -189,16 +192,16 @@ class StepTask(_Values):
         """Results of some of the motions."""
         kept = {name: np.zeros((count, *shape), dtype) for name, (dtype, shape) in self.columns().items()}
         for rows in self._together(np.arange(first, first + count)):
-            found, before, batch = self._step(rows, float(self.beside[rows[0]]))
-            here = self.parameters(self.targets[rows])
-            results = {name: found[name] for name in self.keeps} | footholds(batch, np.arange(len(rows)))
-            left = [may_be_left(self.plan, here, found, batch, k) for k in range(len(rows))]
-            again = np.flatnonzero(np.array(left) & (self.beside[rows] == 0))
-            if len(again):
-                other, _, displaced = self._step(rows[again], DISPLACED)
-                measured = {name: other[name] for name in self.keeps} | footholds(displaced, np.arange(len(again)))
-                for name, values in measured.items():
-                    results[name][again] = values
+            results, left, before = self._results(rows, self.beside[rows[0]])
+            # what stands on something unstable leaves it by one state or another; by one that is neutral it does not
+            for unit in np.eye(self.beside.shape[1]):
+                if not (again := np.flatnonzero(left & ~self.beside[rows].any(axis=1))).size:
+                    break
+                other, still, _ = self._results(rows[again], DISPLACED * unit)
+                gone = ~still & np.isin(other["outcome"], MEASURED)
+                for name, values in other.items():
+                    results[name][again[gone]] = values[gone]
+                left[again[gone]] = False
             results["outcome"][before.outcome != Outcome.OK] = int(Outcome.FAILED)
             for name, values in results.items():
                 kept[name][rows - first] = values
@@ -207,22 +210,24 @@ class StepTask(_Values):
     def _together(self, rows: np.ndarray) -> list[np.ndarray]:
         """Motions that share compiled functions where they come from and where they go, not too many at once."""
         system, groups = self.plan.system, []
-        for far in np.unique(self.beside[rows]):
-            these = rows[self.beside[rows] == far]
+        for far in np.unique(self.beside[rows], axis=0):
+            these = rows[(self.beside[rows] == far).all(axis=1)]
             for to in alike(system, self.parameters(self.targets[these]), len(these)):
                 for of in alike(system, self.parameters(self.origins[these[to]]), len(to)):
                     group = these[to][of]
                     groups += np.split(group, range(self.at_once, len(group), self.at_once))
         return groups
 
-    def _step(self, rows: np.ndarray, beside: float) -> tuple[Arrays, Batch, Batch]:
+    def _results(self, rows: np.ndarray, beside: np.ndarray) -> tuple[Arrays, np.ndarray, Batch]:
+        """What is kept of some motions, whether they may be left at once, and the runs from which they went on."""
         before = standing_at(self.plan, self.parameters(self.origins[rows]), part(self.places, rows))
         for units in np.unique(self.ahead[rows]).tolist():
             if units:
                 before.proceed(np.flatnonzero(self.ahead[rows] == units), 0, np.array([0, units]))
-        starts, modes = before.x.copy(), before.mode.copy()
-        found, batch = measure(self.plan, self.parameters(self.targets[rows]), starts, modes, before, beside)
-        return found, before, batch
+        here = self.parameters(self.targets[rows])
+        found, batch = measure(self.plan, here, before.x.copy(), before.mode.copy(), before, beside)
+        left = np.array([may_be_left(self.plan, here, found, batch, k) for k in range(len(rows))])
+        return {name: found[name] for name in self.keeps} | footholds(batch, np.arange(len(rows))), left, before
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""

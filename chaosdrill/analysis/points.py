@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.analysis.matching import count_attractors, moments
 from chaosdrill.analysis.classification import Verdict, add_regularity, judge
 from chaosdrill.analysis.cycles import at_points, continued, escapes, linearised, search
+from chaosdrill.analysis.matching import count_attractors, moments
 from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
@@ -226,7 +226,8 @@ class LineTask(Task):
     ) -> tuple[Arrays, Batch]:
         """The same point from beside the state that was followed, unless that run comes to an early end."""
         before, found, batch = last
-        other, beside = measure(self.plan, parameters, *start, before, DISPLACED)
+        side = DISPLACED * SIDE[np.arange(len(self.start)) % len(SIDE)]
+        other, beside = measure(self.plan, parameters, *start, before, side)
         return (other, beside) if np.isin(other["outcome"], MEASURED).all() else (found, batch)
 
     def fingerprint(self) -> dict[str, Any]:
@@ -262,7 +263,7 @@ def measure(
     starts: np.ndarray,
     modes: np.ndarray,
     before: Batch | None = None,
-    beside: float = 0.0,
+    beside: np.ndarray | None = None,
 ) -> tuple[Arrays, Batch]:
     """Everything that is known of some points, and their runs.
 
@@ -272,7 +273,7 @@ def measure(
     starts, modes : ndarray, shapes (P, n) and (P,)
     before : Batch, optional
         Runs whose attractors are followed; then all points must share compiled functions.
-    beside : float
+    beside : ndarray, shape (n,), optional
         How far beside these the runs begin, in parts of the sizes of the states.
 
     Returns
@@ -289,7 +290,7 @@ def measure(
         batch = plan.batch(here, starts[group], modes[group])
         if before is not None:
             batch.continue_from(before)
-            batch.x[:] += beside * batch.sizes * SIDE[np.arange(batch.x.shape[1]) % len(SIDE)]
+            batch.x[:] += 0.0 if beside is None else beside * batch.sizes
         _settle(plan, here, batch, arrays, group)
     return arrays, batch
 
@@ -337,9 +338,7 @@ def _settle(plan: Plan, parameters: Mapping[str, np.ndarray], batch: Batch, arra
         arrays["outcome"][places[unclear]] = np.where(followed, found, arrays["outcome"][places[unclear]])
 
 
-def may_be_left(
-    plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays, batch: Batch, point: int = 0
-) -> bool:
+def may_be_left(plan: Plan, parameters: Mapping[str, np.ndarray], found: Arrays, batch: Batch, point: int = 0) -> bool:
     """Whether a point that was measured stands on something unstable, which the slightest noise would leave."""
     outcome = int(found["outcome"][point])
     if outcome == Outcome.EQUILIBRIUM:

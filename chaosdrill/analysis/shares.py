@@ -32,20 +32,26 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.sweep import execute
 
 PROBES = 8
-"""Motions that go back from an attractor to which several have led, each from another stretch of it: they tell one that
-the others have fallen to from one that all have merged into. A merger of equals is missed once in 2**7 times."""
+"""Motions that go back from an attractor to which several have led, each from another stretch of it and, in turn, to
+either side of it: they tell one that the others have fallen to from one that all have merged into. A merger of two
+equals is missed once in 2**7 times."""
+
+MOST_PROBED = 8
+"""States in which these differ from the motion, so many in each: in a neutral one, as the phase of a clock, there is
+nothing to find."""
+
+PROBED = 1e-3
+"""How far they do, in parts of the sizes of the states: what two attractors that mirror each other have merged into
+lies on the boundary between them."""
 
 MOST_NUMBERED = 1000
 """Attractors in a table, those of the largest shares."""
-
-PROBED = 1e-3
-"""Distance from it, to either side in turn, at which they begin, in parts of the sizes of the states: what two
-attractors that mirror each other have merged into lies on the boundary between them."""
 
 NEITHER = -1
 """In place of the attractor to which a motion leads: none that was recognised."""
 
 _UP, _DOWN = 1, -1
+_EXPONENTS = ("lyapunov_exponent", "lyapunov_error")
 
 
 class Node(NamedTuple):
@@ -87,11 +93,14 @@ class Search:
     def split(self, several: Iterable[tuple[Node, int]]) -> set[tuple[Node, int]]:
         """Which attractors lead to different ones at the neighbouring value, from different stretches of them."""
         asked = sorted(several)
+        n = len(self.plan.system.states)
+        of_state = np.repeat(np.arange(min(n, MOST_PROBED)), PROBES)
+        beside = np.zeros((len(of_state), n))
+        beside[np.arange(len(of_state)), of_state] = PROBED * np.resize([1.0, -1.0], len(of_state))
         every = max(self.plan.transient, self.plan.periods // PROBES, 1)
-        probes = [one for one in asked for _ in range(PROBES)]
-        ahead = np.tile(every * np.arange(1, PROBES + 1), len(asked))
-        beside = np.tile(np.resize([PROBED, -PROBED], PROBES), len(asked))
-        slots = self._carry(probes, ahead, beside)
+        ahead = np.resize(every * np.arange(1, PROBES + 1), len(of_state))
+        probes = [one for one in asked for _ in of_state]
+        slots = self._carry(probes, np.tile(ahead, len(asked)), np.tile(beside, (len(asked), 1)))
         found: dict[tuple[Node, int], set[int]] = defaultdict(set)
         for one, slot in zip(probes, slots, strict=True):
             if slot != NEITHER:
@@ -122,7 +131,7 @@ class Search:
             origins + np.array([way for _, way in steps]),
             joined([part(self.known[node.value], slice(node.slot, node.slot + 1)) for node, _ in steps]),
             np.zeros(len(steps), dtype=np.int64) if ahead is None else ahead,
-            np.zeros(len(steps)) if beside is None else beside,
+            np.zeros((len(steps), len(self.plan.system.states))) if beside is None else beside,
         )
         found = self.progress.execute(task, self.job, f"round-{self.rounds}")
         slots = np.full(len(steps), NEITHER)
@@ -190,15 +199,13 @@ class Branch:
     nodes: tuple[Node, ...]  # at neighbouring values, upwards
     below: AttractorEnd
     above: AttractorEnd
-    beyond: tuple[Node | None, Node | None]  # to what the motion leads below and above
+    beyond: tuple[Node | None, ...]  # to what the motion leads below and above; None: to nothing, or to several
 
 
 def branches_of(search: Search) -> list[Branch]:
     """Attractors along the parameter."""
     leads = search.leads
-    several = Counter(
-        (Node(node.value + way, slot), -way) for (node, way), slot in leads.items() if slot != NEITHER
-    )
+    several = Counter((Node(node.value + way, slot), -way) for (node, way), slot in leads.items() if slot != NEITHER)
     split = search.split(one for one, count in several.items() if count > 1)
 
     def next_of(node: Node, way: int) -> Node | None:
@@ -228,8 +235,9 @@ def branches_of(search: Search) -> list[Branch]:
         nodes = [node]
         while (other := follows(nodes[-1], _UP)) is not None:
             nodes.append(other)
-        ends = end(node, _DOWN), end(nodes[-1], _UP)
-        found.append(Branch(tuple(nodes), *ends, (next_of(node, _DOWN), next_of(nodes[-1], _UP))))
+        ways = (node, _DOWN), (nodes[-1], _UP)
+        beyond = tuple(None if one in split else next_of(*one) for one in ways)
+        found.append(Branch(tuple(nodes), *(end(*one) for one in ways), beyond))
     return found
 
 
@@ -241,66 +249,41 @@ def over_one_parameter(system: HybridSystem, given: Any, job: Job) -> xr.Dataset
     plan = make_plan(system, given, job.numerics, swept=(name,))
     starts, modes = _starts(system, given)
     rates = {one: other for q in system.quadratures for one, other in _rate_names(str(q))}
-    exponents = ("lyapunov_exponent", "lyapunov_error")
-    keeps = ("period", "outcome", *exponents, "moments", "state", *rates)
+    keeps = ("period", "outcome", *_EXPONENTS, "moments", "state", *rates)
     told = Told(job)
     fresh = told.execute(ShareTask(plan, axis, keeps, starts, modes), job, "starts")
-    counts = fresh["reached"].max(axis=1)
     of_attractors = {key.removeprefix("of_"): found for key, found in fresh.items() if key.startswith("of_")}
-    known = [{key: np.array(found[v, :count]) for key, found in of_attractors.items()} for v, count in enumerate(counts)]
+    counts = fresh["reached"].max(axis=1)
+    known = [
+        {key: np.array(found[v, :count]) for key, found in of_attractors.items()} for v, count in enumerate(counts)
+    ]
     search = Search(plan, axis, keeps, job, known, told)
     search.follow()
-    branches = branches_of(search)
-
-    hits = np.zeros((len(values), MOST + 1), dtype=np.int64)
-    for v, reached in enumerate(fresh["reached"]):
-        hits[v] = np.bincount(reached, minlength=MOST + 1)
-    branches = sorted(branches, key=partial(_rank, search, hits))[:MOST_NUMBERED]
+    hits = np.array([np.bincount(reached, minlength=MOST + 1) for reached in fresh["reached"]])
+    branches = sorted(branches_of(search), key=partial(_rank, search, hits))[:MOST_NUMBERED]
     number = {node: k for k, branch in enumerate(branches, 1) for node in branch.nodes}
 
-    shape = (len(values), len(branches))
-    some = part(known[0], slice(0, 0))
-    columns = {key: np.full((*shape, *some[key].shape[1:]), np.nan) for key in (*exponents, "state", *rates)}
-    period, outcome = np.zeros(shape, dtype=np.int16), np.full(shape, -1, dtype=np.int8)
-    share, error = np.zeros(shape), np.full(shape, np.nan)
+    at, per = np.argsort(order), (name, "attractor")
+    columns = _columns(search, number, len(branches), rates)
+    share, error = np.zeros((2, len(values), len(branches)))
+    error[:] = np.nan
     reached = np.zeros_like(fresh["reached"])
     for (v, slot), k in number.items():
-        for key, column in columns.items():
-            column[v, k - 1] = search.known[v][key][slot]
-        period[v, k - 1], outcome[v, k - 1] = (search.known[v][key][slot] for key in ("period", "outcome"))
         share[v, k - 1], error[v, k - 1] = share_of(hits[v, slot + 1], len(starts))
         reached[v][fresh["reached"][v] == slot + 1] = k
     none, none_error = share_of((reached == 0).sum(axis=1), len(starts))
-
-    per, at = (name, "attractor"), np.argsort(order)
-    ends = {
-        "first_value": [axis.values[b.nodes[0].value] for b in branches],
-        "last_value": [axis.values[b.nodes[-1].value] for b in branches],
-        "end_below": np.array([b.below for b in branches], dtype=np.int8),
-        "end_above": np.array([b.above for b in branches], dtype=np.int8),
-        **{
-            f"next_{side}": np.array([number.get(b.beyond[i], 0) if b.beyond[i] else 0 for b in branches], dtype=np.int32)  # type: ignore[arg-type]
-            for i, side in enumerate(("below", "above"))
-        },
-    }
     variables: dict[str, Any] = {
         "fraction": (per, share[at]),
         "fraction_error": (per, error[at]),
         "fraction_none": (name, none[at]),
         "fraction_none_error": (name, none_error[at]),
-        "attractor_period": (per, period[at]),
-        "attractor_outcome": (per, outcome[at]),
-        "attractor_state": ((*per, "state"), columns["state"][at]),
-        **{key: ("attractor", np.asarray(one)) for key, one in ends.items()},
-        "reached": ((name, "run"), reached[at].astype(np.int32)),
+        **{key: ((*per, *dims), found[at]) for key, (dims, found) in columns.items()},
+        **{key: ("attractor", found) for key, found in _ends(axis, branches, number).items()},
+        "reached": ((name, "run"), reached[at]),
         "outcome": ((name, "run"), fresh["outcome"][at]),
         "initial_state": (("run", "state"), starts),
         "initial_mode": ("run", modes.astype(np.int8)),
-        **{rates[key]: (per, columns[key][at]) for key in rates},
     }
-    if plan.exponents:
-        variables["attractor_exponent"] = ((*per, "exponent"), columns["lyapunov_exponent"][at])
-        variables["attractor_error"] = ((*per, "exponent"), columns["lyapunov_error"][at])
     if system.period is not None:
         variables["forcing_period"] = (name, forcing_periods(system, {name: values}, len(values)))
     coords: dict[str, Any] = {
@@ -312,6 +295,44 @@ def over_one_parameter(system: HybridSystem, given: Any, job: Job) -> xr.Dataset
     if plan.exponents:
         coords["exponent"] = np.arange(1, plan.exponents + 1, dtype=np.int32)
     return xr.Dataset(variables, coords=coords)
+
+
+def _columns(
+    search: Search, number: dict[Node, int], count: int, rates: dict[str, str]
+) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """What is known of the attractors at every value, by the names in the dataset, with the further dimensions."""
+    names: dict[str, tuple[str, tuple[str, ...], Any]] = {
+        "period": ("attractor_period", (), 0),
+        "outcome": ("attractor_outcome", (), -1),
+        "state": ("attractor_state", ("state",), np.nan),
+        **{key: (name, (), np.nan) for key, name in rates.items()},
+    }
+    if search.plan.exponents:
+        of_exponents = zip(_EXPONENTS, ("attractor_exponent", "attractor_error"), strict=True)
+        names |= {key: (name, ("exponent",), np.nan) for key, name in of_exponents}
+    found = {}
+    for key, (name, dims, nothing) in names.items():
+        one = search.known[0][key]
+        values = np.full((len(search.known), count, *one.shape[1:]), nothing, one.dtype)
+        for (v, slot), k in number.items():
+            values[v, k - 1] = search.known[v][key][slot]
+        found[name] = (dims, values)
+    return found
+
+
+def _ends(axis: Axis, branches: list[Branch], number: dict[Node, int]) -> dict[str, np.ndarray]:
+    """Where attractors begin and end, and what becomes of the motion there."""
+    ends = {
+        "first_value": np.array([axis.values[branch.nodes[0].value] for branch in branches], dtype=float),
+        "last_value": np.array([axis.values[branch.nodes[-1].value] for branch in branches], dtype=float),
+        "end_below": np.array([branch.below for branch in branches], dtype=np.int8),
+        "end_above": np.array([branch.above for branch in branches], dtype=np.int8),
+    }
+    for i, side in enumerate(("below", "above")):
+        beyond = (branch.beyond[i] for branch in branches)
+        following = [0 if node is None else number.get(node, 0) for node in beyond]
+        ends[f"next_{side}"] = np.array(following, dtype=np.int32)
+    return ends
 
 
 def share_of(hits: Any, starts: int) -> tuple[Any, Any]:

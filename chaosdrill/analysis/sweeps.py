@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.matching import number_attractors
 from chaosdrill.analysis.plan import Plan, make_plan
 from chaosdrill.analysis.points import Axis, LineTask, PointTask, StartTask, mean_names
 from chaosdrill.analysis.seeds import make_seeds

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 _EACH = f"{SWEEP} attractor"
-_NEXT = "Number of the attractor to which the motion then leads; 0: none that is in the table."
+_NEXT = "Number of the attractor to which the motion then leads; 0: none in the table, or several."
 
 VARIABLES = table(
     axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
@@ -86,7 +86,10 @@ class Attractors(Points):
         """Initial states in one way at least; and the lengths."""
         yield from super().beside(table)
         if not {"initial", "random"} & table.keys():
-            yield (), "give the initial states whose shares are counted: a list (initial), or a box to draw from (random)"
+            yield (
+                (),
+                "give the initial states whose shares are counted: a list (initial), or a box (random)",
+            )
 
 
 @analysis(
