@@ -41,6 +41,30 @@ from chaosdrill.workflow import verify as verify
 
 __version__: str
 
+def attractors(
+    system: HybridSystem,
+    sweep: dict[str, Any],
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float,
+    at: str | None = None,
+    max_return: float | None = None,
+    exponents: int | None = None,
+    max_period: int = 64,
+    max_extension: int = 8,
+    initial: Any = None,
+    random: dict[str, Any] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
 def basins(
     system: HybridSystem,
     grid: dict[str, Any] | None = None,

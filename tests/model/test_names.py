@@ -96,6 +96,9 @@ ANALYSES = {
         system, {words[4]: [2.6, 2.8], words[5]: [0.7, 0.8]}, seeds=[{}, {words[1]: 0.3}], **SHORT
     ),
     "basins": lambda system, words: cd.basins(system, {words[0]: [-0.5, 0.0], words[1]: [-0.5, 0.5]}, **SHORT),
+    "attractors": lambda system, words: cd.attractors(
+        system, {words[4]: [2.6, 2.8]}, random={"count": 3, "seed": 2, words[0]: (-0.5, 0.1)}, **SHORT
+    ),
     "orbit": lambda system, words: cd.periodic_orbit(doubling(system, words)),
     "orbits": lambda system, words: cd.periodic_orbit(
         system, start="search", max_period=1, seeds=[{words[2]: 0.1}], tolerance=1e-9
@@ -116,7 +119,7 @@ ANALYSES = {
 }
 
 
-COORDINATES = {"diagram": (4,), "followed": (5,), "chart": (4, 5), "basins": (0, 1), "branches": (4,), "curve": (4, 5)}
+COORDINATES = {"diagram": (4,), "followed": (5,), "chart": (4, 5), "basins": (0, 1), "attractors": (4,), "branches": (4,), "curve": (4, 5)}
 """Of which words the names of coordinates are made, which not every name can be."""
 
 

@@ -75,6 +75,15 @@ transient = 50
 periods = 32
 max_period = 8
 """,
+    "attractors": """\
+[analysis.attractors]
+kind = "attractors"
+sweep.omega = { start = 3.3, stop = 3.4, num = 3 }
+random = { count = 6, seed = 1, x = [-0.3, 0.2], v = [-0.5, 0.5] }
+transient = 50
+periods = 32
+max_period = 8
+""",
     "orbit": """\
 [analysis.orbit]
 kind = "periodic-orbit"

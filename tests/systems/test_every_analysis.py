@@ -114,6 +114,18 @@ def test_basins(model, section):
     assert words(cd.basins(model, grid, periods=6, transient=5, max_period=2, **section)) <= SOUND
 
 
+def test_attractors(model, section):
+    if not model.parameters:
+        pytest.skip("no parameter to sweep")
+    starts = [{}, {model.state_names[0]: model.initial[model.state_names[0]] + 1e-3}]
+    found = cd.attractors(
+        model, ways(model, 1), initial=starts, periods=6, transient=5, max_period=2, max_extension=0, **section
+    )
+    assert words(found) <= SOUND
+    share = found["fraction"].sum("attractor") + found["fraction_none"]
+    np.testing.assert_allclose(share, 1.0, rtol=1e-12)
+
+
 def test_orbit_and_branch(model, section):
     given = section if model.period is None else {}
     orbit = cd.periodic_orbit(model, transient=20, **given)

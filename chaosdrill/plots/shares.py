@@ -1,0 +1,143 @@
+"""Shares of the basins along a parameter, as bands."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset.outcomes import flag_names
+from chaosdrill.plots.categories import FURTHER, NO_ATTRACTOR, Category, attractor_category
+from chaosdrill.plots.contents import swept
+from chaosdrill.plots.figures import legend_outside, one_panel
+from chaosdrill.plots.labels import axis_label, label, readable
+from chaosdrill.plots.pictures import picture
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+_HEIGHT = 4.4
+_MOST = 12
+"""Most attractors that have a band of their own: for more the palette has no colours."""
+_BARS = 60
+"""Values up to which the bands have error bars: more would hide them."""
+_ENDS = {
+    "jump": ("D", "jump: hysteresis"),
+    "merger": ("o", "merger"),
+    "split": ("P", "split"),
+    "lost": ("X", "no attractor beyond"),
+}
+
+
+@picture("attractors", "attractors", "shares of the basins of all attractors along the parameter", parameters=1)
+def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the share of the starts that leads to each attractor, as bands over the parameter.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``attractors``.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Bands one upon the other, the twelve of the largest shares in colours of their own, with two standard errors of
+        each share at its upper edge if there are at most 60 values. A marker says what becomes of an attractor where it
+        ends within the sweep; on a band without width the attractor is there, though no start leads to it.
+    """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    (name,) = swept(dataset)
+    order = np.argsort(dataset[name].values, kind="stable")
+    ordered = dataset.isel({name: order}).transpose(name, "attractor", ...)
+    values, numbers = ordered[name].values.astype(float), ordered["attractor"].values
+    part, error = ordered["fraction"].values, ordered["fraction_error"].values
+    edges = _edges(values)
+    bands = [(attractor_category(k, _told(ordered.isel(attractor=k), int(numbers[k]))), part[:, k], error[:, k])
+             for k in range(min(len(numbers), _MOST))]  # fmt: skip
+    rest = part[:, _MOST:].sum(axis=1)
+    nothing = np.full(len(values), np.nan)
+    bands += [(FURTHER, rest, nothing)] if rest.any() else []
+    none = ordered["fraction_none"].values
+    bands += [(NO_ATTRACTOR, none, nothing)] if none.any() else []
+
+    figure, axes = one_panel(ax, _HEIGHT)
+    base, middles = np.zeros(len(values)), []
+    handles: list[Artist] = []
+    for category, share, spread in bands:
+        top = base + share
+        style = {"facecolor": category.colour, "hatch": category.hatch, "edgecolor": "0.25", "linewidth": 0.4}
+        low, high = (np.append(one, one[-1:]) for one in (base, top))
+        axes.fill_between(edges, low, high, step="post", **style)
+        handles.append(Patch(label=category.name, **style))
+        if len(values) <= _BARS:
+            seen = np.isfinite(spread)
+            bars = 2 * spread[seen]
+            axes.errorbar(values[seen], top[seen], yerr=bars, fmt="none", ecolor="0.2", elinewidth=0.8, capsize=1.5)
+        middles.append((base + top) / 2)
+        base = top
+    found = _mark_ends(axes, ordered, values, middles[: min(len(numbers), _MOST)], bands)
+    for end in found:
+        marker, words = _ENDS[end]
+        style = {"marker": marker, "color": "white", "markeredgecolor": "black", "linestyle": "none", "label": words}
+        handles.append(Line2D([], [], **style))
+    axes.set_xlim(edges[0], edges[-1])
+    axes.set_ylim(0, 1)
+    axes.set_xlabel(axis_label(dataset, name))
+    axes.set_ylabel(label(dataset["fraction"]))
+    legend_outside(figure, handles, ax=ax, ncols=3)
+    return figure
+
+
+def _edges(values: "NDArray[np.float64]") -> "NDArray[np.float64]":
+    """Between where a value stands for the parameter: half-way to its neighbours."""
+    if len(values) == 1:
+        return values[0] + np.array([-0.5, 0.5]) * (abs(values[0]) or 1.0)
+    middles = (values[1:] + values[:-1]) / 2
+    return np.concatenate([[2 * values[0] - middles[0]], middles, [2 * values[-1] - middles[-1]]])
+
+
+def _told(attractor: "xr.Dataset", number: int) -> str:
+    """What an attractor is along the parameter: its periods and kinds."""
+    names = flag_names(attractor["attractor_outcome"])
+    periods, codes = attractor["attractor_period"].values, attractor["attractor_outcome"].values
+    there = codes >= 0
+    cycles = sorted(set(periods[there & (periods > 0)].tolist()))
+    kinds = dict.fromkeys(readable(names.get(code, "")) for code in codes[there & (periods == 0)].tolist())
+    told = [f"period {', '.join(map(str, cycles[:3]))}{', ...' if len(cycles) > 3 else ''}"] if cycles else []
+    return f"{number}: {', '.join([*told, *kinds])}"
+
+
+def _mark_ends(
+    axes: "Axes",
+    ordered: "xr.Dataset",
+    values: "NDArray[np.float64]",
+    middles: "list[NDArray[np.float64]]",
+    bands: "list[tuple[Category, NDArray[np.float64], NDArray[np.float64]]]",
+) -> list[str]:
+    """Mark where attractors end within the sweep; returns the kinds of ends that there are."""
+    found = []
+    for side, place in (("below", "first_value"), ("above", "last_value")):
+        ends, names = ordered[f"end_{side}"].values, flag_names(ordered[f"end_{side}"])
+        for k, middle in enumerate(middles):
+            kind = names.get(int(ends[k]), "")
+            if kind not in _ENDS:
+                continue
+            found.append(kind)
+            at = int(np.argmin(np.abs(values - float(ordered[place][k]))))
+            axes.plot(
+                values[at],
+                middle[at],
+                marker=_ENDS[kind][0],
+                markersize=7,
+                color=bands[k][0].colour,
+                markeredgecolor="black",
+                clip_on=False,
+                zorder=5,
+            )
+    return [kind for kind in _ENDS if kind in found]
