@@ -338,12 +338,12 @@ def _ends(axis: Axis, branches: list[Branch], number: dict[Node, int]) -> dict[s
 def share_of(hits: Any, starts: int) -> tuple[Any, Any]:
     """The part of the starts that lead somewhere, and its standard error.
 
-    The error is that of a binomial share under Jeffreys' prior (Brown, Cai and DasGupta 2001,
-    doi:10.1214/ss/1009213286), which does not vanish where all starts, or none, lead there.
+    The error is that of a binomial share with two hits and two misses more (Agresti and Coull 1998,
+    doi:10.1080/00031305.1998.10480550), which does not vanish where all starts, or none, lead there.
     """
     hits = np.asarray(hits, dtype=float)
-    likely = (hits + 0.5) / (starts + 1)
-    return hits / starts, np.sqrt(likely * (1 - likely) / (starts + 2))
+    likely = (hits + 2) / (starts + 4)
+    return hits / starts, np.sqrt(likely * (1 - likely) / (starts + 4))
 
 
 def _rate_names(quadrature: str) -> list[tuple[str, str]]:

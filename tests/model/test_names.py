@@ -119,7 +119,15 @@ ANALYSES = {
 }
 
 
-COORDINATES = {"diagram": (4,), "followed": (5,), "chart": (4, 5), "basins": (0, 1), "attractors": (4,), "branches": (4,), "curve": (4, 5)}
+COORDINATES = {
+    "diagram": (4,),
+    "followed": (5,),
+    "chart": (4, 5),
+    "basins": (0, 1),
+    "attractors": (4,),
+    "branches": (4,),
+    "curve": (4, 5),
+}
 """Of which words the names of coordinates are made, which not every name can be."""
 
 

@@ -144,7 +144,7 @@ def attractors(system: "HybridSystem", given: Attractors, job: "Job") -> "xr.Dat
         ``last_value`` of the parameter with it, ``end_below`` and ``end_above`` (``limit`` of the sweep, ``jump``,
         ``merger``, ``split`` or ``lost``), ``next_below`` and ``next_above``. Over the parameter ``fraction_none``, and
         with ``run`` ``reached`` (the attractor of every start) and ``outcome``; ``initial_state`` (run, state). Errors
-        are those of shares of starts drawn at random (Brown, Cai and DasGupta 2001, doi:10.1214/ss/1009213286), not
+        are those of shares of starts drawn at random (Agresti and Coull 1998, doi:10.1080/00031305.1998.10480550), not
         zero even for the share 0; those of neighbouring values are not independent, since the starts are the same. The
         share of a grid has another error, of the size of the boundary's part of its cells, mostly a smaller one. At
         most 16 attractors are told apart at one value.
