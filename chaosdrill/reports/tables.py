@@ -203,7 +203,9 @@ def intervals(dataset: "xr.Dataset") -> Markup:
 
 
 def attractors(dataset: "xr.Dataset") -> Markup:
-    """Attractors found from the grid of initial states."""
+    """Attractors found from the grid of initial states, or along a parameter."""
+    if "attractor" in dataset.dims:
+        return _followed(dataset)
     if "attractor_number" not in dataset.dims:
         return NOTHING
     names = flag_names(dataset["attractor_outcome"])
@@ -226,6 +228,21 @@ def attractors(dataset: "xr.Dataset") -> Markup:
     head = ["attractor", "motion", "part of the starts", *(["largest exponent"] if has_exponents else [])]
     head += [*(["progression rate"] if has_rate else []), *(f"{name} at a point of it" for name in states)]
     return table("Attractors", head, rows)
+
+
+def _followed(dataset: "xr.Dataset") -> Markup:
+    """Attractors along a parameter: from where to where, and what becomes of them there."""
+    parameter = str(dataset["outcome"].dims[0])
+    ends = {side: flag_names(dataset[f"end_{side}"]) for side in ("below", "above")}
+    rows = []
+    for i, place in enumerate(dataset["attractor"].values):
+        one = dataset.isel(attractor=i)
+        most = one["fraction"].isel({parameter: int(one["fraction"].values.argmax())})
+        row: list[Any] = [int(place), *(Quantity(number(float(one[f"{end}_value"]))) for end in ("first", "last"))]
+        row.append(Quantity(uncertain(most, one["fraction_error"].sel({parameter: most[parameter]}))))
+        rows.append([*row, *(_words(names.get(int(one[f"end_{side}"]), "")) for side, names in ends.items())])
+    head = ["attractor", f"from {parameter}", "to", "largest part of the starts", "end below", "end above"]
+    return table(f"Attractors along {long_name(dataset, parameter)} {parameter}", head, rows, MOST_INTERVALS)
 
 
 def _kinds(dataset: "xr.Dataset") -> Any:

@@ -360,7 +360,7 @@ def _settled(first: "xr.Dataset", second: "xr.Dataset", variable: "xr.Variable")
 
     if second.attrs.get("kind") in _ORBITS:
         return True
-    name = "attractor_outcome" if "attractor_number" in variable.dims else "outcome"
+    name = "attractor_outcome" if {"attractor", "attractor_number"} & set(variable.dims) else "outcome"
     if not _in_both(name, first, second):
         return False
     outcome = second[name].variable

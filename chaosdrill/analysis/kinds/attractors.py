@@ -13,6 +13,7 @@ from chaosdrill.dataset.schema import (
     PENETRATION,
     QUADRATURE,
     RUN_NUMBER,
+    SI,
     STATES,
     SWEEP,
     axis,
@@ -52,6 +53,7 @@ VARIABLES = table(
     may("attractor_error", f"{_EACH} exponent", "f8", "standard error of the exponent", "From blocks."),
     *mean_rate(PENETRATION, _EACH, "attractor"),
     *mean_rate(QUADRATURE, _EACH, "attractor"),
+    may("attractor_rate_si", _EACH, "f8", "mean progression rate", SI, "m h-1"),
     need("attractor_state", f"{_EACH} state", "f8", "state on the attractor", "A point of it on the section."),
     need("first_value", "attractor", "f8", "lowest value with the attractor", "Of those of the sweep."),
     need("last_value", "attractor", "f8", "highest value with the attractor", "Of those of the sweep."),
@@ -67,6 +69,7 @@ VARIABLES = table(
         "fraction": "fraction_error",
         "fraction_none": "fraction_none_error",
     },
+    average=("attractor_rate_si",),
     sampled=("attractor_state",),
 )
 
