@@ -237,7 +237,8 @@ def branches_of(search: Search) -> list[Branch]:
             nodes.append(other)
         ways = (node, _DOWN), (nodes[-1], _UP)
         beyond = tuple(None if one in split else next_of(*one) for one in ways)
-        found.append(Branch(tuple(nodes), *(end(*one) for one in ways), beyond))
+        below, above = (end(*one) for one in ways)
+        found.append(Branch(tuple(nodes), below, above, beyond))
     return found
 
 

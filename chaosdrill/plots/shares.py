@@ -1,6 +1,6 @@
 """Shares of the basins along a parameter, as bands."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     handles: list[Artist] = []
     for category, share, spread in bands:
         top = base + share
-        style = {"facecolor": category.colour, "hatch": category.hatch, "edgecolor": "0.25", "linewidth": 0.4}
+        style: dict[str, Any] = {"facecolor": category.colour, "hatch": category.hatch, "edgecolor": "0.25", "linewidth": 0.4}
         low, high = (np.append(one, one[-1:]) for one in (base, top))
         axes.fill_between(edges, low, high, step="post", **style)
         handles.append(Patch(label=category.name, **style))
@@ -84,8 +84,9 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     found = _mark_ends(axes, ordered, values, middles[: min(len(numbers), _MOST)], bands)
     for end in found:
         marker, words = _ENDS[end]
-        style = {"marker": marker, "color": "white", "markeredgecolor": "black", "linestyle": "none", "label": words}
-        handles.append(Line2D([], [], **style))
+        handles.append(
+            Line2D([], [], marker=marker, color="white", markeredgecolor="black", linestyle="none", label=words)
+        )
     axes.set_xlim(edges[0], edges[-1])
     axes.set_ylim(0, 1)
     axes.set_xlabel(axis_label(dataset, name))
