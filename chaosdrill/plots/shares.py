@@ -1,4 +1,4 @@
-"""Shares of the basins along a parameter, as bands."""
+"""Shares of the basins along a parameter, as bands; how uncertain starts near a boundary are."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -7,8 +7,9 @@ import numpy as np
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.categories import FURTHER, NO_ATTRACTOR, Category, attractor_category
 from chaosdrill.plots.contents import swept
-from chaosdrill.plots.figures import legend_outside, one_panel
-from chaosdrill.plots.labels import axis_label, label, readable
+from chaosdrill.plots.figures import legend_inside, legend_outside, one_panel
+from chaosdrill.plots.labels import axis_label, label, readable, uncertain
+from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 
 if TYPE_CHECKING:
@@ -71,9 +72,9 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     handles: list[Artist] = []
     for category, share, spread in bands:
         top = base + share
-        style: dict[str, Any] = {"facecolor": category.colour, "hatch": category.hatch, "edgecolor": "0.25", "linewidth": 0.4}
+        style: dict[str, Any] = {"facecolor": category.colour, "hatch": category.hatch, "edgecolor": "0.25"}
         low, high = (np.append(one, one[-1:]) for one in (base, top))
-        axes.fill_between(edges, low, high, step="post", **style)
+        axes.fill_between(edges, low, high, step="post", linewidth=0.4, **style)
         handles.append(Patch(label=category.name, **style))
         if len(values) <= _BARS:
             seen = np.isfinite(spread)
@@ -142,3 +143,55 @@ def _mark_ends(
                 zorder=5,
             )
     return [kind for kind in _ENDS if kind in found]
+
+
+@picture("basin-measures", "uncertainty", "uncertain part of the starts over the distance", needs="uncertain_fraction")
+def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw what part of the starts has another attractor within a distance, and the power of the distance fitted to it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``basin-measures``, from a grid.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Both axes are logarithmic; bars are two standard errors. The line has the uncertainty exponent, which the legend
+        gives; the title has the entropies.
+    """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    figure, axes = one_panel(ax, 3.6)
+    distance, part, error = (
+        dataset[name].values for name in ("distance", "uncertain_fraction", "uncertain_fraction_error")
+    )
+    seen = part > 0
+    power, spread = float(dataset["uncertainty_exponent"]), float(dataset["uncertainty_exponent_error"])
+    low = np.minimum(2 * error[seen], 0.9 * part[seen])
+    axes.errorbar(distance[seen], part[seen], yerr=[low, 2 * error[seen]], fmt="o", color=PALETTE[0], capsize=2,
+                  label="uncertain, 2 standard errors")  # fmt: skip
+    if np.isfinite(power):
+        middle = np.exp(np.log(part[seen]).mean() - power * np.log(distance[seen]).mean())
+        text = f"exponent {uncertain(power, spread)}"
+        axes.plot(distance[seen], middle * distance[seen] ** power, color=PALETTE[1], label=text)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xticks(distance[seen], [str(one) for one in distance[seen].tolist()])
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.set_xlabel("distance of starts (cells)")
+    axes.set_ylabel(label(dataset["uncertain_fraction"]))
+    names = {"basin_entropy": "basin entropy", "boundary_entropy": "of the boundary"}
+    told = [
+        f"{words} {uncertain(float(dataset[name]), float(dataset[f'{name}_error']))}"
+        for name, words in names.items()
+        if np.isfinite(float(dataset[name]))
+    ]
+    axes.set_title(", ".join(told))
+    legend_inside(axes, loc="best")
+    return figure

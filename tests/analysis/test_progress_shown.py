@@ -27,6 +27,9 @@ CALLS = {
     "basins": lambda system, **shown: cd.basins(
         system, {"x": [0.0], "v": [0.1, 0.2]}, transient=2, periods=4, max_period=2, **shown
     ),
+    "basin measures": lambda system, **shown: cd.basin_measures(
+        system, {"x": [0.0], "v": [0.1, 0.2]}, transient=2, periods=4, max_period=2, **shown
+    ),
     "attractors": lambda system, **shown: cd.attractors(
         system, {"omega": [3.3, 3.4]}, initial={"x": [0.0, 0.1]}, transient=2, periods=4, max_period=2, **shown
     ),

@@ -25,6 +25,7 @@ FORCED = {
     "parameter_chart": lambda system: cd.parameter_chart(system, {"w": [2.6, 2.7], "d": [0.1]}, **SHORT),
     "basins": lambda system: cd.basins(system, {"x": [-0.3], "v": [0.0, 0.3]}, **SHORT),
     "attractors": lambda system: cd.attractors(system, {"w": [2.6, 2.7]}, initial={"x": [-0.3, 0.0]}, **SHORT),
+    "basin_measures": lambda system: cd.basin_measures(system, {"x": [-0.3], "v": [0.0, 0.3]}, **SHORT),
     "periodic_orbit": lambda system: cd.periodic_orbit(system, start="attractor"),
     "search": lambda system: cd.periodic_orbit(system, start="search", max_period=1),
     "continue_orbit": lambda system: cd.continue_orbit(system, {"w": (2.6, 2.7)}, max_points=5),

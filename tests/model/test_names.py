@@ -96,6 +96,9 @@ ANALYSES = {
         system, {words[4]: [2.6, 2.8], words[5]: [0.7, 0.8]}, seeds=[{}, {words[1]: 0.3}], **SHORT
     ),
     "basins": lambda system, words: cd.basins(system, {words[0]: [-0.5, 0.0], words[1]: [-0.5, 0.5]}, **SHORT),
+    "measures": lambda system, words: cd.basin_measures(
+        system, {words[0]: [-0.5, 0.0], words[1]: [-0.5, 0.5]}, box=2, **SHORT
+    ),
     "attractors": lambda system, words: cd.attractors(
         system, {words[4]: [2.6, 2.8]}, random={"count": 3, "seed": 2, words[0]: (-0.5, 0.1)}, **SHORT
     ),

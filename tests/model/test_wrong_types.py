@@ -47,6 +47,7 @@ RIGHT = {
     "parameter_chart": {"system": SYSTEM, "sweep": {"omega": [2.5], "e": [0.8]}, "transient": 1, "periods": 2},
     "basins": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
     "attractors": {"system": SYSTEM, "sweep": {"omega": [2.5]}, "initial": [[0, 1]], "transient": 1, "periods": 2},
+    "basin_measures": {"system": SYSTEM, "grid": {"x": [0.0], "v": [0.1]}, "transient": 1, "periods": 2},
     "periodic_orbit": {"system": SYSTEM},
     "continue_orbit": {"system": SYSTEM, "sweep": {"omega": (2.5, 2.6)}},
     "work_precision": {"system": SYSTEM, "periods": 1},

@@ -84,6 +84,16 @@ transient = 50
 periods = 32
 max_period = 8
 """,
+    "measures": """\
+[analysis.measures]
+kind = "basin-measures"
+grid.x = { start = -0.3, stop = 0.2, num = 8 }
+grid.v = { start = -0.5, stop = 0.5, num = 8 }
+box = 2
+transient = 50
+periods = 32
+max_period = 8
+""",
     "orbit": """\
 [analysis.orbit]
 kind = "periodic-orbit"

@@ -1,0 +1,253 @@
+"""Basins and their boundaries on a grid of any number of dimensions, from the number of the attractor of every cell."""
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+NEAREST = 3
+"""Cells at least at which they are compared."""
+
+BLOCKS = 4
+"""Parts of the grid along every axis; what is left out in turn for the error of an exponent."""
+
+PARTS = 16
+"""Part of the shortest axis up to which cells are compared: beyond, their distance is that of the basins."""
+
+FEWEST = 4
+"""Distances at least to which an exponent is fitted."""
+
+MOST_UNCERTAIN = 0.999
+"""Fraction that is taken for all."""
+
+LEAST = 16
+"""Cells with different attractors, at least, for a distance to count in the fit."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How many starts have another attractor so close, and the power of the distance with which that grows."""
+
+    distance: np.ndarray  # int (K,): in cells
+    fraction: np.ndarray  # (K,): of all cells that are uncertain at it
+    error: np.ndarray  # (K,): standard errors
+    exponent: float
+    exponent_error: float
+
+
+def mixing(numbers: np.ndarray, side: int) -> dict[str, tuple[float, float]]:
+    """Basin entropy and boundary basin entropy, with their standard errors; NaN without a box, or without a boundary.
+
+    Boxes of ``side`` cells along every axis have the Gibbs entropy of the attractors in them (Daza and others 2016,
+    doi:10.1038/srep31416). The first is the mean over all boxes, the second over those with more than one attractor.
+    Cells that do not fill a box are left out. The errors are those of boxes thrown at random.
+    """
+    boxes = _boxes(numbers, side)
+    entropy = np.zeros(len(boxes))
+    for number in np.unique(numbers):
+        share = (boxes == number).mean(axis=1)
+        entropy -= share * np.log(np.where(share > 0, share, 1.0))
+    on_boundary = entropy[entropy > 0]
+    return {"basin_entropy": _mean(entropy), "boundary_entropy": _mean(on_boundary)}
+
+
+def _boxes(numbers: np.ndarray, side: int) -> np.ndarray:
+    """Cells of every box, shape (boxes, side ** dimensions)."""
+    counts = [length // side for length in numbers.shape]
+    cut = numbers[tuple(slice(0, count * side) for count in counts)]
+    split = cut.reshape([part for count in counts for part in (count, side)])
+    of_boxes, within = range(0, 2 * numbers.ndim, 2), range(1, 2 * numbers.ndim, 2)
+    return split.transpose(*of_boxes, *within).reshape(int(np.prod(counts)), -1)
+
+
+def _mean(values: np.ndarray) -> tuple[float, float]:
+    if len(values) < 2:
+        return (float(values[0]) if len(values) else np.nan), np.nan
+    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
+
+
+def uncertainty(numbers: np.ndarray) -> Uncertainty:
+    """The uncertainty exponent (Grebogi, McDonald, Ott and Yorke 1983, doi:10.1016/0375-9601(83)90945-3).
+
+    A cell is uncertain at a distance of 3, 4, 5, 6, 8, 10, ... cells, up to a sixteenth of the shortest axis, unless
+    all cells as close to it, along every axis, lead to one attractor; cells closer to the edge than the largest of
+    these are left out. The exponent is the slope of a line through the logarithms, all weighted alike. Its error joins
+    that of the slope when each of the 4 parts of every axis is left out in turn, what the line leaves unexplained, or
+    half the difference of the slopes at small and at large distances, as the steps of a self-similar boundary make, and
+    half of what it would be more if what is uncertain at one distance overlapped at random at a larger one, as it does
+    where much of the grid is uncertain.
+    """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    most = min(numbers.shape) // PARTS
+    distance = _distances(most)
+    blocks = BLOCKS**numbers.ndim
+    hits, cells = np.zeros((2, len(distance), blocks))
+    place = _parts(numbers.shape)
+    # the same cells at all distances, as far from the edge as the largest of these
+    inner = tuple(slice(most, length - most) for length in numbers.shape)
+    for row, d in enumerate(distance.tolist()):
+        low, high = numbers, numbers
+        for axis in range(numbers.ndim):
+            low, high = minimum_filter1d(low, 2 * d + 1, axis), maximum_filter1d(high, 2 * d + 1, axis)
+        where = place[inner].ravel()
+        cells[row] = np.bincount(where, minlength=blocks)
+        hits[row] = np.bincount(where, weights=(low != high)[inner].ravel(), minlength=blocks)
+    total, every = hits.sum(axis=1), cells.sum(axis=1)
+    fraction = total / np.maximum(every, 1)
+    without = (total[:, np.newaxis] - hits) / np.maximum(every[:, np.newaxis] - cells, 1)
+    # that of so many places at random as do not overlap
+    error = np.sqrt(fraction * (1 - fraction) * (2 * distance + 1.0) ** numbers.ndim / np.maximum(every, 1))
+    exponent = exponent_error = np.nan
+    fits = total >= LEAST
+    if fits.sum() >= FEWEST and (without[fits] > 0).all():
+        across = np.log(distance[fits])
+        exponent, left = _slope(across, np.log(fraction[fits]))
+        slopes = np.array([_slope(across, np.log(one))[0] for one in without[fits].T])
+        spread = np.sqrt((blocks - 1) / blocks * ((slopes - slopes.mean()) ** 2).sum())
+        half = len(across) // 2
+        ends = [_slope(across[part], np.log(fraction[fits])[part])[0] for part in (slice(half), slice(-half, None))]
+        crowded = _slope(across, np.log(-np.log1p(-np.minimum(fraction[fits], MOST_UNCERTAIN))))[0]
+        systematic = max(left, abs(ends[1] - ends[0]) / 2)
+        exponent_error = float(np.hypot(np.hypot(spread, systematic), abs(crowded - exponent) / 2))
+    return Uncertainty(distance, fraction, error, exponent, exponent_error)
+
+
+def _distances(most: int) -> np.ndarray:
+    """3, 4, 5, 6, 8, 10, 13, 16, ...: at fewer cells a fine boundary is missed between them."""
+    steps = np.arange(int(3 * np.log2(max(most, 1))) + 1)
+    found = np.unique(np.rint(NEAREST * 2 ** (steps / 3)).astype(np.int64))
+    return found[found <= most]
+
+
+def _shifted(values: np.ndarray, by: int, axis: int) -> np.ndarray:
+    """All but the last ``by`` layers, or all but the first for a negative number."""
+    chosen = slice(None, -by) if by > 0 else slice(-by, None)
+    return values[(slice(None),) * axis + (chosen,)]
+
+
+def _parts(shape: tuple[int, ...]) -> np.ndarray:
+    """Number of the part of the grid in which each cell lies."""
+    found = np.zeros(shape, dtype=np.int64)
+    for axis, length in enumerate(shape):
+        along = np.arange(length) * BLOCKS // length
+        found = BLOCKS * found + along.reshape([-1 if k == axis else 1 for k in range(len(shape))])
+    return found
+
+
+def _slope(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """Slope of a line and its standard error from what it leaves unexplained."""
+    off = x - x.mean()
+    slope = float(off @ y / (off @ off))
+    left = y - y.mean() - slope * off
+    return slope, float(np.sqrt(left @ left / max(len(x) - 2, 1) / (off @ off)))
+
+
+def share_error_of_grid(numbers: np.ndarray, number: int, binomial: float) -> float:
+    """Standard error of the part of the cells that lead to an attractor.
+
+    The boundary may pass anywhere between two neighbours that differ, and in the worst case alike in all of them. That
+    is a distance of a cell, evenly distributed, over the area of the boundary; or the error of starts drawn at random
+    where it is smaller, as for fractal boundaries, and where no boundary was met.
+    """
+    inside = numbers == number
+    crossed = max(int(np.count_nonzero(np.diff(inside, axis=axis))) for axis in range(inside.ndim))
+    return min(binomial, crossed / numbers.size / np.sqrt(12)) if crossed else binomial
+
+
+def merged_distances(numbers: np.ndarray) -> np.ndarray:
+    """For each basin how far, in cells, points of any boundary are at most from its own, by ascending number.
+
+    All other basins are merged into one, and the boundaries that remain are compared: those of a Wada basin are all the
+    same (Daza and others 2018, doi:10.1038/s41598-018-28119-0). NaN for fewer than three.
+    """
+    from scipy.ndimage import distance_transform_cdt
+
+    present = np.unique(numbers).tolist()
+    if len(present) < 3:
+        return np.full(len(present), np.nan)
+    edges = [_boundary(numbers == number) for number in present]
+    far = np.zeros((len(present), len(present)))
+    for i, j in [pair for one in combinations(range(len(present)), 2) for pair in (one, one[::-1])]:
+        away = distance_transform_cdt(~edges[i], metric="chessboard")
+        far[i, j] = away[edges[j]].max(initial=0)
+    return far.max(axis=1)
+
+
+def _boundary(inside: np.ndarray) -> np.ndarray:
+    """Cells with a neighbour on the other side."""
+    found = np.zeros(inside.shape, dtype=bool)
+    for axis in range(inside.ndim):
+        differs = np.diff(inside, axis=axis)
+        for layers in (slice(None, -1), slice(1, None)):
+            found[(slice(None),) * axis + (layers,)] |= differs
+    return found
+
+
+def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Dataset":
+    """Measures of basins; see `chaosdrill.basin_measures`."""
+    import xarray as xr
+
+    from chaosdrill.analysis.shares import share_of
+    from chaosdrill.analysis.sweeps import over_states
+
+    found = over_states(system, given, job).rename(attractor="reached", attractor_number="attractor")
+    reached, count = found["reached"].values.astype(np.int64), found.sizes["attractor"]
+    numbers = np.arange(1, count + 1)
+    hits = np.bincount(reached.ravel(), minlength=count + 1)
+    fraction, error = share_of(hits, reached.size)
+    cells = None
+    if given.grid:
+        shape = tuple(len(values) for values in given.grid.values())
+        cells = reached.ravel()[: int(np.prod(shape))].reshape(shape)
+        cells = cells[np.ix_(*(np.argsort(values) for values in given.grid.values()))]
+        if given.initial is None:
+            error = np.array([share_error_of_grid(cells, k, float(error[k])) for k in range(count + 1)])
+    kept = ["attractor_period", "attractor_outcome", "attractor_state", "attractor_exponent", "attractor_error"]
+    variables: dict[str, Any] = {name: found[name].variable for name in kept if name in found}
+    variables |= {
+        "fraction": ("attractor", fraction[1:]),
+        "fraction_error": ("attractor", error[1:]),
+        "fraction_none": ((), fraction[0]),
+        "fraction_none_error": ((), error[0]),
+        "start_count": ((), np.int32(reached.size)),
+    }
+    if "forcing_period" in found:
+        variables["forcing_period"] = found["forcing_period"].variable
+    coords: dict[str, Any] = {"attractor": numbers.astype(np.int32), "state": found["state"].values}
+    if "exponent" in found.coords:
+        coords["exponent"] = found["exponent"].values
+    if cells is not None:
+        for name, (value, spread) in mixing(cells, given.box).items():
+            variables |= {name: ((), value), f"{name}_error": ((), spread)}
+        even = all(_evenly(values) for values in given.grid.values())
+        power = uncertainty(cells)
+        variables |= {
+            "uncertainty_exponent": ((), power.exponent if even else np.nan),
+            "uncertainty_exponent_error": ((), power.exponent_error if even else np.nan),
+            "uncertain_fraction": ("distance", power.fraction),
+            "uncertain_fraction_error": ("distance", power.error),
+            "wada_distance": ("attractor", _of_attractors(cells, count)),
+        }
+        coords["distance"] = power.distance.astype(np.int32)
+    return xr.Dataset(variables, coords=coords)
+
+
+def _evenly(values: np.ndarray) -> bool:
+    """Whether values stand at equal distances, to a thousandth of one."""
+    steps = np.diff(np.sort(values))
+    return len(steps) > 0 and float(np.ptp(steps)) <= 1e-3 * float(steps.mean())
+
+
+def _of_attractors(cells: np.ndarray, count: int) -> np.ndarray:
+    """Distances of the merged boundaries by the number of the attractor, NaN for those that no cell leads to."""
+    found = np.full(count + 1, np.nan)
+    found[np.unique(cells)] = merged_distances(cells)
+    return found[1:]

@@ -1,0 +1,129 @@
+"""Measures of basins: shares, entropies, the uncertainty exponent of the boundary, and whether it is common to all."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import Axes
+from chaosdrill.analysis.base import POINTS, analysis
+from chaosdrill.analysis.kinds.basins import Basins
+from chaosdrill.dataset.schema import EXPONENT, STATES, axis, forcing, may, need, table
+from chaosdrill.settings import Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+_BOXES = "Of boxes at random places."
+_COMMON = "How far in cells points of any boundary are from its own at most; NaN for fewer than three basins."
+
+VARIABLES = table(
+    axis("attractor", "attractor", "i4", "number of the attractor", "By the size of its basin, from 1.", True),
+    *STATES,
+    EXPONENT,
+    axis("distance", "distance", "i4", "distance of starts", "In cells of the grid."),
+    need("fraction", "attractor", "f8", "fraction of the basin", "Part of the starts that lead to the attractor."),
+    need("fraction_error", "attractor", "f8", "standard error of the fraction", "Of random starts, or of a grid."),
+    need("fraction_none", "", "f8", "fraction without an attractor", "Part of the starts that lead to none."),
+    need("fraction_none_error", "", "f8", "standard error of that", "Of random starts, or of a grid."),
+    need("start_count", "", "i4", "number of starts", "Cells and listed starts."),
+    need("attractor_period", "attractor", "i2", "period of the attractor", "In iterates of the section, or 0."),
+    need("attractor_outcome", "attractor", "i1", "kind of the attractor", "As a code.", flags="outcome"),
+    may("attractor_exponent", "attractor exponent", "f8", "Lyapunov exponent", "Per unit of model time."),
+    may("attractor_error", "attractor exponent", "f8", "standard error of the exponent", "From blocks."),
+    need("attractor_state", "attractor state", "f8", "state on the attractor", "A point of it on the section."),
+    may("basin_entropy", "", "f8", "basin entropy", "Mean Gibbs entropy of boxes of cells."),
+    may("basin_entropy_error", "", "f8", "standard error of the basin entropy", _BOXES),
+    may("boundary_entropy", "", "f8", "boundary basin entropy", "Mean over boxes with more than one attractor."),
+    may("boundary_entropy_error", "", "f8", "standard error of the boundary basin entropy", _BOXES),
+    may("uncertainty_exponent", "", "f8", "uncertainty exponent", "1 for smooth boundaries; NaN: no range to fit."),
+    may("uncertainty_exponent_error", "", "f8", "standard error of the uncertainty exponent", "On the large side."),
+    may("uncertain_fraction", "distance", "f8", "uncertain fraction", "Of cells with another attractor so close."),
+    may("uncertain_fraction_error", "distance", "f8", "standard error of the uncertain fraction", _BOXES),
+    may("wada_distance", "attractor", "f8", "distance of other boundaries", _COMMON),
+    *forcing(),
+    bars={
+        "attractor_exponent": "attractor_error",
+        "fraction": "fraction_error",
+        "fraction_none": "fraction_none_error",
+        "basin_entropy": "basin_entropy_error",
+        "boundary_entropy": "boundary_entropy_error",
+        "uncertainty_exponent": "uncertainty_exponent_error",
+        "uncertain_fraction": "uncertain_fraction_error",
+    },
+    sampled=("attractor_state",),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BasinMeasures(Basins):
+    """Settings of `basin_measures`."""
+
+    grid: dict[str, Any] | None = setting(
+        Axes("state", 1, 6, "basins are measured over one state to six"), None, positional=True
+    )
+    box: int = setting(Whole(2, 1000), 5)
+
+
+@analysis(
+    "basin-measures",
+    BasinMeasures,
+    "shares of basins, basin entropy, uncertainty exponent of their boundary, and a test for Wada basins",
+    VARIABLES,
+    cites=(*POINTS, "menck2013", "daza2016", "grebogi1983", "daza2018"),
+)
+def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> "xr.Dataset":
+    """How the basins of attraction share a grid or a list of starts, and how entangled they are.
+
+    The attractors are those of `basins`; starts that lead to none count as one basin more. The basin entropy is the
+    mean Gibbs entropy of the attractors in boxes of cells, and the boundary basin entropy that of the boxes with more
+    than one: beyond log 2 the boundary is fractal (Daza and others 2016, doi:10.1038/srep31416). The part of the
+    starts that have another attractor within a distance grows with its power, the uncertainty exponent, which is the
+    number of states of the grid less the dimension of the boundary (Grebogi, McDonald, Ott and Yorke 1983,
+    doi:10.1016/0375-9601(83)90945-3). If the boundaries that are left when all basins but one are merged are the same
+    to a few cells, whichever is left out, the basins have the property of Wada to the resolution of the grid (Daza and
+    others 2018, doi:10.1038/s41598-018-28119-0).
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters; its initial state gives the states that the grid does not span.
+    grid : mapping of one to six states to values, optional
+        As in `basins`; equally spaced, and 100 values of each at least, for an uncertainty exponent.
+    periods, duration, transient : int or float
+        As in `basins`.
+    at, max_return, exponents, max_period, max_extension : optional
+        As in `bifurcation_diagram`.
+    initial : array, list, mapping, DataFrame or Dataset, optional
+        As in `basins`, in any number of states: they have shares, and no entropies nor an exponent. Beside a grid they
+        count in the shares.
+    box : int, default 5
+        Cells of a box along every state.
+    workers, scheduler, store : optional
+        As in `bifurcation_diagram`.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`; ``progress`` gets the outcomes counted so far.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``attractor``: ``fraction`` and ``fraction_error``, ``attractor_period``, ``attractor_outcome``,
+        ``attractor_exponent`` and ``attractor_error`` (exponent), ``attractor_state`` (state), and ``wada_distance``,
+        in cells. Of a grid ``basin_entropy``, ``boundary_entropy`` and ``uncertainty_exponent``, each with its
+        ``_error``, and ``uncertain_fraction`` over ``distance``, in cells. The error of a share of a list is that of
+        random starts (Agresti and Coull 1998, doi:10.1080/00031305.1998.10480550); of a grid that of cells which the
+        boundary cuts, in the worst case all alike, if that is less.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
+    """
+    from chaosdrill.analysis.boundaries import measures_dataset
+
+    return measures_dataset(system, given, job)

@@ -1,0 +1,175 @@
+"""Measures of basins, against model basins in closed form and published exponents."""
+
+import numpy as np
+import pytest
+import sympy
+from maps import map_system
+
+import chaosdrill as cd
+from chaosdrill.analysis.boundaries import merged_distances, mixing, share_error_of_grid, uncertainty
+
+CANTOR = 1 - np.log(2) / np.log(3)
+
+
+def stripes(width, count, shape=(120, 120)):
+    """Straight stripes of so many cells, whose basins take turns."""
+    return 1 + (np.arange(shape[0]) // width % count)[:, np.newaxis] + np.zeros(shape, dtype=int)
+
+
+def cantor(places):
+    """To which side points of a line leave the middle thirds: their boundary is Cantor's set."""
+    left = np.zeros(len(places), dtype=int)
+    x = places.copy()
+    for _ in range(40):
+        gone = (left == 0) & ((x < 0) | (x > 1) | ((x > 1 / 3) & (x < 2 / 3)))
+        left[gone] = 1 + (x[gone] > 0.5)
+        x = np.where(x < 0.5, 3 * x, 3 * x - 2)
+    return left
+
+
+def newton(count, side, off=0.0):
+    """Roots of z**3 = 1 to which Newton's method leads from a square."""
+    along = np.linspace(-side, side, count) + off
+    z = along[:, np.newaxis] * 1j + along
+    for _ in range(60):
+        with np.errstate(all="ignore"):
+            z = z - (z**3 - 1) / (3 * z * z)
+    return 1 + np.argmin(np.abs(z[..., np.newaxis] - np.exp(2j * np.pi * np.arange(3) / 3)), axis=-1)
+
+
+# Entropies.
+
+
+def test_entropies_of_stripes():
+    """Boxes of 8 over stripes of 4 are all half and half; of stripes of 12, every third box is."""
+    both = mixing(stripes(4, 2), 8)
+    assert both["basin_entropy"] == (pytest.approx(np.log(2)), pytest.approx(0, abs=1e-12))
+    assert both["boundary_entropy"][0] == pytest.approx(np.log(2))
+    wide = mixing(stripes(12, 2), 8)
+    assert wide["basin_entropy"][0] == pytest.approx(np.log(2) / 3)
+    assert wide["boundary_entropy"][0] == pytest.approx(np.log(2))
+    assert mixing(stripes(4, 3), 12)["basin_entropy"][0] == pytest.approx(np.log(3))
+    alone = mixing(np.ones((20, 20), dtype=int), 5)
+    assert alone["basin_entropy"][0] == 0.0
+    assert np.isnan(alone["boundary_entropy"][0])
+
+
+def test_entropy_in_three_dimensions():
+    cube = np.zeros((8, 8, 8), dtype=int)
+    cube[:, :, 4:] = 1
+    assert mixing(cube, 8)["basin_entropy"][0] == pytest.approx(np.log(2))
+    assert mixing(cube, 4)["basin_entropy"][0] == 0.0
+
+
+# The uncertainty exponent.
+
+
+def test_a_smooth_boundary_has_the_exponent_one():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        along, angle, off = np.linspace(-1, 1, rng.integers(100, 200)), *rng.uniform((0, -0.3), (2 * np.pi, 0.3))
+        found = uncertainty(1 + (np.cos(angle) * along[:, np.newaxis] + np.sin(angle) * along > off))
+        assert abs(found.exponent - 1) <= 2 * found.exponent_error
+        assert found.exponent == pytest.approx(1, abs=0.03)
+        assert found.exponent_error < 0.15
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_cantor_set_has_the_exponent_of_its_dimension(flat):
+    rng = np.random.default_rng(2)
+    found = []
+    for count in rng.integers(300, 3000, 20) if not flat else [400, 600]:
+        line = cantor(np.linspace(0, 1, count) + rng.uniform(0, 0.002))
+        found.append(uncertainty(line[:, np.newaxis] + np.zeros(300, dtype=int) if flat else line))
+    exponents, errors = (np.array([getattr(one, name) for one in found]) for name in ("exponent", "exponent_error"))
+    assert (np.abs(exponents - CANTOR) <= 2 * errors).all()
+    assert exponents.mean() == pytest.approx(CANTOR, abs=0.03)
+    assert (errors < 0.2).all()
+
+
+def test_newtons_method_has_the_published_exponent():
+    """0.58, from the dimension 1.42 of the boundary (as the tests of Attractors.jl have it)."""
+    for count, side, off in ((128, 1.5, 0.0), (300, 1.0, 0.0), (400, 1.5, 0.1)):
+        found = uncertainty(newton(count, side, off))
+        assert abs(found.exponent - 0.58) <= 2 * found.exponent_error
+        assert found.exponent == pytest.approx(0.58, abs=0.1)
+
+
+def test_what_is_too_coarse_has_no_exponent():
+    assert np.isnan(uncertainty(newton(60, 1.5)).exponent)
+    assert np.isnan(uncertainty(np.ones((200, 200), dtype=int)).exponent)
+
+
+# Shares of a grid, and basins of Wada.
+
+
+def test_errors_of_shares_of_a_grid_cover():
+    rng = np.random.default_rng(3)
+    hits = []
+    for _ in range(100):
+        count, radius = rng.integers(40, 90), rng.uniform(0.4, 0.9)
+        off, along = rng.uniform(-0.05, 0.05, 2), np.linspace(-1, 1, count)
+        inside = (along[:, np.newaxis] - off[0]) ** 2 + (along - off[1]) ** 2 < radius**2
+        # a cell is as wide as the distance of two starts
+        exact = np.pi * radius**2 / (2 * count / (count - 1)) ** 2
+        error = share_error_of_grid(1 + inside, 2, 1.0)
+        assert error < 0.02
+        hits.append(abs(inside.mean() - exact) <= 2 * error)
+    assert np.mean(hits) >= 0.95
+    assert share_error_of_grid(np.ones((9, 9)), 1, 0.25) == 0.25
+
+
+def test_merged_boundaries_are_the_same_for_newtons_method_alone():
+    assert merged_distances(newton(300, 1.5)).max() <= 6
+    assert merged_distances(stripes(20, 3)).min() >= 18
+    assert np.isnan(merged_distances(stripes(20, 2))).all()
+
+
+# The analysis.
+
+
+@pytest.fixture(scope="module")
+def found():
+    x, y = sympy.symbols("x y", real=True)
+    size = 3 * (x**2 + y**2) ** 2
+    images = {x: 2 * x / 3 + (x**2 - y**2) / size, y: 2 * y / 3 - 2 * x * y / size}
+    system = map_system("newton", (x, y), {}, images, {x: 0.1, y: 0.2})
+    along = np.linspace(-1.5, 1.5, 64)
+    lengths = {"transient": 40, "periods": 16, "max_period": 2, "exponents": 0}
+    return system, lengths, cd.basin_measures(system, {"y": along, "x": along}, box=4, **lengths)
+
+
+def test_measures_are_those_of_the_basins(found):
+    _, _, measures = found
+    direct = newton(64, 1.5)
+    for name, (value, error) in mixing(direct, 4).items():
+        assert float(measures[name]) == pytest.approx(value)
+        assert float(measures[f"{name}_error"]) == pytest.approx(error)
+    shares = [np.mean(direct == number) for number in (1, 2, 3)]
+    np.testing.assert_allclose(np.sort(measures["fraction"]), np.sort(shares), atol=1e-12)
+    np.testing.assert_allclose(np.hypot(*measures["attractor_state"].values[:, :2].T), 1.0)
+    assert np.isnan(measures["uncertainty_exponent"])
+    assert (measures["wada_distance"] <= 6).all()
+    assert (measures["fraction_error"] < 0.01).all()
+    assert measures["fraction_none"] == 0.0
+
+
+def test_a_list_has_shares_alone(found):
+    system, lengths, _ = found
+    starts = [[1.0, 0.1, 0.5], [-0.5, 0.8, 0.5], [-0.5, 0.9, 0.5], [-0.5, -0.9, 0.5]]
+    measures = cd.basin_measures(system, initial=starts, **lengths)
+    np.testing.assert_allclose(measures["fraction"], [0.5, 0.25, 0.25])
+    assert "basin_entropy" not in measures
+    assert int(measures["start_count"]) == 4
+    beside = cd.basin_measures(system, {"x": [0.9, 1.0], "y": [0.0, 0.1]}, initial=starts, box=2, **lengths)
+    assert float(beside["fraction"][0]) == pytest.approx(5 / 8)
+    assert float(beside["basin_entropy"]) == 0.0
+
+
+def test_one_state_spans_a_grid():
+    wells = cd.HybridSystem(
+        name="wells", states="x", parameters={}, modes={"on": {"x": "x - x**3"}}, period="1", initial={"x": 0.5}
+    )
+    measures = cd.basin_measures(wells, {"x": np.linspace(-1, 1, 40)}, transient=50, periods=16, max_period=4)
+    np.testing.assert_allclose(measures["fraction"], 0.5)
+    assert measures["fraction_error"].max() == pytest.approx(1 / 40 / np.sqrt(12))
