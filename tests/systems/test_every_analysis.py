@@ -112,6 +112,8 @@ def test_basins(model, section):
         pytest.skip("no plane of starts: one state, or a start in a mode that holds the second one")
     grid = {state: [model.initial[state], model.initial[state] + 1e-3] for state in model.state_names[:2]}
     assert words(cd.basins(model, grid, periods=6, transient=5, max_period=2, **section)) <= SOUND
+    measures = cd.basin_measures(model, grid, box=2, periods=6, transient=5, max_period=2, **section)
+    assert float(measures["fraction"].sum() + measures["fraction_none"]) == pytest.approx(1.0)
 
 
 def test_attractors(model, section):
