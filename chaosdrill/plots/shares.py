@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.outcomes import flag_names
-from chaosdrill.plots.categories import FURTHER, NO_ATTRACTOR, Category, attractor_category
+from chaosdrill.plots.categories import FURTHER, Category, attractor_category
 from chaosdrill.plots.contents import swept
 from chaosdrill.plots.figures import legend_inside, legend_outside, one_panel
 from chaosdrill.plots.labels import axis_label, label, readable, uncertain
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _HEIGHT = 4.4
+_NONE = Category("no attractor", "#FFFFFF", "xx")
 _MOST = 12
 """Most attractors that have a band of their own: for more the palette has no colours."""
 _BARS = 60
@@ -65,7 +66,7 @@ def shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     nothing = np.full(len(values), np.nan)
     bands += [(FURTHER, rest, nothing)] if rest.any() else []
     none = ordered["fraction_none"].values
-    bands += [(NO_ATTRACTOR, none, nothing)] if none.any() else []
+    bands += [(_NONE, none, nothing)] if none.any() else []
 
     figure, axes = one_panel(ax, _HEIGHT)
     base, middles = np.zeros(len(values)), []

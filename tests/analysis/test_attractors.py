@@ -141,6 +141,18 @@ def test_shares_of_a_duffing_oscillator_are_the_published_ones():
         assert abs(float(one["fraction"]) - share) <= 3 * np.hypot(error, float(one["fraction_error"]))
 
 
+def test_stable_orbits_of_the_drill_are_found():
+    """Where the reference table of its orbits (tests/support) has stable ones; two of period 2 coexist at 0.68."""
+    box = {"count": 16, "seed": 1, "y": (-1.5, 0.9), "u": (-1.5, 1.5)}
+    values = [0.5, 0.54, 0.6, 0.68, 0.8]
+    lengths = {"transient": 200, "periods": 64, "max_period": 8, "exponents": 1, "tolerance": 1e-10}
+    found = cd.attractors(cd.drill(), {"eta": values}, random=box, **lengths)
+    periods = found["attractor_period"].values
+    for k, (period, count) in enumerate([(1, 1), (1, 1), (2, 1), (2, 2), (1, 1)]):
+        assert np.count_nonzero(periods[k] == period) >= count
+    np.testing.assert_allclose(found["fraction"].sum("attractor") + found["fraction_none"], 1.0)
+
+
 def test_attractors_do_not_depend_on_workers_chunks_order_or_length(cubic, mirrored, tmp_path):
     starts, values, found = mirrored
     told = []
