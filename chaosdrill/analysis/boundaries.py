@@ -64,7 +64,7 @@ def _boxes(numbers: np.ndarray, side: int) -> np.ndarray:
     cut = numbers[tuple(slice(0, count * side) for count in counts)]
     split = cut.reshape([part for count in counts for part in (count, side)])
     of_boxes, within = range(0, 2 * numbers.ndim, 2), range(1, 2 * numbers.ndim, 2)
-    return split.transpose(*of_boxes, *within).reshape(int(np.prod(counts)), -1)
+    return split.transpose(*of_boxes, *within).reshape(int(np.prod(counts)), side**numbers.ndim)
 
 
 def _mean(values: np.ndarray) -> tuple[float, float]:

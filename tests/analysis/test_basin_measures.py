@@ -54,6 +54,12 @@ def test_entropies_of_stripes():
     assert np.isnan(alone["boundary_entropy"][0])
 
 
+def test_a_grid_smaller_than_a_box_has_no_entropy():
+    small = mixing(np.array([[0, 1]]), 5)
+    assert all(np.isnan(value) for both in small.values() for value in both)
+    assert np.isnan(uncertainty(np.array([[0, 1]])).exponent)
+
+
 def test_entropy_in_three_dimensions():
     cube = np.zeros((8, 8, 8), dtype=int)
     cube[:, :, 4:] = 1
