@@ -1,10 +1,13 @@
 """Basins and their boundaries on a grid of any number of dimensions, from the number of the attractor of every cell."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from chaosdrill.analysis.recurrence import CLOSE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -236,6 +239,9 @@ def measures_dataset(system: "HybridSystem", given: Any, job: "Job") -> "xr.Data
             "uncertain_fraction_error": ("distance", power.error),
             "wada_distance": ("attractor", _of_attractors(cells, count)),
         }
+        kicks = [smallest_kicks(cells, given.grid, *one) for one in _in_the_grid(system, given.grid, found)]
+        for name, parts in zip(("smallest_kick", "smallest_kick_error"), zip(*kicks, strict=True), strict=False):
+            variables[name] = (("attractor", "state"), _of_states(system, given.grid, np.array(parts)))
         coords["distance"] = power.distance.astype(np.int32)
     return xr.Dataset(variables, coords=coords)
 
@@ -251,3 +257,43 @@ def _of_attractors(cells: np.ndarray, count: int) -> np.ndarray:
     found = np.full(count + 1, np.nan)
     found[np.unique(cells)] = merged_distances(cells)
     return found[1:]
+
+
+def smallest_kicks(
+    cells: np.ndarray, grid: Mapping[str, np.ndarray], number: int, point: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The smallest change of a point to a cell of another basin, and its error, in the units of each state of the grid.
+
+    Lengths are taken in parts of the grid along every axis. NaN for a point that is not in the grid, and where all
+    cells are of one basin. The boundary lies up to a cell before, which is the error.
+    """
+    axes = [np.sort(values) for values in grid.values()]
+    low, extent = (np.array([of(values) for values in axes]) for of in (np.min, np.ptp))
+    nothing = np.full(len(axes), np.nan)
+    others = np.argwhere(cells != number)
+    if not len(others) or not (extent > 0).all() or not ((point >= low) & (point <= low + extent)).all():
+        return nothing, nothing
+    ways = np.column_stack([values[place] for values, place in zip(axes, others.T, strict=True)]) - point
+    nearest = ways[int(np.argmin(((ways / extent) ** 2).sum(axis=1)))]
+    return nearest, extent / (np.array(cells.shape) - 1) / np.sqrt(3)
+
+
+def _in_the_grid(
+    system: "HybridSystem", grid: Mapping[str, np.ndarray], found: "xr.Dataset"
+) -> Iterator[tuple[int, np.ndarray]]:
+    """Numbers of attractors, and their points in the states of the grid; NaN for those in another plane."""
+    names = list(system.state_names)
+    own = np.array([system.initial[name] for name in names], dtype=float)
+    spanned = np.array([name in grid for name in names])
+    for number, state in enumerate(found["attractor_state"].transpose("attractor", "state").values, start=1):
+        size = np.maximum(np.abs(state), np.abs(own))
+        there = (np.abs(state - own) <= CLOSE * size)[~spanned].all()
+        yield number, np.array([state[names.index(name)] if there else np.nan for name in grid])
+
+
+def _of_states(system: "HybridSystem", grid: Mapping[str, np.ndarray], parts: np.ndarray) -> np.ndarray:
+    """Numbers of the states of the grid among all states, 0 for the others, and NaN where there are none."""
+    found = np.zeros((len(parts), len(system.state_names)))
+    found[np.isnan(parts).all(axis=1)] = np.nan
+    found[:, [system.state_names.index(name) for name in grid]] = parts
+    return found

@@ -6,7 +6,7 @@ import sympy
 from maps import map_system
 
 import chaosdrill as cd
-from chaosdrill.analysis.boundaries import merged_distances, mixing, share_error_of_grid, uncertainty
+from chaosdrill.analysis.boundaries import merged_distances, mixing, share_error_of_grid, smallest_kicks, uncertainty
 
 CANTOR = 1 - np.log(2) / np.log(3)
 
@@ -170,6 +170,24 @@ def test_a_list_has_shares_alone(found):
     beside = cd.basin_measures(system, {"x": [0.9, 1.0], "y": [0.0, 0.1]}, initial=starts, box=2, **lengths)
     assert float(beside["fraction"][0]) == pytest.approx(5 / 8)
     assert float(beside["basin_entropy"]) == 0.0
+
+
+def test_the_smallest_kick_leads_to_the_boundary():
+    """Of x' = x - x**3, y' = -y at x = 0; of a disc along its radius, however long the axes are."""
+    wells = cd.HybridSystem(
+        name="wells", states="y x", parameters={}, modes={"on": {"x": "x - x**3", "y": "-y"}}, period="1",
+        initial={"x": 0.5},
+    )  # fmt: skip
+    grid = {"x": np.linspace(-1.5, 1.5, 40), "y": np.linspace(-40, 60, 21)}
+    measures = cd.basin_measures(wells, grid, transient=60, periods=16, max_period=4)
+    kick, error = (measures[name].sel(state="x").values for name in ("smallest_kick", "smallest_kick_error"))
+    assert (np.abs(kick + measures["attractor_state"].sel(state="x").values) <= 2 * error).all()
+    np.testing.assert_allclose(measures["smallest_kick"].sel(state="y"), 0.0, atol=5)
+    along = {"x": np.linspace(-1, 1, 81), "y": np.linspace(-10, 10, 81)}
+    inside = 1 + (along["x"][:, np.newaxis] ** 2 + (along["y"] / 10) ** 2 > 0.25)
+    kick, error = smallest_kicks(inside, along, 1, np.array([0.24, 3.2]))
+    assert (np.abs(kick - [0.06, 0.8]) <= 2 * error).all()
+    assert np.isnan(smallest_kicks(inside, along, 1, np.array([0.0, 11.0]))[0]).all()
 
 
 def test_one_state_spans_a_grid():

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
 
 _BOXES = "Of boxes at random places."
+_KICK = "From attractor_state, to the nearest cell in parts of the grid; 0 for states that it does not span."
 _COMMON = "How far in cells points of any boundary are from its own at most; NaN for fewer than three basins."
 
 VARIABLES = table(
@@ -42,6 +43,8 @@ VARIABLES = table(
     may("uncertain_fraction", "distance", "f8", "uncertain fraction", "Of cells with another attractor so close."),
     may("uncertain_fraction_error", "distance", "f8", "standard error of the uncertain fraction", _BOXES),
     may("wada_distance", "attractor", "f8", "distance of other boundaries", _COMMON),
+    may("smallest_kick", "attractor state", "f8", "smallest kick to another basin", _KICK),
+    may("smallest_kick_error", "attractor state", "f8", "standard error of the kick", "By the distance of cells."),
     *forcing(),
     bars={
         "attractor_exponent": "attractor_error",
@@ -51,6 +54,7 @@ VARIABLES = table(
         "boundary_entropy": "boundary_entropy_error",
         "uncertainty_exponent": "uncertainty_exponent_error",
         "uncertain_fraction": "uncertain_fraction_error",
+        "smallest_kick": "smallest_kick_error",
     },
     sampled=("attractor_state",),
 )
@@ -111,7 +115,10 @@ def basin_measures(system: "HybridSystem", given: BasinMeasures, job: "Job") -> 
         Over ``attractor``: ``fraction`` and ``fraction_error``, ``attractor_period``, ``attractor_outcome``,
         ``attractor_exponent`` and ``attractor_error`` (exponent), ``attractor_state`` (state), and ``wada_distance``,
         in cells. Of a grid ``basin_entropy``, ``boundary_entropy`` and ``uncertainty_exponent``, each with its
-        ``_error``, and ``uncertain_fraction`` over ``distance``, in cells. The error of a share of a list is that of
+        ``_error``, and ``uncertain_fraction`` over ``distance``, in cells; ``smallest_kick`` (attractor, state) is the
+        change of ``attractor_state``, in the units of each state, to the nearest start with another attractor, where
+        lengths are taken in parts of the grid, NaN for an attractor outside of its plane; the boundary lies up to a
+        cell before. The error of a share of a list is that of
         random starts (Agresti and Coull 1998, doi:10.1080/00031305.1998.10480550); of a grid that of cells which the
         boundary cuts, in the worst case all alike, if that is less.
 
