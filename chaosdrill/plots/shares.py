@@ -196,3 +196,41 @@ def uncertain_fraction(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "F
     axes.set_title(", ".join(told))
     legend_inside(axes, loc="best")
     return figure
+
+
+@picture("basin-measures", "basin-shares", "part of the starts that leads to each attractor")
+def basin_shares(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the part of the starts that leads to each attractor, of the twelve largest, and to none.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``basin-measures``.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A bar an attractor, with two standard errors.
+    """
+    figure, axes = one_panel(ax, 3.6)
+    numbers = dataset["attractor"].values[:_MOST].tolist()
+    bars = [
+        (attractor_category(k, _told(dataset.isel(attractor=[k]), number)), *_share(dataset.isel(attractor=k), ""))
+        for k, number in enumerate(numbers)
+    ]
+    if float(dataset["fraction_none"]) > 0 or not bars:
+        bars.append((_NONE, *_share(dataset, "_none")))
+    for place, (category, share, error) in enumerate(bars):
+        axes.barh(place, share, color=category.colour, hatch=category.hatch, edgecolor="0.25", linewidth=0.4)
+        axes.errorbar(share, place, xerr=2 * error, fmt="none", ecolor="0.2", elinewidth=0.8, capsize=2)
+    axes.set_yticks(range(len(bars)), [category.name for category, _, _ in bars])
+    axes.invert_yaxis()
+    axes.set_xlim(0, 1)
+    axes.set_xlabel(label(dataset["fraction"]))
+    return figure
+
+
+def _share(attractor: "xr.Dataset", of: str) -> tuple[float, float]:
+    return float(attractor[f"fraction{of}"]), float(attractor[f"fraction{of}_error"])

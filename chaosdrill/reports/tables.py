@@ -204,16 +204,17 @@ def intervals(dataset: "xr.Dataset") -> Markup:
 
 def attractors(dataset: "xr.Dataset") -> Markup:
     """Attractors found from the grid of initial states, or along a parameter."""
-    if "attractor" in dataset.dims:
+    if "end_below" in dataset:
         return _followed(dataset)
-    if "attractor_number" not in dataset.dims:
+    dim = next((name for name in ("attractor_number", "attractor") if name in dataset.dims), None)
+    if dim is None:
         return NOTHING
     names = flag_names(dataset["attractor_outcome"])
     states = [str(name) for name in dataset["state"].values]
     has_exponents, has_rate = "attractor_exponent" in dataset, "attractor_rate" in dataset
     rows = []
-    for i, place in enumerate(dataset["attractor_number"].values):
-        one = dataset.isel(attractor_number=i)
+    for i, place in enumerate(dataset[dim].values):
+        one = dataset.isel({dim: i})
         period = int(one["attractor_period"])
         row: list[Any] = [
             int(place),
