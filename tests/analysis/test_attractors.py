@@ -210,3 +210,15 @@ def test_errors_of_shares_cover(share):
 def test_what_cannot_be_used(wells, given, words):
     with pytest.raises(cd.SettingsError, match=words):
         cd.attractors(wells, **given, **SHORT)
+
+
+def test_the_picture_has_a_band_for_each_and_marks_the_ends(mirrored):
+    _, _, found = mirrored
+    axes = cd.plot(found)
+    texts = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert texts[2].startswith("3: ")
+    assert texts[3:] == ["merger", "split"]
+    heights = [band.get_paths()[0].get_extents() for band in axes.collections if band.get_paths()][:3]
+    assert max(one.y1 for one in heights) == pytest.approx(1.0)
+    marks = [(line.get_marker(), float(line.get_xdata()[0])) for line in axes.lines if line.get_marker() in ("o", "P")]
+    assert sorted(marks) == [("P", 2.62), ("o", 2.55), ("o", 2.55)]

@@ -197,3 +197,13 @@ def test_one_state_spans_a_grid():
     measures = cd.basin_measures(wells, {"x": np.linspace(-1, 1, 40)}, transient=50, periods=16, max_period=4)
     np.testing.assert_allclose(measures["fraction"], 0.5)
     assert measures["fraction_error"].max() == pytest.approx(1 / 40 / np.sqrt(12))
+
+
+def test_pictures_say_the_numbers(found):
+    _, _, measures = found
+    axes = cd.plot(measures, kind="basin-shares")
+    np.testing.assert_allclose([bar.get_width() for bar in axes.patches], measures["fraction"])
+    shares = [text.get_text() for text in axes.get_yticklabels()]
+    assert shares == ["1: period 1", "2: period 1", "3: period 1"]
+    drawn = cd.plot(measures)
+    assert drawn.get_title(loc="left").startswith("basin entropy ")
