@@ -40,7 +40,7 @@ UNDERFLOW = 1e-16
 """Part of the longest step below which shortening is given up."""
 
 BLOCKED = 1e-6
-"""Part of the longest step below which one that moves no state, and ends where the rates are no numbers, is the last."""
+"""Part of the longest step below which one that moves no state, and could not be longer, is the last."""
 
 
 @inner
@@ -51,10 +51,10 @@ def is_stuck(x, end, h, longest):
     """
     if not h <= BLOCKED * longest:
         return False
+    moved = 0
     for i in range(x.size):
-        if end[i] != x[i]:
-            return False
-    return True
+        moved += 1 if end[i] != x[i] else 0
+    return moved == 0
 
 
 @inner
