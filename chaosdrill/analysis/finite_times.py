@@ -92,7 +92,7 @@ def finite_times(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         for w, units in enumerate(windows.counts):
             one = rates[: len(rates) // units * units, e].reshape(-1, units).mean(axis=1)
             cumulant[w, e], cumulant_error[w, e] = cumulants(one)
-            histogram[w, e], histogram_error[w, e], centre[w, e] = _histogram(one, given.bins)
+            histogram[w, e], histogram_error[w, e], centre[w, e] = density(one, given.bins)
     over, binned = ("window", "exponent"), ("window", "exponent", "bin")
     message = run.stopped(outcome)
     return xr.Dataset(
@@ -208,7 +208,7 @@ def cumulants(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         axis=1,
     )
     found = [values.mean(), *(float(kstat(off, order)) for order in (2, 3, 4))]
-    return np.array(found), standard_error(_in_blocks(influence))
+    return np.array(found), standard_error(in_blocks(influence))
 
 
 def correlation_time(rates: np.ndarray) -> tuple[float, float]:
@@ -230,9 +230,11 @@ def correlation_time(rates: np.ndarray) -> tuple[float, float]:
     return time, time / np.sqrt(min(orders, len(power)))
 
 
-def _histogram(values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Density in bins over the whole range, its standard error, and the middles of the bins."""
-    low, high = values.min(), values.max()
+def density(
+    values: np.ndarray, bins: int, limits: tuple[float, float] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Density in bins over the whole range, or between limits, its standard error, and the middles of the bins."""
+    low, high = limits or (values.min(), values.max())
     if high - low <= CONSTANT * max(abs(low), abs(high)):
         low, high = low - 0.5, high + 0.5
     width = (high - low) / bins
@@ -243,7 +245,7 @@ def _histogram(values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray, n
     return shares.mean(axis=0) / width, standard_error(shares) / width, low + (np.arange(bins) + 0.5) * width
 
 
-def _in_blocks(values: np.ndarray) -> np.ndarray:
+def in_blocks(values: np.ndarray) -> np.ndarray:
     """Means of at most so many blocks in order, shape (blocks, ...)."""
     size = -(-len(values) // BLOCKS)
     kept = len(values) // size * size

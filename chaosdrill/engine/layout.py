@@ -107,6 +107,9 @@ class States(NamedTuple):
     """(P, m): the product of these"""
     sooner: Any
     """(P, m): by how much the last event comes sooner along a live tangent"""
+    shares: Any
+    """(P, m, m), or (P, 0, 0) where nobody asks: of which tangents at the start of a block each was made, in parts of
+    its own; rows and columns are exponents, and ``logs`` counts from that start, too"""
     sides: Any
     """(P, keys): side of every guard: -1, 1, 0 where it is not known, times ``guards.JUMPED``, ``PUT_ACROSS``, ``HELD``
     or ``PLACED``"""
@@ -138,6 +141,7 @@ class State(NamedTuple):
     logs: Any
     grown: Any
     sooner: Any
+    shares: Any
     sides: Any
     counts: Any
     grazing: Any

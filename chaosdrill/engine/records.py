@@ -47,7 +47,7 @@ tables_type = named_tuple(
 states_type = named_tuple(
     (
         *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
-        *(matrix, matrix, matrix, integer_matrix, integer_matrix, *[matrix] * 5),
+        *(matrix, matrix, matrix, cube, integer_matrix, integer_matrix, *[matrix] * 5),
     ),
     States,
 )
@@ -115,6 +115,7 @@ def state_of(states, p):
         states.logs[k],
         states.grown[k],
         states.sooner[k],
+        states.shares[k],
         states.sides[k],
         states.counts[k],
         states.grazing[k],

@@ -46,6 +46,8 @@ class Run:
         How many of the first tangents lie along directions in which nothing ever changes.
     orthonormalise : bool
         Whether growth is taken out of the tangents and kept in ``logs``.
+    with_shares : bool
+        Whether it is kept, in ``states.shares``, of which tangents each was made.
     deficient : collection of int
         Transitions at which rank may be lost.
     samples : int
@@ -61,6 +63,7 @@ class Run:
         tangents: np.ndarray | None = None,
         symmetries: int = 0,
         orthonormalise: bool = True,
+        with_shares: bool = False,
         deficient: Collection[int] = (),
         samples: int = 1,
     ) -> None:
@@ -89,6 +92,7 @@ class Run:
             np.array([period]),
             frame,
             numerics,
+            with_shares=with_shares,
         )
         self._frame = frame
         self._before = 0.0

@@ -191,6 +191,8 @@ def states_of(
     periods: np.ndarray,
     tangents: np.ndarray,
     numerics: Numerics,
+    *,
+    with_shares: bool = False,
 ) -> at.States:
     """The states of P runs that are to begin.
 
@@ -205,6 +207,8 @@ def states_of(
     tangents : ndarray, shape (m, n)
         Initial tangents of each run, one a row.
     numerics : Numerics
+    with_shares : bool
+        Whether it is kept of which tangents each was made.
     """
     kernels = kernels_of(system)
     points, n = starts.shape
@@ -229,6 +233,7 @@ def states_of(
         logs=np.zeros((points, max(m, 1))),
         grown=np.ones((points, max(m, 1))),
         sooner=np.zeros((points, max(m, 1))),
+        shares=np.zeros((points, m, m) if with_shares else (points, 0, 0)),
         sides=np.zeros((points, keys), dtype=np.int64),
         counts=np.zeros((points, kinds), dtype=np.int64),
         grazing=np.full((points, kinds), np.inf),

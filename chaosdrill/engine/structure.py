@@ -186,7 +186,7 @@ class Structure:
         n = len(self.frame)
         if count == n:
             return self.frame, self.symmetries
-        return _general_position(n)[:count], 0
+        return general_position(n)[:count], 0
 
     @property
     def most_neutral(self) -> int:
@@ -237,7 +237,7 @@ class Structure:
 
 
 @cache
-def _general_position(n: int) -> np.ndarray:
+def general_position(n: int) -> np.ndarray:
     """Orthonormal vectors of n numbers that no system knows of, one a row."""
     rng = np.random.default_rng(20260106)
     frame = np.ascontiguousarray(np.linalg.qr(rng.normal(size=(n, n)))[0])

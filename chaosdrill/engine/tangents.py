@@ -133,6 +133,19 @@ def log_growth(state, i):
     return state.logs[i] + math.log(state.grown[i])
 
 
+@rare
+def _keep_share(state, i, j, dot):
+    """Take ``dot`` times row j, which is orthonormal, from what row i is made of, as from the row; a call, since few
+    runs ask for it.
+
+    Row i is in parts of its own growth since the start of the block, so that nothing grows that decays.
+    """
+    mine, other, shares = state.exponent_of[i], state.exponent_of[j], state.shares
+    part = dot * math.exp(log_growth(state, mine) - log_growth(state, other))
+    for k in range(shares.shape[1]):
+        shares[mine, k] -= part * shares[other, k]
+
+
 @inlined
 def orthonormalise(functions, tables, state, scratch):
     """Orthonormalise the live tangents of a run, and keep the product of their lengths, as `log_growth` says it.
@@ -173,6 +186,8 @@ def orthonormalise(functions, tables, state, scratch):
                     vectors[i, a] -= dot * vectors[j, a]
                 early -= dot * sooner[j]
                 told += abs(dot * sooner[j])
+                if state.shares.shape[0] > 0 and dot != 0.0:
+                    _keep_share(state, i, j, dot)
             length = 0.0
             for a in range(n):
                 length += vectors[i, a] * vectors[i, a]

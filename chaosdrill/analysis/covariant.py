@@ -1,0 +1,435 @@
+"""Covariant Lyapunov vectors by a forward and a backward pass over the triangular factors of the tangent map.
+
+Forward, tangents are orthonormalised, and of each it is kept of which tangents at the start of a block it was made.
+Backward, coordinates of the vectors are carried from the end of a block to its start by these (Ginelli et al. 2007,
+doi:10.1103/PhysRevLett.99.130601). A tangent that an event removes keeps its place: backward, its coordinate is that of
+the direction that this event removes, and no other vector has a part in it, which is the choice of one vector from each
+class that the event does not tell apart.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numba import int64, void
+
+from chaosdrill.analysis.arguments import SLICE, Span, check_record, tangent_count
+from chaosdrill.analysis.finite_times import density, in_blocks
+from chaosdrill.analysis.spectra import computed_exponents
+from chaosdrill.analysis.statistics import error_of_exponents
+from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.signatures import matrix
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.flow import flow
+from chaosdrill.engine.front_end import function_pointer
+from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
+from chaosdrill.engine.records import cube, integer_matrix, integers, machine_at, state_of
+from chaosdrill.engine.run import Run
+from chaosdrill.engine.setup import scratch_of
+from chaosdrill.engine.stepper import machine
+from chaosdrill.engine.structure import examine, general_position
+from chaosdrill.engine.tangents import log_growth
+from chaosdrill.errors import SettingsError
+from chaosdrill.model import HybridSystem
+
+if TYPE_CHECKING:
+    from chaosdrill.analysis.base import Job
+
+PARTS = 1024
+"""Vectors in a record without forcing, unless an interval is given."""
+
+LEAD, LEAST_LEAD = 0.25, 100
+"""Part of the record that leads into it and out of it, unless told otherwise, and forcing periods at least."""
+
+KEPT = 8_000_000
+"""Numbers that are kept of the forward pass at most: of longer records it is repeated, a chunk at a time, from states
+that were kept."""
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """How a record, and what leads into it and out of it, is divided."""
+
+    plan: Span  # the record after the transient
+    interval: float  # length of a block in time
+    parts: int  # blocks in a forcing period; 0 without forcing
+    strobes: int  # forcing periods in a block, 1 where it is part of one
+    before: int  # blocks that lead into the record
+    record: int
+    behind: int
+
+    @property
+    def total(self) -> int:
+        """All blocks."""
+        return self.before + self.record + self.behind
+
+
+class _Chunk(NamedTuple):
+    """What is kept of some blocks of the forward pass: at their starts, but for the growth."""
+
+    frames: np.ndarray  # (blocks, m, n): orthonormal tangents, rows are exponents
+    shares: np.ndarray  # (blocks, m, m): at their ends, see `chaosdrill.engine.layout.States`
+    logs: np.ndarray  # (blocks, m): logarithms of growth over each
+    lost: np.ndarray  # (blocks + 1, m): whether a tangent was lost; last at the end
+    states: np.ndarray  # (blocks, n + 1): states and mode
+
+    @classmethod
+    def empty(cls, blocks: int, m: int, n: int) -> "_Chunk":
+        """Room for so many blocks."""
+        return cls(
+            np.zeros((blocks, m, n)),
+            np.zeros((blocks, m, m)),
+            np.zeros((blocks, m)),
+            np.zeros((blocks + 1, m), dtype=np.int64),
+            np.zeros((blocks, n + 1)),
+        )
+
+
+class _Found(NamedTuple):
+    """What comes of the record, at the start of each block but for the growth."""
+
+    vector: np.ndarray  # (record, n, count)
+    growth: np.ndarray  # (record, count): rates over each
+    lost: np.ndarray  # (record, count)
+    angle: np.ndarray  # (record, count - 1)
+    states: np.ndarray  # (record, n + 1)
+
+    @classmethod
+    def empty(cls, record: int, n: int, count: int) -> "_Found":
+        """Nothing found yet."""
+        shapes = ((record, n, count), (record, count), (record, count), (record, max(count - 1, 0)), (record, n + 1))
+        return cls(*(np.full(shape, np.nan) for shape in shapes))
+
+
+class _Forward:
+    """The forward pass over all blocks; what it finds is kept of the last chunk alone, the others are run again."""
+
+    def __init__(self, run: Run, blocks: _Blocks, job: "Job") -> None:
+        self.run, self.blocks = run, blocks
+        m, n = run.vectors.shape
+        self.size = min(blocks.total, max(1, KEPT // (m * (m + n + 3) + n + 1)))
+        self.starts = range(0, blocks.total, self.size)
+        again = [first for first in self.starts[:-1] if first + self.size > blocks.before]
+        self._report, self._done = job.report(blocks.total + len(again) * self.size), 0
+        self._kept: dict[int, list[np.ndarray]] = {}
+        self.sums = np.zeros((blocks.record + 1, m))
+        """Logarithms of growth from the first block to the start of each of the record."""
+        self.total = np.zeros(m)
+        """The same, to the end of all blocks."""
+        self._last = _Chunk.empty(0, m, n)
+
+    def go(self) -> Outcome:
+        """Run over all blocks."""
+        outcome, _ = self.run.advance(0)
+        for first in self.starts:
+            if outcome != Outcome.OK:
+                break
+            self._kept[first] = [one.copy() for one in self.run.states]
+            outcome, chunk = self._over(first)
+            growth = np.where(chunk.lost[1:] == 1, -np.inf, chunk.logs)
+            along = self.total + np.vstack([np.zeros_like(self.total), np.cumsum(growth, axis=0)])
+            place = np.arange(first, first + len(along)) - self.blocks.before
+            within = (place >= 0) & (place < len(self.sums))
+            self.sums[place[within]] = along[within]
+            self.total, self._last = along[-1], chunk
+        return outcome
+
+    def back(self) -> Iterator[tuple[int, _Chunk]]:
+        """The chunks that reach into the record or lie behind it, the last one first, with their first blocks."""
+        for first in reversed(self.starts):
+            if first + self.size <= self.blocks.before:
+                return
+            if first != self.starts[-1]:
+                for one, before in zip(self.run.states, self._kept[first], strict=True):
+                    one[...] = before
+                _, self._last = self._over(first)
+            yield first, self._last
+
+    def _over(self, first: int) -> tuple[Outcome, _Chunk]:
+        """Go on over the blocks of a chunk."""
+        run, blocks = self.run, self.blocks
+        m, n = run.vectors.shape
+        q = len(run.system.quadratures)
+        chunk = _Chunk.empty(min(self.size, blocks.total - first), m, n)
+        scratch = scratch_of(run.system, m, run.method)
+        functions = kernels_of(run.system).functions
+        place = machine(functions, run.method, run.settings, run.tables, run.states, scratch)
+        samples, events = np.zeros((0, n + q + 1)), np.zeros((0, EVENT_COLUMNS + 2 * n))
+        run.settings["target"] = run.strobes
+        for begin in range(0, len(chunk.logs), SLICE):
+            end = min(begin + SLICE, len(chunk.logs))
+            counts = np.array([first + begin, blocks.parts, blocks.strobes])
+            part = [rows[begin : end + (rows is chunk.lost)] for rows in chunk]
+            code = _keep_blocks(flow, place, samples, events, counts, *part)
+            if code != DONE:
+                return Outcome(code), chunk
+            self._done += end - begin
+            if self._report:
+                self._report(self._done)
+        return Outcome.OK, chunk
+
+
+def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
+    """Covariant vectors of a record; see `covariant_vectors`."""
+    count, n = tangent_count(system, given.exponents), len(system.states)
+    structure = examine(system)
+    m = computed_exponents(structure, count)
+    blocks = _divided(given.span(system, job.numerics), given)
+    check_record(blocks.record, count * (n + 4) + n + 1, "periods, or a longer interval")
+    lead = Run(system, blocks.plan.unit, job.numerics)
+    outcome = blocks.plan.settle(lead)
+    run = _with_tangents(lead, general_position(n)[:m], structure.deficient, blocks, job)
+    forward, found = _Forward(run, blocks, job), _Found.empty(blocks.record, n, count)
+    if outcome == Outcome.OK:
+        outcome = forward.go()
+    ahead = np.eye(m)
+    for first, chunk in forward.back() if outcome == Outcome.OK else ():
+        coordinates, growth = np.zeros_like(chunk.shares), np.zeros_like(chunk.logs)
+        _go_back(chunk.shares, chunk.logs, chunk.lost, ahead, coordinates, growth)
+        _take(found, first - blocks.before, chunk, coordinates, growth / blocks.interval)
+    start = lead.elapsed + blocks.before * blocks.interval
+    complete = outcome == Outcome.OK
+    errors = (_apart(forward)[:, :count] if complete else np.full_like(found.growth, np.nan),)
+    message = run.stopped(outcome)
+    over = ("time", "vector")
+    means = _means(found, run, forward, job)
+    return xr.Dataset(
+        {
+            "vector": (("time", "state", "vector"), found.vector),
+            "vector_error": (over, errors[0]),
+            "local_growth": (over, found.growth),
+            "lost": (over, (found.lost == 1).astype(np.int8)),
+            "lyapunov_exponent": ("vector", means[0]),
+            "lyapunov_error": ("vector", means[1]),
+            "states": (("time", "state"), found.states[:, :n]),
+            "mode": ("time", np.nan_to_num(found.states[:, n]).astype(np.int8)),
+            **_angles(found, given.bins),
+            "outcome": ((), np.int8(outcome)),
+            **({"forcing_period": ((), blocks.plan.unit)} if blocks.plan.periodic else {}),
+        },
+        coords={
+            "time": start + np.arange(blocks.record) * blocks.interval,
+            "state": list(system.state_names),
+            "split": np.arange(1, found.angle.shape[1] + 1, dtype=np.int32),
+        },
+        attrs={"message": message} if message else {},
+    )
+
+
+def _divided(plan: Span, given: Any) -> _Blocks:
+    """The record, and what leads into it and out of it, in blocks of the interval between two vectors.
+
+    Raises
+    ------
+    SettingsError
+        An interval that does not divide the record.
+    """
+    if plan.periodic:
+        wanted = 1.0 if given.interval is None else given.interval
+        parts, strobes = max(1, round(1 / wanted)), max(1, round(wanted))
+        if plan.count % strobes:
+            raise SettingsError(
+                f"interval is {wanted:g}, which does not divide the record of {plan.count} forcing periods; "
+                "take periods that are a multiple of it"
+            )
+        unit, record, interval = plan.unit, plan.count * parts // strobes, plan.unit * strobes / parts
+        least: float = LEAST_LEAD
+    else:
+        record = PARTS if given.interval is None else max(1, round(plan.length / given.interval))
+        unit = interval = plan.length / record
+        plan, parts, strobes, least = replace(plan, unit=unit, count=record), 0, 1, 0.0
+        unit = 1.0
+    usual = max(LEAD * record * interval / unit, least)
+    before, behind = (
+        math.ceil((usual if lead is None else lead) * unit / interval * (1 - 1e-12))
+        for lead in (given.forward, given.backward)
+    )
+    return _Blocks(plan, interval, parts, strobes, before, record, behind)
+
+
+def _with_tangents(lead: Run, frame: np.ndarray, deficient: Any, blocks: _Blocks, job: "Job") -> Run:
+    """A run with tangents in general position that goes on from where another one stands, block by block."""
+    run = Run(lead.system, lead.period, job.numerics, tangents=frame, with_shares=True, deficient=deficient)
+    run.continue_from(lead)
+    if blocks.parts == 0:
+        run.begin_at(origin=lead.elapsed)
+    elif blocks.parts > 1:
+        step = float(run.standing["fixed_step"])
+        run.change_period(blocks.interval)
+        run.fix_step(min(step, blocks.interval))
+    return run
+
+
+@compiled(
+    int64(
+        *(function_pointer("Flow", flow.signature), int64, matrix, matrix, integers),
+        *(cube, cube, matrix, integer_matrix, matrix),
+    )
+)
+def _keep_blocks(go_on, place, samples, events, counts, frames, shares, logs, lost, states):
+    """Continue the only run of a machine block by block, as ``flow`` does, which is given by its address.
+
+    ``counts`` are the number of the first block, blocks in a forcing period, and forcing periods in a block.
+    """
+    machine = machine_at(place)
+    settings, state = machine.settings[0], state_of(machine.states, 0)
+    run = state.run[0]
+    blocks, m, n = frames.shape
+    first, parts, strobes = counts[0], counts[1], counts[2]
+    interval = run.period
+    for k in range(blocks):
+        states[k, n] = run.mode
+        for a in range(n):
+            states[k, a] = state.x[a]
+        for i in range(m):
+            lost[k, i] = state.lost[i]
+            state.logs[i] = 0.0
+            state.grown[i] = 1.0
+            for j in range(m):
+                state.shares[i, j] = 1.0 if i == j else 0.0
+        for i in range(run.live):
+            for a in range(n):
+                frames[k, state.exponent_of[i], a] = state.vectors[i, a]
+        if parts > 1:
+            # the clock of the field begins anew with every forcing period, but every part is one to the run
+            run.origin = ((first + k) % parts) * interval
+        settings.target += strobes
+        code = go_on(place, 0, samples, events)
+        if code != DONE:
+            return code
+        for i in range(m):
+            logs[k, i] = log_growth(state, i)
+            for j in range(m):
+                shares[k, i, j] = state.shares[i, j]
+    for i in range(m):
+        lost[blocks, i] = state.lost[i]
+    return DONE
+
+
+@compiled(void(cube, matrix, integer_matrix, matrix, cube, matrix))
+def _go_back(shares, logs, lost, ahead, coordinates, growth):
+    """Carry the vectors from the end of some blocks to their start.
+
+    ``ahead`` are their coordinates by the tangents at the end, one vector a row, and becomes those at the start;
+    ``coordinates`` and the logarithms of ``growth`` are filled for each block. A vector whose tangent is lost by the
+    end is that which the block removes.
+    """
+    blocks, m = logs.shape
+    for b in range(blocks):
+        k = blocks - 1 - b
+        here = coordinates[k]
+        for i in range(m):
+            gone = lost[k + 1, i] == 1
+            most = -math.inf
+            for j in range(m):
+                if ahead[i, j] != 0.0 and lost[k + 1, j] == 0:
+                    most = max(most, logs[k, i] - logs[k, j])
+            for c in range(m):
+                here[i, c] = shares[k, i, c] if gone else 0.0
+            for j in range(0 if gone else m):
+                if ahead[i, j] != 0.0 and lost[k + 1, j] == 0:
+                    part = ahead[i, j] * math.exp(logs[k, i] - logs[k, j] - most)
+                    for c in range(m):
+                        here[i, c] += part * shares[k, j, c]
+            length = 0.0
+            for c in range(m):
+                length += here[i, c] * here[i, c]
+            length = math.sqrt(length)
+            for c in range(m):
+                here[i, c] /= length
+            growth[k, i] = -math.inf if gone else logs[k, i] - most - math.log(length)
+        for i in range(m):
+            for c in range(m):
+                ahead[i, c] = here[i, c]
+
+
+def _take(found: _Found, first: int, chunk: _Chunk, coordinates: np.ndarray, growth: np.ndarray) -> None:
+    """Keep what the blocks of a chunk say of the record, in which the first of them has this number."""
+    low, high = max(0, -first), min(len(growth), len(found.growth) - first)
+    if low >= high:
+        return
+    to, of, count = slice(first + low, first + high), slice(low, high), found.growth.shape[1]
+    coordinates, lost = coordinates[of, :count], chunk.lost[low:high, :count]
+    found.vector[to] = np.einsum("kim,kmn->kni", coordinates, chunk.frames[of])
+    found.growth[to], found.lost[to], found.states[to] = growth[of, :count], lost, chunk.states[of]
+    found.angle[to] = between(coordinates, lost == 1)
+
+
+def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
+    """Smallest angles between the span of the first vectors, 1, 2 and so on, and that of the others.
+
+    Parameters
+    ----------
+    coordinates : ndarray, shape (K, count, m)
+        Of each vector by orthonormal directions, the first so many of which span the first so many vectors.
+    lost : ndarray of bool, shape (K, count)
+        Vectors that are left out.
+
+    Returns
+    -------
+    ndarray, shape (K, count - 1)
+        In radians, from 0 to pi/2; NaN where one side has no vector.
+    """
+    angles = np.full((len(lost), max(lost.shape[1] - 1, 0)), np.nan)
+    for pattern in np.unique(lost, axis=0):
+        rows, live = np.flatnonzero((lost == pattern).all(axis=1)), np.flatnonzero(~pattern)
+        for first in range(1, len(live)):
+            others = coordinates[np.ix_(rows, live[first:], range(coordinates.shape[2]))]
+            basis = np.linalg.qr(others.swapaxes(1, 2))[0]
+            inside = live[:first]
+            outside = np.setdiff1d(np.arange(coordinates.shape[2]), inside)
+            sine = np.linalg.svd(basis[:, outside], compute_uv=False)[:, -1]
+            cosine = np.linalg.svd(basis[:, inside], compute_uv=False)[:, 0]
+            angles[rows, live[first] - 1] = np.arctan2(sine, cosine)
+    return angles
+
+
+def _apart(forward: _Forward) -> np.ndarray:
+    """What the start of the forward pass, and the end of the backward one, may still be of each vector.
+
+    Parts of a faster direction die out backward, those of a slower one forward, as the ratio of their growths: of
+    neighbours, which are the slowest to.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        since = -np.diff(forward.sums[:-1], axis=1)
+        until = -np.diff(forward.total - forward.sums[:-1], axis=1)
+        # beside a lost one nothing is mixed
+        gone = np.isneginf(forward.total)[np.newaxis, 1:]
+        until = np.where(gone, np.inf, until)
+        since = np.where(np.isnan(since), np.inf, since)
+    none = np.full((len(since), 1), np.inf)
+    found = np.exp(-np.hstack([since, none])) + np.exp(-np.hstack([none, until]))
+    return np.minimum(np.where(np.isneginf(forward.sums[:-1]), 0.0, found), 1.0)
+
+
+def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.ndarray, np.ndarray]:
+    """Mean rates of growth and their errors."""
+    means, errors = found.growth.mean(axis=0), np.full(found.growth.shape[1], np.nan)
+    kept = np.isfinite(means)
+    blocks = forward.blocks
+    time = blocks.total * blocks.interval
+    errors[kept] = error_of_exponents(in_blocks(found.growth[:, kept]), job.numerics, run.steps, time)
+    return means, errors
+
+
+def _angles(found: _Found, bins: int) -> dict[str, Any]:
+    """The angles, the smallest of them, and their distributions."""
+    splits = found.angle.shape[1]
+    histogram, error = np.full((2, splits, bins), np.nan)
+    smallest = np.full(splits, np.nan)
+    for s in range(splits):
+        known = found.angle[:, s][np.isfinite(found.angle[:, s])]
+        if len(known):
+            histogram[s], error[s], _ = density(known, bins, (0.0, np.pi / 2))
+            smallest[s] = known.min()
+    return {
+        "angle": (("time", "split"), found.angle),
+        "smallest_angle": ("split", smallest),
+        "angle_histogram": (("split", "bin"), histogram),
+        "angle_histogram_error": (("split", "bin"), error),
+        "bin_centre": ("bin", (np.arange(bins) + 0.5) * (np.pi / 2 / bins)),
+    }

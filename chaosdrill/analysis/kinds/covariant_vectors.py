@@ -1,0 +1,139 @@
+"""Covariant Lyapunov vectors, across events."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import Exponents
+from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.dataset.references import SPECTRA
+from chaosdrill.dataset.schema import COVERS, RANK_LOSS, STATES, axis, forcing, need, outcome, table
+from chaosdrill.settings import LONGEST, Amount, Faults, Number, Whole, setting, told
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+_OVER = "time vector"
+
+VARIABLES = table(
+    axis("time", "time", "f8", "model time", "Since the start of the run; where the vectors stand.", True),
+    *STATES,
+    axis("split", "split", "i4", "vectors before the split", "The first so many against the others.", True),
+    axis("vector", "time state vector", "f8", "covariant vector", "Of length 1; zero where it is lost.", True),
+    need("vector_error", _OVER, "f8", "error of the direction", "What the ends of the passes may still be of it."),
+    need("local_growth", _OVER, "f8", "local rate of growth", "From this time to the next one; -inf where lost."),
+    need("lost", _OVER, "i1", "direction lost", "Whether an event has removed it by this time.", flags="truth"),
+    need("lyapunov_exponent", "vector", "f8", "Lyapunov exponent", RANK_LOSS),
+    need("lyapunov_error", "vector", "f8", "standard error of the exponent", COVERS),
+    need("states", "time state", "f8", "state", "Where the vectors stand."),
+    need("mode", "time", "i1", "mode", "Where the vectors stand.", flags="mode"),
+    need("angle", "time split", "f8", "angle between the subspaces", "The smallest one.", "rad"),
+    need("smallest_angle", "split", "f8", "smallest angle met", "Zero in the limit where subspaces touch.", "rad"),
+    need("angle_histogram", "split bin", "f8", "probability density", "Of the angle; its integral is 1.", "rad-1"),
+    need("angle_histogram_error", "split bin", "f8", "standard error of the density", "Of each bin.", "rad-1"),
+    need("bin_centre", "bin", "f8", "angle", "Middles of bins of equal width from 0 to pi/2.", "rad"),
+    outcome(""),
+    forcing()[0],
+    bars={"lyapunov_exponent": "lyapunov_error", "angle_histogram": "angle_histogram_error"},
+    sampled=("smallest_angle",),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CovariantVectors(Record):
+    """Settings of `covariant_vectors`."""
+
+    interval: float | None = setting(Number(above=0, most=LONGEST), None)
+    forward: float | None = setting(Amount(least=0, most=LONGEST), None)
+    backward: float | None = setting(Amount(least=0, most=LONGEST), None)
+    exponents: int | None = setting(Exponents(), None)
+    bins: int = setting(Whole(1, 100_000), 64)
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """An interval that is neither whole forcing periods nor a whole part of one."""
+        yield from super().misfits(table, system)
+        interval = table.get("interval")
+        if interval and system.period is not None:
+            whole = max(interval, 1 / interval)
+            if abs(whole - round(whole)) > 1e-9 * whole:
+                yield ("interval",), told("expected whole forcing periods, or one over a whole number", interval)
+
+
+@analysis(
+    "covariant-vectors",
+    CovariantVectors,
+    "covariant Lyapunov vectors, growth along them, angles between subspaces",
+    VARIABLES,
+    cites=("ginelli2007", "ginelli2013", *SPECTRA),
+)
+def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job") -> "xr.Dataset":
+    """Covariant Lyapunov vectors along a record, across events, with the growth along each and angles between them.
+
+    The tangent map takes each vector to a multiple of itself at the later state: the first grows fastest, and on a
+    cycle they are the eigenvectors of the monodromy matrix. A forward pass orthonormalises tangents, which jump by the
+    saltation matrix at every event, and keeps of which tangents each was made; a backward pass turns any vectors by
+    that into covariant ones (Ginelli et al. 2007, doi:10.1103/PhysRevLett.99.130601; 2013,
+    doi:10.1088/1751-8113/46/25/254005). Both converge as neighbouring exponents differ: what their ends may still be
+    of a vector is ``vector_error``, near 1 where exponents are equal, as those of a spiral: then only the subspace
+    that they span has a meaning.
+
+    An event may lose rank, as one that sticks does. The direction that it removes then has a vector until that event;
+    after it, it is ``lost``, its vector zero, its growth -inf. The others are vectors of the space that is left; before
+    the event they are known up to the removed direction, and the one without a part in the tangent that it removes is
+    taken.
+
+    Where the rank is lost before the record begins, all others are unique. Vectors have the Euclidean length 1 in the
+    states as they are declared: scaled states give the same directions, but other local growth and other angles, unless
+    these are 0.
+
+    Of long records the forward pass is repeated in chunks, so that memory beyond the results does not depend on the
+    length.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Length of the record: points of the section, or time, as in `lyapunov_spectrum`.
+    transient : int or float, default 0
+        Points of the section, or time, to run before all else, without tangents.
+    at, max_return : optional
+        The section that lengths count, as in `poincare_section`.
+    interval : float, optional
+        Time between two vectors: in forcing periods, a whole number or one over a whole number, default 1; without
+        forcing in units of time, rounded to a part of the record, default 1/1024 of it.
+    forward : float, optional
+        Time that the forward pass leads into the record, between it and the transient: in forcing periods, else in
+        units of time. Default: a quarter of the record, and 100 forcing periods at least.
+    backward : float, optional
+        Time that the backward pass begins behind the record, as ``forward``.
+    exponents : int, optional
+        Number of vectors, fastest first; default all.
+    bins : int, default 64
+        Bins of the histograms of angles.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``vector`` (time, state, vector); ``vector_error``, ``local_growth``, per unit of time and up to the next
+        vector, and ``lost`` (time, vector); ``states`` (time, state) and ``mode`` (time); ``angle`` (time, split), in
+        radians, the smallest between the span of the first vectors, 1, 2 and so on, and that of the others,
+        ``smallest_angle`` (split), ``angle_histogram`` and ``angle_histogram_error`` (split, bin), ``bin_centre``
+        (bin); ``lyapunov_exponent``, the mean of the local growth, ``lyapunov_error`` (vector); ``outcome``, ``ok`` for
+        a run that reached its end. A vector keeps its sign along the record as the tangent map has it. NaN if the run
+        ended early, and for angles without vectors on both sides.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    from chaosdrill.analysis.covariant import vectors
+
+    return vectors(system, given, job)
