@@ -158,6 +158,26 @@ def continue_orbit(
     max_stalls: int = 50,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset: ...
+def covariant_vectors(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    at: str | None = None,
+    max_return: float | None = None,
+    interval: float | None = None,
+    forward: float | None = None,
+    backward: float | None = None,
+    exponents: int | None = None,
+    bins: int = 64,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
 def finite_time_exponents(
     system: HybridSystem,
     *,

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 PARTS = 1024
 """Vectors in a record without forcing, unless an interval is given."""
 
-LEAD, LEAST_LEAD = 0.25, 100
-"""Part of the record that leads into it and out of it, unless told otherwise, and forcing periods at least."""
+LEAD, LEADS = 0.25, (100, 1000)
+"""Part of the record that leads into it and out of it, unless told otherwise, and forcing periods at least and most."""
 
 KEPT = 8_000_000
 """Numbers that are kept of the forward pass at most: of longer records it is repeated, a chunk at a time, from states
@@ -193,14 +193,14 @@ def vectors(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         _take(found, first - blocks.before, chunk, coordinates, growth / blocks.interval)
     start = lead.elapsed + blocks.before * blocks.interval
     complete = outcome == Outcome.OK
-    errors = (_apart(forward)[:, :count] if complete else np.full_like(found.growth, np.nan),)
+    errors = _errors(forward, job)[:, :count] if complete else np.full_like(found.growth, np.nan)
     message = run.stopped(outcome)
     over = ("time", "vector")
     means = _means(found, run, forward, job)
     return xr.Dataset(
         {
-            "vector": (("time", "state", "vector"), found.vector),
-            "vector_error": (over, errors[0]),
+            "vector": (("time", "state", "vector"), found.vector * _signs(found.vector)),
+            "vector_error": (over, errors),
             "local_growth": (over, found.growth),
             "lost": (over, (found.lost == 1).astype(np.int8)),
             "lyapunov_exponent": ("vector", means[0]),
@@ -237,13 +237,12 @@ def _divided(plan: Span, given: Any) -> _Blocks:
                 "take periods that are a multiple of it"
             )
         unit, record, interval = plan.unit, plan.count * parts // strobes, plan.unit * strobes / parts
-        least: float = LEAST_LEAD
+        usual = min(max(LEAD * plan.count, LEADS[0]), LEADS[1])
     else:
         record = PARTS if given.interval is None else max(1, round(plan.length / given.interval))
         unit = interval = plan.length / record
-        plan, parts, strobes, least = replace(plan, unit=unit, count=record), 0, 1, 0.0
-        unit = 1.0
-    usual = max(LEAD * record * interval / unit, least)
+        plan, parts, strobes = replace(plan, unit=unit, count=record), 0, 1
+        unit, usual = 1.0, LEAD * record * interval
     before, behind = (
         math.ceil((usual if lead is None else lead) * unit / interval * (1 - 1e-12))
         for lead in (given.forward, given.backward)
@@ -378,7 +377,7 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
     for pattern in np.unique(lost, axis=0):
         rows, live = np.flatnonzero((lost == pattern).all(axis=1)), np.flatnonzero(~pattern)
         for first in range(1, len(live)):
-            others = coordinates[np.ix_(rows, live[first:], range(coordinates.shape[2]))]
+            others = coordinates[np.ix_(rows, live[first:])]
             basis = np.linalg.qr(others.swapaxes(1, 2))[0]
             inside = live[:first]
             outside = np.setdiff1d(np.arange(coordinates.shape[2]), inside)
@@ -388,8 +387,14 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
     return angles
 
 
-def _apart(forward: _Forward) -> np.ndarray:
-    """What the start of the forward pass, and the end of the backward one, may still be of each vector.
+def _signs(vector: np.ndarray) -> np.ndarray:
+    """Signs that make the largest component of each vector positive where the record begins, shape (count,)."""
+    largest = np.abs(vector[0]).argmax(axis=0)
+    return np.where(np.take_along_axis(vector[0], largest[np.newaxis], axis=0)[0] < 0, -1.0, 1.0)
+
+
+def _errors(forward: _Forward, job: "Job") -> np.ndarray:
+    """What the start of the forward pass and the end of the backward one may still be of each vector, and the method.
 
     Parts of a faster direction die out backward, those of a slower one forward, as the ratio of their growths: of
     neighbours, which are the slowest to.
@@ -403,7 +408,8 @@ def _apart(forward: _Forward) -> np.ndarray:
         since = np.where(np.isnan(since), np.inf, since)
     none = np.full((len(since), 1), np.inf)
     found = np.exp(-np.hstack([since, none])) + np.exp(-np.hstack([none, until]))
-    return np.minimum(np.where(np.isneginf(forward.sums[:-1]), 0.0, found), 1.0)
+    found = np.minimum(found + job.numerics.global_error, 1.0)
+    return np.where(np.isneginf(forward.sums[:-1]), 0.0, found)
 
 
 def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,9 @@ CALLS = {
     "zero one test": lambda system, **shown: cd.zero_one_test(system, periods=64, max_period=2, **shown),
     "regularity": lambda system, **shown: cd.regularity(system, periods=64, max_period=2, **shown),
     "finite time exponents": lambda system, **shown: cd.finite_time_exponents(system, periods=4, windows=[1], **shown),
+    "covariant vectors": lambda system, **shown: cd.covariant_vectors(
+        system, periods=4, forward=2, backward=2, **shown
+    ),
     "lyapunov spectrum": lambda system, **shown: cd.lyapunov_spectrum(system, periods=4, **shown),
     "bifurcation diagram": lambda system, **shown: cd.bifurcation_diagram(
         system, {"omega": [3.3, 3.4]}, transient=2, periods=4, max_period=2, seeds=[{}], follow="both", **shown

@@ -85,6 +85,7 @@ ANALYSES = {
     "test": lambda system, words: cd.zero_one_test(system, periods=50, at=words[7]),
     "regularity": lambda system, words: cd.regularity(system, periods=50, plane=[words[1], words[0]]),
     "windows": lambda system, words: cd.finite_time_exponents(system, periods=50, transient=20),
+    "vectors": lambda system, words: cd.covariant_vectors(system, periods=20, forward=20, backward=20),
     "strobe": lambda system, words: cd.poincare_section(system, periods=10),
     "diagram": lambda system, words: cd.bifurcation_diagram(
         system, {words[4]: [2.6, 2.7, 2.8]}, exponents=2, seeds=[{words[0]: -0.5}], **SHORT

@@ -42,6 +42,7 @@ RIGHT = {
     "zero_one_test": {"system": SYSTEM, "periods": 64},
     "regularity": {"system": SYSTEM, "periods": 64},
     "finite_time_exponents": {"system": SYSTEM, "periods": 1},
+    "covariant_vectors": {"system": SYSTEM, "periods": 1},
     "lyapunov_spectrum": {"system": SYSTEM, "periods": 1},
     "bifurcation_diagram": {"system": SYSTEM, "sweep": {"omega": [2.5]}, "transient": 1, "periods": 2},
     "parameter_chart": {"system": SYSTEM, "sweep": {"omega": [2.5], "e": [0.8]}, "transient": 1, "periods": 2},

@@ -49,6 +49,16 @@ periods = 64
 windows = [1, 8]
 bins = 4
 """,
+    "vectors": """\
+[analysis.vectors]
+kind = "covariant-vectors"
+transient = 50
+periods = 16
+interval = 0.5
+forward = 20
+backward = 20
+bins = 4
+""",
     "diagram": """\
 [analysis.diagram]
 kind = "bifurcation-diagram"

@@ -99,6 +99,16 @@ def test_evidence(model, section):
     assert (growth["cumulant"].sel(order=1).isnull().values == np.isneginf(exponents)).all()
 
 
+def test_covariant_vectors(model, section):
+    found = cd.covariant_vectors(model, periods=6, transient=5, forward=4, backward=4, **section)
+    assert words(found) == {"ok"}
+    lost = found["lost"].values == 1
+    lengths = np.linalg.norm(found["vector"].values, axis=1)
+    np.testing.assert_allclose(lengths, np.where(lost, 0.0, 1.0), rtol=0, atol=1e-12)
+    assert np.isneginf(found["local_growth"].values[lost]).all()
+    assert not np.isnan(found["local_growth"]).any()
+
+
 def test_sweeps(model, section):
     for count, sweep in ((1, cd.bifurcation_diagram), (2, cd.parameter_chart)):
         if len(model.parameters) >= count:

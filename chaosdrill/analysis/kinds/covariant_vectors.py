@@ -108,7 +108,7 @@ def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job
         forcing in units of time, rounded to a part of the record, default 1/1024 of it.
     forward : float, optional
         Time that the forward pass leads into the record, between it and the transient: in forcing periods, else in
-        units of time. Default: a quarter of the record, and 100 forcing periods at least.
+        units of time. Default: a quarter of the record, but 100 to 1000 forcing periods.
     backward : float, optional
         Time that the backward pass begins behind the record, as ``forward``.
     exponents : int, optional
@@ -126,8 +126,9 @@ def covariant_vectors(system: "HybridSystem", given: CovariantVectors, job: "Job
         radians, the smallest between the span of the first vectors, 1, 2 and so on, and that of the others,
         ``smallest_angle`` (split), ``angle_histogram`` and ``angle_histogram_error`` (split, bin), ``bin_centre``
         (bin); ``lyapunov_exponent``, the mean of the local growth, ``lyapunov_error`` (vector); ``outcome``, ``ok`` for
-        a run that reached its end. A vector keeps its sign along the record as the tangent map has it. NaN if the run
-        ended early, and for angles without vectors on both sides.
+        a run that reached its end. Of each vector the largest component is positive where the record begins; from there
+        on its sign is that which the tangent map gives it. NaN if the run ended early, and for angles without vectors
+        on both sides.
 
     Raises
     ------
