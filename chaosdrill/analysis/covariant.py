@@ -381,9 +381,16 @@ def between(coordinates: np.ndarray, lost: np.ndarray) -> np.ndarray:
             basis = np.linalg.qr(others.swapaxes(1, 2))[0]
             inside = live[:first]
             outside = np.setdiff1d(np.arange(coordinates.shape[2]), inside)
-            sine = np.linalg.svd(basis[:, outside], compute_uv=False)[:, -1]
-            cosine = np.linalg.svd(basis[:, inside], compute_uv=False)[:, 0]
-            angles[rows, live[first] - 1] = np.arctan2(sine, cosine)
+            along, across = basis[:, inside], basis[:, outside]
+            back = along.swapaxes(1, 2)
+            cosine = np.sqrt(
+                np.clip(np.linalg.eigvalsh(along @ back if first < len(live) / 2 else back @ along)[:, -1], 0, 1)
+            )
+            found = np.arccos(cosine)
+            # small angles are known by their sines
+            small = cosine > 0.8
+            found[small] = np.arcsin(np.linalg.svd(across[small], compute_uv=False)[:, -1])
+            angles[rows, live[first] - 1] = found
     return angles
 
 
@@ -418,7 +425,8 @@ def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.n
     kept = np.isfinite(means)
     blocks = forward.blocks
     time = blocks.total * blocks.interval
-    errors[kept] = error_of_exponents(in_blocks(found.growth[:, kept]), job.numerics, run.steps, time)
+    if kept.any():
+        errors[kept] = error_of_exponents(in_blocks(found.growth[:, kept]), job.numerics, run.steps, time)
     return means, errors
 
 

@@ -138,11 +138,15 @@ def _keep_share(state, i, j, dot):
     """Take ``dot`` times row j, which is orthonormal, from what row i is made of, as from the row; a call, since few
     runs ask for it.
 
-    Row i is in parts of its own growth since the start of the block, so that nothing grows that decays.
+    Row i is in parts of its own growth since the start of the block, so that nothing grows that decays. None is made of
+    those behind it.
     """
-    mine, other, shares = state.exponent_of[i], state.exponent_of[j], state.shares
-    part = dot * math.exp(log_growth(state, mine) - log_growth(state, other))
-    for k in range(shares.shape[1]):
+    mine, other = state.exponent_of[i], state.exponent_of[j]
+    logs, grown, shares = state.logs, state.grown, state.shares
+    part = dot * (grown[mine] / grown[other])
+    if logs[mine] != logs[other]:
+        part *= math.exp(logs[mine] - logs[other])
+    for k in range(other + 1):
         shares[mine, k] -= part * shares[other, k]
 
 
