@@ -39,7 +39,7 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
         A seed that cannot be used.
     """
     fixed = [] if seeds is None and (random is not None or not needed) else [{}] if seeds is None else seeds
-    drawn = [] if random is None else _draw(system, RANDOM.read("random", random, system))
+    drawn = [] if random is None else draw(system, RANDOM.read("random", random, system))
     systems = [system.with_initial(**values) for values in (*fixed, *drawn)]
     names = [f"{kind} {k}" for kind, some in (("fixed", fixed), ("random", drawn)) for k in range(1, len(some) + 1)]
     starts = np.array([[s.initial[x] for x in system.state_names] for s in systems], dtype=float)
@@ -50,7 +50,7 @@ def make_seeds(system: "HybridSystem", seeds: Any, random: Any, *, needed: bool 
     )
 
 
-def _draw(system: "HybridSystem", box: dict[str, Any]) -> list[dict[str, Any]]:
+def draw(system: "HybridSystem", box: dict[str, Any]) -> list[dict[str, Any]]:
     """Random initial values by name, each state drawn with a stream of its own."""
     mode = {"mode": box["mode"]} if "mode" in box else {}
     values = []

@@ -223,6 +223,12 @@ class Batch:
         return modes
 
     @property
+    def elapsed(self) -> np.ndarray:
+        """Time since the start of the runs, shape (P,): of one that has ended, until then."""
+        run = self._states.run
+        return np.asarray(run["strobes"] * run["period"] + run["time"])
+
+    @property
     def steps(self) -> np.ndarray:
         """Steps since the averages began, shape (P,)."""
         taken: np.ndarray = self._states.run["steps"]

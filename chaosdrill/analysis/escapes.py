@@ -1,0 +1,254 @@
+"""Chaos that does not last: how long runs stay, the rate at which they leave, and the saddle that they leave from.
+
+Ages are counted in units, forcing periods or parts of a duration. Of all units that runs begin beyond a least age, the
+share in which they leave is the estimate of greatest likelihood for lives that end by chance alone, whether runs have
+left or only been watched for so long.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.analysis.seeds import draw
+from chaosdrill.analysis.starts import states_and_modes
+from chaosdrill.dataset import Outcome
+from chaosdrill.engine.batch import Batch, Returns
+from chaosdrill.engine.structure import examine
+from chaosdrill.model import HybridSystem
+from chaosdrill.model.surface import surface
+
+if TYPE_CHECKING:
+    from chaosdrill.analysis.base import Job
+
+PARTS = 1024
+"""Units of a duration in which lives are told."""
+
+COARSEST = 16
+"""Units of a duration at least from which a rate is taken: such of half a median life, so that it does not matter
+whether runs leave at any time or a few times in a life."""
+
+TOGETHER = 4096
+"""Starts of a batch."""
+
+SURVIVORS = 100
+"""Runs that are to reach the age at which the saddle is looked at: the most that do."""
+
+MARGIN = 0.25
+"""Part of that age, at its beginning and at its end, in which runs still come to the saddle or leave it already."""
+
+NONE_SEEN = 1.5
+"""Expected escapes of which twice as many would have shown one in 95 % of all cases: the error of a rate of zero."""
+
+FEWEST = 20
+"""Escapes in each half without which these are not compared."""
+
+
+class _Lives(NamedTuple):
+    """What became of runs, one entry each."""
+
+    length: np.ndarray  # time until they left, or as long as they were watched
+    units: np.ndarray  # whole units of it
+    left: np.ndarray  # whether they left
+    outcome: np.ndarray
+
+
+class Rate(NamedTuple):
+    """An escape rate per unit."""
+
+    value: float
+    error: float
+    escapes: int
+
+
+def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
+    """Lifetimes, escape rate and saddle; see `transient_chaos`."""
+    marked, ends = _marked(system, given.until)
+    starts, modes = _starts(system, given)
+    forced = system.period is not None
+    unit, count = (system.forcing_period(), given.periods) if forced else (given.duration / PARTS, PARTS)
+    report = job.report(2 * len(starts))
+    lives = _watched(marked, ends, starts, modes, unit, count, job, report)
+    half = int(np.median(lives.units))
+    lead = min(half, count // 4) if given.transient is None else given.transient
+    if not forced and given.transient is not None:
+        lead = math.ceil(given.transient / unit * (1 - 1e-12))
+    together = 1 if forced else int(np.clip(half // 2, 1, PARTS // COARSEST))
+    merged, least = lives.units // together, -(-lead // together)
+    left = lives.left & (merged < count // together)
+    rate = escape_rate(merged, left, least)
+    saddle = _saddle(marked, ends, starts, modes, lives.units, unit, lead, job)
+    if report:
+        report(2 * len(starts))
+    n = len(system.states)
+    alive = np.array([(lives.units >= age).sum() for age in range(count + 1)]) / len(starts)
+    return xr.Dataset(
+        {
+            "lifetime": ("start", lives.length),
+            "outcome": ("start", lives.outcome.astype(np.int8)),
+            "initial_state": (("start", "state"), starts),
+            "surviving": ("age", alive),
+            "escape_rate": ((), rate.value / (together * unit)),
+            "escape_rate_error": ((), rate.error / (together * unit)),
+            "escapes": ((), np.int64(rate.escapes)),
+            "drift": ((), drift(merged, left, least)),
+            "least_age": ((), least * together * unit),
+            "saddle_state": (("point", "state"), saddle[0]),
+            "lyapunov_exponent": ("exponent", saddle[1]),
+            "lyapunov_error": ("exponent", saddle[2]),
+            **({"forcing_period": ((), unit)} if forced else {}),
+        },
+        coords={
+            "start": np.arange(1, len(starts) + 1, dtype=np.int32),
+            "age": np.arange(count + 1) * unit,
+            "state": list(system.state_names),
+            "exponent": np.arange(1, n + 1, dtype=np.int32),
+        },
+    )
+
+
+def escape_rate(units: np.ndarray, left: np.ndarray, lead: int) -> Rate:
+    """The escape rate per unit and its standard error, by maximum likelihood from lives that may have been cut.
+
+    Parameters
+    ----------
+    units : ndarray of int, shape (N,)
+        Whole units that each run stayed.
+    left : ndarray of bool, shape (N,)
+        Whether it left in the next one; else it was watched no longer.
+    lead : int
+        Units from which on lives count.
+    """
+    old = units >= lead
+    escapes = int((old & left).sum())
+    trials = int((units[old] - lead).sum()) + escapes
+    if not trials:
+        return Rate(math.nan, math.nan, escapes)
+    share = escapes / trials
+    if share == 1.0:
+        return Rate(math.inf, math.nan, escapes)
+    error = math.sqrt(share / ((1 - share) * trials)) if escapes else NONE_SEEN / trials
+    return Rate(-math.log1p(-share), error, escapes)
+
+
+def drift(units: np.ndarray, left: np.ndarray, lead: int) -> float:
+    """Difference of the rates of the later and the earlier half of all escapes, in its standard errors."""
+    gone = np.sort(units[left & (units >= lead)])
+    if len(gone) < 2 * FEWEST:
+        return math.nan
+    middle = int(gone[len(gone) // 2])
+    early = escape_rate(np.minimum(units, middle), left & (units < middle), lead)
+    late = escape_rate(units, left, middle)
+    if min(early.escapes, late.escapes) < FEWEST or not math.isfinite(late.value):
+        return math.nan
+    return (late.value - early.value) / math.hypot(late.error, early.error)
+
+
+def _marked(system: HybridSystem, until: str | None) -> tuple[HybridSystem, list[int]]:
+    """The system with the transitions that end a life, and their numbers."""
+    if until is None:
+        return system, []
+    named = [i for i, t in enumerate(system.transitions) if until in (t.name, t.kind)]
+    if named:
+        return system, named
+    marked, marks = surface(system, until)
+    return marked, sorted(marks)
+
+
+def _starts(system: HybridSystem, given: Any) -> tuple[np.ndarray, np.ndarray]:
+    columns = given.initial
+    if columns is None:
+        drawn = draw(system, given.random)
+        columns = {name: [one[name] for one in drawn] for name in drawn[0]}
+    return states_and_modes(system, columns)
+
+
+def _parts(count: int) -> Iterator[slice]:
+    yield from (slice(first, min(first + TOGETHER, count)) for first in range(0, count, TOGETHER))
+
+
+def _watched(
+    system: HybridSystem,
+    ends: list[int],
+    starts: np.ndarray,
+    modes: np.ndarray,
+    unit: float,
+    count: int,
+    job: "Job",
+    report: Any,
+) -> _Lives:
+    """Run all starts until they leave, or to the end."""
+    length, outcome = np.zeros(len(starts)), np.zeros(len(starts), dtype=np.int64)
+    counted: dict[str, Any] = {"section": set(ends), "returns": Returns(count * unit)} if ends else {}
+    for part in _parts(len(starts)):
+        batch = Batch(system, {}, starts[part], modes[part], job.numerics, unit=unit, **counted)
+        batch.run(0, np.array([0, 1 if ends else count]))
+        length[part], outcome[part] = batch.elapsed, batch.outcome
+        if report:
+            report(part.stop)
+    if ends:
+        met = outcome == Outcome.OK
+        stayed = np.isin(outcome, (Outcome.NO_RETURN, Outcome.EQUILIBRIUM))
+        outcome = np.where(met, int(Outcome.ESCAPED), np.where(stayed, int(Outcome.OK), outcome))
+        length = np.where(stayed, count * unit, length)
+    units = np.minimum(np.floor(length / unit + 1e-9).astype(np.int64), count)
+    return _Lives(length, units, outcome == Outcome.ESCAPED, outcome)
+
+
+def _saddle(
+    system: HybridSystem,
+    ends: list[int],
+    starts: np.ndarray,
+    modes: np.ndarray,
+    units: np.ndarray,
+    unit: float,
+    lead: int,
+    job: "Job",
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points on the saddle and its exponents with their errors, from runs that stay long (sprinkler).
+
+    In the middle of a long life a run is near the saddle: it has come along the stable manifold, and has not yet left
+    along the unstable one.
+    """
+    n = len(system.states)
+    none = np.zeros((0, n)), np.full(n, np.nan), np.full(n, np.nan)
+    if len(units) < SURVIVORS:
+        return none
+    age = int(np.sort(units)[-SURVIVORS])
+    margin = max(lead, math.ceil(MARGIN * age))
+    window = age - 2 * margin
+    if window < 1:
+        return none
+    structure = examine(system)
+    frame, symmetries = structure.tangents(n)
+    old = np.flatnonzero(units >= margin)
+    points, growth = [], []
+    for part in _parts(len(old)):
+        which = old[part]
+        batch = Batch(
+            system, {}, starts[which], modes[which], job.numerics, unit=unit, tangents=frame, symmetries=symmetries,
+            deficient=structure.deficient,
+        )  # fmt: skip
+        stay = _still_there(batch, np.arange(len(which)), margin, ends)
+        stay = _still_there(batch, stay, window, ends)
+        states, sums = batch.x.copy(), batch.sums[:, -1].copy()
+        stay = _still_there(batch, stay, margin, ends)
+        points.append(states[stay])
+        growth.append(sums[stay] / (window * unit))
+    rates = np.concatenate(growth)
+    if len(rates) < 2:
+        return none
+    means = rates.mean(axis=0)
+    order = np.argsort(-means, kind="stable")
+    with np.errstate(invalid="ignore"):
+        errors = rates.std(axis=0, ddof=1) / math.sqrt(len(rates))
+    return np.concatenate(points), means[order], errors[order]
+
+
+def _still_there(batch: Batch, which: np.ndarray, units: int, ends: list[int]) -> np.ndarray:
+    """Run on over so many units; which of some runs have not left meanwhile."""
+    batch.proceed(which, 0, np.array([0, units]))
+    gone = batch.counts[which][:, ends].any(axis=1)
+    return which[(batch.outcome[which] == Outcome.OK) & ~gone]

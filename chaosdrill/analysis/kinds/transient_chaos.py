@@ -1,0 +1,140 @@
+"""Chaos that does not last: lifetimes, escape rate, and the chaotic saddle."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.analysis.arguments import RANDOM, At, section_fault
+from chaosdrill.analysis.base import AnalysisSettings, analysis
+from chaosdrill.analysis.starts import STARTS
+from chaosdrill.dataset.schema import COVERS, EXPONENT, RANK_LOSS, STATES, axis, forcing, need, outcome, table
+from chaosdrill.settings import LONGEST, Amount, Faults, Whole, setting, told
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+VARIABLES = table(
+    axis("start", "start", "i4", "number of the start", "In their order, from 1.", True),
+    axis("age", "age", "f8", "age", "Time since the start.", True),
+    *STATES,
+    EXPONENT,
+    need("initial_state", "start state", "f8", "initial state", "State from which each run starts."),
+    need("lifetime", "start", "f8", "lifetime", "Until the run leaves; where it does not, as long as it was watched."),
+    outcome("start"),
+    need("surviving", "age", "f8", "surviving share", "Part of the runs that have reached this age."),
+    need("escape_rate", "", "f8", "escape rate", "Per unit of model time."),
+    need("escape_rate_error", "", "f8", "standard error of the escape rate", COVERS),
+    need("escapes", "", "i8", "number of escapes", "Those after the transient."),
+    need("least_age", "", "f8", "age from which lives count", "In units of model time."),
+    need("drift", "", "f8", "change of the escape rate", "Of late escapes against early ones, in standard errors."),
+    need("saddle_state", "point state", "f8", "state near the saddle", "In the middle of long lives."),
+    need("lyapunov_exponent", "exponent", "f8", "Lyapunov exponent of the saddle", RANK_LOSS),
+    need("lyapunov_error", "exponent", "f8", "standard error of the exponent", COVERS),
+    *forcing(),
+    bars={"escape_rate": "escape_rate_error", "lyapunov_exponent": "lyapunov_error"},
+    sampled=("lifetime", "surviving", "escapes", "least_age", "drift", "saddle_state"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransientChaos(AnalysisSettings):
+    """Settings of `transient_chaos`."""
+
+    periods: int | None = setting(Whole(1), None)
+    duration: float | None = setting(Amount(above=0, most=LONGEST), None)
+    transient: float | None = setting(Amount(least=0, most=LONGEST), None)
+    random: dict[str, Any] | None = setting(RANDOM, None)
+    initial: Any = setting(STARTS, None)
+    until: str | None = setting(At(), None)
+
+    @classmethod
+    def beside(cls, table: Mapping[str, Any]) -> Faults:
+        """One length, and one kind of starts."""
+        for one, other, words in (
+            ("periods", "duration", "give either periods (of the forcing) or duration (units of time)"),
+            ("random", "initial", "give starts: random, a box from which they are drawn, or initial, a list"),
+        ):
+            if one in table and other in table:
+                yield (other,), told(f"{one} is given, too; leave one of them out", table[other])
+            elif one not in table and other not in table:
+                yield (), words
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """A length that the system does not count, and an end of life that it does not have."""
+        until = table.get("until")
+        if until == "strobe":
+            yield ("until",), told("expected an event, or a comparison of states", until)
+        elif until is not None and (fault := section_fault(system, until)):
+            yield ("until",), told(fault, until)
+        if system.period is not None:
+            if "duration" in table:
+                words = f"{system.name} has a forcing period; give periods instead"
+                yield ("duration",), told(words, table["duration"])
+            if (table.get("transient") or 0) % 1:
+                yield ("transient",), told("expected whole forcing periods", table["transient"])
+        elif "periods" in table:
+            words = f"{system.name} has no forcing period; give duration, in units of time"
+            yield ("periods",), told(words, table["periods"])
+
+
+@analysis(
+    "transient-chaos",
+    TransientChaos,
+    "lifetimes from many starts, the escape rate, and the saddle's points and exponents",
+    VARIABLES,
+    cites=("kantz1985", "lai2011"),
+)
+def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -> "xr.Dataset":
+    """Lifetimes of runs from many starts, the rate at which they leave, and the chaotic saddle that they leave from.
+
+    A run leaves where it escapes from the bounds of the system's states, or meets ``until`` for the first time. Lives
+    are counted in forcing periods, or in parts of half a median life. Where they end by chance alone, those beyond the
+    transient are distributed exponentially; the rate is the one of greatest likelihood, and runs that have not left
+    count as long as they were watched. Its standard error is that of independent starts. ``drift`` compares the later
+    half of the escapes with the earlier one: beyond 3 lives are not exponential, and a longer transient is needed.
+
+    Points on the saddle are states of runs in the middle of long lives (the sprinkler method: Kantz and Grassberger
+    1985, doi:10.1016/0167-2789(85)90135-6; Lai and Tel 2011, doi:10.1007/978-1-4419-6987-3): of those that reach the
+    greatest age that 100 runs reach. A quarter of this age, and at least the transient, is left out at both ends; over
+    the rest their tangents grow at the exponents of the saddle.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters; its initial state gives what the starts do not name.
+    periods, duration : int or float
+        Longest time for which a run is watched: forcing periods, or time for systems without.
+    transient : int or float, optional
+        Age from which lives count: forcing periods, or time; before it runs come to the saddle, or are on their way
+        out when they start. Default: the median life, or a quarter of the longest time if that is less.
+    random : mapping, optional
+        Starts drawn from a box, as in `bifurcation_diagram`: ``{"count": 5000, "seed": 1, "x": (0, 1)}``.
+    initial : array, list, mapping, DataFrame or Dataset, optional
+        Starts, as in `basins`, in place of ``random``.
+    until : str, optional
+        What ends a life beside an escape from the bounds: the name or kind of an event, or a comparison such as
+        ``"x > 2"``, met where it becomes true.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``lifetime`` and ``outcome`` (start), ``escaped`` where a run has left and ``ok`` where it has not, with
+        ``initial_state`` (start, state); ``surviving`` (age); ``escape_rate`` and ``escape_rate_error``, per unit of
+        time, ``escapes``, ``least_age`` and ``drift``, NaN with fewer than 40 escapes; ``saddle_state`` (point, state),
+        ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), NaN where fewer than 100 runs live long. Without an
+        escape the rate is 0, and twice its error is the greatest rate that would have shown none in 5 % of all cases.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used.
+    """
+    from chaosdrill.analysis.escapes import transients
+
+    return transients(system, given, job)

@@ -1,0 +1,135 @@
+"""Escape rates and saddles, against open maps and flows that are known in closed form."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+from chaosdrill.analysis.escapes import drift, escape_rate
+
+WIDTHS = np.array([0.45, 0.35])
+RATE = -np.log(WIDTHS.sum())
+STARTS = {"count": 4000, "seed": 3, "x": (0, 1)}
+
+
+def open_tent(widths, *, forced=True, leave=False):
+    """Two branches over whole of [0, 1], which a clock applies: what is mapped beyond 1 leaves.
+
+    Of a uniform density, which stays uniform, the widths' sum is left after a step.
+    """
+    pieces = [("x/a", "x < 1/2"), ("(1 - x)/b", "x >= 1/2")]
+    steps = [
+        cd.Transition(f"piece-{k}", "wait", "wait", "clock - 1", 1, {"x": image, "clock": "0"}, condition=condition)
+        for k, (image, condition) in enumerate(pieces)
+    ]
+    ends = [cd.Transition("leave", "wait", "wait", "clock - 1/4", 1, condition="x > 1")] if leave else []
+    return cd.HybridSystem(
+        name="open-tent", states="x clock", parameters={"a": widths[0], "b": widths[1]},
+        modes={"wait": {"x": "0", "clock": "1"}}, transitions=[*ends, *steps], period="1" if forced else None,
+        initial={"x": 0.3, "clock": 0.5}, bounds={} if leave else {"x": (0, 1)},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def skew():
+    return cd.transient_chaos(open_tent(WIDTHS), periods=60, random=STARTS)
+
+
+def test_the_rate_of_the_skew_tent_is_that_of_its_hole(skew):
+    assert abs(skew["escape_rate"] - RATE) <= 3 * skew["escape_rate_error"]
+    assert skew["escape_rate_error"] < 0.03 * RATE
+    assert abs(skew["drift"]) < 3
+    assert (skew["outcome"] == cd.Outcome.ESCAPED).all()
+    assert skew["surviving"][0] == 1.0
+    assert skew["lifetime"].max() < 60
+
+
+def test_the_exponent_of_its_saddle_is_exact(skew):
+    """Branches are visited in proportion to their widths (Kantz and Grassberger 1985)."""
+    shares = WIDTHS / WIDTHS.sum()
+    exact = -(shares * np.log(WIDTHS)).sum()
+    found, error = (skew[name].values[0] for name in ("lyapunov_exponent", "lyapunov_error"))
+    assert abs(found - exact) <= 3 * error < 0.05
+    # no point of the saddle lies in the hole
+    points = skew["saddle_state"].sel(state="x").values
+    assert len(points) >= 50
+    assert not ((points > WIDTHS[0]) & (points < 1 - WIDTHS[1])).any()
+
+
+def test_the_tent_map_of_slope_three():
+    found = cd.transient_chaos(open_tent([1 / 3, 1 / 3]), periods=40, random=STARTS)
+    assert abs(found["escape_rate"] - np.log(1.5)) <= 3 * found["escape_rate_error"]
+    assert float(found["lyapunov_exponent"][0]) == pytest.approx(np.log(3), abs=1e-12)
+
+
+def test_runs_that_are_watched_too_short_count_as_long_as_they_were(skew):
+    found = cd.transient_chaos(open_tent(WIDTHS), periods=5, transient=1, random=STARTS)
+    assert (found["outcome"] == cd.Outcome.OK).sum() > 1000
+    assert abs(found["escape_rate"] - RATE) <= 3 * found["escape_rate_error"]
+
+
+def test_an_event_may_end_a_life(skew):
+    found = cd.transient_chaos(open_tent(WIDTHS, leave=True), periods=60, random=STARTS, until="leave")
+    assert abs(found["escape_rate"] - RATE) <= 3 * found["escape_rate_error"]
+    np.testing.assert_array_equal(np.ceil(found["lifetime"]), np.ceil(skew["lifetime"]) - 1)
+
+
+def test_without_forcing_the_rate_is_one_of_time():
+    """At phases that are drawn, too: else all leave at the same moments."""
+    free = open_tent(WIDTHS, forced=False)
+    found = cd.transient_chaos(free, duration=60.0, random={**STARTS, "clock": (0, 1)})
+    # the share that leaves between two steps is linear in time, not exponential: 0.4 %
+    assert abs(found["escape_rate"] - RATE) <= 3 * found["escape_rate_error"] + 0.004 * RATE
+
+
+def test_a_comparison_may_end_a_life_of_a_flow():
+    """A saddle: x doubles in ln 2, and from a uniform density over (-1, 1) exp(-t) stays below 1."""
+    saddle = cd.HybridSystem(
+        name="saddle", states="x y", parameters={}, modes={"on": {"x": "x", "y": "-y"}}, initial={"x": 0.5, "y": 0.5}
+    )
+    starts = {"count": 4000, "seed": 5, "x": (-1, 1)}
+    found = cd.transient_chaos(saddle, duration=12.0, random=starts, until="x**2 > 1")
+    assert abs(found["escape_rate"] - 1.0) <= 3 * found["escape_rate_error"]
+    exact = -np.log(abs(found["initial_state"].values[:, 0]))
+    left = found["outcome"].values == cd.Outcome.ESCAPED
+    np.testing.assert_allclose(found["lifetime"].values[left], exact[left], rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(left, exact < 12)
+    np.testing.assert_allclose(found["lyapunov_exponent"], [1, -1], rtol=0, atol=1e-9)
+
+
+def test_where_nothing_leaves_the_rate_is_zero_within_its_error():
+    closed = open_tent(np.array([0.4, 0.35])).with_initial(x=0.0)
+    found = cd.transient_chaos(closed, periods=50, initial=[{"clock": 0.4}, {"clock": 0.6}])
+    assert found["escape_rate"] == 0
+    assert 2 * found["escape_rate_error"] == pytest.approx(3 / (2 * (50 - 12)))
+    assert np.isnan(found["lyapunov_exponent"]).all()
+
+
+@pytest.mark.parametrize(
+    ("share", "count", "length", "lead"), [(0.2, 200, 1000, 0), (0.2, 400, 4, 2), (0.7, 100, 9, 0)]
+)
+def test_errors_cover(share, count, length, lead):
+    rng = np.random.default_rng(11)
+    hits = 0
+    for _ in range(400):
+        lives = rng.geometric(share, count) - 1
+        found = escape_rate(np.minimum(lives, length), lives < length, lead)
+        hits += abs(found.value + np.log1p(-share)) <= 2 * found.error
+    assert 0.92 <= hits / 400 <= 0.985
+
+
+def test_lives_that_are_not_exponential_drift():
+    rng = np.random.default_rng(12)
+    even = rng.geometric(0.1, 4000) - 1
+    mixed = np.where(rng.random(4000) < 0.5, even, rng.geometric(0.02, 4000) - 1)
+    assert abs(drift(even, even >= 0, 0)) < 3
+    assert drift(mixed, mixed >= 0, 0) < -10
+
+
+def test_arguments_that_do_not_fit():
+    tent = open_tent(WIDTHS)
+    with pytest.raises(cd.SettingsError, match="give starts: random"):
+        cd.transient_chaos(tent, periods=5)
+    with pytest.raises(cd.SettingsError, match="has a forcing period; give periods instead"):
+        cd.transient_chaos(tent, duration=5.0, random=STARTS)
+    with pytest.raises(cd.SettingsError, match="until"):
+        cd.transient_chaos(tent, periods=5, random=STARTS, until="hit")
