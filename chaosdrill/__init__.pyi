@@ -308,6 +308,22 @@ def trajectory(
     max_stalls: int = 50,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset: ...
+def transient_chaos(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float | None = None,
+    random: dict[str, Any] | None = None,
+    initial: Any = None,
+    until: str | None = None,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
 def work_precision(
     system: HybridSystem,
     *,

@@ -14,6 +14,7 @@ import xarray as xr
 
 from chaosdrill.analysis.seeds import draw
 from chaosdrill.analysis.starts import states_and_modes
+from chaosdrill.analysis.statistics import block_ends
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.batch import Batch, Returns
 from chaosdrill.engine.structure import examine
@@ -38,6 +39,9 @@ SURVIVORS = 100
 
 MARGIN = 0.25
 """Part of that age, at its beginning and at its end, in which runs still come to the saddle or leave it already."""
+
+VISITS = 10
+"""States of a run that are kept as points on the saddle, at most."""
 
 NONE_SEEN = 1.5
 """Expected escapes of which twice as many would have shown one in 95 % of all cases: the error of a rate of zero."""
@@ -232,10 +236,13 @@ def _saddle(
             deficient=structure.deficient,
         )  # fmt: skip
         stay = _still_there(batch, np.arange(len(which)), margin, ends)
-        stay = _still_there(batch, stay, window, ends)
-        states, sums = batch.x.copy(), batch.sums[:, -1].copy()
+        sums, seen = np.zeros((len(which), n)), []
+        for length in np.diff(block_ends(window, VISITS)).tolist():
+            stay = _still_there(batch, stay, length, ends)
+            sums += batch.sums[:, -1]
+            seen.append(batch.x.copy())
         stay = _still_there(batch, stay, margin, ends)
-        points.append(states[stay])
+        points.append(np.concatenate([states[stay] for states in seen]))
         growth.append(sums[stay] / (window * unit))
     rates = np.concatenate(growth)
     if len(rates) < 2:

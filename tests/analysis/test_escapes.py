@@ -51,7 +51,7 @@ def test_the_exponent_of_its_saddle_is_exact(skew):
     assert abs(found - exact) <= 3 * error < 0.05
     # no point of the saddle lies in the hole
     points = skew["saddle_state"].sel(state="x").values
-    assert len(points) >= 50
+    assert len(points) >= 500
     assert not ((points > WIDTHS[0]) & (points < 1 - WIDTHS[1])).any()
 
 

@@ -20,6 +20,9 @@ CALLS = {
     "covariant vectors": lambda system, **shown: cd.covariant_vectors(
         system, periods=4, forward=2, backward=2, **shown
     ),
+    "transient chaos": lambda system, **shown: cd.transient_chaos(
+        system, periods=4, random={"count": 3, "seed": 1, "x": (0.0, 0.2)}, **shown
+    ),
     "lyapunov spectrum": lambda system, **shown: cd.lyapunov_spectrum(system, periods=4, **shown),
     "bifurcation diagram": lambda system, **shown: cd.bifurcation_diagram(
         system, {"omega": [3.3, 3.4]}, transient=2, periods=4, max_period=2, seeds=[{}], follow="both", **shown

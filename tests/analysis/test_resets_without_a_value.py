@@ -21,6 +21,7 @@ FORCED = {
     "regularity": lambda system: cd.regularity(system, periods=64),
     "finite_time_exponents": lambda system: cd.finite_time_exponents(system, periods=20, windows=[1]),
     "covariant_vectors": lambda system: cd.covariant_vectors(system, periods=20, forward=5, backward=5),
+    "transient_chaos": lambda system: cd.transient_chaos(system, periods=20, initial=[{"x": system.initial["x"]}]),
     "lyapunov_spectrum": lambda system: cd.lyapunov_spectrum(system, periods=20),
     "bifurcation_diagram": lambda system: cd.bifurcation_diagram(system, {"w": [2.6, 2.7]}, **SHORT),
     "parameter_chart": lambda system: cd.parameter_chart(system, {"w": [2.6, 2.7], "d": [0.1]}, **SHORT),

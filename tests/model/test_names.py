@@ -86,6 +86,9 @@ ANALYSES = {
     "regularity": lambda system, words: cd.regularity(system, periods=50, plane=[words[1], words[0]]),
     "windows": lambda system, words: cd.finite_time_exponents(system, periods=50, transient=20),
     "vectors": lambda system, words: cd.covariant_vectors(system, periods=20, forward=20, backward=20),
+    "transients": lambda system, words: cd.transient_chaos(
+        system, periods=20, random={"count": 4, "seed": 1, words[0]: (-0.5, 0.1)}, until=words[7]
+    ),
     "strobe": lambda system, words: cd.poincare_section(system, periods=10),
     "diagram": lambda system, words: cd.bifurcation_diagram(
         system, {words[4]: [2.6, 2.7, 2.8]}, exponents=2, seeds=[{words[0]: -0.5}], **SHORT

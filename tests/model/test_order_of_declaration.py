@@ -54,6 +54,9 @@ CALLS = {
     "finite-time-exponents": lambda s: cd.finite_time_exponents(s, transient=200, periods=32, windows=[1]),
     # on a spiral no single vector has a meaning
     "covariant-vectors": lambda s: cd.covariant_vectors(s.with_parameters(c=0.3), transient=200, periods=16),
+    "transient-chaos": lambda s: cd.transient_chaos(
+        s, periods=8, initial={"x": [-0.4, -0.3, -0.2], "v": [0.0, 0.1, 0.2]}, until="touch"
+    ),
     "lyapunov-spectrum": lambda s: cd.lyapunov_spectrum(s, transient=200, periods=200),
     "bifurcation-diagram": lambda s: cd.bifurcation_diagram(s, {"w": [2.2, 2.45]}, **SHORT),
     "parameter-chart": lambda s: cd.parameter_chart(s, {"w": [2.2, 2.45], "c": [0.1, 0.11]}, **SHORT),

@@ -43,6 +43,7 @@ RIGHT = {
     "regularity": {"system": SYSTEM, "periods": 64},
     "finite_time_exponents": {"system": SYSTEM, "periods": 1},
     "covariant_vectors": {"system": SYSTEM, "periods": 1},
+    "transient_chaos": {"system": SYSTEM, "periods": 1, "initial": [{"x": 0.0}]},
     "lyapunov_spectrum": {"system": SYSTEM, "periods": 1},
     "bifurcation_diagram": {"system": SYSTEM, "sweep": {"omega": [2.5]}, "transient": 1, "periods": 2},
     "parameter_chart": {"system": SYSTEM, "sweep": {"omega": [2.5], "e": [0.8]}, "transient": 1, "periods": 2},

@@ -59,6 +59,13 @@ forward = 20
 backward = 20
 bins = 4
 """,
+    "transients": """\
+[analysis.transients]
+kind = "transient-chaos"
+periods = 20
+random = { count = 5, seed = 1, x = [-0.3, 0.2] }
+until = "impact"
+""",
     "diagram": """\
 [analysis.diagram]
 kind = "bifurcation-diagram"

@@ -109,6 +109,15 @@ def test_covariant_vectors(model, section):
     assert not np.isnan(found["local_growth"]).any()
 
 
+def test_transient_chaos(model):
+    length = {"duration": 3.0} if model.period is None else {"periods": 3}
+    start = [model.initial[name] for name in model.state_names]
+    found = cd.transient_chaos(model, **length, initial=[start, start])
+    assert words(found) == {"ok"}
+    assert (found["lifetime"] == found["age"][-1]).all()
+    assert found["escape_rate"] == 0
+
+
 def test_sweeps(model, section):
     for count, sweep in ((1, cd.bifurcation_diagram), (2, cd.parameter_chart)):
         if len(model.parameters) >= count:

@@ -1,0 +1,78 @@
+"""Chaos that does not last: how many runs are left at an age, and the saddle that they leave from."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.plots.figures import legend_inside, new_figure
+from chaosdrill.plots.labels import label, state_label, subscript, uncertain
+from chaosdrill.plots.palette import PALETTE
+from chaosdrill.plots.pictures import picture
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SURVIVAL, _SADDLE = 2.8, 3.0
+
+
+@picture("transient-chaos", "transient-chaos", "runs that are left at an age, with the escape rate; the saddle")
+def escapes(dataset: "xr.Dataset") -> "Figure":
+    """Draw the share of runs that survive, and points on the saddle.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``transient-chaos``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The surviving share over the age, on a logarithmic scale, with the line that the escape rate means from the
+        least age on; below, states near the saddle in the plane of the first two states that move, with the exponents,
+        if any were found.
+    """
+    points = dataset["saddle_state"].values
+    moving = np.flatnonzero(np.ptp(points, axis=0) > 0) if len(points) else np.zeros(0, dtype=int)
+    with_saddle = len(moving) > 0
+    figure = new_figure(0.7 + _SURVIVAL + _SADDLE * with_saddle)
+    heights = [_SURVIVAL, _SADDLE][: 1 + with_saddle]
+    panels = np.atleast_1d(figure.subplots(len(heights), 1, height_ratios=heights))
+    _draw_survival(panels[0], dataset)
+    if with_saddle:
+        _draw_saddle(panels[1], dataset, moving.tolist())
+    return figure
+
+
+def _draw_survival(axes: "Axes", dataset: "xr.Dataset") -> None:
+    age, alive = dataset["age"].values, dataset["surviving"].values
+    axes.step(age, np.where(alive > 0, alive, np.nan), where="post", color=PALETTE[0], label="runs")
+    rate, error, least = (float(dataset[name]) for name in ("escape_rate", "escape_rate_error", "least_age"))
+    if np.isfinite(rate):
+        last = age[alive > 0][-1]
+        along = np.array([least, max(last, least)])
+        height = np.interp(least, age, alive) * np.exp(-rate * (along - least))
+        axes.plot(along, height, color=PALETTE[1], linestyle="--", label=f"escape rate {uncertain(rate, error)}")
+        axes.set_xlim(0, 1.05 * along[-1])
+    axes.set_yscale("log")
+    axes.set_xlabel(label(dataset["age"]))
+    axes.set_ylabel(label(dataset["surviving"]))
+    legend_inside(axes, loc="upper right")
+
+
+def _draw_saddle(axes: "Axes", dataset: "xr.Dataset", moving: list[int]) -> None:
+    points, exponents = dataset["saddle_state"].values, dataset["lyapunov_exponent"].values
+    if len(moving) > 1:
+        axes.plot(points[:, moving[0]], points[:, moving[1]], ".", color=PALETTE[0], markersize=3)
+        axes.set_ylabel(state_label(dataset, moving[1]))
+    else:
+        axes.hist(points[:, moving[0]], bins=64, color=PALETTE[0])
+        axes.set_ylabel("points")
+    axes.set_xlabel(state_label(dataset, moving[0]))
+    told = [
+        f"{subscript('λ', k + 1)} = {uncertain(float(value), float(error))}"
+        for k, (value, error) in enumerate(zip(exponents, dataset["lyapunov_error"].values, strict=True))
+        if np.isfinite(value)
+    ]
+    axes.set_title(f"saddle: {', '.join(told[:4])}")
