@@ -71,8 +71,9 @@ def transients(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """Lifetimes, escape rate and saddle; see `transient_chaos`."""
     marked, ends = _marked(system, given.until)
     starts, modes = _starts(system, given)
-    forced = system.period is not None
-    unit, count = (system.forcing_period(), given.periods) if forced else (given.duration / PARTS, PARTS)
+    period = system.forcing_period()
+    forced = period is not None
+    unit, count = (given.duration / PARTS, PARTS) if period is None else (period, given.periods)
     report = job.report(2 * len(starts))
     lives = _watched(marked, ends, starts, modes, unit, count, job, report)
     half = int(np.median(lives.units))
