@@ -38,7 +38,7 @@ VARIABLES = table(
     outcome(""),
     forcing()[0],
     bars={"lyapunov_exponent": "lyapunov_error", "angle_histogram": "angle_histogram_error"},
-    sampled=("smallest_angle",),
+    sampled=("vector", "vector_error", "local_growth", "lost", "angle", "smallest_angle"),
 )
 
 
