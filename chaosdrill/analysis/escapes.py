@@ -230,6 +230,8 @@ def _saddle(
     frame, symmetries = structure.tangents(n)
     old = np.flatnonzero(units >= margin)
     points, growth = [], []
+    lengths = np.diff(block_ends(window, VISITS))
+    early = lengths[: len(lengths) // 2].sum()
     for part in _parts(len(old)):
         which = old[part]
         batch = Batch(
@@ -237,21 +239,27 @@ def _saddle(
             deficient=structure.deficient,
         )  # fmt: skip
         stay = _still_there(batch, np.arange(len(which)), margin, ends)
-        sums, seen = np.zeros((len(which), n)), []
-        for length in np.diff(block_ends(window, VISITS)).tolist():
+        seen, grown = [], []
+        for length in lengths.tolist():
             stay = _still_there(batch, stay, length, ends)
-            sums += batch.sums[:, -1]
+            grown.append(batch.sums[:, -1].copy())
             seen.append(batch.x.copy())
         stay = _still_there(batch, stay, margin, ends)
         points.append(np.concatenate([states[stay] for states in seen]))
-        growth.append(sums[stay] / (window * unit))
-    rates = np.concatenate(growth)
+        growth.append(np.array([sums[stay] for sums in grown]))
+    parts = np.concatenate(growth, axis=1)
+    rates = parts.sum(axis=0) / (window * unit)
     if len(rates) < 2:
         return none
     means = rates.mean(axis=0)
     order = np.argsort(-means, kind="stable")
+    half = len(lengths) // 2
     with np.errstate(invalid="ignore"):
         errors = rates.std(axis=0, ddof=1) / math.sqrt(len(rates))
+        if half:
+            # a mean that still moves along the lives is not yet that of the saddle
+            before = parts[:half].sum(axis=0).mean(axis=0) / (early * unit)
+            errors = np.hypot(errors, means - before)
     return np.concatenate(points), means[order], errors[order]
 
 

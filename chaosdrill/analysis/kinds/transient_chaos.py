@@ -100,7 +100,8 @@ def transient_chaos(system: "HybridSystem", given: TransientChaos, job: "Job") -
     Points on the saddle are up to ten states of each run in the middle of a long life (the sprinkler method: Kantz and
     Grassberger 1985, doi:10.1016/0167-2789(85)90135-6; Lai and Tel 2011, doi:10.1007/978-1-4419-6987-3): of those that
     reach the greatest age that 100 runs reach. A quarter of this age, and at least the transient, is left out at both
-    ends; over the rest their tangents grow at the exponents of the saddle.
+    ends; over the rest their tangents grow at the exponents of the saddle. Their error is that of independent runs, and
+    by how much the mean over all of this age differs from that over its first half.
 
     Parameters
     ----------
