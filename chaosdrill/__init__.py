@@ -14,6 +14,7 @@ from chaosdrill.version import __version__
 
 _HOME = {
     "HybridSystem": "chaosdrill.model",
+    "Map": "chaosdrill.model",
     "Transition": "chaosdrill.model",
     "filippov": "chaosdrill.model.filippov",
     "equivalent_control": "chaosdrill.model.filippov",

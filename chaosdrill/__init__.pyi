@@ -15,6 +15,7 @@ from chaosdrill.errors import SceneError as SceneError
 from chaosdrill.errors import SettingsError as SettingsError
 from chaosdrill.errors import StartWarning as StartWarning
 from chaosdrill.model import HybridSystem as HybridSystem
+from chaosdrill.model import Map as Map
 from chaosdrill.model import Transition as Transition
 from chaosdrill.model.drives import driven as driven
 from chaosdrill.model.filippov import equivalent_control as equivalent_control

@@ -100,7 +100,7 @@ def misfits_of_section(table: Mapping[str, Any], system: "HybridSystem") -> Faul
     at = table.get("at")
     if at is not None and (fault := section_fault(system, at)):
         yield ("at",), told(fault, at)
-    what = "forcing periods" if at in (None, "strobe") else "points of the section"
+    what = "iterates" if system.discrete else "forcing periods" if at in (None, "strobe") else "points of the section"
     if (system.period is not None or at is not None) and "duration" not in table and table.get("transient", 0) % 1:
         yield ("transient",), told(f"expected whole {what}", table["transient"])
 
@@ -152,6 +152,9 @@ def section_fault(system: "HybridSystem", at: str) -> str | None:
         return f"{system.name} has no forcing period for a strobe; give an event, as in {example_of_section(system)}"
     if at in events:
         return None
+    if system.discrete:
+        what = "iterates jump across a surface, and none is on it" if "<" in at or ">" in at else "there is no such event"
+        return f"{system.name} is a map: {what}; leave it out, the section is every iterate"
     if not ("<" in at or ">" in at):
         strobe = ("strobe",) if system.period is not None else ()
         unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}"

@@ -80,7 +80,10 @@ class _Lengths(AnalysisSettings):
         yield from misfits_of_section(table, system)
         at = table.get("at")
         if system.period is not None:
-            if "duration" in table:
+            if "duration" in table and system.discrete:
+                words = f"{system.name} is a map; give periods instead, which count its iterates"
+                yield ("duration",), told(words, table["duration"])
+            elif "duration" in table:
                 about = max(1, round(table["duration"] / system.forcing_period()))
                 words = f"{system.name} has a forcing period; give periods instead (about {about})"
                 yield ("duration",), told(words, table["duration"])
@@ -142,7 +145,10 @@ class Orbit(AnalysisSettings):
         yield from misfits_of_section(table, system)
         sectioned = table.get("at") not in (None, "strobe")
         if sectioned and system.period is not None:
-            words = f"{system.name} has a forcing period, in which orbits are counted; leave it out"
+            counted = "is a map, whose orbits are counted in iterates"
+            if not system.discrete:
+                counted = "has a forcing period, in which orbits are counted"
+            words = f"{system.name} {counted}; leave it out"
             yield ("at",), told(words, table["at"])
         if system.period is None and not sectioned and table.get("period", 1) != 1:
             words = f"{system.name} has no forcing period to count in; leave it out: an orbit is one round then, "

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from chaosdrill.analysis.recording import Record
-from chaosdrill.analysis.sections import SAMPLES, Path, find_section, traced
+from chaosdrill.analysis.sections import Path, find_section, samples_of, traced
 from chaosdrill.analysis.starts import states_and_modes
 from chaosdrill.engine import layout as at
 from chaosdrill.model.regions import UNTOLD
@@ -30,7 +30,7 @@ def ensemble(system: "HybridSystem", given: Any, job: "Job") -> xr.Dataset:
     starts, modes = states_and_modes(system, given.initial)
     plan = given.span(system, job.numerics)
     begin = plan.transient * plan.unit if plan.periodic else plan.transient
-    parts = plan.count * (given.samples or SAMPLES)
+    parts = plan.count * samples_of(system, given)
     even = begin + np.arange(parts + 1) * (plan.length / parts)
     times = even if given.times is None else np.array(given.times, dtype=float)
     n, q, runs = len(system.states), len(system.quadratures), len(starts)

@@ -193,9 +193,14 @@ class Path:
     message: str  # what ended the run and where, as `Run.stopped` tells
 
 
+def samples_of(system: HybridSystem, given: Any) -> int:
+    """Samples of a trajectory in every unit of its length; a map has one an iterate."""
+    return int(given.samples or (1 if system.discrete else SAMPLES))
+
+
 def traced(where: Section, given: Any, job: "Job") -> Path:
     """A motion over its length, with so many samples in every unit of it; see `trajectory`."""
-    system, samples = where.system, given.samples or SAMPLES
+    system, samples = where.system, samples_of(where.system, given)
     if where.counts == "section":
         return _traced_to_points(where, given, job)
     plan = given.span(system, job.numerics)

@@ -89,6 +89,7 @@ def check_text(described: dict[str, Any]) -> str:
             for name, entry in described["parameters"].items()
         ),
     )
+    lines += _block("map", ((left, f"= {right}") for left, right in described["map"].items()))
     for mode, equations in described["modes"].items():
         first = "   (initial)" if mode == described["initial_mode"] else ""
         lines += _block(f"mode {mode}{first}", ((left, f"= {right}") for left, right in equations.items()))

@@ -33,7 +33,7 @@ def write_definition(system: "HybridSystem") -> dict[str, Any]:
     dict
         Texts, numbers, lists and dicts: ``name``, ``states``, ``time``, ``period``, ``modes`` (mode -> state -> rate),
         ``transitions`` and, where there are any, ``regions``, ``quadratures``, ``bounds``, ``labels`` and
-        ``description``.
+        ``description``; of a map ``name``, ``states``, ``images`` and the last three.
 
     Raises
     ------
@@ -77,13 +77,26 @@ def build_defined(
     SettingsError
         If a parameter or an initial value is no finite number.
     """
+    from chaosdrill.model.maps import Map
     from chaosdrill.model.system import HybridSystem
 
-    reader = Reader(parameters)
+    reader = reader_of(definition, parameters)
     found = reader.read(definition)
     if found is None:
         raise ModelError(reader.told("definition"))
-    return HybridSystem.of(found, parameters, initial)
+    return (Map if is_map(definition) else HybridSystem).of(found, parameters, initial)
+
+
+def is_map(definition: Mapping[str, Any]) -> bool:
+    """Whether a definition is that of a map."""
+    return "images" in definition
+
+
+def reader_of(definition: Mapping[str, Any], parameters: Any) -> Reader:
+    """What reads a definition, with values of its parameters."""
+    from chaosdrill.model.maps import MapReader
+
+    return MapReader(parameters) if is_map(definition) else Reader(parameters)
 
 
 def _written(system: "HybridSystem") -> dict[str, Any]:
@@ -94,11 +107,11 @@ def _written(system: "HybridSystem") -> dict[str, Any]:
         raise ModelError(f"{system.name}: no text can hold Python functions: {'; '.join(told)}")
     try:
         definition = _plain(system)
-        reader = Reader(system.parameters)
+        reader = reader_of(definition, system.parameters)
         found = reader.read(definition)
         if found is None:
             raise ModelError(reader.told(f"{system.name}: definition").splitlines()[0])
-        for name in (one.name for one in fields(Definition)):
+        for name in (one.name for one in fields(found)):
             for where, before, after in _differing(name, getattr(system, name), getattr(found, name)):
                 raise ModelError(f"{system.name}: {where}: {before} as text would be read as {after}")
     except RecursionError:
@@ -125,6 +138,10 @@ def _plain(system: "HybridSystem") -> dict[str, Any]:
         "bounds": bounds,
         "labels": dict(system.labels),
     }
+    if system.discrete:
+        from chaosdrill.model.maps import KEYS
+
+        found = {name: found.get(name) for name in KEYS} | {"images": _table(vars(system)["images"])}
     return {name: value for name, value in found.items() if value is not None and value not in ("", {}, [])}
 
 

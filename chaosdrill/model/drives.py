@@ -28,6 +28,9 @@ SHAPES: dict[str, dict[str, str]] = {
 
 PHASE = parameter("phase")
 
+UNDRIVEN = "a map has no time, and so no drive; let states of their own drive it, as in phase = 'Mod(phase + w, 1)'"
+"""What is said of a map with a drive."""
+
 Piece = tuple[Any, Any]
 """The phase at which a piece begins, and the drive from there."""
 
@@ -86,6 +89,8 @@ def driven(
 
     if not isinstance(system, HybridSystem):
         raise ModelError(f"system is {system!r:.60}; it must be a HybridSystem")
+    if system.discrete:
+        raise ModelError(f"{system.name}: {UNDRIVEN}")
     refuse(ModelError, "drive", drive, TEXT)
     if drive not in system.parameters:
         raise ModelError(f"{system.name}: there is no parameter {drive!r} to drive; {remedy(drive, system.parameters)}")

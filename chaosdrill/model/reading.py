@@ -319,6 +319,10 @@ class Reader:
         self._fault(path, f"received {shown(value):.60}; {what}")
         return None
 
+    def states_of(self, value: Any) -> tuple[str, ...] | None:
+        """Names of states that stand alone; None if what is given are no names."""
+        return self._states(value)
+
     def _states(self, value: Any) -> tuple[str, ...] | None:
         """Names of the states; None if what is given are no names."""
         listed = value.replace(",", " ").split() if isinstance(value, str) else value

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import fields
 from threading import RLock
-from typing import Any, TypedDict, Unpack
+from typing import Any, ClassVar, TypedDict, Unpack
 
 import sympy
 
@@ -111,6 +111,8 @@ class HybridSystem:
     limits: Mapping[str, Limit]
     exponent_parameters: tuple[str, ...]
     shared: Shared
+    discrete: ClassVar[bool] = False
+    """Whether it is a map, whose period is an iterate."""
 
     def __init__(
         self,
@@ -180,7 +182,17 @@ class HybridSystem:
 
     def _shared_with_others(self) -> Shared:
         """What a system that differs in numbers alone, made not long ago, has derived; else an empty place for it."""
-        key = (
+        key = (type(self), *self._content())
+        with _deriving:
+            shared = _derived.setdefault(key, Shared())
+            _derived.move_to_end(key)
+            while len(_derived) > _LATELY:
+                _derived.popitem(last=False)
+        return shared
+
+    def _content(self) -> tuple[Any, ...]:
+        """All that makes this system, its numbers apart, to be looked up by."""
+        return (
             *(self.name, self.description, repr(self.labels), self.states, self.time, tuple(self.parameters)),
             tuple((name, tuple(rates.items())) for name, rates in self.modes.items()),
             tuple(t.content() for t in self.transitions),
@@ -188,12 +200,6 @@ class HybridSystem:
             tuple(self.regions.items()),
             *(self.period, repr(self.bounds)),
         )
-        with _deriving:
-            shared = _derived.setdefault(key, Shared())
-            _derived.move_to_end(key)
-            while len(_derived) > _LATELY:
-                _derived.popitem(last=False)
-        return shared
 
     @property
     def state_names(self) -> tuple[str, ...]:

@@ -255,6 +255,9 @@ def system_latex(system: HybridSystem) -> str | None:
     """
     if _equations(system) > MOST_EQUATIONS:
         return None
+    if system.discrete:
+        images = [rf"{_latex(x)} &\mapsto {_latex(image)}" for x, image in vars(system)["images"].items()]
+        return "$$\\begin{aligned}\n" + " \\\\\n".join(images) + "\n\\end{aligned}$$"
     time = r"\mathrm{d}" + ("t" if system.time is None else _latex(system.time))
     lines = []
     for mode, field in system.modes.items():

@@ -40,6 +40,7 @@ class SystemTable(Settings):
     model: str | None = setting(Text(), None)
     definition: dict[str, Any] | None = setting(TableOf(), None)
     filippov: dict[str, Any] | None = setting(TableOf(), None)
+    map: dict[str, Any] | None = setting(TableOf(), None)
     drives: dict[str, dict[str, Any]] | None = setting(TableOf(), None)
     effects: dict[str, str] | None = setting(TableOf(Text()), None)
     parameters: dict[str, float] | None = setting(TableOf(Number()), None)
@@ -75,9 +76,10 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
     problems = problems_of(SystemTable.faults(raw, also=()), ("system",))
     sound = not problems
     checked = CheckedSystem(problems=problems)
-    ways = [key for key in ("model", "definition", "filippov") if key in raw]
+    ways = [key for key in ("model", "definition", "map", "filippov") if key in raw]
     if not ways:
-        neither = "missing; name a built-in system, or write one as [system.definition] or [system.filippov]"
+        neither = "missing; name a built-in system, or write one as [system.definition], [system.map] or "
+        neither += "[system.filippov]"
         problems.append(Problem(("system", "model"), neither))
     elif len(ways) > 1:
         all_but_one = "one of them" if len(ways) == 2 else "two of them"
@@ -93,6 +95,14 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
             checked.definition = dict(raw["definition"])
             _check_drives(checked, table_in(raw, "drives"))
             _check_definition(checked)
+        elif ways[0] == "map":
+            # which tells it from other definitions
+            checked.definition = {"images": None, **raw["map"]}
+            _check_definition(checked, "map")
+            if table_in(raw, "drives"):
+                from chaosdrill.model.drives import UNDRIVEN
+
+                problems.append(Problem(("system", "drives"), UNDRIVEN))
         else:
             _check_filippov(checked, raw["filippov"], table_in(raw, "drives"))
         if table_in(raw, "effects"):
@@ -206,28 +216,27 @@ def _check_drives(checked: CheckedSystem, drives: Mapping[str, Any]) -> None:
             checked.problems += problems_of(drive_faults(name, drive, names, checked.used), place)
 
 
-def _check_definition(checked: CheckedSystem) -> None:
-    """Check a definition with the parameters that stand beside it.
+def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
+    """Check a definition, in the table of this name, with the parameters that stand beside it.
 
     What must be in Python may be here; besides, a parameter that nothing depends on is likely misspelt.
     """
     from chaosdrill.declared import unfit
-    from chaosdrill.model.definition import MOST_OPERATIONS, operations
-    from chaosdrill.model.reading import Reader
+    from chaosdrill.model.definition import MOST_OPERATIONS, operations, reader_of
 
     definition, parameters = checked.definition or {}, checked.known or {}
-    reader = Reader(parameters)
+    reader = reader_of(definition, parameters)
     found = reader.read(definition)
     checked.states = reader.states
     faults = [
-        Problem(path if path[:1] == ("parameters",) else ("definition", *path), told) for path, told in reader.faults
+        Problem(path if path[:1] == ("parameters",) else (key, *path), told) for path, told in reader.faults
     ]
     of_pi = [
         Problem(place, "'pi' is the number 3.14159... in every expression; choose another name")
         for place, names in (
             (("parameters", "pi"), parameters),
-            (("definition", "states"), reader.states or ()),
-            (("definition", "time"), (definition.get("time"),)),
+            ((key, "states"), reader.states or ()),
+            ((key, "time"), (definition.get("time"),)),
         )
         if "pi" in names
     ]
@@ -237,18 +246,18 @@ def _check_definition(checked: CheckedSystem) -> None:
     elif found is not None:
         known = sorted(reader.used & parameters.keys())
         faults += [
-            Problem(("parameters", name), f"not used in the definition; {remedy(name, known)}")
+            Problem(("parameters", name), f"not used in the {key}; {remedy(name, known)}")
             for name in parameters
             if name not in {*reader.used, *checked.used}
         ]
         faults += [
-            Problem(("definition", "quadratures", name), f"has a name that {reason}; rename it, as in 'the_integral'")
+            Problem((key, "quadratures", name), f"has a name that {reason}; rename it, as in 'the_integral'")
             for name in found.quadratures
             if (reason := unfit(name))
         ]
         faults += [
             Problem(
-                ("definition", "modes", mode),
+                (key, "modes", mode),
                 f"has {count} products, powers and functions (these count twice) in rates, quadratures and guards; at "
                 f"most {MOST_OPERATIONS} can be compiled in reasonable time: use fewer, such as powers of one sine in "
                 "place of sines of multiples, or leave out terms that hardly matter",

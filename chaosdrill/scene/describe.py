@@ -2,13 +2,16 @@
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import SceneError
 from chaosdrill.scene.load import load_scene
 from chaosdrill.scene.scene import Scene
 from chaosdrill.systems.drill.si import QUANTITIES
 from chaosdrill.typed import PATH, TABLE, expecting, refuse
+
+if TYPE_CHECKING:
+    from chaosdrill.model import HybridSystem
 
 
 @expecting(SceneError, changes=TABLE)
@@ -26,7 +29,7 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     -------
     dict
         Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``states``,
-        ``initial_mode``, ``parameters``, ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si``,
+        ``initial_mode``, ``parameters``, ``map`` (images, of a map alone), ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si``,
         ``si_scales``, ``numerics``, ``analyses``, and ``changes``, the values that were set.
 
     Raises
@@ -58,10 +61,15 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             name: {"label": labels.get(name, ""), "value": value, "given": name in scene.parameters}
             for name, value in system.parameters.items()
         },
-        "modes": {
+        "map": {f"{state} next": str(image) for state, image in images(system).items()},
+        "modes": {}
+        if system.discrete
+        else {
             mode: {f"d{state}/dt": str(rate) for state, rate in field.items()} for mode, field in system.modes.items()
         },
-        "events": {
+        "events": {}
+        if system.discrete
+        else {
             transition.name: {
                 "from": list(transition.source),
                 "to": transition.target,
@@ -75,7 +83,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             for transition in system.transitions
         },
         "quadratures": {name: _texts(rates) for name, rates in system.quadratures.items()},
-        "period": None if system.period is None else str(system.period),
+        "period": None if system.period is None or system.discrete else str(system.period),
         "si": {
             name: {"label": QUANTITIES[name].label, "value": value, "units": QUANTITIES[name].units}
             for name, value in scene.si.values.items()
@@ -85,6 +93,11 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         "analyses": {name: {"kind": analysis.kind, **analysis.table} for name, analysis in scene.analyses.items()},
         "changes": dict(scene.changes),
     }
+
+
+def images(system: "HybridSystem") -> Mapping[Any, Any]:
+    """The images of a map; of any other system none."""
+    return vars(system).get("images", {})
 
 
 def _texts(expressions: Mapping[str, Any]) -> Any:

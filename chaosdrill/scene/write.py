@@ -66,7 +66,7 @@ def save_scene(
     document = {
         "title": system.name if title is None else title,
         "system": {
-            "definition": write_definition(system),
+            "map" if system.discrete else "definition": write_definition(system),
             "parameters": dict(system.parameters),
             "initial": system.start,
         },

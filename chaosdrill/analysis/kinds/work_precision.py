@@ -67,6 +67,13 @@ class WorkPrecision(Record):
         if isinstance(steps, list) and isinstance(tolerances, list) and len(steps) != len(tolerances):
             yield ("steps",), told(f"expected a list of {len(tolerances)} counts, one for each of tolerances", steps)
 
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """As for every run; and a map, which no method solves."""
+        yield from super().misfits(table, system)
+        if system.discrete:
+            yield (), f"{system.name} is a map: it has no steps, and all methods give the same; there is nothing to compare"
+
 
 @analysis(
     "work-precision",
@@ -128,7 +135,7 @@ def work_precision(system: "HybridSystem", given: WorkPrecision, job: "Job") -> 
     Raises
     ------
     SettingsError
-        An argument that cannot be used, or a system with Python functions.
+        An argument that cannot be used, a map, or a system with Python functions.
     """
     from chaosdrill.analysis.precision import UNITS, compare
     from chaosdrill.analysis.precision_start import TIGHT
