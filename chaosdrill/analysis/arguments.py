@@ -153,7 +153,8 @@ def section_fault(system: "HybridSystem", at: str) -> str | None:
     if at in events:
         return None
     if system.discrete:
-        what = "iterates jump across a surface, and none is on it" if "<" in at or ">" in at else "there is no such event"
+        crossed = "<" in at or ">" in at
+        what = "iterates jump across a surface, and none is on it" if crossed else "it has no such event"
         return f"{system.name} is a map: {what}; leave it out, the section is every iterate"
     if not ("<" in at or ">" in at):
         strobe = ("strobe",) if system.period is not None else ()

@@ -149,7 +149,7 @@ class MapReader(Reader):
 
     def _read_transitions(self, value: Any) -> tuple[Transition, ...]:
         clock, hints = self._clock, self._hints
-        self._clock, self._hints = None, {one: _NO_TIME for one in hints}
+        self._clock, self._hints = None, dict.fromkeys(hints, _NO_TIME)
         del self._names[clock.name]
         before = len(self.faults)
         self.images = self._images(value)
@@ -214,7 +214,7 @@ def _names(first: str) -> Iterator[str]:
 
 
 def _branches(condition: Any, images: Mapping[Any, Any]) -> Iterator[tuple[Any, dict[Any, Any]]]:
-    """Conditions and images without functions that have no derivative; of the conditions the first that holds counts."""
+    """Conditions and images without functions that have no derivative; the first condition that holds counts."""
     part = next((one for image in images.values() for one in sympy.postorder_traversal(image) if _pieces(one)), None)
     if part is None:
         yield condition, dict(images)

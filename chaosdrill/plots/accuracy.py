@@ -8,7 +8,7 @@ import numpy as np
 from chaosdrill.analysis.precision_advice import MANY, NAMES, cheapest, shown_quantities
 from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.figures import MOST_PANELS, is_narrow, legend_outside, new_figure
-from chaosdrill.plots.labels import subscript, uncertain
+from chaosdrill.plots.labels import period_words, subscript, uncertain
 from chaosdrill.plots.markers import tell
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
@@ -53,7 +53,7 @@ def convergence(dataset: "xr.Dataset") -> "Figure":
     unit = "length of the run (units of time)"
     if "forcing_period" in dataset.variables:
         time = time / float(dataset["forcing_period"])
-        unit = "length of the run (forcing periods)"
+        unit = f"length of the run ({period_words(dataset)[1]})"
     for panel, i in zip(panels, finite, strict=False):
         history = dataset["lyapunov_history"].values[:, i]
         _panel(panel, time, history, float(values[i]), float(errors[i]))

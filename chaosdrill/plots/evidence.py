@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaosdrill.plots.figures import MOST_PANELS, legend_inside, legend_outside, new_figure, one_panel
-from chaosdrill.plots.labels import label, shorten, state_label, subscript, uncertain
+from chaosdrill.plots.labels import label, period_words, shorten, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
 
@@ -116,7 +116,7 @@ def finite_times(dataset: "xr.Dataset") -> "Figure":
 
     def told(time: float) -> str:
         number = shorten(time / unit)
-        one, many = ("forcing period", "forcing periods") if forced else ("unit of time", "units of time")
+        one, many = period_words(dataset) if forced else ("unit of time", "units of time")
         return f"{number} {one if number == '1' else many}"
 
     for panel, e in zip(panels, shown, strict=False):

@@ -82,6 +82,29 @@ def _labels_of(definition: str) -> dict[str, str] | None:
         return None
 
 
+def is_map(dataset: "xr.Dataset") -> bool:
+    """Whether a dataset is of a discrete map, by the definition that it holds."""
+    return _defines_map(str(dataset.attrs.get("definition", "")))
+
+
+@lru_cache(maxsize=8)
+def _defines_map(definition: str) -> bool:
+    try:
+        return "images" in json.loads(definition)
+    except (ValueError, TypeError):
+        return False
+
+
+def strobe_words(dataset: "xr.Dataset") -> str:
+    """Return when points of the strobe are taken, in words."""
+    return "every iterate" if is_map(dataset) else "once per forcing period"
+
+
+def period_words(dataset: "xr.Dataset") -> tuple[str, str]:
+    """Return what the period of the strobe is called, one and several."""
+    return ("iterate", "iterates") if is_map(dataset) else ("forcing period", "forcing periods")
+
+
 def state_label(dataset: "xr.Dataset", index: int) -> str:
     """Return the axis label of state number ``index``, as `axis_label`."""
     name = str(dataset["state"].values[index])

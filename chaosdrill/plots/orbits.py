@@ -8,7 +8,16 @@ from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.contents import places_of, swept
 from chaosdrill.plots.curve import pieces
 from chaosdrill.plots.figures import is_narrow, legend_above, legend_inside, legend_outside, new_figure, owner
-from chaosdrill.plots.labels import axis_label, readable, shorten, state_label, subscript, uncertain, wrapped
+from chaosdrill.plots.labels import (
+    axis_label,
+    readable,
+    shorten,
+    state_label,
+    strobe_words,
+    subscript,
+    uncertain,
+    wrapped,
+)
 from chaosdrill.plots.markers import WARNING, caveat, mark, named_once, period_categories, room, specials, warn
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, PALETTE, sequential
 from chaosdrill.plots.pictures import picture
@@ -163,7 +172,7 @@ def _path(axes: "Axes", orbit: "xr.Dataset", states: tuple[int, ...], jumping: b
 
 def _where(dataset: "xr.Dataset") -> str:
     forced = "forcing_period" in dataset.variables
-    return "once per forcing period" if forced else "on the section"
+    return strobe_words(dataset) if forced else "on the section"
 
 
 def _circle(axes: "Axes", dataset: "xr.Dataset") -> None:

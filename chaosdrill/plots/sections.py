@@ -8,7 +8,16 @@ from chaosdrill.dataset.outcomes import flag_names
 from chaosdrill.plots.categories import MOTIONS, NO_RESULT, Category, by_period
 from chaosdrill.plots.contents import places_of, settings, swept
 from chaosdrill.plots.figures import legend_above, legend_inside, legend_outside, new_figure, one_panel, owner, size_of
-from chaosdrill.plots.labels import axis_label, label, seed_names, shorten, state_label, subscript, wrapped
+from chaosdrill.plots.labels import (
+    axis_label,
+    label,
+    seed_names,
+    shorten,
+    state_label,
+    strobe_words,
+    subscript,
+    wrapped,
+)
 from chaosdrill.plots.palette import BACKGROUND, PALETTE, SEED_COLOURS
 from chaosdrill.plots.pictures import picture
 from chaosdrill.plots.plane import BESIDE, bounds, draw_cells, legend_entry
@@ -414,7 +423,7 @@ def _title(dataset: "xr.Dataset", period: int, iterates: int) -> str:
 
 def _place(dataset: "xr.Dataset") -> str:
     place = settings(dataset).get("at") or "strobe"
-    return "once per forcing period" if place == "strobe" else f"at {place}"
+    return strobe_words(dataset) if place == "strobe" else f"at {place}"
 
 
 def _complex(real: float, imaginary: float) -> str:

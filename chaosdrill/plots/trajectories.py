@@ -29,7 +29,7 @@ from chaosdrill.plots.figures import (
     one_panel,
     owner,
 )
-from chaosdrill.plots.labels import label, readable, shorten, state_label
+from chaosdrill.plots.labels import is_map, label, period_words, readable, shorten, state_label, strobe_words
 from chaosdrill.plots.palette import DOTS, EVENT_MARKERS, MODE_SHADES, PALETTE
 from chaosdrill.plots.pictures import picture
 
@@ -194,7 +194,7 @@ def _title(shown: "xr.Dataset", dataset: "xr.Dataset") -> str:
     part, whole = (float(np.ptp(record["time"].values)) for record in (shown, dataset))
     if "forcing_period" in dataset.variables:
         period = float(dataset["forcing_period"])
-        return f"last {part / period:.0f} of {whole / period:.0f} forcing periods"
+        return f"last {part / period:.0f} of {whole / period:.0f} {period_words(dataset)[1]}"
     unit = str(dataset["time"].attrs.get("units", "1"))
     return f"last {part:.4g} of {whole:.4g} {'units of time' if unit == '1' else unit}"
 
@@ -228,9 +228,15 @@ def phase_portrait(
             _draw(axes, run, (across, up), (colour, colour), (name, None, None))
             for (name, run), colour in zip(runs, PALETTE, strict=False)
         ]
-        _explain(axes, jumps=any(jumps))
+        _explain(axes, jumps=any(jumps), strobe=strobe_words(runs[0][1]))
     else:
-        _draw(axes, dataset, (across, up), PALETTE[:2], ("flow", "jump", "once per forcing period"))
+        _draw(
+            axes,
+            dataset,
+            (across, up),
+            PALETTE[:2],
+            (None if is_map(dataset) else "flow", "jump", strobe_words(dataset)),
+        )
     _walls(axes, [run for _, run in runs], (across, up))
     axes.set_xlabel(state_label(dataset, across))
     axes.set_ylabel(state_label(dataset, up))
@@ -279,12 +285,12 @@ def _draw(
     return bool(jumps.size)
 
 
-def _explain(axes: "Axes", jumps: bool) -> None:
+def _explain(axes: "Axes", jumps: bool, strobe: str) -> None:
     """Name in the legend, in grey, what is drawn in the colours of several runs."""
     if jumps:
         axes.plot([], [], color="0.4", linewidth=0.8, linestyle=DOTS, label="jump")
     if axes.collections:
-        axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label="once per forcing period")
+        axes.scatter([], [], s=20, color="0.4", edgecolor="white", linewidth=0.4, label=strobe)
 
 
 def _walls(axes: "Axes", runs: "Sequence[xr.Dataset]", plane: tuple[int, int]) -> None:

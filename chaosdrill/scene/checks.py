@@ -228,9 +228,7 @@ def _check_definition(checked: CheckedSystem, key: str = "definition") -> None:
     reader = reader_of(definition, parameters)
     found = reader.read(definition)
     checked.states = reader.states
-    faults = [
-        Problem(path if path[:1] == ("parameters",) else (key, *path), told) for path, told in reader.faults
-    ]
+    faults = [Problem(path if path[:1] == ("parameters",) else (key, *path), told) for path, told in reader.faults]
     of_pi = [
         Problem(place, "'pi' is the number 3.14159... in every expression; choose another name")
         for place, names in (

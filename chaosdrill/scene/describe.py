@@ -29,8 +29,9 @@ def check(scene: str | os.PathLike[str] | Scene, changes: Mapping[str, Any] | No
     -------
     dict
         Plain values, ready for JSON: ``title``, ``system``, effects ``simulated`` and ``left_out``, ``states``,
-        ``initial_mode``, ``parameters``, ``map`` (images, of a map alone), ``modes`` (equations), ``events``, ``quadratures``, ``period``, ``si``,
-        ``si_scales``, ``numerics``, ``analyses``, and ``changes``, the values that were set.
+        ``initial_mode``, ``parameters``, ``map`` (images, of a map alone), ``modes`` (equations), ``events``,
+        ``quadratures``, ``period``, ``si``, ``si_scales``, ``numerics``, ``analyses``,
+        and ``changes``, the values that were set.
 
     Raises
     ------

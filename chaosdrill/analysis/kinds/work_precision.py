@@ -72,7 +72,7 @@ class WorkPrecision(Record):
         """As for every run; and a map, which no method solves."""
         yield from super().misfits(table, system)
         if system.discrete:
-            yield (), f"{system.name} is a map: it has no steps, and all methods give the same; there is nothing to compare"
+            yield (), f"{system.name} is a map: it has no steps, and so methods have nothing to differ in"
 
 
 @analysis(

@@ -1,0 +1,37 @@
+"""Discrete maps, and the same as hybrid systems with a clock that is written by hand."""
+
+from typing import Any
+
+import sympy
+
+import chaosdrill as cd
+
+X, Y = sympy.symbols("x y", real=True)
+A, B = sympy.symbols("a b", real=True)
+
+HENON: dict[str, Any] = {
+    "states": (X, Y),
+    "parameters": {"a": 1.4, "b": 0.3},
+    "images": {X: 1 - A * X**2 + Y, Y: B * X},
+    "initial": {"x": 0.1, "y": 0.05},
+}
+LOGISTIC: dict[str, Any] = {
+    "states": (X,),
+    "parameters": {"a": 3.9},
+    "images": {X: A * X * (1 - X)},
+    "initial": {"x": 0.3},
+}
+
+
+def clocked(states: Any, parameters: Any, images: Any, initial: Any) -> cd.HybridSystem:
+    """A map as a system whose last state is a clock."""
+    clock = sympy.Symbol("clock", real=True)
+    return cd.HybridSystem(
+        name="clocked",
+        states=(*states, clock),
+        parameters=parameters,
+        modes={"wait": {**dict.fromkeys(states, 0), clock: 1}},
+        transitions=[cd.Transition("step", "wait", "wait", guard=clock - 1, direction=+1, reset={**images, clock: 0})],
+        period=sympy.Integer(1),
+        initial={**initial, "clock": 0.5},
+    )

@@ -1,0 +1,259 @@
+"""Discrete maps: equal to the same map with a clock to the bit, to published figures, and to closed forms."""
+
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+
+import chaosdrill as cd
+from tests.support.discrete import HENON, LOGISTIC, clocked
+
+MAPS = {"henon": HENON, "logistic": LOGISTIC}
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_section_and_exponents_equal_the_clock_to_the_bit(name: str) -> None:
+    given = MAPS[name]
+    n, lengths = len(given["states"]), {"transient": 50, "periods": 600}
+    own, other = cd.Map(**given), clocked(**given)
+    points = cd.poincare_section(own, **lengths)["section"].values
+    assert np.array_equal(points, cd.poincare_section(other, **lengths)["section"].values[:, :n])
+    exponents = (cd.lyapunov_spectrum(one, **lengths)["lyapunov_exponent"].values for one in (own, other))
+    assert [e for e in next(exponents)] == [e for e in next(exponents) if e != 0]
+
+
+def test_sweeps_equal_the_clock_to_the_bit() -> None:
+    own, other = cd.Map(**LOGISTIC), clocked(**LOGISTIC)
+    sweep = {"a": [2.8, 3.2, 3.5, 3.6, 3.83, 3.9, 4.2]}
+    here, there = (cd.bifurcation_diagram(one, sweep, transient=200, periods=64) for one in (own, other))
+    assert np.array_equal(here["period"], there["period"])
+    assert np.array_equal(here["outcome"], there["outcome"])
+    section = there["section"].sel(state=["x"]).values
+    assert np.array_equal(here["section"].values, section, equal_nan=True)
+
+
+def test_orbits_equal_the_fixed_points() -> None:
+    found = cd.periodic_orbit(cd.Map(**HENON), transient=50)
+    x = (-0.7 + math.sqrt(0.49 + 4 * 1.4)) / 2.8
+    assert found["orbit_state"].values == pytest.approx([x, 0.3 * x], abs=1e-14)
+    exact = np.roots([1, 2.8 * x, -0.3])
+    assert np.sort(found["multiplier_real"].values) == pytest.approx(np.sort(exact), abs=1e-13)
+
+
+def test_henon_doubles_where_the_closed_form_says() -> None:
+    system = cd.Map(**HENON).with_parameters(a=0.2)
+    branch = cd.continue_orbit(system, {"a": (0.1, 0.6)}, transient=200)
+    assert branch["special_value"].values == pytest.approx([3 * 0.7**2 / 4], abs=1e-10)
+
+
+def test_henon_has_its_published_exponents() -> None:
+    # Sprott 2003: 0.41922 and -1.62319; their sum is ln b whatever the run
+    found = cd.lyapunov_spectrum(cd.Map(**HENON), transient=1000, periods=100_000)
+    exponents, errors = found["lyapunov_exponent"].values, found["lyapunov_error"].values
+    assert abs(exponents[0] - 0.41922) < 4 * errors[0] < 0.01
+    assert exponents.sum() == pytest.approx(math.log(0.3), abs=1e-12)
+
+
+def test_the_full_logistic_map_has_the_exponent_ln_2() -> None:
+    found = cd.lyapunov_spectrum(cd.Map(**LOGISTIC).with_parameters(a=4.0), transient=100, periods=50_000)
+    assert abs(float(found["lyapunov_exponent"][0]) - math.log(2)) < 4 * float(found["lyapunov_error"][0]) < 0.02
+
+
+def test_ikeda_has_its_published_exponents() -> None:
+    # Sprott 2003 for u = 0.9: 0.5076 and -0.7183, whose sum is 2 ln u
+    angle = "(0.4 - 6/(1 + x**2 + y**2))"
+    images = [f"1 + u*(x*cos{angle} - y*sin{angle})", f"u*(x*sin{angle} + y*cos{angle})"]
+    found = cd.lyapunov_spectrum(cd.Map("x y", {"u": 0.9}, images), transient=200, periods=40_000)
+    exponents, errors = found["lyapunov_exponent"].values, found["lyapunov_error"].values
+    assert abs(exponents[0] - 0.5076) < 4 * errors[0] < 0.03
+    assert exponents.sum() == pytest.approx(2 * math.log(0.9), abs=1e-12)
+
+
+def test_the_standard_map_grows_as_chirikov_says() -> None:
+    # Chirikov 1979: the exponent is ln(K/2) for large K, and areas are kept
+    system = cd.Map(
+        "q p", {"K": 10.0}, ["Mod(q + p + K*sin(q), 2*pi)", "Mod(p + K*sin(q), 2*pi)"], initial={"q": 1, "p": 2}
+    )
+    found = cd.lyapunov_spectrum(system, transient=10, periods=20_000)
+    exponents = found["lyapunov_exponent"].values
+    assert exponents[0] == pytest.approx(math.log(5), abs=0.02)
+    assert exponents.sum() == pytest.approx(0, abs=1e-9)
+
+
+PIECES = {
+    "Piecewise(x/p, x < p, (1 - x)/(1 - p))": lambda x: x / 0.3 if x < 0.3 else (1 - x) / 0.7,
+    "Min(x/p, (1 - x)/(1 - p))": lambda x: min(x / 0.3, (1 - x) / 0.7),
+    "Max(-x/p, (x - 1)/(1 - p), -9) + sign(x)": lambda x: max(-x / 0.3, (x - 1) / 0.7) + math.copysign(1, x),
+    "1 + ceiling(x - p)*(p - x)/(1 - p) + (1 - ceiling(x - p))*(x/p - 1)": None,
+}
+
+
+@pytest.mark.parametrize("image", PIECES)
+def test_branches_are_those_of_python(image: str) -> None:
+    x, by_hand = 0.123, [0.123]
+    for _ in range(12):
+        x = (PIECES[image] or PIECES["Min(x/p, (1 - x)/(1 - p))"])(x)
+        by_hand.append(x)
+    states = cd.trajectory(cd.Map("x", {"p": 0.3}, [image], initial={"x": 0.123}), periods=12)["states"]
+    assert states.values[:, 0] == pytest.approx(by_hand, abs=1e-9)
+
+
+def test_branches_have_their_own_slopes() -> None:
+    # the skew tent map: -p ln p - (1-p) ln(1-p)
+    system = cd.Map("x", {"p": 0.3}, ["Piecewise(x/p, x < p, (1 - x)/(1 - p))"], initial={"x": 0.1234})
+    found = cd.lyapunov_spectrum(system, periods=20_000)
+    exact = -0.3 * math.log(0.3) - 0.7 * math.log(0.7)
+    assert abs(float(found["lyapunov_exponent"][0]) - exact) < 4 * float(found["lyapunov_error"][0]) < 0.02
+
+
+def test_a_trajectory_has_a_sample_an_iterate() -> None:
+    found = cd.trajectory(cd.Map(**LOGISTIC), periods=3)
+    x = [0.3]
+    for _ in range(3):
+        x.append(3.9 * x[-1] * (1 - x[-1]))
+    assert found["time"].values.tolist() == [0, 1, 2, 3]
+    assert found["states"].values[:, 0] == pytest.approx(x, rel=1e-14)
+
+
+WAYS: dict[str, dict[str, Any]] = {
+    "names": {"states": "x y", "images": {"x": "1 - a*x**2 + y", "y": "b*x"}},
+    "order": {"states": ["x", "y"], "images": ["1 - a*x**2 + y", "b*x"]},
+    "table in another order": {"states": "x y", "images": {"y": "b*x", "x": "y + 1 - a*x**2"}},
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_ways_to_write_it_are_the_same(way: str) -> None:
+    system = cd.Map(**{**HENON, **WAYS[way]})
+    assert system.images == cd.Map(**HENON).images
+    assert system.shared is cd.Map(**HENON).shared
+
+
+@pytest.mark.parametrize("copy", [lambda m: pickle.loads(pickle.dumps(m)), lambda m: m.with_parameters(a=1.4)])
+def test_copies_stay_maps(copy: Any) -> None:
+    other = copy(cd.Map(**HENON))
+    assert isinstance(other, cd.Map) and other.images == cd.Map(**HENON).images
+
+
+WRONG = {
+    "t": ({"images": ["t", "y"]}, "images.x: unknown name 't'; a map has no time; let a state count iterates"),
+    "one missing": ({"images": {"x": 1}}, "images: gives no image of 'y'"),
+    "misspelt": ({"images": {"x": 1, "z": 2}}, "images.z: unknown state; known here: x, y"),
+    "too many": ({"images": [1, 2, 3]}, "images: there are 3; give one for each of the 2 states"),
+    "none": ({"images": None}, "images: missing; expected the next value of every state"),
+    "number": ({"images": 3}, "images: received 3; expected the next value of every state"),
+    "name": ({"images": ["x + q", "y"]}, "images.x: unknown name 'q'"),
+    "function": ({"images": ["foo(x)", "y"]}, "images.x: unknown function 'foo'"),
+    "heaviside": ({"images": ["Heaviside(x)", "y"]}, "images.x: unknown function 'Heaviside'; write Piecewise(1, "),
+    "states": ({"states": "x x"}, "states.1: 'x' is named twice"),
+    "parameter": ({"parameters": {"x": 1.0}}, "states: 'x' is the name of a parameter too"),
+    "bounds": ({"bounds": {"x": (1, 0)}}, "bounds.x: expected [low, high]"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_faults_name_the_place_and_the_remedy(case: str) -> None:
+    change, told = WRONG[case]
+    with pytest.raises(cd.ModelError) as fault:
+        cd.Map(**{"states": "x y", "parameters": {}, "images": ["x", "y"], **change})
+    assert any(line.startswith(f"own-map: {told}") for line in str(fault.value).splitlines()), str(fault.value)
+    assert not any(word in str(fault.value) for word in ("clock", "transition", "mode"))
+
+
+def test_a_state_may_be_called_as_time_is() -> None:
+    found = cd.trajectory(cd.Map("t time", {}, ["t + 1", "time + t"]), periods=3)
+    assert found["states"].values[-1].tolist() == [3, 3]
+
+
+REFUSED = {
+    "method": (lambda m: cd.work_precision(m, periods=10), "is a map: it has no steps"),
+    "surface": (lambda m: cd.poincare_section(m, periods=10, at="x > 0"), "is a map: iterates jump across a surface"),
+    "duration": (lambda m: cd.lyapunov_spectrum(m, duration=10.0), "is a map; give periods instead"),
+    "drive": (lambda m: cd.driven(m, "a", "square"), "a map has no time"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_has_no_meaning_is_refused(case: str) -> None:
+    run, told = REFUSED[case]
+    with pytest.raises(cd.ChaosdrillError, match=told):
+        run(cd.Map(**HENON))
+
+
+def test_archives_give_it_back() -> None:
+    system = cd.Map(**HENON, name="henon", labels={"x": "position"})
+    again = cd.system(cd.poincare_section(system, periods=4))
+    assert isinstance(again, cd.Map)
+    assert (again.name, again.images, again.labels) == ("henon", system.images, system.labels)
+    assert dict(again.initial) == dict(system.initial)
+
+
+def test_pieces_survive_an_archive() -> None:
+    system = cd.Map("x", {"p": 0.3}, {"x": "Max(x/p, 1) - floor(x)"})
+    assert cd.system(cd.poincare_section(system, periods=4)).images == system.images
+
+
+SCENE = """\
+[system.map]
+states = ["x", "y"]
+images = { x = "1 - a*x**2 + y", y = "b*x" }
+[system.parameters]
+a = 1.4
+b = 0.3
+[analysis.section]
+kind = "poincare-section"
+periods = 40
+"""
+
+
+def test_a_scene_is_checked_as_a_map() -> None:
+    told = cd.check(cd.parse_scene(SCENE))
+    assert told["map"] == {"x next": "-a*x**2 + y + 1", "y next": "b*x"}
+    assert told["modes"] == told["events"] == {} and told["period"] is None
+
+
+def test_a_scene_runs_and_is_verified(tmp_path: Any) -> None:
+    cd.run(cd.parse_scene(SCENE), tmp_path / "map.nc")
+    assert cd.verify(tmp_path / "map.nc").exact
+
+
+def test_a_map_is_saved_as_a_scene(tmp_path: Any) -> None:
+    asked = {"section": {"kind": "poincare-section", "periods": 4}}
+    scene = cd.load_scene(cd.save_scene(tmp_path / "map.toml", cd.Map(**HENON), asked))
+    assert isinstance(scene.system, cd.Map) and scene.system.images == cd.Map(**HENON).images
+
+
+def test_faults_of_a_scene_have_their_lines() -> None:
+    text = SCENE.replace("b*x", "c*x").replace("periods = 40", 'periods = 40\n[analysis.work]\nkind = "work-precision"')
+    with pytest.raises(cd.SceneError) as fault:
+        cd.parse_scene(text).system
+    assert "scene.toml:3: system.map.images.y: unknown name 'c'" in str(fault.value)
+    assert "scene.toml:6: system.parameters.b: not used in the map" in str(fault.value) or "'c'" in str(fault.value)
+
+
+def test_a_scene_refuses_what_has_no_meaning() -> None:
+    with pytest.raises(cd.SceneError, match=r"scene.toml:10: analysis.work: .* is a map"):
+        cd.parse_scene(SCENE + '[analysis.work]\nkind = "work-precision"\nperiods = 9\n').system
+
+
+def test_equations_are_shown_as_a_map() -> None:
+    latex = cd.Map(**HENON)._repr_latex_()
+    assert latex is not None and r"y &\mapsto b x" in latex and "cos" not in latex
+    html = cd.Map(**HENON)._repr_html_()
+    assert html is not None and "↦" in html and "forcing" not in html
+
+
+def test_words_of_pictures_are_of_iterates() -> None:
+    from matplotlib import pyplot as plt
+
+    axes = cd.plot(cd.poincare_section(cd.Map(**HENON), periods=20))
+    assert "every iterate" in " ".join([axes.get_title(), *(t.get_text() for t in axes.figure.findobj(plt.Text))])
+    plt.close("all")
+
+
+def test_symbols_are_matched_by_name() -> None:
+    x, a = sympy.symbols("x a")
+    assert cd.Map([x], {"a": 2.0}, {x: a * x}).images == cd.Map("x", {"a": 2.0}, ["a*x"]).images
