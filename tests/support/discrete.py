@@ -23,6 +23,25 @@ LOGISTIC: dict[str, Any] = {
 }
 
 
+def timed(states: Any, parameters: Any, images: Any, initial: Any) -> cd.HybridSystem:
+    """A map as a system that is forced once a period, a third of it after the strobe."""
+    t = sympy.Symbol("t", real=True)
+    return cd.HybridSystem(
+        name="timed",
+        states=states,
+        time=t,
+        parameters=parameters,
+        modes={"wait": dict.fromkeys(states, 0)},
+        transitions=[
+            cd.Transition(
+                "step", "wait", "wait", guard=-1 / 2 - sympy.cos(2 * sympy.pi * t), direction=+1, reset=images
+            )
+        ],
+        period=1,
+        initial=initial,
+    )
+
+
 def clocked(states: Any, parameters: Any, images: Any, initial: Any) -> cd.HybridSystem:
     """A map as a system whose last state is a clock."""
     clock = sympy.Symbol("clock", real=True)
