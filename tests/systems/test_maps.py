@@ -265,3 +265,41 @@ def test_words_of_pictures_are_of_iterates() -> None:
 def test_symbols_are_matched_by_name() -> None:
     x, a = sympy.symbols("x a")
     assert cd.Map([x], {"a": 2.0}, {x: a * x}).images == cd.Map("x", {"a": 2.0}, ["a*x"]).images
+
+
+RUNS: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "chart": (
+        lambda s: cd.parameter_chart(s, {"a": [0.2, 0.9, 1.4], "b": [0.2, 0.3]}, transient=100, periods=64),
+        ("period", "outcome"),
+    ),
+    "basins": (
+        lambda s: cd.basins(s, {"x": [-0.5, 0.5, 9.0], "y": [-0.2, 0.3]}, transient=100, periods=64),
+        ("attractor", "outcome"),
+    ),
+    "0-1 test": (lambda s: cd.zero_one_test(s, transient=100, periods=200), ("k",)),
+    "regularity": (
+        lambda s: cd.regularity(s.with_parameters(a=0.9), transient=300, periods=200),
+        ("digits", "outcome"),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_other_analyses_equal_the_clock_to_the_bit(name: str) -> None:
+    run, variables = RUNS[name]
+    own, other = (run(make(**HENON)) for make in (cd.Map, clocked))
+    for variable in variables:
+        there = other[variable]
+        there = there.sel(state=["x", "y"]) if "state" in there.dims else there
+        assert np.array_equal(own[variable].values, there.values, equal_nan=True), variable
+
+
+def test_windows_of_growth_are_those_of_the_map() -> None:
+    found = cd.finite_time_exponents(cd.Map(**LOGISTIC).with_parameters(a=4.0), transient=100, periods=20_000)
+    x, growth = 0.3, []
+    for _ in range(20_000):
+        growth.append(math.log(abs(4 - 8 * x)))
+        x = 4 * x * (1 - x)
+    # of one iterate: pi^2/12, the variance of ln|4 - 8x| over the invariant density
+    assert float(found["cumulant"].sel(exponent=1, order=2)[0]) == pytest.approx(math.pi**2 / 12, rel=0.05)
+    assert np.var(growth) == pytest.approx(math.pi**2 / 12, rel=0.05)
