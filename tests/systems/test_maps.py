@@ -294,6 +294,18 @@ def test_other_analyses_equal_the_clock_to_the_bit(name: str) -> None:
         assert np.array_equal(own[variable].values, there.values, equal_nan=True), variable
 
 
+def test_an_image_may_be_a_python_function() -> None:
+    def image(t: float, x: Any, p: Any) -> tuple[float]:
+        return (p.a * x.x * (1 - x.x),)
+
+    system = cd.Map(**{**LOGISTIC, "images": image}).with_parameters(a=3.2)
+    found = cd.lyapunov_spectrum(system, transient=200, periods=50, method="dop853")
+    # of the cycle of period 2 the multiplier is 4 + 2a - a^2
+    assert found["lyapunov_exponent"].values == pytest.approx([math.log(abs(4 + 6.4 - 3.2**2)) / 2], rel=1e-9)
+    with pytest.raises(cd.ModelError, match="images: reads the time; a map has no time"):
+        cd.Map("x", {}, lambda t, x, p: (x.x + t,))
+
+
 def test_windows_of_growth_are_those_of_the_map() -> None:
     found = cd.finite_time_exponents(cd.Map(**LOGISTIC).with_parameters(a=4.0), transient=100, periods=20_000)
     x, growth = 0.3, []
