@@ -180,13 +180,31 @@ def _cast(values: Any, variable: Variable, kind: str) -> Any:
     return cast
 
 
+_OF_MAPS = (
+    ("unit of model time", "iterate"),
+    ("units of model time", "iterates"),
+    ("period of the forcing", "one iterate"),
+    ("Period of the forcing", "One iterate"),
+    ("forcing period", "iterate"),
+    ("model time", "iterate"),
+)
+"""What the words for time and periods are where a period is an iterate."""
+
+
+def _words_of_map(text: str) -> str:
+    for words, own in _OF_MAPS:
+        text = text.replace(words, own)
+    return text
+
+
 def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
     import numpy as np
 
+    words = _words_of_map if getattr(system, "discrete", False) else str
     attributes: dict[str, Any] = {
-        "long_name": variable.long_name,
+        "long_name": words(variable.long_name),
         "units": variable.units,
-        "comment": variable.doc,
+        "comment": words(variable.doc),
         "coverage_content_type": variable.content,
     }
     if variable.sample:

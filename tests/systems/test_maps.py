@@ -262,6 +262,14 @@ def test_words_of_pictures_are_of_iterates() -> None:
     plt.close("all")
 
 
+def test_words_of_variables_are_of_iterates() -> None:
+    found = cd.lyapunov_spectrum(cd.Map(**HENON), periods=100)
+    assert found["lyapunov_exponent"].attrs["comment"].startswith("Per iterate;")
+    assert found["events_per_period"].attrs["long_name"] == "events per iterate"
+    texts = [str(text) for one in found.variables.values() for text in one.attrs.values()]
+    assert not [text for text in texts if "forcing" in text or "model time" in text]
+
+
 def test_symbols_are_matched_by_name() -> None:
     x, a = sympy.symbols("x a")
     assert cd.Map([x], {"a": 2.0}, {x: a * x}).images == cd.Map("x", {"a": 2.0}, ["a*x"]).images

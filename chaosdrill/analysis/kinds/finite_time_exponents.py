@@ -54,9 +54,10 @@ class FiniteTimeExponents(Record):
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
         """A window that is no whole number of forcing periods."""
         yield from super().misfits(table, system)
+        units = "iterates" if system.discrete else "forcing periods"
         for number, window in enumerate(table.get("windows") or ()):
             if system.period is not None and window % 1:
-                yield ("windows", number), told("expected whole forcing periods", window)
+                yield ("windows", number), told(f"expected whole {units}", window)
 
 
 @analysis(
