@@ -59,7 +59,7 @@ class BranchSegment:
     @cached_property
     def tangents(self) -> np.ndarray:
         """Directions along the curve, shape (P, columns)."""
-        return np.array([p.tangent for p in self.points])
+        return np.array([p.tangent.change for p in self.points])
 
     @cached_property
     def monodromies(self) -> np.ndarray:
@@ -150,10 +150,8 @@ class Branch:
 def met(curve: Curve, orbit: Orbit, known: Sequence[BranchSegment]) -> bool:
     """Whether an orbit coincides with an end of a known segment."""
     weights = curve.weights(orbit)
-    weights[curve.problem.states] = 0.0
     ends = (p.orbit for s in known if len(s) for p in (s.points[0], s.points[-1]))
-    same = (end for end in ends if np.array_equal(end.segments, orbit.segments))
-    return any(np.abs(curve.change(end, orbit) * weights).max() < SETTINGS.meeting for end in same)
+    return any(curve.met(end, orbit, weights, SETTINGS.meeting) is not None for end in ends)
 
 
 def trace_branch(
@@ -179,15 +177,15 @@ def trace_branch(
     others : sequence of BranchSegment
         Other branches, at which it ends as well.
     """
-    branch, home = Branch(), first if isinstance(curve, SpecialCurve) else None
-    if home is None and curve.outside(first.orbit):
+    branch, home, special = Branch(), first, isinstance(curve, SpecialCurve)
+    if not special and curve.outside(first.orbit):
         return branch.ended(BranchEnd.NO_CONVERGENCE)
     for _ in range(SETTINGS.most_borders):
         room = most - len(branch)
         if room < 1:
             return branch
         part = continue_curve(curve, first, step, room, home=home)
-        if home is None:
+        if not special:
             _to_no_speed(curve, part)
         _append(branch, curve, part)
         last = branch.segments[-1]
@@ -245,7 +243,7 @@ def _to_no_speed(curve: Curve, part: Continued) -> None:
     except LostError:
         return
     found = tried[-1]
-    if abs(float(curve.change(last.orbit, found.orbit)[-1])) > part.border.error:
+    if abs(float(curve.values(found.orbit)[-1] - curve.values(last.orbit)[-1])) > part.border.error:
         points[-1] = replace(found, arclength=before.arclength + curve.gap(before.orbit, found.orbit, last.weights))
 
 
@@ -267,7 +265,7 @@ def _behind(curve: Curve, part: Continued, last: BranchSegment, branch: Branch) 
     if not recounted(curve.problem, part.border.good, beyond.orbit):
         before = last.points[-2].orbit if len(last) > 1 else at_border
         kind, text = what_changed(curve.problem, part.border, beyond.orbit)
-        coming = float(curve.change(before, at_border)[-1])
+        coming = float(curve.values(at_border)[-1] - curve.values(before)[-1])
         way = "continues" if coming * beyond.ahead[-1] > 0 else "folds back"
         _mark(branch, part.border, kind, f"{text}; the branch {way}")
     first = curve.first(beyond.orbit, beyond.shot, beyond.ahead)
@@ -324,7 +322,7 @@ def _lost(segment: BranchSegment) -> str:
 def _escapes(segment: BranchSegment, step: float) -> bool:
     """Whether a state of the orbits leaves its bounds one step beyond the end of a segment."""
     last, problem = segment.points[-1], segment.curve.problem
-    moved = problem.moved(last.orbit, problem.shoot(last.orbit, False), step * last.tangent)
+    moved = problem.moved(last.orbit, problem.shoot(last.orbit, False), step * last.tangent.change)
     return problem.shoot(moved, False).outcome == Outcome.ESCAPED
 
 
@@ -459,11 +457,11 @@ def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
     values = free_multipliers(values, problem.neutral.count)
     if not len(values) or np.minimum(np.abs(values - 1), np.abs(values + 1)).min() > SETTINGS.at_special:
         return first
-    moved = problem.moved(orbit, shot, SETTINGS.beside_special * step * first.tangent)
-    code, other, seen, _ = problem.newton(moved, (first.tangent * first.weights**2)[np.newaxis])
+    moved = problem.moved(orbit, shot, SETTINGS.beside_special * step * first.tangent.change)
+    code, other, seen, _ = problem.newton(moved, first.tangent.row[np.newaxis])
     if code != CONVERGED or not admissible(other, seen):
         return first
-    return curve.first(other, seen, first.tangent)
+    return curve.first(other, seen, first.tangent.change)
 
 
 def _unmoved(branch: Branch) -> bool:

@@ -26,25 +26,101 @@ if TYPE_CHECKING:
     from chaosdrill.orbits.special import TestFunction
 
 
+class Whole:
+    """What a difference counts in all points of an orbit: all starts, when they are, durations, parameters.
+
+    One start may hardly move, as the image of a turning point does not: seen from there alone a branch turns back in a
+    hairpin. The mean square over the segments is taken, so that the length of an orbit does not count, nor which of its
+    segments is the first.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (columns,)
+        As from `Problem.weights`.
+    """
+
+    def __init__(self, problem: "Problem", weights: np.ndarray) -> None:
+        self.states, self.forced, q = problem.states, problem.forced, len(problem.free)
+        self.count = len(weights) - self.states - 1 - q
+        share = 1 / np.sqrt(self.count)
+        self.starts, self.times = share * weights[: self.states], share * weights[self.states]
+        self.rest, self.values = weights[self.states + 1 :], weights[len(weights) - q :]
+
+    def apart(self, one: "Orbit", other: "Orbit") -> np.ndarray:
+        """The weighted difference of two orbits of the same segments."""
+        d, durations = self.states, other.durations - one.durations
+        starts = other.starts - one.starts
+        times = self._times(other.phase - one.phase, durations)
+        rest = np.concatenate([durations, starts[0, d:]])
+        return np.concatenate([(starts[:, :d] * self.starts).ravel(), times, self.rest * rest])
+
+    def direction(self, shot: "Shot", change: np.ndarray) -> "Direction":
+        """The direction of a change of the reduced unknowns, of length 1 in all points, to first order.
+
+        A start that a deviation of the first one reaches so much enlarged that it is known to round-off only counts
+        less.
+        """
+        d, count, q = self.states, self.count, len(self.values)
+        seen = shot.sensitivity[:, :d, :-1]
+        if count == 1:
+            factors = self.starts[np.newaxis]
+        else:
+            growth = np.abs(seen[:, :, :d] * self.starts[:, np.newaxis] / self.starts).max(axis=(1, 2))
+            factors = self.starts / (1 + (growth / SETTINGS.fast_growth) ** 2)[:, np.newaxis]
+        moved = factors * (seen @ change)
+        times = self._times(float(change[d]), change[d + 1 : d + 1 + count])
+        course = np.concatenate([moved.ravel(), times, self.rest * change[d + 1 :]])
+        length = float(np.sqrt(course @ course))
+        row = np.zeros(len(change))
+        row[d + 1 :] = self.rest**2 * change[d + 1 :]
+        row += (factors * moved).ravel() @ seen.reshape(count * d, len(row))
+        if self.forced:
+            later = self.times * times[::-1].cumsum()[::-1]
+            row[d] += later[0]
+            row[d + 1 : d + count] += later[1:]
+        return Direction(change / length, course / length, row / length)
+
+    def _times(self, phase: float, durations: np.ndarray) -> np.ndarray:
+        if not self.forced:
+            return np.zeros(0)
+        return self.times * (phase + np.concatenate([[0.0], durations[:-1].cumsum()]))
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction along which orbits change, of length 1 in all their points."""
+
+    change: np.ndarray  # (columns,): of the reduced unknowns
+    course: np.ndarray  # in all points, as from `Whole.apart`
+    row: np.ndarray  # (columns,): changes at a right angle to the direction have no product with it
+
+    def times(self, sign: float) -> "Direction":
+        """This direction, or the opposite one."""
+        return Direction(sign * self.change, sign * self.course, sign * self.row)
+
+
 @dataclass(frozen=True)
 class Plane:
-    """Tangent plane of the orbits of one sequence of events over two parameters, in the reduced unknowns."""
+    """Tangent plane of the orbits of one sequence of events over two parameters."""
 
-    rows: np.ndarray  # (2, columns): two directions, of length 1 and at right angles in the norm of the weights
+    rows: np.ndarray  # (2, columns): two directions, of length 1 and at right angles in the norm of `Whole`
+    courses: np.ndarray  # those of the rows, as in `Direction`
+    duals: np.ndarray  # (2, columns): rows as in `Direction`
     weights: np.ndarray  # (columns,): as from `Problem.weights`
 
     @property
     def twist(self) -> float:
         """Area of the plane's unit square, projected onto the parameters; zero where the surface folds."""
-        return float(np.linalg.det((self.rows * self.weights)[:, -2:]))
+        return float(np.linalg.det(self.courses[:, -2:]))
 
-    def part(self, change: np.ndarray) -> np.ndarray:
-        """Components of a change of the reduced unknowns along the rows, shape (2,)."""
-        return (self.rows * self.weights**2) @ change
+    def part(self, course: np.ndarray) -> np.ndarray:
+        """Components of a change along the rows, shape (2,)."""
+        return self.courses @ course
 
-    def direction(self, part: np.ndarray) -> np.ndarray:
+    def direction(self, part: np.ndarray) -> Direction:
         """The unit direction with these components."""
-        return part @ self.rows / np.linalg.norm(part)
+        unit = part / np.linalg.norm(part)
+        return Direction(unit @ self.rows, unit @ self.courses, unit @ self.duals)
 
 
 def plane_at(
@@ -67,11 +143,16 @@ def plane_at(
     if not np.isfinite(shot.equations).all():
         raise LostError("the equations have no derivatives there")
     rows = problem.null_space(orbit, shot, weights, 2) / weights
+    whole = Whole(problem, weights)
+    both = [whole.direction(shot, row) for row in rows]
+    courses, mixed = np.linalg.qr(np.array([one.course for one in both]).T)
+    turn = np.linalg.inv(mixed.T)
     if reference is not None:
         # orthogonal Procrustes problem, Schoenemann 1966, doi:10.1007/BF02289451
-        u, _, v = np.linalg.svd((reference.rows * reference.weights**2) @ rows.T)
-        rows = u @ v @ rows
-    return Plane(rows, weights)
+        u, _, v = np.linalg.svd(reference.courses @ courses)
+        turn = u @ v @ turn
+    rows, courses, duals = (turn @ np.array([getattr(o, n) for o in both]) for n in ("change", "course", "row"))
+    return Plane(rows, courses, duals, weights)
 
 
 @dataclass(frozen=True)
@@ -79,7 +160,7 @@ class Root:
     """The root of a test function at a point of its curve."""
 
     plane: Plane
-    across: np.ndarray  # (columns,): perpendicular to the curve, within the plane
+    across: Direction  # perpendicular to the curve, within the plane
     slope: float  # derivative of the function across
     error: float  # distance from the curve, across it
     instant: float  # time on the orbit to which the function belongs
@@ -93,7 +174,7 @@ class Point:
     shot: "Shot"  # without derivatives
     weights: np.ndarray
     """(columns,): what differences count here: states may grow by much along a curve, as over a resonance."""
-    tangent: np.ndarray  # (columns,): along the curve, of length 1 in the norm of the weights
+    tangent: Direction  # along the curve
     section: "Orbit"
     """What defines the plane on which an orbit without events and without a period begins, as for `Problem.shoot`."""
     arclength: float = 0.0
@@ -102,7 +183,7 @@ class Point:
 
     def turned(self) -> "Point":
         """The same point, to be followed in the opposite direction."""
-        return replace(self, tangent=-self.tangent, arclength=-self.arclength)
+        return replace(self, tangent=self.tangent.times(-1), arclength=-self.arclength)
 
 
 @dataclass(frozen=True)
@@ -155,13 +236,36 @@ class Curve:
         value = self.values(orbit)
         return bool(((value < self.limits[:, 0]) | (value > self.limits[:, 1])).any())
 
-    def change(self, one: "Orbit", other: "Orbit") -> np.ndarray:
-        """Difference of reduced unknowns."""
-        return other.reduced(self.problem.states) - one.reduced(self.problem.states)
+    def apart(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> np.ndarray:
+        """The weighted difference of two orbits in all their points."""
+        return Whole(self.problem, weights).apart(one, other)
 
     def gap(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
-        """Distance in the norm of the weights."""
-        return float(np.linalg.norm(self.change(one, other) * weights))
+        """Distance of two orbits of the same segments, in the norm of `Whole`."""
+        return float(np.linalg.norm(self.apart(one, other, weights)))
+
+    def met(self, one: "Orbit", other: "Orbit", weights: np.ndarray, within: float) -> "Orbit | None":
+        """An orbit written from the segment at which another one begins, if they are that near; else None."""
+        if len(one) != len(other) or one.periods != other.periods:
+            return None
+        if np.abs((self.values(one) - self.values(other)) / self.spans).max() > within:
+            return None
+        period = self.problem.period_at(one)
+        nearest = None
+        for first in range(len(one)):
+            if not np.array_equal(np.roll(one.segments, -first, axis=0), other.segments):
+                continue
+            turned = one.rotated(first, None)
+            if period:
+                turned = replace(turned, phase=turned.phase + period * round((other.phase - turned.phase) / period))
+            gap = self.gap(other, turned, weights)
+            if gap <= within:
+                nearest, within = turned, gap
+        return nearest
+
+    def directed(self, shot: "Shot", change: np.ndarray, weights: np.ndarray) -> Direction:
+        """The direction of a change of the reduced unknowns."""
+        return Whole(self.problem, weights).direction(shot, change)
 
     def first(self, orbit: "Orbit", shot: "Shot", ahead: np.ndarray | None = None) -> Point:
         """A converged orbit as the first point of a curve, to be followed towards ``ahead``.
@@ -169,7 +273,10 @@ class Curve:
         By default the parameter grows.
         """
         weights = self.weights(orbit)
-        return Point(orbit, shot.bare(), weights, self.problem.direction(orbit, shot, weights, ahead), orbit)
+        # in all points the error of ``ahead`` may count, which grows along an orbit
+        row = None if ahead is None else ahead * weights**2
+        tangent = self.directed(shot, self.problem.direction(orbit, shot, weights, row), weights)
+        return Point(orbit, shot.bare(), weights, tangent, orbit)
 
     def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
         """The point of the curve nearest to a guess.
@@ -187,8 +294,8 @@ class Curve:
         """
         orbit, shot = self._solved(guess, near, row[np.newaxis])
         weights = self.weights(orbit)
-        tangent = self.problem.direction(orbit, shot, weights, near.tangent)
-        return Point(orbit, shot.bare(), weights, tangent, near.section)
+        change = self.problem.direction(orbit, shot, weights, near.tangent.row)
+        return Point(orbit, shot.bare(), weights, self.directed(shot, change, weights), near.section)
 
     def _solved(self, guess: "Orbit", near: Point, conditions: np.ndarray) -> tuple["Orbit", "Shot"]:
         code, orbit, shot, _ = self.problem.newton(
@@ -218,14 +325,16 @@ class Curve:
         last = points[-1]
         if len(points) == 1:
             shot = self.problem.shoot(last.orbit, False, last.section)
-            return self.problem.moved(last.orbit, shot, h * last.tangent)
+            return self.problem.moved(last.orbit, shot, h * last.tangent.change)
         shares = _shares(np.array([p.arclength for p in points]), last.arclength + h, 0)
         starts = np.tensordot(shares, np.array([p.orbit.starts for p in points]), 1)
         # the parameters of all segments are one set of numbers
         starts[1:, self.problem.states :] = starts[0, self.problem.states :]
         durations = shares @ np.array([p.orbit.durations for p in points])
         phase = float(shares @ np.array([p.orbit.phase for p in points]))
-        return replace(last.orbit, starts=starts, phase=phase, durations=durations)
+        return self.problem.kept(
+            replace(last.orbit, starts=starts, phase=phase, durations=durations), last.orbit, h * last.tangent.change
+        )
 
     def after(self, points: list[Point], h: float) -> tuple[Point, float]:
         """The next point, one step along the curve, and the error of its prediction.
@@ -239,7 +348,7 @@ class Curve:
         """
         last = points[-1]
         predicted = self.predicted(points, h)
-        point = self.correct(predicted, last, last.weights**2 * last.tangent)
+        point = self.correct(predicted, last, last.tangent.row)
         error = self.gap(predicted, point.orbit, last.weights)
         if not error < SETTINGS.farthest:
             raise LostError("the orbit is far from where it was predicted")
@@ -255,18 +364,16 @@ class Curve:
 
     def cosine(self, one: Point, other: Point) -> float:
         """Cosine of the angle between the tangents at two points."""
-        there = one.weights * other.tangent
-        return float((one.weights * one.tangent) @ there / np.linalg.norm(there))
+        return float(one.tangent.course @ other.tangent.course)
 
     def between(self, one: Point, other: Point, part: float, row: np.ndarray | None = None) -> Point:
-        """The point of the curve next to the line between two points, orthogonal to ``row`` or to that line.
+        """The point of the curve next to the line between two points, orthogonal to ``row`` or to the first tangent.
 
         Raises
         ------
         LostError
         """
-        row = self.change(one.orbit, other.orbit) * one.weights**2 if row is None else row
-        point = self.correct(one.orbit.between(other.orbit, part), one, row)
+        point = self.correct(one.orbit.between(other.orbit, part), one, one.tangent.row if row is None else row)
         done, left = (self.gap(point.orbit, end.orbit, one.weights) for end in (one, other))
         share = done / (done + left) if done > 0 else 0.0
         return replace(point, arclength=one.arclength + share * (other.arclength - one.arclength))
@@ -302,7 +409,7 @@ class Curve:
         The former is ``last`` itself if nothing lies between.
         """
         good, bad, part = last, self.blocked(beyond), 1.0
-        row = self.change(last.orbit, beyond.orbit) * last.weights**2
+        row = last.tangent.row
         for _ in range(SETTINGS.bisections):
             half = 0.5 * part
             try:
@@ -349,12 +456,12 @@ class SpecialCurve(Curve):
         """
         plane = plane_at(self.problem, orbit, shot, self.weights(orbit))
         across = plane.direction(np.array([plane.rows[1, -1], -plane.rows[0, -1]]))
-        slope = self._slope(orbit, shot, plane, across, instant)
+        slope = self._slope(orbit, shot, plane, plane.part(across.course), instant)
         row = np.eye(len(plane.weights))[-1]
         root = Root(plane, across, slope, 0.0, instant)
         near = Point(orbit, shot, plane.weights, across, orbit, root=root)
         found, shot, root = self._on_curve(orbit, near, row)
-        gradient = np.array([self._slope(found, shot, root.plane, r, root.instant) for r in root.plane.rows])
+        gradient = np.array([self._slope(found, shot, root.plane, r, root.instant) for r in np.eye(2)])
         across, steep = root.plane.direction(gradient), float(np.linalg.norm(gradient))
         tangent = root.plane.direction(np.array([gradient[1], -gradient[0]]))
         root = replace(root, across=across, slope=steep)
@@ -362,7 +469,7 @@ class SpecialCurve(Curve):
 
     def correct(self, guess: "Orbit", near: Point, row: np.ndarray) -> Point:
         orbit, shot, root = self._on_curve(guess, near, row)
-        tangent = root.plane.direction(root.plane.part(near.tangent))
+        tangent = root.plane.direction(root.plane.part(near.tangent.course))
         return self._turned_with(
             Point(orbit, shot.bare(), root.plane.weights, tangent, near.section, special=self.kind, root=root), near
         )
@@ -372,10 +479,10 @@ class SpecialCurve(Curve):
         assert point.root is not None
         assert near.root is not None
         plane = point.root.plane
-        a, b = plane.part(point.tangent)
+        a, b = plane.part(point.tangent.course)
         across = plane.direction(np.array([-b, a]))
-        if near.root.plane.part(near.root.across) @ plane.part(across) < 0:
-            across = -across
+        if near.root.across.course @ across.course < 0:
+            across = across.times(-1)
         return replace(point, root=replace(point.root, across=across))
 
     def _on_curve(self, guess: "Orbit", near: Point, row: np.ndarray) -> tuple["Orbit", "Shot", Root]:
@@ -384,9 +491,9 @@ class SpecialCurve(Curve):
         plane, slope, instant = near.root.plane, near.root.slope, near.root.instant
         a, b = plane.rows @ row
         across = plane.direction(np.array([-b, a]))
-        if plane.part(across) @ plane.part(near.root.across) < 0:
-            across = -across
-        conditions = np.vstack([row, across * plane.weights**2])
+        if across.course @ near.root.across.course < 0:
+            across = across.times(-1)
+        conditions = np.vstack([row, across.row])
         step, value = np.inf, np.nan
         for _ in range(SETTINGS.secant_steps):
             before, moved = value, step
@@ -404,16 +511,16 @@ class SpecialCurve(Curve):
                 return orbit, shot, Root(new, across, slope, abs(step), instant)
             if not abs(step) < SETTINGS.farthest:
                 break
-            guess = self.problem.moved(orbit, shot, step * across)
+            guess = self.problem.moved(orbit, shot, step * across.change)
         raise LostError("the secant method found no point of the curve")
 
-    def _slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, direction: np.ndarray, instant: float) -> float:
-        """Central difference of the function along a direction of the plane."""
-        values = []
+    def _slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, part: np.ndarray, instant: float) -> float:
+        """Central difference of the function along a direction of the plane with these components."""
+        values, direction = [], plane.direction(part)
         near = Point(orbit, shot, plane.weights, direction, orbit)
         for sign in (1, -1):
-            guess = self.problem.moved(orbit, shot, sign * SETTINGS.difference * direction)
-            beside = self._solved(guess, near, plane.rows * plane.weights**2)
+            guess = self.problem.moved(orbit, shot, sign * SETTINGS.difference * direction.change)
+            beside = self._solved(guess, near, plane.duals)
             values.append(self.test.value(self.problem, *beside, plane, instant)[0])
         return (values[0] - values[1]) / (2 * SETTINGS.difference)
 
@@ -422,29 +529,27 @@ class SpecialCurve(Curve):
             return point.orbit, point.shot
         assert point.root is not None
         plane = point.root.plane
-        away = -np.sign(point.root.slope) * self.margin * point.root.across
+        away = -np.sign(point.root.slope) * self.margin * point.root.across.change
         shot = self.problem.shoot(point.orbit, False, point.section)
         guess = self.problem.moved(point.orbit, shot, away)
         try:
-            return self._solved(guess, point, plane.rows * plane.weights**2)
+            return self._solved(guess, point, plane.duals)
         except LostError:
             return None
 
     def aligned(self, point: Point, points: list[Point]) -> Point:
-        last, tangent = points[-1], points[-1].tangent
+        last, course = points[-1], points[-1].tangent.course
         assert point.root is not None
         if point.arclength - last.arclength > SETTINGS.apart:
             nodes = points[1 - SETTINGS.predictor_points :]
             shares = _shares(np.array([*(p.arclength for p in nodes), point.arclength]), point.arclength, 1)
-            tangent = shares @ np.array(
-                [p.orbit.reduced(self.problem.states) for p in nodes] + [point.orbit.reduced(self.problem.states)]
-            )
+            course = shares @ np.array([self.apart(last.orbit, p.orbit, last.weights) for p in (*nodes, point)])
         plane = point.root.plane
-        return self._turned_with(replace(point, tangent=plane.direction(plane.part(tangent))), last)
+        return self._turned_with(replace(point, tangent=plane.direction(plane.part(course))), last)
 
     def cosine(self, one: Point, other: Point) -> float:
         assert one.root is not None
-        return float(one.root.plane.part(one.tangent) @ one.root.plane.part(other.tangent))
+        return float(one.root.plane.part(one.tangent.course) @ one.root.plane.part(other.tangent.course))
 
 
 @dataclass
@@ -502,11 +607,13 @@ def continue_curve(
             found.end, found.border = BranchEnd.NO_CONVERGENCE, border
             return found
         points.append(limit)
+        end = _closed(curve, last, limit, home)
+        if end is not None:
+            points[-1] = end
+            found.end = BranchEnd.CLOSED
+            return found
         if limit is not point:
             found.end = BranchEnd.LIMIT
-            return found
-        if _closed(curve, points, home, h):
-            found.end = BranchEnd.CLOSED
             return found
         if _through_rest(curve, points):
             points.pop()
@@ -536,24 +643,46 @@ def _on_own_section(curve: Curve, point: Point) -> Point:
     if point.root is None:
         return replace(
             point,
-            tangent=curve.problem.direction(point.orbit, shot, point.weights, point.tangent),
+            tangent=curve.directed(
+                shot, curve.problem.direction(point.orbit, shot, point.weights, point.tangent.row), point.weights
+            ),
             section=point.orbit,
         )
     plane = plane_at(curve.problem, point.orbit, shot, point.weights, point.root.plane)
     return replace(
         point,
-        tangent=plane.direction(plane.part(point.tangent)),
+        tangent=plane.direction(plane.part(point.tangent.course)),
         section=point.orbit,
-        root=replace(point.root, plane=plane, across=plane.direction(plane.part(point.root.across))),
+        root=replace(point.root, plane=plane, across=plane.direction(plane.part(point.root.across.course))),
     )
 
 
-def _closed(curve: Curve, points: list[Point], home: Point, h: float) -> bool:
-    last = points[-1]
-    young = len(points) <= SETTINGS.young and points[0] is home
-    if young or not last.orbit.same_events(home.orbit) or curve.gap(home.orbit, last.orbit, last.weights) >= h:
-        return False
-    return curve.cosine(home, last) > 0.5
+def _closed(curve: Curve, before: Point, last: Point, home: Point) -> Point | None:
+    """The point between two neighbours at which the curve is back at its start, if it is."""
+    step = curve.gap(before.orbit, last.orbit, before.weights)
+    start = curve.met(home.orbit, last.orbit, last.weights, 2 * step)
+    if start is None:
+        return None
+
+    def along(point: Point) -> float:
+        return float(curve.apart(point.orbit, start, before.weights) @ before.tangent.course)
+
+    low, high = along(before), along(last)
+    # the start itself, the first time
+    if low <= SETTINGS.meeting * step or high > 0:
+        return None
+    part = low / (low - high)
+    try:
+        for _ in range(SETTINGS.touch_steps):
+            point = curve.between(before, last, part)
+            left = along(point)
+            if abs(left) <= SETTINGS.meeting * step:
+                break
+            part += left / (low - high)
+    except LostError:
+        return None
+    away = curve.gap(point.orbit, start, before.weights)
+    return point if away <= max(SETTINGS.meeting, 2 * SETTINGS.meeting * step) else None
 
 
 def _through_rest(curve: Curve, points: list[Point]) -> bool:
@@ -564,7 +693,7 @@ def _through_rest(curve: Curve, points: list[Point]) -> bool:
     orbit = points[-1].orbit
     if orbit.segments[0, at.SEGMENT_END] != at.PLANE or len(points) < 2:
         return False
-    if not points[-1].tangent[-1] * points[-2].tangent[-1] < 0:
+    if not points[-1].tangent.change[-1] * points[-2].tangent.change[-1] < 0:
         return False
     orbits = [p.orbit for p in (points[max(len(points) - 1 - SETTINGS.shrunk_points, 0)], *points[-2:])]
     ends = np.array([o.durations.sum() for o in orbits])[:, np.newaxis]

@@ -315,15 +315,16 @@ class Problem:
         values = np.ones(len(self.free)) if spans is None else 1 / spans
         return np.concatenate([part / size, np.full(1 + count, part / unit), values])
 
-    def direction(self, orbit: Orbit, shot: Shot, weights: np.ndarray, ahead: np.ndarray | None = None) -> np.ndarray:
+    def direction(self, orbit: Orbit, shot: Shot, weights: np.ndarray, row: np.ndarray | None = None) -> np.ndarray:
         """Direction of the branch through an orbit, shape (columns,), of weighted length 1; q must be 1.
 
-        It is the null vector of the linearised equations, on the side of ``ahead``, else that of a growing parameter.
+        It is the null vector of the linearised equations whose product with ``row`` is positive, by default that along
+        which the parameter grows.
         Where they determine it, a row that says how far ahead it leads makes them regular (Keller 1977): a long orbit
         has a thousand unknowns, whose singular values take thirty times as long.
         """
-        reference = np.eye(self.columns(orbit))[-1] if ahead is None else ahead * weights**2
-        if ahead is not None and not len(self._held(orbit)):
+        reference = np.eye(self.columns(orbit))[-1] if row is None else row
+        if row is not None and not len(self._held(orbit)):
             rows = np.vstack([shot.equations[: len(orbit) + self.states + 1, :-1], reference])
             vector = solve(rows, np.eye(len(rows))[-1], weights)
             length = np.linalg.norm(weights * vector)
@@ -354,6 +355,20 @@ class Problem:
         sizes = np.linalg.svd(self._weighted(orbit, shot, weights), compute_uv=False)
         kept = sizes[: len(sizes) - len(self._held(orbit))]
         return float(kept[-1])
+
+    def kept(self, guess: Orbit, orbit: Orbit, change: np.ndarray) -> Orbit:
+        """A guess with what distinguishes the orbits of a family as it is after a change of an orbit.
+
+        Newton's method leaves it alone; what a polynomial makes of its round-off grows from point to point.
+        """
+        held, d = self._held(orbit), self.states
+        if not len(held):
+            return guess
+        moved = np.append(guess.starts[0, :d] - orbit.starts[0, :d], guess.phase - orbit.phase)
+        back = np.linalg.lstsq(held[:, : d + 1], held @ change - held[:, : d + 1] @ moved, rcond=None)[0]
+        starts = guess.starts.copy()
+        starts[:, :d] += back[:d]
+        return replace(guess, starts=starts, phase=guess.phase + float(back[d]))
 
     def _held(self, orbit: Orbit) -> np.ndarray:
         """What distinguishes the orbits of a family, as rows over the reduced unknowns, shape (m, columns)."""

@@ -132,7 +132,7 @@ def locate(pair: "BranchSegment", kind: Special) -> tuple["Point", float]:
             point = replace(before, orbit=orbit, shot=shot.bare(), arclength=length)
         tried.append(point)
         if kind == Special.FOLD:
-            return float(point.tangent[-1])
+            return float(point.tangent.change[-1])
         if kind == Special.PERIOD_DOUBLING:
             return float(doubling_test(problem, point.orbit, point.shot.monodromy))
         return float((fold_test if kind == Special.BRANCH_POINT else torus_test)(free(point)))
@@ -149,7 +149,7 @@ def locate(pair: "BranchSegment", kind: Special) -> tuple["Point", float]:
     if kind == Special.FOLD and _crossed(curve, before, point, after):
         kind = Special.BRANCH_POINT
     scale, size = problem.accuracy, curve.size(point.orbit)
-    slope = abs(high - low) / max(abs(float(curve.change(before.orbit, after.orbit)[-1])), 1e-300)
+    slope = abs(high - low) / max(abs(float(curve.values(after.orbit)[-1] - curve.values(before.orbit)[-1])), 1e-300)
     if kind == Special.BRANCH_POINT:
         # the equations vanish there to third order across, so that the orbit is known to the root of its residual only
         error = 3 * scale ** (2 / 3) * size

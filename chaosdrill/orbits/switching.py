@@ -88,9 +88,9 @@ def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[Spec
             and behind.blocked(point) is None
             and slowest_event(problem, point.orbit, point.shot) is None
         ):
-            ahead = float(np.sign(change @ (point.tangent[-2:] / curve.spans)))
+            ahead = float(np.sign(change @ (point.tangent.change[-2:] / curve.spans)))
             _, text = what_changed(one.problem, flat, found.orbit)
-            return behind, replace(point, tangent=ahead * point.tangent, arclength=last.arclength + gap), text
+            return behind, replace(point, tangent=point.tangent.times(ahead), arclength=last.arclength + gap), text
     return None
 
 

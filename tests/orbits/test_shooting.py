@@ -82,7 +82,7 @@ def test_a_direction_that_goes_on_from_another_takes_no_singular_values(drill_pe
     weights = problem.weights(orbit, np.array([0.5]))
     ahead = -problem.direction(orbit, shot, weights) + 0.01 / weights
     monkeypatch.setattr(np.linalg, "svd", None)
-    found = problem.direction(orbit, shot, weights, ahead)
+    found = problem.direction(orbit, shot, weights, ahead * weights**2)
     equations = shot.equations[: len(orbit) + problem.states + 1, :-1]
     assert np.abs(equations @ found).max() < 1e-12 * np.abs(equations / weights).max()
     assert np.linalg.norm(weights * found) == pytest.approx(1)
