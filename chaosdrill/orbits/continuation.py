@@ -216,6 +216,7 @@ class Curve:
     def __init__(self, problem: "Problem", limits: np.ndarray) -> None:
         self.problem, self.limits = problem, limits
         self.spans = np.ptp(limits, axis=1)
+        self._known: tuple[np.ndarray, Whole] | None = None
 
     def unlimited(self) -> "Curve":
         """The same curve without limits."""
@@ -238,11 +239,18 @@ class Curve:
 
     def apart(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> np.ndarray:
         """The weighted difference of two orbits in all their points."""
-        return Whole(self.problem, weights).apart(one, other)
+        return self.whole(weights).apart(one, other)
+
+    def whole(self, weights: np.ndarray) -> Whole:
+        """What differences count, by these weights."""
+        if self._known is None or self._known[0] is not weights:
+            self._known = weights, Whole(self.problem, weights)
+        return self._known[1]
 
     def gap(self, one: "Orbit", other: "Orbit", weights: np.ndarray) -> float:
         """Distance of two orbits of the same segments, in the norm of `Whole`."""
-        return float(np.linalg.norm(self.apart(one, other, weights)))
+        difference = self.apart(one, other, weights)
+        return float(np.sqrt(difference @ difference))
 
     def met(self, one: "Orbit", other: "Orbit", weights: np.ndarray, within: float) -> "Orbit | None":
         """An orbit written from the segment at which another one begins, if they are that near; else None."""
@@ -265,7 +273,7 @@ class Curve:
 
     def directed(self, shot: "Shot", change: np.ndarray, weights: np.ndarray) -> Direction:
         """The direction of a change of the reduced unknowns."""
-        return Whole(self.problem, weights).direction(shot, change)
+        return self.whole(weights).direction(shot, change)
 
     def first(self, orbit: "Orbit", shot: "Shot", ahead: np.ndarray | None = None) -> Point:
         """A converged orbit as the first point of a curve, to be followed towards ``ahead``.
@@ -659,7 +667,7 @@ def _on_own_section(curve: Curve, point: Point) -> Point:
 
 def _closed(curve: Curve, before: Point, last: Point, home: Point) -> Point | None:
     """The point between two neighbours at which the curve is back at its start, if it is."""
-    step = curve.gap(before.orbit, last.orbit, before.weights)
+    step = last.arclength - before.arclength
     start = curve.met(home.orbit, last.orbit, last.weights, 2 * step)
     if start is None:
         return None

@@ -1,6 +1,7 @@
 """Floquet multipliers: those that are 1 or 0 by structure, and the stability that the others decide."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,17 +32,17 @@ class Neutral:
     conserved: np.ndarray
     """(b, n): combinations of states whose deviations are kept: left eigenvectors of every tangent map."""
 
-    @property
+    @cached_property
     def paired(self) -> int:
         """How many symmetries change conserved sums: each and its sum share one multiplier."""
         return int(np.linalg.matrix_rank(self.conserved @ self.symmetries.T)) if self.symmetries.size else 0
 
-    @property
+    @cached_property
     def count(self) -> int:
         """How many multipliers of every orbit are 1."""
         return int(self.flow) + len(self.symmetries) + len(self.conserved) - self.paired
 
-    @property
+    @cached_property
     def held(self) -> np.ndarray:
         """Combinations of states, shape (m, n), that distinguish orbits of a family: conserved sums, or shifts."""
         return self.conserved if self.paired == len(self.symmetries) else self.symmetries

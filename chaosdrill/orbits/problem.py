@@ -374,6 +374,8 @@ class Problem:
         """What distinguishes the orbits of a family, as rows over the reduced unknowns, shape (m, columns)."""
         neutral, d = self.neutral, self.states
         shifted_in_time = self.forced and neutral.flow and not orbit.eventless
+        if not (shifted_in_time or len(neutral.held)):
+            return np.zeros((0, self.columns(orbit)))
         rows = np.zeros((len(neutral.held) + shifted_in_time, self.columns(orbit)))
         rows[: len(neutral.held), :d] = neutral.held
         rows[len(neutral.held) :, d] = 1.0
