@@ -152,6 +152,7 @@ def branches_dataset(system: HybridSystem, result: BranchResult) -> xr.Dataset:
         "special_index": ("special", np.array([point.point for point in special], dtype=np.int32)),
         "special_kind": ("special", np.array([point.code for point in special], dtype=np.int8)),
         "special_error": ("special", np.array([point.error for point in special], dtype=float)),
+        "special_multiplicity": ("special", np.array([point.multiplicity for point in special], dtype=np.int32)),
         "special_text": ("special", np.array([point.text for point in special], dtype=str)),
         "neutral": ((), np.int32(result.neutral)),
         "outcome": ((), np.int8(result.outcome)),

@@ -5,13 +5,13 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.continuation import Border, Continued, Curve, Point, SpecialCurve, continue_curve
+from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.marks import Marks
@@ -19,8 +19,8 @@ from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multiplie
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.results import BranchResult, Cascade
+from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
-from chaosdrill.orbits.special import locate, special_points
 from chaosdrill.orbits.switching import curve_behind, doubled
 from chaosdrill.orbits.table import branch_table, cascade_from, nothing
 
@@ -87,13 +87,14 @@ class BranchSegment:
 
 @dataclass(frozen=True)
 class Mark:
-    """A special point: its segment and index, its kind, and its error."""
+    """A special point: its segment and index, its kind, its error, and how many multipliers are on the circle."""
 
     segment: int
     point: int
     kind: Special
     error: float
     text: str
+    multiplicity: int = 0  # where events change, multipliers jump
 
 
 @dataclass
@@ -230,19 +231,18 @@ def _to_no_speed(curve: Curve, part: Continued) -> None:
         return
 
     def speed(share: float) -> float:
-        tried.append(curve.between(before, beyond, share))
-        return float(tried[-1].shot.speeds[event])
+        tried[share] = curve.between(before, beyond, share)
+        return float(tried[share].shot.speeds[event])
 
-    tried: list[Point] = []
+    tried: dict[float, Point] = {}
     try:
         h = 2 * curve.gap(before.orbit, last.orbit, last.weights)
         beyond = curve.after(points[-1 - SETTINGS.predictor_points : -1], h)[0]
         if speed(0.0) * speed(1.0) >= 0:
             return
-        speed(brentq(speed, 0.0, 1.0, xtol=1e-15, rtol=1e-15))
+        found = tried[bracketed(speed, 0.0, 1.0)]
     except LostError:
         return
-    found = tried[-1]
     if abs(float(curve.values(found.orbit)[-1] - curve.values(last.orbit)[-1])) > part.border.error:
         points[-1] = replace(found, arclength=before.arclength + curve.gap(before.orbit, found.orbit, last.weights))
 
@@ -329,16 +329,24 @@ def _escapes(segment: BranchSegment, step: float) -> bool:
 def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mark]]:
     """The segment with the special points among its first ``count`` points inserted, and their marks."""
     points, marks = list(segment.points), []
-    for k in sorted({k for k, _ in special_points(segment.with_points(points[:count]))}, reverse=True):
-        for point, error in reversed(_between(segment, k, SETTINGS.finer)):
-            points.insert(k, point)
-            marks.append((k, point, error))
+    for k in reversed(steps_with(segment.with_points(points[:count]))):
+        for one in reversed(_between(segment, k, SETTINGS.finer)):
+            points.insert(k, one.point)
+            marks.append(one)
     places = {id(p): k for k, p in enumerate(points)}
-    found = [Mark(0, places[id(p)], p.special, error, p.special.words) for _, p, error in reversed(marks)]
+    found = [Mark(0, places[id(m.point)], m.point.special, m.error, _told(m), m.multiplicity) for m in reversed(marks)]
     return segment.with_points(points), found
 
 
-def _between(segment: BranchSegment, k: int, finer: int) -> list[tuple[Point, float]]:
+def _told(mark: Located) -> str:
+    """What happens at a special point, in words."""
+    words, usual = mark.point.special.words, 2 if mark.point.special == Special.NEIMARK_SACKER else 1
+    if mark.multiplicity <= usual:
+        return words
+    return f"{words} {mark.multiplicity // usual} cross together."
+
+
+def _between(segment: BranchSegment, k: int, finer: int) -> list[Located]:
     """Special points between point k - 1 and point k, in order, with the errors of the parameter.
 
     Where one is not found, because too much happens in the step, the branch between is followed in smaller steps.
@@ -346,9 +354,7 @@ def _between(segment: BranchSegment, k: int, finer: int) -> list[tuple[Point, fl
     before, after = segment.points[k - 1 : k + 1]
     pair = segment.with_points((before, after))
     try:
-        located = [locate(pair, kind) for _, kind in special_points(pair)]
-        found = [one for one in located if one[0].special != Special.REGULAR]
-        return sorted(found, key=lambda one: one[0].arclength)
+        return located(pair)
     except LostError:
         if not finer:
             return []
@@ -363,7 +369,7 @@ def _between(segment: BranchSegment, k: int, finer: int) -> list[tuple[Point, fl
     points = [p for p in part.points if p.arclength < before.arclength + 1.02 * gap]
     points += part.points[len(points) : len(points) + 1]
     inside = segment.with_points(points)
-    return [one for i in sorted({i for i, _ in special_points(inside)}) for one in _between(inside, i, finer - 1)]
+    return [one for i in steps_with(inside) for one in _between(inside, i, finer - 1)]
 
 
 Progress = Callable[[int, int, None], None]
@@ -465,9 +471,12 @@ def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
 
 
 def _unmoved(branch: Branch) -> bool:
-    """Whether nothing but the parameter changes along a branch."""
-    tangents = [s.tangents for s in branch.segments if len(s)]
-    return all((np.abs(t[:, :-1]) <= SETTINGS.no_effect * np.abs(t[:, -1:])).all() for t in tangents)
+    """Whether nothing but the parameter changes along a branch, neither the orbits nor what becomes of deviations."""
+    segments = [s for s in branch.segments if len(s)]
+    still = all((np.abs(s.tangents[:, :-1]) <= SETTINGS.no_effect * np.abs(s.tangents[:, -1:])).all() for s in segments)
+    return still and all(
+        (np.ptp(s.monodromies, axis=0) <= np.sqrt(noise_of(s.monodromies[0], len(s.orbit(0))))).all() for s in segments
+    )
 
 
 def _report(progress: Progress | None, found: list[Branch], doublings: int) -> None:

@@ -60,7 +60,7 @@ class Whole:
         A start that a deviation of the first one reaches so much enlarged that it is known to round-off only counts
         less.
         """
-        d, count, q = self.states, self.count, len(self.values)
+        d, count = self.states, self.count
         seen = shot.sensitivity[:, :d, :-1]
         if count == 1:
             factors = self.starts[np.newaxis]

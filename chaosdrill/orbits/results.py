@@ -83,6 +83,7 @@ class SpecialPoint:
     values: np.ndarray  # (q,): the free parameters there
     error: float  # estimated error of the first of them
     text: str  # in words, with what becomes of the branch, as in "impact appears; the branch continues"
+    multiplicity: int = 0  # how many multipliers are on the unit circle there; 0 where events change, and they jump
 
 
 @dataclass(frozen=True)

@@ -204,6 +204,9 @@ class Settings:
     """Residual between two points of a branch up to which the line between them is the branch."""
     missed_multiplier: float = 1e-3
     """Distance of a multiplier from the value that it is to have at a special point, at most."""
+    same_crossing: float = 1e-6
+    """Part of a step within which multipliers of one kind cross together: nearly equal ones are known to the root of
+    the round-off."""
     jump: float = 0.1
     """What is left of a function where its sign changes, as a part of its values beside, if it jumps there."""
     real: float = 1e-6

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaosdrill.dataset.branches import Special
+from chaosdrill.orbits.crossings import unexplained
 from chaosdrill.orbits.guess import with_values
 from chaosdrill.orbits.marks import Marks, section_of
 from chaosdrill.orbits.multipliers import is_stable, multipliers
@@ -83,7 +84,11 @@ def branch_table(
             period = segment.orbit(0).periods
         for mark in branch.marks:
             values = branch.segments[mark.segment].values[mark.point]
-            events.append(SpecialPoint(offsets[mark.segment] + mark.point, mark.kind, values, mark.error, mark.text))
+            events.append(
+                SpecialPoint(
+                    offsets[mark.segment] + mark.point, mark.kind, values, mark.error, mark.text, mark.multiplicity
+                )
+            )
         infos.append(BranchInfo(branch.parent, period, branch.start, branch.words, branch.end))
     points = [points for table in tables for points in table.pop("section")]
     section = np.full((len(points), max([1, *map(len, points)]), problem.states), np.nan)
@@ -91,8 +96,9 @@ def branch_table(
         row[: len(own)] = own
     joined: dict[str, Any] = {name: np.concatenate([t[name] for t in tables]) for name in tables[0]}
     misses = [words for branch in branches for segment in branch.segments for words in _misses(segment)]
+    jumps = [words for branch in branches for words in _jumps(parameters[0], branch)]
     return BranchResult(
-        message="; ".join([*missing, *misses[:3]]),
+        message="; ".join([*missing, *jumps[:3], *misses[:3]]),
         neutral=problem.neutral.count,
         parameters=parameters,
         sequences=tuple(names),
@@ -126,6 +132,21 @@ def _table(segment: "BranchSegment", number: int, sequence: int, marks: Marks | 
         "smallest_speed": segment.speeds.min(axis=1),
         "residual": np.array([p.shot.residual for p in points]),
     }
+
+
+def _jumps(parameter: str, branch: "Branch") -> Iterator[str]:
+    """Where the number of multipliers outside the unit circle changes without a special point, in words."""
+    for number, segment in enumerate(branch.segments):
+        if segment.curve.kind != Special.REGULAR or not len(segment):
+            continue
+        marks = {mark.point: mark.multiplicity for mark in branch.marks if mark.segment == number}
+        found = unexplained(segment, marks)
+        if found is not None:
+            one, other = (f"{segment.values[k, 0]:.9g}" for k in found[:2])
+            yield (
+                f"between {parameter} = {one} and {other} the number of multipliers outside the unit circle changes "
+                f"from {found[2]} to {found[3]}, and no special point found there explains it"
+            )
 
 
 def _slowness(segment: "BranchSegment") -> np.ndarray:

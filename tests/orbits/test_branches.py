@@ -13,7 +13,7 @@ import chaosdrill as cd
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.orbits.branches import branches
-from chaosdrill.orbits.special import changes, noise_of, outside, pair_on_circle, torus_test
+from chaosdrill.orbits.crossings import changes, noise_of, outside, pair_on_circle, torus_test
 from chaosdrill.systems import build
 
 x, v, y, t = sympy.symbols("x v y t", real=True)

@@ -78,6 +78,7 @@ VARIABLES = table(
     need("special_value", "special", "f8", "parameter at the special point", "Of two, the first."),
     may("special_value_2", "special", "f8", "second parameter there", "Of a curve in two parameters."),
     need("special_error", "special", "f8", "error of the special point", "Estimated, of special_value."),
+    need("special_multiplicity", "special", "i4", "multipliers on the unit circle", "Their number; 0 at events."),
     axis("special_text", "special", "str", "what happens at the special point", "In words.", True),
     may("doubling_value", "doubling", "f8", "parameter at the doubling", "Of the cascade, in order."),
     may("doubling_period", "doubling", "i4", "period that doubles", "As the variable period."),
@@ -178,10 +179,11 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         (multiplier), ``stable``, ``special_point``, ``sequence``, ``smallest_speed``, ``residual``; ``event_sequence``
         (sequence_number). Of each branch ``branch_parent``, ``branch_period``,
         ``branch_start``, ``branch_end`` and ``branch_end_text`` (branch_number). Of each special point
-        ``special_index``, ``special_kind``, ``special_value``, ``special_error``, ``special_text`` (special), and
-        ``special_value_2`` on a curve. Of a cascade ``doubling_value``, ``doubling_period``, ``feigenbaum_ratio``
-        (doubling), ``accumulation`` and ``accumulation_error``. ``outcome`` says whether a first orbit was found; the
-        attribute ``message`` explains.
+        ``special_index``, ``special_kind``, ``special_value``, ``special_error``, ``special_multiplicity``,
+        ``special_text`` (special), and ``special_value_2`` on a curve. Of a cascade ``doubling_value``,
+        ``doubling_period``, ``feigenbaum_ratio`` (doubling), ``accumulation`` and ``accumulation_error``. ``outcome``
+        says whether a first orbit was found; the attribute ``message`` explains, and names places where the number of
+        multipliers outside the unit circle changes without a special point.
 
     Raises
     ------

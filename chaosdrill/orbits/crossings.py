@@ -1,0 +1,350 @@
+"""What happens to the multipliers along a branch: test functions, the count outside the unit circle, and their roots.
+
+A test function changes its sign where an odd number of multipliers passes its critical value. What passes in even
+numbers, as it does in symmetric systems, shows in the count alone: there the moduli are followed, in order, each of
+which passes 1 once. Every trial between two points is corrected onto the branch by Newton's method, so that a root is
+as exact as the multipliers are.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaosdrill.dataset.branches import Special
+from chaosdrill.engine import shooting as at
+from chaosdrill.engine.setup import constrained_states
+from chaosdrill.orbits.multipliers import free_multipliers, multipliers
+from chaosdrill.orbits.problem import LostError
+from chaosdrill.orbits.roots import bracketed
+from chaosdrill.orbits.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from chaosdrill.orbits.branches import BranchSegment
+    from chaosdrill.orbits.continuation import Curve, Point
+    from chaosdrill.orbits.orbit import Orbit
+    from chaosdrill.orbits.problem import Problem
+
+
+def doubling_test(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray) -> np.ndarray:
+    """Function that vanishes where a multiplier is -1: the determinant of M + 1 in the free states."""
+    free = np.flatnonzero(constrained_states(problem.plain)[orbit.segments[0, at.SEGMENT_MODE]] == 0)
+    return np.linalg.det(monodromy[..., free[:, np.newaxis], free] + np.eye(len(free)))
+
+
+def torus_test(values: np.ndarray) -> np.ndarray:
+    """Function that vanishes where the product of two multipliers is 1: the product of 1 - mu_i mu_j over pairs."""
+    m = values.shape[-1]
+    first, second = np.triu_indices(m, 1)
+    return np.prod(1 - values[..., first] * values[..., second], axis=-1).real
+
+
+def fold_test(values: np.ndarray) -> np.ndarray:
+    """Function that vanishes where a free multiplier is 1: the product of 1 - mu."""
+    return np.prod(1 - values, axis=-1).real
+
+
+def outside(values: np.ndarray) -> np.ndarray:
+    """Number of multipliers outside the unit circle."""
+    return np.asarray((np.abs(values) > 1).sum(axis=-1))
+
+
+def is_paired(values: np.ndarray) -> np.ndarray:
+    """Which multipliers belong to a complex pair."""
+    return np.asarray(np.abs(values.imag) > SETTINGS.real * np.abs(values))
+
+
+def pair_on_circle(values: np.ndarray) -> float:
+    """Distance of the nearest complex pair from the unit circle; infinite without a pair."""
+    return float(np.abs(np.abs(values[is_paired(values)]) - 1).min(initial=np.inf))
+
+
+def free_of(segment: "BranchSegment") -> np.ndarray:
+    """The multipliers of a segment's orbits without those that are 1 by structure, shape (P, m)."""
+    problem = segment.curve.problem
+    values = multipliers(problem, segment.orbit(0), segment.monodromies, segment.rank)
+    return free_multipliers(values, problem.neutral.count)
+
+
+def noise_of(monodromy: np.ndarray, segments: int) -> np.ndarray:
+    """Error of the determinants of tangent maps, shape (..., d, d), around orbits with this number of segments."""
+    return SETTINGS.tangent_error * segments * np.maximum(1.0, np.abs(monodromy).max(axis=(-2, -1))) ** 2
+
+
+def changes(values: np.ndarray, noise: np.ndarray | float = 0.0) -> list[int]:
+    """Indices of values before which the sign changes, between values above their errors, shape (m,), only."""
+    sure = np.flatnonzero(np.abs(values) > noise)
+    found = []
+    for before, after in pairwise(sure.tolist()):
+        if values[before] * values[after] < 0:
+            turned = values[before + 1 : after + 1] * np.sign(values[before]) <= 0
+            found.append(before + 1 + int(turned.argmax()))
+    return found
+
+
+@dataclass(frozen=True)
+class BranchTest:
+    """A function along a branch that changes its sign at special points of one kind.
+
+    Parameters
+    ----------
+    kind : Special
+    values : callable
+        Of a segment of P points: the function at each, shape (P,), and its error there, a number or of that shape.
+    critical : callable
+        Of the free multipliers at one point, shape (m,): their distances from the value that one has at such a point.
+    crossed : bool
+        Whether another branch may cross there, so that the equations of the orbit lose rank.
+    """
+
+    kind: Special
+    values: Callable[["BranchSegment"], tuple[np.ndarray, np.ndarray | float]]
+    critical: Callable[[np.ndarray], np.ndarray]
+    crossed: bool = False
+
+
+def _noisy(function: Callable[["BranchSegment"], np.ndarray]) -> Callable[["BranchSegment"], tuple]:
+    return lambda segment: (function(segment), noise_of(segment.monodromies, len(segment.orbit(0))))
+
+
+def _products(values: np.ndarray) -> np.ndarray:
+    first, second = np.triu_indices(len(values), 1)
+    return np.abs(values[first] * values[second] - 1)
+
+
+TESTS = [
+    BranchTest(Special.FOLD, lambda s: (s.tangents[:, -1], 0.0), lambda values: np.abs(values - 1), True),
+    BranchTest(Special.BRANCH_POINT, _noisy(lambda s: fold_test(free_of(s))), lambda values: np.abs(values - 1), True),
+    BranchTest(
+        Special.PERIOD_DOUBLING,
+        _noisy(lambda s: doubling_test(s.curve.problem, s.orbit(0), s.monodromies)),
+        lambda values: np.abs(values + 1),
+    ),
+    BranchTest(Special.NEIMARK_SACKER, _noisy(lambda s: torus_test(free_of(s))), _products),
+]
+"""What is looked for along a branch. Where the first of two that vanish together does, the second is not asked."""
+
+
+@dataclass(frozen=True)
+class Located:
+    """A special point between two points of a branch."""
+
+    point: "Point"
+    part: float  # of the step between the two
+    error: float  # of the parameter
+    multiplicity: int  # how many multipliers are on the unit circle there
+
+
+def steps_with(segment: "BranchSegment") -> list[int]:
+    """Indices of points before which something happens."""
+    if len(segment) < 2:
+        return []
+    found = {k for _, steps in _signs(segment) for k in steps}
+    counts = _counts(segment)
+    sure = np.flatnonzero(counts >= 0)
+    for before, after in pairwise(sure.tolist()):
+        if counts[before] != counts[after] and not found & set(range(before + 1, after + 1)):
+            now = outside(free_of(segment.with_points(segment.points[before : after + 1])))
+            found.add(before + int((now != now[0]).argmax()))
+        elif abs(counts[after] - counts[before]) > 1:
+            found.add(after)
+    return sorted(found)
+
+
+def _signs(segment: "BranchSegment") -> list[tuple[BranchTest, list[int]]]:
+    """Where each test function changes its sign.
+
+    Where the branch turns back, that a multiplier passes 1 says no more.
+    """
+    found = [(test, changes(*test.values(segment))) for test in TESTS]
+    turned = {k for test, steps in found if test.kind == Special.FOLD for k in steps}
+    return [(test, [k for k in steps if test.kind != Special.BRANCH_POINT or k not in turned]) for test, steps in found]
+
+
+def _counts(segment: "BranchSegment") -> np.ndarray:
+    """Number of multipliers outside the unit circle, shape (P,); -1 where one is too near to it to tell.
+
+    Multipliers that nearly coincide are known to the root of the error of the map.
+    """
+    values = free_of(segment)
+    error = SETTINGS.tangent_error * len(segment.orbit(0)) * np.maximum(1.0, np.abs(values).max(axis=-1, initial=0.0))
+    known = np.isfinite(values).all(axis=-1)
+    near = np.abs(np.abs(values) - 1).min(axis=-1, initial=np.inf)
+    return np.where(known & (near > np.sqrt(error)), outside(values), -1)
+
+
+def unexplained(segment: "BranchSegment", multiplicities: dict[int, int]) -> tuple[int, int, int, int] | None:
+    """The first two points between which the count changes more than special points between them explain.
+
+    Parameters
+    ----------
+    multiplicities : dict
+        Of the special points, by their index.
+
+    Returns
+    -------
+    before, after, count before, count after : int, or None
+    """
+    counts = _counts(segment)
+    for k in multiplicities:
+        counts[k] = -1
+    sure = np.flatnonzero(counts >= 0)
+    for before, after in pairwise(sure.tolist()):
+        most = sum(multiplicities.get(k, 0) for k in range(before + 1, after))
+        if abs(counts[after] - counts[before]) > most:
+            return before, after, int(counts[before]), int(counts[after])
+    return None
+
+
+def located(pair: "BranchSegment") -> list[Located]:
+    """The special points between two neighbours of a branch, in order.
+
+    What looks like a fold may turn out to be a point at which branches cross, and what looks like a pair of multipliers
+    on the unit circle to be a regular point.
+
+    Raises
+    ------
+    LostError
+        No orbit was found on the way, or it has no such multiplier.
+    """
+    step = _Step(pair)
+    found = [one for test, steps in _signs(pair) if steps and (one := step.located(test)) is not None]
+    found.sort(key=lambda one: one.part)
+    begin, end = outside(free_of(pair))
+    if len(found) < 2:
+        jumped = int(abs(end - begin))
+        turned = {Special.FOLD, Special.BRANCH_POINT}
+        if found and (jumped == found[0].multiplicity or (not jumped and found[0].point.special in turned)):
+            return found
+        return found if not found and not jumped else step.crossed()
+    # each for itself
+    between = [step.point(0.5 * (one.part + other.part), True) for one, other in pairwise(found)]
+    counts = outside(free_of(pair.with_points([pair.points[0], *between, pair.points[1]])))
+    if all(abs(b - a) == one.multiplicity for one, (a, b) in zip(found, pairwise(counts.tolist()), strict=True)):
+        return found
+    if begin == end:
+        return found
+    return step.crossed()
+
+
+class _Step:
+    """The branch between two neighbouring points."""
+
+    def __init__(self, pair: "BranchSegment") -> None:
+        self.pair, self.curve = pair, pair.curve
+        self.before, self.after = pair.points
+        self.points: dict[float, Point] = {0.0: self.before, 1.0: self.after}
+
+    def point(self, part: float, singular: bool) -> "Point":
+        """The point at a part of the step."""
+        if part not in self.points:
+            try:
+                self.points[part] = self.curve.between(self.before, self.after, part)
+            except LostError:
+                # where branches cross the equations are singular, and on a straight branch exactly so
+                orbit = self.before.orbit.between(self.after.orbit, part)
+                shot = self.curve.problem.shoot(orbit)
+                if not singular or not shot.residual < SETTINGS.straight:
+                    raise
+                length = self.before.arclength + part * (self.after.arclength - self.before.arclength)
+                self.points[part] = replace(self.before, orbit=orbit, shot=shot.bare(), arclength=length)
+        return self.points[part]
+
+    def located(self, test: BranchTest) -> Located | None:
+        """Where a test function vanishes; None if nothing happens there.
+
+        Raises
+        ------
+        LostError
+        """
+
+        def value(part: float) -> float:
+            return float(test.values(self.pair.with_points([self.point(part, test.crossed)]))[0][0])
+
+        low, high = value(0.0), value(1.0)
+        if low * high > 0:
+            raise LostError("the function has one sign at both ends")
+        part = bracketed(value, 0.0, 1.0)
+        point = self.points[part]
+        free = free_of(self.pair.with_points([point]))[0]
+        missed = test.critical(free).min(initial=np.inf)
+        if abs(value(part)) > SETTINGS.jump * max(abs(low), abs(high)) or missed > SETTINGS.missed_multiplier:
+            raise LostError("the function jumps")
+        kind, multiplicity = test.kind, 1
+        if kind == Special.NEIMARK_SACKER:
+            if pair_on_circle(free) > SETTINGS.missed_multiplier:
+                return None
+            multiplicity = 2
+        if kind == Special.FOLD and _crossed(self.curve, self.before, point, self.after):
+            kind = Special.BRANCH_POINT
+        noise = 0.0 if test.kind == Special.FOLD else float(noise_of(point.shot.monodromy, len(point.orbit)))
+        return self._marked(part, kind, noise, abs(high - low), multiplicity)
+
+    def crossed(self) -> list[Located]:
+        """Where the moduli pass 1, each in its place; those that do so together are one point.
+
+        Raises
+        ------
+        LostError
+        """
+        ends = outside(free_of(self.pair))
+        found: list[tuple[float, Special, float]] = []
+        for place in range(int(ends.min()), int(ends.max())):
+
+            def value(part: float, place: int = place) -> float:
+                return float(np.log(max(self._moduli(part)[place], 1e-300)))
+
+            low, high = value(0.0), value(1.0)
+            part = bracketed(value, 0.0, 1.0)
+            if abs(value(part)) > SETTINGS.missed_multiplier:
+                raise LostError("a modulus jumps")
+            free = free_of(self.pair.with_points([self.points[part]]))[0]
+            mine = free[np.argsort(-np.abs(free), kind="stable")[place]]
+            kind = Special.BRANCH_POINT if mine.real > 0 else Special.PERIOD_DOUBLING
+            found.append((part, Special.NEIMARK_SACKER if is_paired(mine) else kind, abs(high - low)))
+        marks: list[Located] = []
+        for group in _together(found):
+            part, kind, slope = group[0]
+            point = self.points[part]
+            noise = SETTINGS.tangent_error * len(point.orbit) * max(1.0, float(np.abs(point.shot.monodromy).max()))
+            if kind == Special.BRANCH_POINT and self.before.tangent.change[-1] * self.after.tangent.change[-1] < 0:
+                kind = Special.FOLD
+            marks.append(self._marked(part, kind, noise, slope, len(group)))
+        return sorted(marks, key=lambda one: one.part)
+
+    def _moduli(self, part: float) -> np.ndarray:
+        free = free_of(self.pair.with_points([self.point(part, True)]))[0]
+        return np.sort(np.abs(free))[::-1]
+
+    def _marked(self, part: float, kind: Special, noise: float, rise: float, multiplicity: int) -> Located:
+        """The point with the error of its parameter, from that of a function which rises by so much over the step."""
+        point, curve, scale = self.points[part], self.curve, self.curve.problem.accuracy
+        size = curve.size(point.orbit)
+        way = abs(float(curve.values(self.after.orbit)[-1] - curve.values(self.before.orbit)[-1]))
+        error = scale * size
+        if kind == Special.BRANCH_POINT:
+            # the equations vanish there to third order across, so that the orbit is known to the root of its residual
+            error = 3 * scale ** (2 / 3) * size
+        elif kind != Special.FOLD:
+            error += noise * scale / SETTINGS.tangent_error * max(way, 1e-300) / rise
+        return Located(replace(point, special=kind), part, float(error), multiplicity)
+
+
+def _together(found: Sequence[tuple[float, Special, float]]) -> list[list[tuple[float, Special, float]]]:
+    """Crossings of one kind at one place of a step: those that are no further apart than round-off may put them."""
+    groups: list[list[tuple[float, Special, float]]] = []
+    for one in sorted(found, key=lambda one: (one[1], one[0])):
+        if groups and groups[-1][-1][1] == one[1] and one[0] - groups[-1][-1][0] < SETTINGS.same_crossing:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return groups
+
+
+def _crossed(curve: "Curve", before: "Point", there: "Point", after: "Point") -> bool:
+    """Whether the equations lose rank at an orbit, unlike at its neighbours."""
+    problem, weights = curve.problem, before.weights
+    smallest = [problem.regularity(p.orbit, problem.shoot(p.orbit, False), weights) for p in (before, there, after)]
+    return smallest[1] < SETTINGS.singular * min(smallest[0], smallest[2])
