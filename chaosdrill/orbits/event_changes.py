@@ -207,7 +207,7 @@ def branch_behind(curve: Curve, border: Border) -> Continuation | None:
     """An orbit beyond a border with another sequence of events, if a branch begins there."""
     tried = [border.good]
     further: list[Orbit] = []
-    for guess in chain(_guesses(curve.problem, border), _emptied(further)):
+    for guess in chain(_guesses(curve, border), _emptied(further)):
         if len(tried) > SETTINGS.border_tried:
             break
         if any(_same_cycle(guess, old) for old in tried):
@@ -255,17 +255,52 @@ def what_changed(problem: Problem, border: Border, after: Orbit) -> tuple[Specia
     return Special.GRAZING if touches else Special.BORDER_COLLISION, ", ".join(parts)
 
 
-def _guesses(problem: Problem, border: Border) -> Iterator[Orbit]:
-    """Paths with other events: those of the system itself near the border, then those with events left out."""
+def _guesses(curve: Curve, border: Border) -> Iterator[Orbit]:
+    """Paths with other events: other outcomes, those of the system itself near the border, those with events left out.
+
+    Parameters are changed by parts of their sizes, or of the range where they are zero.
+    """
+    problem = curve.problem
     d = problem.states
+    yield from _other_outcomes(curve, border)
     last = border.bad if border.bad is not None else border.good
     for part in SETTINGS.border_beside:
         for orbit in (border.good, last):
-            guess = _own_path(problem, orbit, orbit.starts[0, d:] * (1 + part))
+            values = orbit.starts[0, d:]
+            guess = _own_path(problem, orbit, values + part * np.where(values == 0, curve.spans, np.abs(values)))
             if guess is not None:
                 yield guess
     yield from left_out(problem, border)
     yield from without_events(problem, border.good)
+
+
+def _other_outcomes(curve: Curve, border: Border) -> Iterator[Orbit]:
+    """The orbits a little beyond a border at which an event takes another transition, from mode to mode as before.
+
+    The equations there are those of the other outcome, to which Newton's method may not come from the orbits before:
+    from either side it is thrown back to the other, and so for ever.
+    """
+    problem, orbit = curve.problem, border.good
+    transitions = problem.plain.transitions
+    events = kernels_of(problem.system).events
+    if all(len(e.outcomes) == 1 for m in set(orbit.segments[:, at.SEGMENT_MODE].tolist()) for e in events[m]):
+        return
+    weights = curve.weights(orbit)
+    shot = problem.shoot(orbit, False)
+    if shot.outcome != 0 or not np.isfinite(shot.equations).all():
+        return
+    direction = problem.direction(orbit, shot, weights)
+    for length in SETTINGS.border_beside[1:]:
+        moved = problem.moved(orbit, shot, length * direction)
+        came = problem.shoot(moved, False).came
+        changed = np.flatnonzero((came != orbit.segments[:, at.SEGMENT_OUTCOME]) & (came >= 0))
+        same = all(
+            transitions[came[i]].target == transitions[orbit.segments[i, at.SEGMENT_OUTCOME]].target for i in changed
+        )
+        if len(changed) and same:
+            segments = orbit.segments.copy()
+            segments[changed, at.SEGMENT_OUTCOME] = came[changed]
+            yield replace(moved, segments=segments)
 
 
 def without_events(problem: Problem, orbit: Orbit) -> Iterator[Orbit]:
