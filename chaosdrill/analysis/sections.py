@@ -135,7 +135,7 @@ class OrbitStart:
 def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitStart:
     """Where the search for an orbit begins by its settings.
 
-    Where a section is named: in the middle of the longest way between events from a point of it on, so that it is
+    Where a section is named: in the middle of the first long way between events from a point of it on, so that it is
     beside all of them, and the round has the time that the ``period`` returns from there take. On an attractor it is
     the point after the transient to which so many returns lead back most nearly.
     """
@@ -172,8 +172,10 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     record_returns(run, where.transitions, nearest + 1, where.longest)
     first, last_time = times[nearest], times[nearest + period]
     instants = passed.times[(passed.times >= first) & (passed.times <= last_time)]
-    widest = int(np.diff(instants).argmax())
-    beside = Run(where.system, float((instants[widest] + instants[widest + 1]) / 2 - first), numerics)
+    # a way that is wide enough: the later it is, the farther the round leads beyond the return that was seen
+    ways = np.diff(instants)
+    wide = int(np.flatnonzero(ways >= ways.max() / 2)[0])
+    beside = Run(where.system, float((instants[wide] + instants[wide + 1]) / 2 - first), numerics)
     beside.continue_from(run)
     beside.advance(1)
     state = dict(zip(system.state_names, beside.x.tolist(), strict=True))

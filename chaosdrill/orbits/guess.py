@@ -15,7 +15,7 @@ from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
-from chaosdrill.engine.setup import values_of_constrained
+from chaosdrill.engine.setup import bounds_of, values_of_constrained
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.settings import SETTINGS
 
@@ -193,7 +193,8 @@ def _first_unit(place: Place, numerics: Numerics) -> float:
 def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int]:
     """Extent over mean rate of the state for which that is longest, as samples at this distance show it, and the steps.
 
-    States that only move one way do not count, as long as there are others.
+    States that only move one way do not count, as long as there are others. Of a motion that escapes, only its events
+    say how fast it was while it stayed: the mean time between them counts.
     """
     system = place.system
     d = len(system.states)
@@ -201,7 +202,12 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
     samples = np.zeros(
         ((SETTINGS.characteristic_units + 2) * SETTINGS.characteristic_samples, d + len(system.quadratures) + 1)
     )
-    run.advance(SETTINGS.characteristic_units, samples)
+    outcome, _ = run.advance(SETTINGS.characteristic_units, samples)
+    if outcome == Outcome.ESCAPED:
+        events = events_until_escape(place, numerics, unit)
+        times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
+        if len(times) > 1:
+            return float(np.diff(times).mean()), run.steps
     rows = samples[: run.filled()[0]]
     if len(rows) < 2:
         return 0.0, run.steps
@@ -219,6 +225,12 @@ def _crossing(place: Place, numerics: Numerics, unit: float) -> tuple[float, int
         ways = np.where(seen > np.maximum(unit, SETTINGS.characteristic_ratio * ways), seen, ways)
     returning = ways < SETTINGS.characteristic_units * unit / 2
     return float((ways[returning] if returning.any() else ways).max(initial=0.0)), run.steps
+
+
+def events_until_escape(place: Place, numerics: Numerics, unit: float) -> np.ndarray:
+    """Events with an effect of a motion that escapes within so many units, shape (E, columns); none if it stays."""
+    outcome, events = _events(place.run(unit, numerics), SETTINGS.characteristic_units)
+    return _within_bounds(place.system, events) if outcome == Outcome.ESCAPED else events[:0]
 
 
 def settled(problem: "Problem", transient: float) -> tuple[Outcome, Run]:
@@ -394,7 +406,8 @@ def guess_of_autonomous(
     """The path from a place until it returns within a duration, as a guess for an orbit.
 
     It is taken to be back after the time that is expected, or else at the first return that is as near as any; without
-    events a longer duration may show a nearer one, unless it is ``near``.
+    events a longer duration may show a nearer one, unless it is ``near``. A motion that ends before, as one that
+    escapes, may have returned before it did.
     """
     system = place.system
     unit = unit_of(problem, place)
@@ -403,9 +416,11 @@ def guess_of_autonomous(
     whole = int(np.ceil(duration / unit))
     samples = np.zeros(((whole + 2) * SETTINGS.return_samples, len(state) + len(system.quadratures) + 1))
     outcome, events = _events(run, whole, samples)
-    if outcome != Outcome.OK:
-        return outcome, None
-    d = len(state)
+    d, ended = len(state), outcome != Outcome.OK
+    if ended:
+        events = _within_bounds(system, events)
+        if expected is not None and run.elapsed < expected:
+            return outcome, None
     if len(events):
         times = events[:, layout.EVENT_STROBES] * unit + events[:, layout.EVENT_TIME]
         if expected is None:
@@ -420,7 +435,7 @@ def guess_of_autonomous(
         if not len(events):
             return outcome, None
         orbit = orbit_of_events(problem, events, durations, 1, values, 0.0)
-        return outcome, orbit if _connected(problem, orbit) else None
+        return (Outcome.OK, orbit) if _connected(problem, orbit) else (outcome, None)
     path = np.vstack([state, samples[: run.filled()[0], :d]])
     segments = np.array([[problem.system.mode_names.index(mode), at.PLANE, -1]], dtype=np.int64)
     starts = np.concatenate([state, values])[np.newaxis]
@@ -428,11 +443,22 @@ def guess_of_autonomous(
     if (extent <= 1e-9 * np.maximum(problem.sizes, np.abs(path).max(axis=0))).all():
         return outcome, None
     if expected is not None:
-        return outcome, Orbit(segments, 1, starts, 0.0, np.array([expected]))
-    back = _first_return(np.abs(path - state) / np.where(extent > 0, extent, 1.0), near)
+        return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([expected]))
+    if ended:
+        # as far as it had gone until then: what escapes is farther than anything that came back
+        extent = np.maximum.accumulate(path) - np.minimum.accumulate(path)
+    back = _first_return(np.abs(path - state) / np.where(extent > 0, extent, 1.0), near or ended)
     if back is None:
         return outcome, None
-    return outcome, Orbit(segments, 1, starts, 0.0, np.array([back * unit / SETTINGS.return_samples]))
+    return Outcome.OK, Orbit(segments, 1, starts, 0.0, np.array([back * unit / SETTINGS.return_samples]))
+
+
+def _within_bounds(system: "HybridSystem", events: np.ndarray) -> np.ndarray:
+    """The events of a run up to one whose reset led beyond the bounds, or to no number."""
+    low, high = bounds_of(system)
+    after = events[:, layout.EVENT_COLUMNS + len(system.states) :]
+    beyond = np.flatnonzero(~((low <= after) & (after <= high)).all(axis=1))
+    return events[: beyond[0]] if len(beyond) else events
 
 
 def own_path(

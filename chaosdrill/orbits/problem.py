@@ -11,6 +11,7 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.engine import layout
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.first_event import first_event
 from chaosdrill.engine.layout import DONE
@@ -24,6 +25,7 @@ from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
 from chaosdrill.model.derive import differentiate
 from chaosdrill.model.places import parameter
+from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit, segment_by_segment
 from chaosdrill.orbits.settings import SETTINGS
@@ -192,13 +194,17 @@ class Problem:
     def sizes(self) -> np.ndarray:
         """Largest value of every state on the motion from the system's own start, shape (d,): its unit, so to speak.
 
-        1 for a state that stays zero.
+        Of one that escapes, at its events: how far it gets after that says nothing. 1 for a state that stays zero.
         """
         d, parts = self.states, SETTINGS.characteristic_samples
         run = Run(self.plain, self.unit or SETTINGS.unit, self.numerics, samples=parts)
         path = np.zeros((2 + SETTINGS.sized_units * parts, d + len(self.plain.quadratures) + 1))
         path[-1, :d] = run.x
         run.advance(SETTINGS.sized_units, path[:-1])
+        if not self.forced:
+            events = events_until_escape(Place(self.plain), self.numerics, self.unit or SETTINGS.unit)
+            if len(events) > 1:
+                path = np.concatenate([events[:, layout.EVENT_COLUMNS :].reshape(-1, d), path[-1:, :d]])
         largest = np.abs(path[:, :d]).max(axis=0)
         return np.where(np.isfinite(largest) & (largest > 0), largest, 1.0)
 

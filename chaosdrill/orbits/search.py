@@ -76,8 +76,15 @@ class CloseReturns:
         """Returns after a period (in periods of the forcing, occurrences of an event, maxima).
 
         Those by different sequences of events lead to different orbits: of every sequence the nearest one comes first,
-        then of every one the next.
+        then of every one the next. Behind them come rounds that are pieced together: where motions escape, few of them
+        return, but every one of them has gone a part of the way.
         """
+        yield from self._seen(period)
+        if self.turning < 0:
+            yield from self._pieced(period)
+
+    def _seen(self, period: int) -> Iterator[Return]:
+        """Returns of one motion each."""
         found: dict[tuple[int, ...], list[tuple[float, int, int, int]]] = {}
         for number, record in enumerate(self.records):
             for steps in self._steps(period):
