@@ -1,5 +1,6 @@
 """All orbits up to a period, stable or not, from close returns of motions."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -16,6 +17,7 @@ from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.find import NoOrbitError, admissible, least_period, orbit_read, solved
 from chaosdrill.orbits.guess import Place, Strobed, orbit_of_events, started, strobed, unit_of
 from chaosdrill.orbits.orbit import Orbit
+from chaosdrill.orbits.pieces import Pieces
 from chaosdrill.orbits.problem import Problem, Shot
 from chaosdrill.orbits.results import FoundOrbit
 from chaosdrill.orbits.settings import SETTINGS
@@ -66,25 +68,38 @@ class CloseReturns:
         if not problem.forced and not self.eventful:
             self.unit, self.turning = _turn(problem, systems, self.unit)
         self.records = [self._record(system, SETTINGS.record) for system in systems]
+        known = self._measured()
+        # where every motion escapes, the given ones are no attractor: they show little of where orbits are
+        stays = problem.forced or not self.eventful or any(len(r.states) == SETTINGS.record for r in self.records)
+        short = SETTINGS.short_record * longest
+        if stays:
+            span = np.ptp(known, axis=0) if len(known) else np.zeros(problem.states)
+            self.records += [self._record(system, short) for system in self._scattered(known, span)]
+        else:
+            for _ in range(SETTINGS.open_rounds):
+                span = np.maximum(self.extent, np.abs(known).max(axis=0, initial=0))
+                self.records += [self._record(system, short) for system in self._scattered(known, span)]
+                known = self._measured()
+            self.records += [self._record(system, short) for system in self._beside_lasting()]
+            known = self._measured()
+            problem.sizes = np.maximum(np.abs(known).max(axis=0, initial=0), 1e-9 * problem.sizes)
+        self.orbits: list[FoundOrbit] = []
+        """What was found from these returns so far: longer orbits follow shorter ones a part of the way."""
+        self._rounds: list[Record] = []
+
+    def _measured(self) -> np.ndarray:
+        """All recorded states, whose extent is that of the motion."""
         known = np.vstack([record.states for record in self.records])
         spread = np.ptp(known, axis=0) if len(known) else 0.0
-        self.extent = np.maximum(spread, 1e-9 * np.maximum(np.abs(known).max(axis=0, initial=0), problem.sizes))
-        for system in self._scattered(known):
-            self.records.append(self._record(system, SETTINGS.short_record * longest))
+        self.extent = np.maximum(spread, 1e-9 * np.maximum(np.abs(known).max(axis=0, initial=0), self.problem.sizes))
+        return known
 
     def nearest(self, period: int) -> Iterator[Return]:
         """Returns after a period (in periods of the forcing, occurrences of an event, maxima).
 
         Those by different sequences of events lead to different orbits: of every sequence the nearest one comes first,
-        then of every one the next. Behind them come rounds that are pieced together: where motions escape, few of them
-        return, but every one of them has gone a part of the way.
+        then of every one the next.
         """
-        yield from self._seen(period)
-        if self.turning < 0:
-            yield from self._pieced(period)
-
-    def _seen(self, period: int) -> Iterator[Return]:
-        """Returns of one motion each."""
         found: dict[tuple[int, ...], list[tuple[float, int, int, int]]] = {}
         for number, record in enumerate(self.records):
             for steps in self._steps(period):
@@ -105,6 +120,44 @@ class CloseReturns:
             place = self.records[number].states[j]
             yield Return(away_, place, partial(self._attempt, self.records[number], j, steps, period))
 
+    def pieced(self, period: int) -> Iterator[Return]:
+        """Rounds that are made of pieces of several motions.
+
+        Where motions escape few of them return, but every one has gone a part of the way.
+        """
+        if not (self.problem.forced or self.eventful):
+            return
+        for orbit in self.orbits[len(self._rounds) :]:
+            system = started(self.problem.plain, orbit.states[0], self.problem.plain.mode_names[orbit.mode])
+            length = orbit.period if self.problem.forced else len(orbit.event_times) + 1
+            self._rounds.append(self._record(system, length))
+        records = [*self._rounds, *self.records]
+        lists = [r.states for r in records], [r.kinds for r in records], [r.sequences for r in records]
+        pieces = Pieces(*lists, self.extent, len(self._rounds))
+        turns = [pieces.rounds(steps, steps if self.problem.forced else period) for steps in self._steps(period)]
+        for turn in zip_longest(*turns, fillvalue=[]):
+            for gap, chosen in chain(*turn):
+                record = self._joined([(records[p.record], p.index) for p in chosen])
+                yield Return(gap, record.states[0], partial(self._attempt, record, 0, len(chosen), period))
+
+    def _joined(self, parts: list[tuple[Record, int]]) -> Record:
+        """Pieces of motions as the record of one; each begins where it did, whatever the last one came to."""
+        d = self.problem.states
+        around = [*parts, parts[0]]
+        states = np.array([r.states[j] for r, j in around])
+        times = np.cumsum([0.0, *(r.times[j + 1] - r.times[j] for r, j in parts)])
+        if self.problem.forced:
+            rows = [r.rows[r.rows[:, layout.EVENT_STROBES] == j].copy() for r, j in parts]
+            for i, some in enumerate(rows):
+                some[:, layout.EVENT_STROBES] = i
+            table = np.concatenate(rows)
+        else:
+            table = np.array([parts[0][0].rows[parts[0][1]], *(r.rows[j + 1] for r, j in parts)])
+            table[1:, layout.EVENT_COLUMNS + d : layout.EVENT_COLUMNS + 2 * d] = states[1:]
+        kinds = np.array([r.kinds[j] for r, j in around])
+        sequences = np.array([0, *(r.sequences[j + 1] for r, j in parts)])
+        return Record(states, kinds, sequences, times, table)
+
     def _steps(self, period: int) -> range:
         if self.problem.forced or not self.eventful:
             return range(period, period + 1)
@@ -123,17 +176,37 @@ class CloseReturns:
             guess = Orbit(segments, 1, record.states[j : j + 1], 0.0, durations.sum(keepdims=True))
         return solved(problem, guess)
 
-    def _scattered(self, known: np.ndarray) -> Iterator[HybridSystem]:
-        """Systems that start at random in the enlarged box of the known states, where their mode leaves freedom."""
+    def _scattered(self, known: np.ndarray, span: np.ndarray) -> Iterator[HybridSystem]:
+        """Systems that start at random in the enlarged box of the known states, where their mode leaves freedom.
+
+        It reaches beyond them by a part of the ``span``, shape (d,).
+        """
         table = constrained_states(self.problem.plain)
         rng = np.random.default_rng(20260106)
         modes = np.concatenate([self._modes(record) for record in self.records])
         for _ in range(SETTINGS.random_starts if len(known) else 0):
             chosen = int(rng.integers(len(known)))
             low, high = known.min(axis=0), known.max(axis=0)
-            drawn = rng.uniform(low - SETTINGS.wider * (high - low), high + SETTINGS.wider * (high - low))
+            drawn = rng.uniform(low - SETTINGS.wider * span, high + SETTINGS.wider * span)
             state = np.where(table[modes[chosen]] == 1, known[chosen], drawn)
             yield started(self.problem.plain, state, self.problem.plain.mode_names[modes[chosen]])
+
+    def _beside_lasting(self) -> Iterator[HybridSystem]:
+        """Systems that start beside recorded states from which the motion went on, at distances of several orders.
+
+        Almost all others escape at once (Sweet, Nusse and Yorke 2001, doi:10.1103/PhysRevLett.86.2261).
+        """
+        table = constrained_states(self.problem.plain)
+        rng = np.random.default_rng(20260107)
+        pairs = [
+            (record, j, mode) for record in self.records for j, mode in enumerate(self._modes(record)[:-1].tolist())
+        ]
+        for _ in range(SETTINGS.random_starts if pairs else 0):
+            record, j, mode = pairs[int(rng.integers(len(pairs)))]
+            away = self.extent * 10.0 ** rng.uniform(*SETTINGS.beside_lasting)
+            drawn = record.states[j] + away * rng.normal(size=len(away))
+            state = np.where(table[mode] == 1, record.states[j], drawn)
+            yield started(self.problem.plain, state, self.problem.plain.mode_names[mode])
 
     def _modes(self, record: Record) -> np.ndarray:
         """Modes in which the recorded states are."""
@@ -266,6 +339,7 @@ def search(
         modes = np.array([system.mode_names.index(system.initial["mode"])])
     close_returns = CloseReturns(problem, max_period, starts, modes)
     known = Known(problem, close_returns.extent)
+    close_returns.orbits = known.found
     for period in range(1, max_period + 1):
         _all_of(period, close_returns, known)
         if progress:
@@ -274,7 +348,10 @@ def search(
 
 
 def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
-    """Try the returns after a period, those that probably lead to a known orbit last."""
+    """Try the returns after a period, those that probably lead to a known orbit last.
+
+    Where there are not enough of them, rounds are made of pieces, as long as that leads to new ones.
+    """
     put_off: list[tuple[float, Return]] = []
 
     def fresh() -> Iterator[Return]:
@@ -285,18 +362,23 @@ def _all_of(period: int, close_returns: CloseReturns, known: "Known") -> None:
             else:
                 put_off.append((apart, candidate))
 
-    _try(fresh(), known)
-    _try((candidate for _, candidate in sorted(put_off, key=lambda pair: -pair[0])), known)
+    few = _try(fresh(), known)
+    few &= _try((candidate for _, candidate in sorted(put_off, key=lambda pair: -pair[0])), known)
+    before = -1
+    while few and len(known.found) > before:
+        before = len(known.found)
+        _try(close_returns.pieced(period), known)
 
 
-def _try(candidates: Iterable[Return], known: "Known") -> None:
-    """Look for the orbits near returns until many in a row lead to nothing new."""
+def _try(candidates: Iterable[Return], known: "Known") -> bool:
+    """Look for the orbits near returns until many in a row lead to nothing new; whether there were not so many."""
     last = 0
     for attempt, candidate in enumerate(candidates, 1):
         if known.add(candidate):
             last = attempt
         if attempt - last > max(SETTINGS.attempts, SETTINGS.attempts_beyond * last):
-            return
+            return False
+    return True
 
 
 class Known:

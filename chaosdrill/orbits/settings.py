@@ -107,8 +107,18 @@ class Settings:
     """Record of a random start, in units of the longest period that is looked for."""
     wider: float = 0.5
     """Part of the extent of the recorded states by which the box of random starts reaches beyond them on every side."""
+    open_rounds: int = 3
+    """Times that random starts are drawn where motions escape: each time from the box of what is known by then."""
+    beside_lasting: tuple[float, float] = (-2.5, -0.5)
+    """Orders of magnitude of the distances, in extents of the motion, of starts beside states that do not escape soon."""
     turn_samples: int = 128
     """Samples from one maximum of a smooth motion to the next."""
+    pieces: int = 256
+    """Pieces of motions, from one recorded state to the next, of which rounds are made where motions do not return."""
+    pieces_of_one: tuple[int, int] = (16, 64)
+    """Pieces by one sequence of events, however many or few such sequences there are: at least, and at most."""
+    words: int = 1000
+    """Orders in which pieces may follow each other in a round that are tried."""
     event_units: int = 16
     """Units of the characteristic time in which an event is waited for."""
     attempts: int = 300
