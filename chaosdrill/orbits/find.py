@@ -12,6 +12,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
+from chaosdrill.orbits.conserved import conserved_at, family_words
 from chaosdrill.orbits.guess import (
     InitialGuess,
     Place,
@@ -215,7 +216,9 @@ def starting_orbit(
         if least is not orbit:
             _, least, shot, residuals = problem.newton(least)
         if least.periods == period:
-            return problem, least, shot, residuals, message
+            problem.conserved = conserved_at(problem, least, shot)
+            remarks = [message, family_words(problem.conserved, system.state_names)]
+            return problem, least, shot, residuals, "; ".join(filter(None, remarks))
         shorter = shorter or (problem, least, shot, residuals, message)
     if shorter is not None:
         return shorter

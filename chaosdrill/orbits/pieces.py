@@ -73,9 +73,10 @@ class Pieces:
             if len(word) < length:
                 # the least of all cyclic shifts begins with its least letter
                 stack.extend((*word, b) for b in reversed(follow[word[-1]]) if b >= word[0])
-            elif word[0] in follow[word[-1]] and word == min(word[i:] + word[:i] for i in range(length)):
-                if max(Counter(self.groups[a][0] for a in word).values()) == most:
-                    yield word
+                continue
+            closes = word[0] in follow[word[-1]] and word == min(word[i:] + word[:i] for i in range(length))
+            if closes and max(Counter(self.groups[a][0] for a in word).values()) == most:
+                yield word
 
     def rounds(self, length: int, most: int) -> Iterator[list[tuple[float, tuple[Piece, ...]]]]:
         """Closed sequences of so many pieces with the sum of their gaps: the best of every word, then the next of each.

@@ -146,6 +146,8 @@ class Problem:
         self._rooms: dict[int, tuple[Any, Any]] = {}
         self.unit = system.forcing_period()
         """Forcing period; without one the characteristic time of the motion, as soon as one was followed."""
+        self.conserved = np.zeros((0, self.states))
+        """Differentials of conserved quantities at the start of the first orbit, as `conserved_at` finds them."""
 
     def set_unit(self, unit: float) -> None:
         """Let a system without a period be followed in steps that go with its motion, not with the unit of time."""
@@ -159,6 +161,7 @@ class Problem:
         other = Problem(system, free, self.numerics)
         if not self.forced and self.unit is not None:
             other.set_unit(self.unit)
+        other.conserved = self.conserved
         return other
 
     @property
@@ -170,8 +173,9 @@ class Problem:
 
     @property
     def neutral(self) -> Neutral:
-        """What the structure of the system leaves neutral on every orbit."""
-        return neutral_of(self.plain)
+        """What the structure of the system leaves neutral on every orbit, and what was found to be conserved."""
+        known = neutral_of(self.plain)
+        return replace(known, conserved=np.vstack([known.conserved, self.conserved])) if len(self.conserved) else known
 
     @property
     def period(self) -> float | None:

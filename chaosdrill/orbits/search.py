@@ -1,6 +1,5 @@
 """All orbits up to a period, stable or not, from close returns of motions."""
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial

@@ -31,6 +31,8 @@ class Settings:
     """Pivot, where the largest entry of a row is 1, above round-off: entries are known to about 1e-13 at best."""
     smallest_singular_value: float = 1e-10
     """Singular value, as a part of the largest, below which linearised equations depend on each other."""
+    beside_family: float = 1e-3
+    """Distance of another orbit of a family, in the norm of the weights, that shows that it is one."""
     reach_beside: float = 0.2
     """Longest correction by one step beside a known orbit, in the norm of the weights."""
     tangent_error: float = 1e-13
@@ -110,7 +112,7 @@ class Settings:
     open_rounds: int = 3
     """Times that random starts are drawn where motions escape: each time from the box of what is known by then."""
     beside_lasting: tuple[float, float] = (-2.5, -0.5)
-    """Orders of magnitude of the distances, in extents of the motion, of starts beside states that do not escape soon."""
+    """Orders of magnitude of the distances, in extents, of starts beside states from which the motion went on."""
     turn_samples: int = 128
     """Samples from one maximum of a smooth motion to the next."""
     pieces: int = 256
