@@ -50,21 +50,45 @@ def conserved_at(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray
         return nothing
     if np.linalg.norm((other.starts - orbit.starts)[:, :d] * weights[:d]) < SETTINGS.beside_family / 10:
         return nothing
-    rows = left[:, count : count + d]
-    return np.asarray(rows / np.linalg.norm(rows / weights[:d], axis=1, keepdims=True))
+    return _gradients(problem, orbit, left, weights)
+
+
+def likely_at(problem: "Problem", guess: "Orbit") -> np.ndarray:
+    """What would be conserved, if anything is, at a guess of an orbit, as `conserved_at`; one row, or none.
+
+    There the equations depend on each other only as nearly as the guess closes, and Newton's method leaps to and fro
+    in the family: it is kept on a level.
+    """
+    if problem.neutral.held.size or problem.forced:
+        return np.zeros((0, problem.states))
+    shot, weights = problem.shoot(guess, watched=False), problem.weights(guess)
+    matrix, scale = _scaled(problem, guess, shot, weights)
+    if not np.isfinite(matrix).all():
+        return np.zeros((0, problem.states))
+    vectors, sizes, _ = np.linalg.svd(matrix)
+    return _gradients(problem, guess, (vectors[:, len(sizes) - 1] / scale)[np.newaxis], weights)
+
+
+def _gradients(problem: "Problem", orbit: "Orbit", left: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The part of combinations of equations that is of the closing of the states, each of length 1."""
+    d, count = problem.states, len(orbit)
+    rows = left[:, count : count + d] / weights[:d]
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    rows = rows[lengths[:, 0] > 0] / lengths[lengths[:, 0] > 0]
+    rows[np.abs(rows) < SETTINGS.smallest_singular_value] = 0.0
+    largest = np.take_along_axis(rows, np.abs(rows).argmax(axis=1, keepdims=True), axis=1)
+    return np.asarray(np.sign(largest) * rows * weights[:d])
 
 
 def family_words(rows: np.ndarray, names: tuple[str, ...]) -> str:
     """That a quantity is conserved, and which changes of the state it forbids, in words; empty without rows."""
     if not len(rows):
         return ""
-    told = [
-        " + ".join(f"{value:.3g} {name}" for value, name in zip(row.tolist(), names, strict=True) if value)
-        for row in rows
-    ]
+    told = [" ".join(f"{v:+.3g} {x}" for v, x in zip(row.tolist(), names, strict=True) if v) for row in rows]
+    told = [one.removeprefix("+").replace(" +", " + ").replace(" -", " - ") for one in told]
     return (
-        f"the orbit is one of a family at the same parameters, since a quantity is conserved; {' and '.join(told)}, its "
-        "differential at the start of the orbit, is held"
+        "the orbit is one of a family at the same parameters, since a quantity is conserved; "
+        f"{' and '.join(told)}, its differential at the start of the orbit, is held"
     )
 
 
@@ -77,8 +101,13 @@ def _dependencies(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.
 
 
 def _scaled(problem: "Problem", orbit: "Orbit", shot: "Shot", weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The linearised equations in weighted unknowns, each by the largest of its entries, and these, shape (rows,)."""
-    rows = shot.equations[: len(orbit) + problem.states + 1, :-1] / weights
-    largest = np.abs(rows).max(axis=1)
-    scale = np.where(largest > 0, largest, 1.0)
+    """The linearised equations in weighted unknowns without units, and what they were divided by, shape (rows,).
+
+    Those of the states may vanish as a whole: they count by the sizes of the states, the others by their entries.
+    """
+    d, count = problem.states, len(orbit)
+    rows = shot.equations[: count + d + 1, :-1] / weights
+    scale = np.abs(rows).max(axis=1)
+    scale[count : count + d] = 1 / weights[:d]
+    scale[scale == 0] = 1.0
     return rows / scale[:, np.newaxis], scale

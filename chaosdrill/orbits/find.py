@@ -12,7 +12,7 @@ from chaosdrill.engine import shooting as at
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run
 from chaosdrill.model import HybridSystem
-from chaosdrill.orbits.conserved import conserved_at, family_words
+from chaosdrill.orbits.conserved import conserved_at, family_words, likely_at
 from chaosdrill.orbits.guess import (
     InitialGuess,
     Place,
@@ -208,7 +208,7 @@ def starting_orbit(
     failure, shorter = None, None
     for initial, reach in product(guesses, SETTINGS.reaches):
         try:
-            orbit, shot, residuals = orbit_read(problem, initial, period, reach)
+            orbit, shot, residuals = orbit_read(problem, initial, period, reach, level=True)
         except NoOrbitError as error:
             failure = failure or error
             continue
@@ -227,11 +227,17 @@ def starting_orbit(
 
 
 def orbit_read(
-    problem: Problem, initial: InitialGuess, period: int, reach: float = SETTINGS.reaches[0]
+    problem: Problem,
+    initial: InitialGuess,
+    period: int,
+    reach: float = SETTINGS.reaches[0],
+    *,
+    level: bool = False,
 ) -> tuple[Orbit, Shot, np.ndarray]:
     """The orbit near a simulated path, written from the segment with the fewest degrees of freedom.
 
-    Where the system does not follow what Newton's method makes of it, its own path from there is read.
+    Where the system does not follow what Newton's method makes of it, its own path from there is read. ``level`` is as
+    for `solved`.
 
     Raises
     ------
@@ -253,7 +259,7 @@ def orbit_read(
         if any(guess.same_events(old) for old in seen):
             raise failure
         seen.append(guess)
-        orbit, shot, residuals = solved(problem, guess, reach)
+        orbit, shot, residuals = solved(problem, guess, reach, level=level)
         if admissible(orbit, shot):
             return orbit, shot, residuals
         failure = NoOrbitError(
@@ -263,8 +269,12 @@ def orbit_read(
     raise failure
 
 
-def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -> tuple[Orbit, Shot, np.ndarray]:
+def solved(
+    problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0], *, level: bool = False
+) -> tuple[Orbit, Shot, np.ndarray]:
     """The orbit to which Newton's method takes a guess; it need not be admissible.
+
+    Where it finds none and ``level`` says so, it is tried on a level of what may be conserved.
 
     Raises
     ------
@@ -272,7 +282,28 @@ def solved(problem: Problem, guess: Orbit, reach: float = SETTINGS.reaches[0]) -
     """
     if words := _comes_with_another(problem, guess):
         raise NoOrbitError(Outcome.NO_ORBIT, words)
-    code, orbit, shot, residuals = problem.newton(based(problem, guess), reach=reach)
+    guess = based(problem, guess)
+    try:
+        return _solved(problem, guess, reach)
+    except NoOrbitError:
+        likely = likely_at(problem, guess) if level else ()
+        if not len(likely):
+            raise
+        before, problem.conserved = problem.conserved, np.asarray(likely)
+        try:
+            orbit, shot, residuals = _solved(problem, guess, reach)
+        except NoOrbitError:
+            orbit = None
+        finally:
+            problem.conserved = before
+        if orbit is None or not len(conserved_at(problem, orbit, shot)):
+            raise
+        return orbit, shot, residuals
+
+
+def _solved(problem: Problem, guess: Orbit, reach: float) -> tuple[Orbit, Shot, np.ndarray]:
+    """The orbit to which Newton's method takes a guess."""
+    code, orbit, shot, residuals = problem.newton(guess, reach=reach)
     if code == SLOW and residuals[-1] <= SETTINGS.converging:
         code, orbit, shot, more = problem.newton(orbit, reach=reach)
         residuals = np.concatenate([residuals, more[1:]])

@@ -299,8 +299,9 @@ class Problem:
             sharper += close
             if not np.isfinite(residual):
                 break
-            matrix = np.vstack([shot.equations[: count + d + 1, :-1], conditions])
-            right = np.concatenate([-shot.equations[: count + d + 1, -1], np.zeros(len(conditions))])
+            rows = self._independent(shot.equations[: count + d + 1], count, weights)
+            matrix = np.vstack([rows[:, :-1], conditions])
+            right = np.concatenate([-rows[:, -1], np.zeros(len(conditions))])
             correction = solve(matrix, right, weights)
             length = float(np.linalg.norm(weights * correction))
             if not np.isfinite(length):
@@ -311,6 +312,15 @@ class Problem:
             step = _Step(orbit, d, shot.sensitivity, correction, length)
             orbit = step.taken(reach)
         return code, orbit, shot, np.array(residuals)
+
+    def _independent(self, rows: np.ndarray, count: int, weights: np.ndarray) -> np.ndarray:
+        """The equations without those that what is conserved makes superfluous, of which only round-off is left."""
+        if not len(self.conserved):
+            return rows
+        d = self.states
+        across = np.linalg.svd(self.conserved / weights[:d])[2][len(self.conserved) :]
+        closing = across @ (rows[count : count + d] * weights[:d, np.newaxis])
+        return np.vstack([rows[:count], closing, rows[count + d :]])
 
     def weights(self, orbit: Orbit, spans: np.ndarray | None = None) -> np.ndarray:
         """What a difference of each reduced unknown counts.
