@@ -275,14 +275,18 @@ def poincare_section(
 ) -> xr.Dataset: ...
 def regularity(
     system: HybridSystem,
+    sweep: dict[str, Any] | None = None,
     *,
     periods: int | None = None,
     duration: float | None = None,
     transient: float = 0,
     at: str | None = None,
     max_return: float | None = None,
-    plane: list[str] | None = None,
     max_period: int = 64,
+    plane: list[str] | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,
@@ -341,6 +345,7 @@ def work_precision(
 ) -> xr.Dataset: ...
 def zero_one_test(
     system: HybridSystem,
+    sweep: dict[str, Any] | None = None,
     *,
     periods: int | None = None,
     duration: float | None = None,
@@ -348,6 +353,9 @@ def zero_one_test(
     at: str | None = None,
     max_return: float | None = None,
     max_period: int = 64,
+    workers: int = 1,
+    scheduler: str | None = None,
+    store: str | os.PathLike[str] | None = None,
     method: str = "taylor",
     tolerance: float = 1e-12,
     steps: int | None = None,

@@ -75,7 +75,8 @@ def reserved() -> frozenset[str]:
 
     Only results that hold names of users count: they alone have placeholders.
     """
-    tables = (entry.variables for entry in ANALYSES.values() if any("{" in one.name for one in entry.variables))
+    entries = (entry for entry in ANALYSES.values() if entry.settings.reserves)
+    tables = (entry.variables for entry in entries if any("{" in one.name for one in entry.variables))
     variables = (variable for table in tables for variable in table)
     names = {name for variable in variables for name in (variable.name, *variable.dims)}
     # placeholders stand in braces

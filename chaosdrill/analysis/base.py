@@ -11,6 +11,7 @@ from warnings import warn
 from chaosdrill.analysis.arguments import (
     LONGEST_PERIOD,
     At,
+    Axes,
     Exponents,
     Method,
     Span,
@@ -46,7 +47,15 @@ class AnalysisSettings(Settings):
     """Whether it names methods and tolerances itself, and takes none from the table numerics."""
     needs_section: ClassVar[bool] = False
     """Whether there is nothing to show without a section, so that a system without forcing must have one named."""
+    reserves: ClassVar[bool] = True
+    """Whether the names of its variables are kept from all sweeps, grids and quadratures, if it holds names of users;
+    else only from its own sweeps."""
     tolerance: ClassVar[float] = 1e-12
+
+    @classmethod
+    def shared(cls, table: Mapping[str, Any]) -> bool:
+        """Whether there are points for several workers, by what is asked for."""
+        return cls.parallel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +118,39 @@ class Record(_Lengths):
         from chaosdrill.analysis.sections import find_section, measured_span
 
         return measured_span(find_section(system, self, numerics), self, numerics, units)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SectionRecord(Record):
+    """A run of which the points of a section are recorded."""
+
+    needs_section: ClassVar[bool] = True
+
+    max_period: int = setting(Whole(1, 1_000_000), 64)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweptRecord(SectionRecord):
+    """Such a run, or one at every value of a parameter."""
+
+    parallel: ClassVar[bool] = True
+    reserves: ClassVar[bool] = False
+
+    sweep: dict[str, Any] | None = setting(Axes("parameter", 1, 1, "one parameter can be swept"), None, positional=True)
+
+    @classmethod
+    def shared(cls, table: Mapping[str, Any]) -> bool:
+        return table.get("sweep") is not None
+
+    @classmethod
+    def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
+        """A parameter that is called as one of the variables."""
+        yield from super().misfits(table, system)
+        (variables,) = (entry.variables for entry in ANALYSES.values() if entry.settings is cls)
+        taken = {name for one in variables for name in (one.name, *one.dims)}
+        for name in table.get("sweep") or ():
+            if name in taken:
+                yield ("sweep", name), "is a variable of the result, and cannot be swept; rename the parameter"
 
 
 @dataclass(frozen=True, kw_only=True)

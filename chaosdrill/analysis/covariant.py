@@ -17,9 +17,9 @@ import xarray as xr
 from numba import int64, void
 
 from chaosdrill.analysis.arguments import SLICE, Span, check_record, tangent_count
-from chaosdrill.analysis.finite_times import density, in_blocks
+from chaosdrill.analysis.finite_times import BLOCKS, density
 from chaosdrill.analysis.spectra import computed_exponents
-from chaosdrill.analysis.statistics import error_of_exponents
+from chaosdrill.analysis.statistics import error_of_exponents, in_blocks
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
@@ -426,7 +426,7 @@ def _means(found: _Found, run: Run, forward: _Forward, job: "Job") -> tuple[np.n
     blocks = forward.blocks
     time = blocks.total * blocks.interval
     if kept.any():
-        errors[kept] = error_of_exponents(in_blocks(found.growth[:, kept]), job.numerics, run.steps, time)
+        errors[kept] = error_of_exponents(in_blocks(found.growth[:, kept], BLOCKS), job.numerics, run.steps, time)
     return means, errors
 
 

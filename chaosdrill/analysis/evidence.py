@@ -1,24 +1,30 @@
 """Evidence of regular motion and chaos from the section points of one run: the 0-1 test, smooth averages, rotation."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import xarray as xr
 
+from chaosdrill.analysis.records import Arrays, Measure
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.sections import Taken, section_points
-from chaosdrill.analysis.tori import TURNS, fading, median, turns, zero_one, zero_one_by_turn
+from chaosdrill.analysis.sections import Taken
+from chaosdrill.analysis.tori import (
+    TURNS,
+    fading,
+    halves_apart,
+    median,
+    smooth_means,
+    turns,
+    zero_one,
+    zero_one_by_turn,
+)
 from chaosdrill.dataset import Outcome
-from chaosdrill.model import HybridSystem
-
-if TYPE_CHECKING:
-    from chaosdrill.analysis.base import Job
+from chaosdrill.engine.numerics import Numerics
 
 FEWEST = 40
 """Points without which the 0-1 test has no steps to compare, nor a smooth average a course."""
 
 PARTS = 4
-"""Parts of a record whose K are compared with each other."""
+"""Parts of a record that are compared with each other."""
 
 MEDIAN = 1.2533 / 1.349 / np.sqrt(TURNS)
 """Standard error of a median, as a part of the distance of the quartiles, if the values were independent and normal."""
@@ -27,53 +33,72 @@ MOST_DIGITS = 16.0
 """More than these no double has."""
 
 
-def zero_one_dataset(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
+OF_SIZES = np.pi / np.sqrt(8) / np.log(10)
+"""Standard deviation of the digits of a normal quantity of mean zero, that is of the logarithm of its size."""
+
+
+def _zero_one(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
     """The 0-1 test of each state; see `zero_one_test`."""
-    taken = section_points(system, given, given.max_period, job)
-    growth, error = np.full((2, len(system.states)), np.nan)
-    by_turn = np.full((len(system.states), TURNS), np.nan)
+    n = taken.states.shape[1]
+    growth, error = np.full((2, n), np.nan)
+    by_turn = np.full((n, TURNS), np.nan)
     for i in _moving(taken):
         values = taken.states[:, i]
         by_turn[i] = zero_one_by_turn(values)
         growth[i] = median(by_turn[i])
-        parts = [zero_one(part) for part in np.array_split(values, PARTS)]
         quarter, three = np.quantile(by_turn[i], [0.25, 0.75])
-        error[i] = np.hypot(MEDIAN * (three - quarter), np.std(parts, ddof=1) / np.sqrt(PARTS))
-    variables = {"k": ("state", growth), "k_error": ("state", error), "k_by_turn": (("state", "turn"), by_turn)}
-    return _dataset(taken, variables).assign_coords(turn_angle=("turn", turns()))
+        between = np.std(zero_one(_parts(values)), ddof=1) / np.sqrt(PARTS)
+        error[i] = np.hypot(MEDIAN * (three - quarter), between)
+    return {"k": growth, "k_error": error, "k_by_turn": by_turn}
 
 
-def regularity_dataset(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
+def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
     """Smooth averages, their digits, and the rotation number; see `regularity`."""
-    taken = section_points(system, given, given.max_period, job)
-    n = len(system.states)
-    average, error, digits = np.full((3, n), np.nan)
-    for i in _moving(taken):
-        values = taken.states[:, i]
-        average[i], apart = _smooth(values)
-        size = np.abs(values).max()
-        digits[i] = min(-np.log10(max(apart / np.ptp(values), 10.0**-MOST_DIGITS)), MOST_DIGITS)
-        error[i] = np.hypot(apart, job.numerics.global_error * size)
-    turned, turned_error = _rotation(_plane(taken, given.plane), job.numerics.global_error)
-    variables = {
-        "average": ("state", average),
-        "average_error": ("state", error),
-        "digits": ("state", digits),
-        "rotation_number": ((), turned),
-        "rotation_number_error": ((), turned_error),
+    average, average_error, digits, digits_error = np.full((4, taken.states.shape[1]), np.nan)
+    moving = _moving(taken)
+    if moving:
+        values, known = taken.states[:, moving].T, taken.run.sizes[moving]
+        average[moving], apart, error = smooth_means(values, known)
+        digits[moving] = _digits(apart, values)
+        of_parts = _parts(values)
+        apart_in_parts = np.stack([halves_apart(part[..., np.newaxis])[:, 0] for part in of_parts.swapaxes(0, 1)])
+        digits_error[moving] = np.maximum(np.std(_digits(apart_in_parts, values), axis=0, ddof=1), OF_SIZES)
+        average_error[moving] = np.hypot(error, numerics.global_error * np.abs(values).max(axis=1))
+    turned, turned_error = _rotation(_plane(taken, given.plane, moving), numerics.global_error)
+    return {
+        "average": average,
+        "average_error": average_error,
+        "digits": digits,
+        "digits_error": digits_error,
+        "rotation_number": np.float64(turned),
+        "rotation_number_error": np.float64(turned_error),
     }
-    return _dataset(taken, variables)
 
 
-def _dataset(taken: Taken, variables: dict[str, Any]) -> xr.Dataset:
-    """The variables, with what every record of section points has."""
-    outcome = Outcome.PERIODIC if taken.period else taken.outcome
-    message = taken.run.stopped(taken.outcome)
-    return xr.Dataset(
-        {**variables, "period": ((), np.int32(taken.period)), "outcome": ((), np.int8(outcome))},
-        coords={"state": list(taken.run.system.state_names)},
-        attrs={"message": message} if message else {},
-    )
+ZERO_ONE = Measure(
+    _zero_one,
+    {"k": ("state",), "k_error": ("state",), "k_by_turn": ("state", "turn")},
+    {"turn": TURNS},
+    {"turn_angle": ("turn", turns())},
+)
+REGULARITY = Measure(
+    _regularity,
+    dict.fromkeys(("average", "average_error", "digits", "digits_error"), ("state",))
+    | dict.fromkeys(("rotation_number", "rotation_number_error"), ()),
+    {},
+    {},
+)
+
+
+def _parts(values: np.ndarray) -> np.ndarray:
+    """Sequences, shape (..., N), in parts of equal length, shape (..., PARTS, N // PARTS)."""
+    length = values.shape[-1] // PARTS
+    return values[..., : PARTS * length].reshape(*values.shape[:-1], PARTS, length)
+
+
+def _digits(apart: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Digits to which averages agree that are so far apart, in parts of the extent of sequences, shape (S, N)."""
+    return np.asarray(-np.log10(np.maximum(apart / np.ptp(values, axis=1), 10.0**-MOST_DIGITS)))
 
 
 def _moving(taken: Taken) -> list[int]:
@@ -85,19 +110,11 @@ def _moving(taken: Taken) -> list[int]:
     return np.flatnonzero(np.ptp(states, axis=0) > CLOSE * floor).tolist()
 
 
-def _smooth(values: np.ndarray) -> tuple[float, float]:
-    """Average that fades in and out over all values, and how far those over both halves are apart."""
-    half = len(values) // 2
-    early, late = (float(fading(half) @ values[k + 1 : k + half]) for k in (0, half))
-    return float(fading(len(values)) @ values[1:]), abs(late - early)
-
-
-def _plane(taken: Taken, names: list[str] | None) -> np.ndarray:
+def _plane(taken: Taken, names: list[str] | None, moving: list[int]) -> np.ndarray:
     """Points in the plane in which they turn, shape (N, 2), or (0, 2) if nothing does.
 
     It is that of two states; where only one moves, of it and its next value.
     """
-    moving = _moving(taken)
     if names is not None:
         moving = [i for i in map(taken.run.system.state_names.index, names) if i in moving]
     chosen = taken.states[:, moving[:2]]
@@ -113,12 +130,12 @@ def _rotation(points: np.ndarray, rounding: float) -> tuple[float, float]:
     """
     if len(points) < FEWEST:
         return np.nan, np.nan
-    centre = np.array([_smooth(one)[0] for one in points.T])
+    centre = np.einsum("w,wi->i", fading(len(points)), points[1:])
     scaled = (points - centre) / np.ptp(points, axis=0)
     angle = np.arctan2(scaled[:, 1], scaled[:, 0]) / (2 * np.pi)
     step = np.diff(angle) % 1
     ordered = np.sort(step)
     gaps = np.diff(ordered, append=ordered[0] + 1)
     begin = ordered[(int(gaps.argmax()) + 1) % len(ordered)]
-    mean, apart = _smooth((step - begin) % 1)
-    return float((mean + begin) % 1), float(np.hypot(apart, rounding))
+    (mean,), _, (error,) = smooth_means((step - begin)[np.newaxis] % 1, np.ones(1))
+    return float((mean + begin) % 1), float(np.hypot(error, rounding))

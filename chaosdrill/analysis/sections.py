@@ -6,7 +6,7 @@ where it becomes true. It travels as the text ``at`` through arguments, scenes a
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -69,6 +69,11 @@ class Section:
     """Forcing period; without forcing the time in which the motion from the initial state crosses its own extent."""
     longest: float  # longest time between two points
 
+    def at_parameters(self, system: HybridSystem, given: Any, numerics: Numerics) -> "Section":
+        """The same section, looked for by the same settings, of the system at other parameters."""
+        unit, longest = _times(system, self.counts, given, numerics)
+        return replace(self, system=self.system.with_parameters(system.parameters), unit=unit, longest=longest)
+
     def grazed(self, times: np.ndarray) -> bool:
         """Whether points of a surface at these times follow each other at once: where the motion only touches it.
 
@@ -83,15 +88,23 @@ def find_section(system: HybridSystem, given: Any, numerics: Numerics, *, timed:
 
     The ``unit`` is 1 where nothing asks for it: no point of a section is waited for, and it is not ``timed``.
     """
-    counts, period = given.counts(system), system.forcing_period()
+    counts = given.counts(system)
     marked, chosen = system, None
     if given.at not in (None, "strobe"):
         named = frozenset(i for i, t in enumerate(system.transitions) if given.at in (t.name, t.kind))
         marked, chosen = (system, named) if named else surface(system, given.at)
+    return Section(marked, chosen, len(system.transitions), counts, *_times(system, counts, given, numerics, timed))
+
+
+def _times(
+    system: HybridSystem, counts: str, given: Any, numerics: Numerics, timed: bool = False
+) -> tuple[float, float]:
+    """Unit of time of a section, and the longest time between two points."""
+    period = system.forcing_period()
     unit = period or (given.max_return or 0.0) / RETURN or 1.0
     if (counts == "section" or timed) and not (period or given.max_return):
         unit = time_of_motion(system, numerics)
-    return Section(marked, chosen, len(system.transitions), counts, unit, given.max_return or RETURN * unit)
+    return unit, given.max_return or RETURN * unit
 
 
 def measured_span(section: Section, given: Any, numerics: Numerics, units: int) -> Span:
@@ -317,9 +330,9 @@ class Taken:
         return self.points[:, : len(self.run.x)]
 
 
-def section_points(system: HybridSystem, given: Any, max_period: int, job: "Job") -> Taken:
+def section_points(where: Section, given: Any, max_period: int, job: "Job") -> Taken:
     """States at every strobe, or before every event of a section, by the settings of an analysis."""
-    where = find_section(system, given, job.numerics)
+    system = where.system
     first, outcome, run, found, blocks = _recorded(where, given, job)
     if where.transitions is None:
         points, modes = found.samples[:, :-1], found.samples[:, -1]
@@ -341,7 +354,7 @@ def section_points(system: HybridSystem, given: Any, max_period: int, job: "Job"
 def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """States at every strobe, or before every event of a section; see `poincare_section`."""
     numerics, n = job.numerics, len(system.states)
-    taken = section_points(system, given, given.max_period, job)
+    taken = section_points(find_section(system, given, numerics), given, given.max_period, job)
     where, run, outcome, period, blocks = taken.where, taken.run, taken.outcome, taken.period, taken.blocks
     points, modes, times = taken.points, taken.modes, taken.times
     multipliers = np.full(n, complex(np.nan, np.nan))

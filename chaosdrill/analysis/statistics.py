@@ -78,6 +78,13 @@ def block_ends(length: int, blocks: int) -> np.ndarray:
     return np.arange(count + 1) * length // max(count, 1)
 
 
+def in_blocks(values: np.ndarray, blocks: int) -> np.ndarray:
+    """Means over at most so many blocks of equal length, in order, shape (blocks, ...); a rest is left out."""
+    size = -(-len(values) // blocks)
+    kept = len(values) // size * size
+    return np.asarray(values[:kept].reshape(-1, size, *values.shape[1:]).mean(axis=1))
+
+
 def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:
     """Which ends of blocks are whole cycles before the last one; all where that leaves fewer than two blocks.
 

@@ -10,13 +10,19 @@ leave gaps at all scales; and sums of them with turning phases stay bounded (the
 doi:10.1137/080718851).
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numba import void
 from scipy import fft
 
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
+from chaosdrill.analysis.statistics import in_blocks, standard_error
+from chaosdrill.codegen.signatures import matrix, vector
+from chaosdrill.engine.jit import compiled
 
 LENGTH = 2048
 """Section points by which that is told."""
@@ -41,6 +47,9 @@ TURNS = 24
 
 TESTED = 1024
 """Points to which it is applied."""
+
+BLOCKS = 256
+"""Blocks of a sequence at most from which the error of a mean is taken."""
 
 GAPS, SHARE = 10, 0.01
 """Parts of the extent of a state each of which holds such a share of the points of a torus at least: a harmonic motion
@@ -175,15 +184,45 @@ def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
 
 def _apart(values: np.ndarray, length: int) -> np.ndarray:
     """Largest difference of the averages over both halves of parts of this length, which begin a quarter apart."""
-    half, quarter = length // 2, values.shape[1] // 4
-    weight = fading(half)
     found = np.zeros(len(values))
-    for start in range(0, values.shape[1] - length + 1, quarter):
-        early, late = (np.einsum("w,pwi->pi", weight, values[:, k + 1 : k + half]) for k in (start, start + half))
-        found = np.maximum(found, np.abs(late - early).max(axis=1))
+    for start in range(0, values.shape[1] - length + 1, values.shape[1] // 4):
+        found = np.maximum(found, halves_apart(values[:, start : start + length]).max(axis=1))
     return found
 
 
+def halves_apart(values: np.ndarray) -> np.ndarray:
+    """How far the smooth averages over both halves of sequences, shape (P, W, n), are apart; shape (P, n)."""
+    half = values.shape[1] // 2
+    weight = fading(half)
+    early, late = (np.einsum("w,pwi->pi", weight, values[:, k + 1 : k + half]) for k in (0, half))
+    return np.asarray(np.abs(late - early))
+
+
+def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Smooth averages of sequences, how far those over both halves are apart, and their errors.
+
+    Where averages converge as on a torus that of the whole is closer than those of the halves to each other, and their
+    difference is the error. Elsewhere halves may agree by chance, and the error is at least that of a mean of
+    correlated values, larger by what fading takes off the record.
+
+    Parameters
+    ----------
+    sequences, known : ndarray, shapes (S, N), (S,)
+        Sequences that move, and sizes that they have had on the way.
+
+    Returns
+    -------
+    means, apart, errors : ndarray, shape (S,)
+    """
+    columns = sequences[:, :, np.newaxis]
+    weight = fading(sequences.shape[1])
+    means, apart = np.einsum("sw,w->s", sequences[:, 1:], weight), halves_apart(columns)[:, 0]
+    smooth, converges = agreement(columns, known[:, np.newaxis])
+    by_chance = standard_error(in_blocks(sequences.T, BLOCKS)) * np.sqrt(sequences.shape[1] * (weight**2).sum())
+    return means, apart, np.where(smooth & converges, apart, np.fmax(apart, by_chance))
+
+
+@lru_cache(16)
 def fading(length: int) -> np.ndarray:
     """Weights of an average that fades in and out smoothly, shape (length - 1,); their sum is 1."""
     t = np.arange(1, length) / length
@@ -267,17 +306,18 @@ def _by_gaps(points: np.ndarray) -> bool:
     off = np.empty_like(points)
     for k in range(curves):
         off[k::curves] = points[k::curves] - points[k::curves].mean(axis=0)
-    return max(map(zero_one, off[-TESTED:].T)) < REGULAR
+    return bool(zero_one(off[-TESTED:].T).max() < REGULAR)
 
 
-def zero_one(values: np.ndarray) -> float:
-    """Growth K of the 0-1 test of a sequence, shape (N,): 0 for regular motion, 1 for chaos."""
+def zero_one(values: np.ndarray) -> np.ndarray:
+    """Growth K of the 0-1 test of sequences, shape (..., N): 0 for regular motion, 1 for chaos; shape (...)."""
     return median(zero_one_by_turn(values))
 
 
-def median(growth: np.ndarray) -> float:
-    """Median of K over the turning phases; 0 where nothing moves."""
-    return float(np.nanmedian(growth)) if np.isfinite(growth).any() else 0.0
+def median(growth: np.ndarray) -> np.ndarray:
+    """Median of K over the turning phases, the last axis; 0 where nothing moves."""
+    moves = np.isfinite(growth).any(axis=-1, keepdims=True)
+    return np.asarray(np.nanmedian(np.where(moves, growth, 0.0), axis=-1))
 
 
 def turns() -> np.ndarray:
@@ -286,28 +326,64 @@ def turns() -> np.ndarray:
 
 
 def zero_one_by_turn(values: np.ndarray) -> np.ndarray:
-    """Growth K of the 0-1 test of a sequence, shape (N,), for each of the turning phases; NaN where nothing moves.
+    """Growth K of the 0-1 test for each of the turning phases; NaN where nothing moves.
 
-    The sequence drives a point that turns by a fixed angle every time; the correlation of its mean square displacement
-    with time, less the part that only oscillates, is taken (Gottwald and Melbourne 2009, doi:10.1137/080718851). The
-    products of all points with those up to a tenth of the record later are one convolution.
+    A sequence turns by a phase at every step, and the correlation of its mean square displacement with time is taken,
+    less the part that only oscillates (Gottwald and Melbourne 2009, doi:10.1137/080718851). Displacements over n steps
+    begin at all points but the last tenth. Over all that begin anywhere, the first and last of them cut off by the ends
+    of the sequence, their squares are a sum over correlations, the same for all phases; those that are cut off at the
+    beginning, and those that begin in the last tenth, are subtracted.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., N)
+        Sequences.
+
+    Returns
+    -------
+    ndarray, shape (..., TURNS)
     """
-    count = len(values)
-    off = values - values.mean()
-    path = np.cumsum(off * np.exp(1j * turns()[:, np.newaxis] * np.arange(1, count + 1)), axis=1)
+    count = values.shape[-1]
     steps = np.arange(1, count // 10 + 1)
-    kept = count - count // 10
-    size = fft.next_fast_len(count)
-    begins = np.conj(fft.fft(path[:, :kept], size, axis=1))
-    products = fft.ifft(fft.fft(path, size, axis=1) * begins, axis=1)[:, steps].real
-    squares = np.cumsum(path.real**2 + path.imag**2, axis=1)
-    ends = squares[:, kept - 1 + steps] - squares[:, steps - 1]
-    displaced = (squares[:, kept - 1 : kept] + ends - 2 * products) / kept
+    kept = count - len(steps)
+    off = (values - values.mean(axis=-1, keepdims=True))[..., 1:]
+    size = fft.next_fast_len(count, real=True)
+    pairs = fft.irfft(fft.rfft(off, size) * np.conj(fft.rfft(off[..., :kept], size)), size)[..., : len(steps)]
+    pairs[..., 1:] *= 2
+    squares = np.zeros((*values.shape[:-1], TURNS, len(steps)))
+    for place in np.ndindex(values.shape[:-1]):
+        _squares(off[place], pairs[place], turns(), squares[place])
     # the mean is taken out of the values, and with it the part that only oscillates, but for what is left of it
-    grown = displaced - displaced.mean(axis=1, keepdims=True)
+    grown = squares - squares.mean(axis=-1, keepdims=True)
     later = steps - steps.mean()
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray((grown * later).sum(axis=1) / np.sqrt((grown**2).sum(axis=1) * (later**2).sum()))
+        return np.asarray((grown * later).sum(axis=-1) / np.sqrt((grown**2).sum(axis=-1) * (later**2).sum()))
+
+
+@compiled(void(vector, vector, vector, matrix))
+def _squares(off, pairs, angles, squares):
+    """Fill in sums of squared displacements over 1, 2, ... steps by each angle."""
+    most = squares.shape[1]
+    kept = off.size + 1 - most
+    for t in range(angles.size):
+        by_real, by_imaginary = math.cos(angles[t]), math.sin(angles[t])
+        real, imaginary = 1.0, 0.0
+        slope = total = cut = 0.0
+        first_real = first_imaginary = last_real = last_imaginary = 0.0
+        for k in range(most):
+            slope += pairs[k] * real
+            total += slope
+            squares[t, k] = total - cut
+            if k + 1 < most:
+                first_real += off[k] * real
+                first_imaginary += off[k] * imaginary
+                last_real += off[kept + k] * real
+                last_imaginary += off[kept + k] * imaginary
+            cut += first_real**2 + first_imaginary**2 - last_real**2 - last_imaginary**2
+            real, imaginary = (
+                real * by_real - imaginary * by_imaginary,
+                real * by_imaginary + imaginary * by_real,
+            )
 
 
 def fills(points: np.ndarray) -> int:

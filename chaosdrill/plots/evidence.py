@@ -1,13 +1,14 @@
 """Evidence of regular motion and chaos: the 0-1 test, digits of smooth averages, exponents over finite times."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chaosdrill.plots.figures import MOST_PANELS, legend_inside, legend_outside, new_figure, one_panel
-from chaosdrill.plots.labels import label, period_words, shorten, state_label, subscript, uncertain
+from chaosdrill.plots.figures import MOST_PANELS, legend_above, legend_inside, legend_outside, new_figure, one_panel
+from chaosdrill.plots.labels import axis_label, label, period_words, shorten, state_label, subscript, uncertain
 from chaosdrill.plots.palette import PALETTE
 from chaosdrill.plots.pictures import picture
+from chaosdrill.plots.plane import bounds
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +20,9 @@ _HEIGHT = 3.2
 _PANEL = 2.2
 
 
-@picture("zero-one-test", "zero-one-test", "growth K of each state, for all turning phases and their median")
+@picture(
+    "zero-one-test", "zero-one-test", "growth K of each state, for all turning phases and their median", sweeps=False
+)
 def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the growth K of the 0-1 test.
 
@@ -38,10 +41,7 @@ def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """
     figure, axes = one_panel(ax, _HEIGHT)
     moving = np.flatnonzero(np.isfinite(dataset["k"].values)).tolist()
-    for height, name in ((0.0, "regular"), (1.0, "chaos")):
-        axes.axhline(height, color="0.6", linewidth=0.8, zorder=1)
-        axes.annotate(name, (1.0, height), xycoords=("axes fraction", "data"), xytext=(-3, 3),
-                      textcoords="offset points", ha="right", color="0.35")  # fmt: skip
+    _limits_of_growth(axes)
     for column, i in enumerate(moving):
         values = dataset["k_by_turn"].values[i]
         across = column + np.linspace(-0.25, 0.25, len(values))
@@ -62,7 +62,33 @@ def zero_one(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     return figure
 
 
-@picture("regularity", "regularity", "digits to which smooth averages agree, and the rotation number")
+@picture("zero-one-test", "growth", "growth K of each state over the swept parameter", sweeps=True)
+def growth(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
+    """Draw the growth K of the 0-1 test over a swept parameter.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``zero-one-test``, of a sweep.
+    ax : matplotlib.axes.Axes, optional
+        Where it is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        K of each state that moves somewhere, of at most a dozen, with two standard errors. The lines at 0 and 1 are
+        those of regular motion and of chaos.
+    """
+    figure, axes = one_panel(ax, _HEIGHT)
+    _of_states(axes, dataset, "k", "k_error")
+    _limits_of_growth(axes, beside=True)
+    lowest = float(np.nanmin(dataset["k"].values, initial=0.0))
+    axes.set_ylim(min(-0.25, lowest - 0.1), 1.25)
+    _along(axes, dataset)
+    return figure
+
+
+@picture("regularity", "regularity", "digits to which smooth averages agree, and the rotation number", sweeps=False)
 def digits(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     """Draw the digits of smooth averages.
 
@@ -89,6 +115,34 @@ def digits(dataset: "xr.Dataset", *, ax: "Axes | None" = None) -> "Figure":
     axes.set_ylabel(label(dataset["digits"]))
     turns, error = float(dataset["rotation_number"]), float(dataset["rotation_number_error"])
     axes.set_title(f"rotation number {uncertain(turns, error)}" if np.isfinite(turns) else "nothing moves")
+    return figure
+
+
+@picture("regularity", "rotation", "digits and rotation number over the swept parameter", sweeps=True)
+def rotation(dataset: "xr.Dataset") -> "Figure":
+    """Draw the digits of smooth averages and the rotation number over a swept parameter.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of kind ``regularity``, of a sweep.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Above the digits of each state that moves somewhere, of at most a dozen, below the rotation number, both with
+        two standard errors.
+    """
+    figure = new_figure(2 * _PANEL + 0.6)
+    above, below = figure.subplots(2, 1, sharex=True)
+    _of_states(above, dataset, "digits", "digits_error")
+    above.set_ylim(0, 17)
+    (name,) = dataset["period"].dims
+    dataset = dataset.sortby(name)
+    _with_bars(below, dataset[name].values, dataset["rotation_number"], dataset["rotation_number_error"], 0)
+    below.set_ylabel(label(dataset["rotation_number"]))
+    _along(below, dataset)
+    figure.align_ylabels([above, below])
     return figure
 
 
@@ -144,6 +198,48 @@ def finite_times(dataset: "xr.Dataset") -> "Figure":
     if not shown:
         panels[0].set_axis_off()
     return figure
+
+
+def _limits_of_growth(axes: "Axes", *, beside: bool = False) -> None:
+    """Mark what K is for regular motion and in chaos; the words stand within the axes, or beside them."""
+    where: dict[str, Any] = {"xytext": (4, 0), "va": "center"} if beside else {"xytext": (-3, 3), "ha": "right"}
+    for height, name in ((0.0, "regular"), (1.0, "chaos")):
+        axes.axhline(height, color="0.6", linewidth=0.8, zorder=1)
+        place = (1.0, height)
+        axes.annotate(
+            name, place, xycoords=("axes fraction", "data"), textcoords="offset points", color="0.35", **where
+        )
+
+
+def _of_states(axes: "Axes", dataset: "xr.Dataset", name: str, error: str) -> None:
+    """Draw a variable of each state that moves over the swept parameter, with two standard errors."""
+    (sweep,) = dataset["period"].dims
+    dataset = dataset.sortby(sweep).transpose(sweep, "state", ...)
+    moving = np.flatnonzero(np.isfinite(dataset[name].values).any(axis=0)).tolist()[:MOST_PANELS]
+    for number, i in enumerate(moving):
+        _with_bars(axes, dataset[sweep].values, dataset[name][:, i], dataset[error][:, i], number).set_label(
+            state_label(dataset, i)
+        )
+    axes.set_ylabel(label(dataset[name]))
+    if moving:
+        legend_above(axes)
+
+
+def _with_bars(axes: "Axes", x: np.ndarray, values: "xr.DataArray", errors: "xr.DataArray", number: int) -> Any:
+    """Draw dots with bars of two standard errors, joined by a thin line, in the colour of this number."""
+    colour = PALETTE[number % len(PALETTE)]
+    return axes.errorbar(
+        x, values.values, yerr=2 * errors.values, fmt="o", linestyle=_DASHES[number % len(_DASHES)], linewidth=0.6,
+        color=colour, markersize=3, markeredgewidth=0, elinewidth=0.8,
+    )  # fmt: skip
+
+
+def _along(axes: "Axes", dataset: "xr.Dataset") -> None:
+    """Name the axis of the swept parameter, and let it reach as far as the sweep."""
+    (sweep,) = map(str, dataset["period"].dims)
+    axes.set_xlabel(axis_label(dataset, sweep))
+    edges = bounds(np.sort(dataset[sweep].values))
+    axes.set_xlim(edges[0], edges[-1])
 
 
 def _sizes(texts: list[str]) -> str:

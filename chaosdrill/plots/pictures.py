@@ -51,6 +51,8 @@ class Picture:
         Variable of which it must hold a finite value.
     parameters : int, default 0
         How many parameters the analysis ran through; 0 if that does not matter.
+    sweeps : bool, optional
+        Whether it is of a sweep, or of a single run; default: of either.
     listed : bool, optional
         Whether it is of runs in a list, with the dimension ``run``, or of others; default: of either.
     values : int, default 0
@@ -68,6 +70,7 @@ class Picture:
     seeds: int = 1
     needs: str = ""
     parameters: int = 0
+    sweeps: bool | None = None
     listed: bool | None = None
     values: int = 0
     over: str = ""
@@ -118,6 +121,7 @@ class Picture:
             and dataset.sizes.get("state", self.states) >= self.states
             and dataset.sizes.get("seed", 1) >= self.seeds
             and self.listed in (None, "run" in (dataset.dims if self.listed else dataset.coords))
+            and self.sweeps in (None, bool(swept(dataset)))
             and self.parameters in (0, len(swept(dataset)))
             and self.values in (0, *(dataset.sizes.get(name, 1) for name in swept(dataset)))
             and (

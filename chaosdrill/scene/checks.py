@@ -344,7 +344,7 @@ class Asked:
     @property
     def parallel(self) -> bool:
         """Whether it has many points, which several workers can share."""
-        return self.entry.settings.parallel
+        return self.entry.settings.shared(self.table)
 
     def keywords(self) -> dict[str, Any]:
         """Arguments of the analysis function that the scene gives."""

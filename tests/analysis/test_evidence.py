@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from scipy.special import ellipk
+from scipy.stats import binom, norm
 
 import chaosdrill as cd
-from chaosdrill.analysis.finite_times import correlation_time, cumulants
-from chaosdrill.analysis.tori import turns, zero_one_by_turn
+from chaosdrill.analysis.finite_times import correlation_time, cumulants, density
+from chaosdrill.analysis.tori import smooth_means, turns, zero_one_by_turn
 
 GOLDEN = (np.sqrt(5) - 1) / 2
 SHARE = 0.37
@@ -144,6 +145,100 @@ def test_in_chaos_averages_have_few_digits_and_an_error_that_says_so(logistic):
     assert float(found["rotation_number_error"]) > 1e-5
 
 
+def orbits(image, starts, count):
+    """Orbits of a map from many starts, shape (starts, count)."""
+    found = np.empty((len(starts), count + 200))
+    for column in found.T:
+        column[:] = starts = image(starts)
+    return found[:, 200:]
+
+
+@pytest.mark.parametrize("count", [64, 1024])
+@pytest.mark.parametrize(
+    ("image", "mean"),
+    [(lambda x: 4 * x * (1 - x), 0.5), (lambda x: np.where(x < SHARE, x / SHARE, (1 - x) / (1 - SHARE)), 0.5)],
+    ids=["logistic", "skew tent"],
+)
+def test_errors_of_smooth_averages_cover_in_chaos(image, mean, count):
+    """The difference of two halves alone covers in 84 %."""
+    values = orbits(image, np.random.default_rng(8).random(500), count)
+    found, apart, error = smooth_means(values, np.ones(500))
+    off = abs(found - mean)
+    assert 0.93 <= np.mean(off <= 2 * error) <= 0.995
+    assert np.mean(off <= 2 * apart) < 0.9
+    assert np.sqrt((error**2).mean()) < 3 * found.std()
+
+
+def test_errors_of_smooth_averages_on_a_torus_are_still_those_of_the_halves():
+    phase = np.random.default_rng(8).random((50, 1)) + GOLDEN * np.arange(512)
+    values = np.cos(2 * np.pi * phase) + 0.3 * np.sin(6 * np.pi * phase)
+    found, apart, error = smooth_means(values, np.ones(50))
+    assert (error == apart).all()
+    assert (error < 1e-9).all()
+    assert (abs(found) <= 2 * error + 1e-15).all()
+
+
+def test_the_error_of_digits_covers_what_other_starts_give(logistic):
+    starts = [logistic.with_parameters(r=3.97).with_initial(x=x) for x in np.linspace(0.2, 0.4, 40)]
+    runs = [cd.regularity(one, periods=300, transient=99).sel(state="x") for one in starts]
+    digits, error = (np.array([float(run[name]) for run in runs]) for name in ("digits", "digits_error"))
+    assert np.mean(abs(digits - digits.mean()) <= 2 * error) >= 0.9
+    assert error.mean() < 2 * digits.std()
+
+
+# Sweeps.
+
+
+def test_a_sweep_is_made_of_the_runs_at_its_values(logistic, pendulum):
+    values = [3.2, 3.83, 3.97, 4.5]
+    swept = cd.zero_one_test(logistic, {"r": values}, periods=400, transient=300)
+    assert swept.cd.outcome.values.tolist() == ["periodic", "periodic", "ok", "escaped"]
+    for r in values:
+        one = cd.zero_one_test(logistic.with_parameters(r=r), periods=400, transient=300)
+        for name in ("k", "k_error", "k_by_turn", "period", "outcome"):
+            assert one[name].identical(swept[name].sel(r=r, drop=True)), name
+    turned = cd.regularity(pendulum, {"T": [1.0, -1.0, 0.5]}, periods=500, plane=["p", "q"])
+    exact = np.array([1.0, np.nan, 0.5]) / (4 * ellipk(np.sin(1.0) ** 2))
+    np.testing.assert_allclose(turned["rotation_number"], exact, rtol=0, atol=1e-9)
+    assert turned.cd.outcome.values.tolist() == ["ok", "failed", "ok"]
+
+
+def test_sections_of_sweeps_are_found_at_every_value():
+    lorenz, surface = cd.build("lorenz"), {"periods": 50, "at": "x > 0", "transient": 5}
+    swept = cd.regularity(lorenz, {"rho": [10.0, 28.0]}, **surface, workers=2)
+    assert swept.cd.outcome.values.tolist() == ["equilibrium", "ok"]
+    one = cd.regularity(lorenz.with_parameters(rho=28.0), **surface)
+    for name in ("average", "average_error", "digits", "rotation_number"):
+        assert one[name].identical(swept[name].sel(rho=28.0, drop=True)), name
+
+
+def test_a_sweep_that_was_stopped_goes_on(logistic, tmp_path):
+    def stop(done, total, outcomes):
+        if done:
+            raise KeyboardInterrupt
+
+    asked = {"sweep": {"r": np.linspace(3.5, 3.9, 64)}, "periods": 50, "store": tmp_path / "store"}
+    with pytest.raises(KeyboardInterrupt):
+        cd.regularity(logistic, **asked, progress=stop)
+    found = []
+    resumed = cd.regularity(logistic, **asked, progress=lambda done, *_: found.append(done))
+    assert found[0] > 0
+    assert resumed.drop_attrs().identical(cd.regularity(logistic, **asked | {"store": None}).drop_attrs())
+    with pytest.raises(cd.SettingsError, match=r"holds finished chunks of other work(.|\n)*periods: 50 before, 60 now"):
+        cd.regularity(logistic, **asked | {"periods": 60})
+
+
+def test_what_a_sweep_cannot_be(logistic, tmp_path):
+    spring = cd.HybridSystem(
+        name="spring", states="x v", parameters={"k": 1.0}, modes={"on": {"x": "v", "v": "-k*x - v"}}, period="1"
+    )
+    with pytest.raises(cd.SettingsError, match=r"sweep.*k.*is a variable of the result"):
+        cd.zero_one_test(spring, {"k": [1.0, 2.0]}, periods=50)
+    assert cd.regularity(spring, {"k": [1.0, 2.0]}, periods=50).sizes["k"] == 2
+    with pytest.raises(cd.SettingsError, match="store is of use to the points of a sweep"):
+        cd.regularity(logistic, periods=50, store=tmp_path)
+
+
 def test_a_record_too_short_says_nothing(pendulum):
     found = cd.regularity(pendulum, periods=39)
     assert found["digits"].isnull().all()
@@ -211,6 +306,39 @@ def test_errors_of_cumulants_cover(window):
         hits += abs(found - exact) <= 2 * error
     assert (hits >= 0.9 * 200).all()
     assert (hits <= 0.99 * 200).all()
+
+
+@pytest.mark.parametrize("window", [1, 10, 100])
+def test_errors_of_densities_cover(window):
+    """Windows of the skew tent map have a binomial distribution, on places that bins of any width may hold."""
+    rng = np.random.default_rng(6)
+    logs = -np.log([1 - SHARE, SHARE])
+    numbers = np.arange(window + 1)
+    exact = binom.pmf(numbers, window, SHARE)
+    places = logs[0] + (logs[1] - logs[0]) * numbers / window
+    hits = []
+    for _ in range(60):
+        steps = logs[(rng.random(4000) < SHARE).astype(int)]
+        found, error, centre = density(steps.reshape(-1, window).mean(axis=1), 64)
+        width = centre[1] - centre[0]
+        bins = np.floor((places - centre[0]) / width + 0.5 + 1e-8).astype(int)
+        inside = (bins >= 0) & (bins <= 64)
+        truth = np.bincount(np.minimum(bins[inside], 63), exact[inside], minlength=64) / width
+        hits.append((abs(found - truth) <= 2 * error)[truth > 0].mean())
+    assert np.mean(hits) >= 0.95
+
+
+@pytest.mark.parametrize("factor", [-0.5, 0.0, 0.9])
+def test_errors_of_densities_cover_where_windows_are_correlated(factor):
+    rng = np.random.default_rng(7)
+    hits = []
+    for _ in range(60):
+        values = lfilter([1], [1, -factor], rng.normal(size=2400))[400:] * np.sqrt(1 - factor**2)
+        found, error, centre = density(values, 40)
+        edges = np.append(centre, 2 * centre[-1] - centre[-2]) - (centre[1] - centre[0]) / 2
+        hits.append(abs(found - np.diff(norm.cdf(edges)) / np.diff(edges)) <= 2 * error)
+    assert 0.93 <= np.mean(hits) <= 0.99
+    assert np.mean(hits, axis=0).min() >= 0.8
 
 
 @pytest.mark.parametrize("factor", [-0.5, 0.0, 0.9])

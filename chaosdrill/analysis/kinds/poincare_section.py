@@ -1,9 +1,9 @@
 """States on a Poincare section, the period found there, and the multipliers of the cycle."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
-from chaosdrill.analysis.base import Record, analysis
+from chaosdrill.analysis.base import SectionRecord, analysis
 from chaosdrill.dataset.schema import (
     ITERATE,
     MULTIPLIER,
@@ -20,7 +20,6 @@ from chaosdrill.dataset.schema import (
     rates,
     table,
 )
-from chaosdrill.settings import Whole, setting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,12 +49,8 @@ VARIABLES = table(
 
 
 @dataclass(frozen=True, kw_only=True)
-class PoincareSection(Record):
+class PoincareSection(SectionRecord):
     """Settings of `poincare_section`."""
-
-    needs_section: ClassVar[bool] = True
-
-    max_period: int = setting(Whole(1, 1_000_000), 64)
 
 
 @analysis(

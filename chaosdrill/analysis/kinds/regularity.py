@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
-from chaosdrill.analysis.base import Record, analysis
-from chaosdrill.dataset.schema import STATES, need, outcome, table
+from chaosdrill.analysis.base import SweptRecord, analysis
+from chaosdrill.dataset.schema import COVERS, STATES, SWEEP, axis, need, outcome, table
 from chaosdrill.names import remedy
-from chaosdrill.settings import Faults, ListOf, Text, Whole, setting, told
+from chaosdrill.settings import Faults, ListOf, Text, setting, told
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,28 +15,29 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
+_STATE = f"{SWEEP} state"
+
 VARIABLES = table(
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
     *STATES,
-    need("average", "state", "f8", "weighted Birkhoff average", "Over section points. NaN for a state at rest there."),
-    need("average_error", "state", "f8", "error of the average", "What both halves of the record differ by."),
-    need("digits", "state", "f8", "digits of the average", "Agreement of both halves, in parts of the extent."),
-    need("rotation_number", "", "f8", "rotation number", "Turns about the centre from point to point, 0 to 1."),
-    need("rotation_number_error", "", "f8", "error of the rotation number", "What both halves differ by."),
-    need("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
-    outcome(""),
+    need("average", _STATE, "f8", "weighted Birkhoff average", "Over section points. NaN for a state at rest there."),
+    need("average_error", _STATE, "f8", "standard error of the average", COVERS),
+    need("digits", _STATE, "f8", "digits of the average", "Agreement of both halves, in parts of the extent."),
+    need("digits_error", _STATE, "f8", "standard error of the digits", "Of those of records of the same length."),
+    need("rotation_number", SWEEP, "f8", "rotation number", "Turns about the centre from point to point, 0 to 1."),
+    need("rotation_number_error", SWEEP, "f8", "standard error of the rotation number", COVERS),
+    need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
+    outcome(SWEEP),
     bars={"average": "average_error", "rotation_number": "rotation_number_error"},
-    sampled=("digits",),
+    sampled=("digits", "digits_error"),
 )
 
 
 @dataclass(frozen=True, kw_only=True)
-class Regularity(Record):
+class Regularity(SweptRecord):
     """Settings of `regularity`."""
 
-    needs_section: ClassVar[bool] = True
-
     plane: list[str] | None = setting(ListOf(Text(), distinct=True, least=2, most=2), None)
-    max_period: int = setting(Whole(1, 1_000_000), 64)
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
@@ -71,6 +72,8 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
     ----------
     system : HybridSystem
         System with its parameters and initial state.
+    sweep : mapping of one parameter to values, optional
+        ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
     periods, duration : int or float
         Points of the section to record, 40 at least, or time.
     transient : int or float, default 0
@@ -82,22 +85,35 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
         section, or, where only one does, this state and its next value.
     max_period : int, default 64
         Longest period to detect.
+    workers : int, default 1
+        Threads among which the values of a sweep are shared; the kernels hold no lock.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+    store : path-like, optional
+        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
     Returns
     -------
     xarray.Dataset
-        ``average``, ``average_error`` (in the unit of the state) and ``digits`` (state); ``rotation_number`` in turns,
-        from 0 to 1, and ``rotation_number_error``; ``period`` and ``outcome``. NaN for states that do not move on the
-        section, and if the run ended early or has fewer than 40 points. Errors are what both halves of the record
-        differ by, and what the tolerance allows.
+        Over the swept parameter, if there is one: ``average``, ``average_error`` (in the unit of the state), ``digits``
+        and ``digits_error`` (state); ``rotation_number`` in turns, from 0 to 1, and ``rotation_number_error``;
+        ``period`` and ``outcome``. NaN for states that do not move on the section, and if the run ended early or has
+        fewer than 40 points. Where averages converge as on a torus errors are what both halves of the record differ by,
+        elsewhere at least those of means of correlated values, and never less than the tolerance allows. That of the
+        digits is what those of parts of the record scatter by, at least 0.48, as of normal quantities.
 
     Raises
     ------
     SettingsError
-        An argument that cannot be used.
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
     """
-    from chaosdrill.analysis.evidence import regularity_dataset
+    from chaosdrill.analysis.evidence import REGULARITY
+    from chaosdrill.analysis.records import over_records
 
-    return regularity_dataset(system, given, job)
+    return over_records(system, given, job, REGULARITY)

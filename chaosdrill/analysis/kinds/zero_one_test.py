@@ -1,11 +1,10 @@
 """The 0-1 test for chaos, from the points of a section."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
-from chaosdrill.analysis.base import Record, analysis
-from chaosdrill.dataset.schema import STATES, axis, need, outcome, table
-from chaosdrill.settings import Whole, setting
+from chaosdrill.analysis.base import SweptRecord, analysis
+from chaosdrill.dataset.schema import STATES, SWEEP, axis, need, outcome, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,26 +12,25 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
+_STATE = f"{SWEEP} state"
+
 VARIABLES = table(
+    axis(SWEEP, SWEEP, "f8", "swept parameter", "Values that the sweep ran through.", True),
     *STATES,
-    need("k", "state", "f8", "growth K of the 0-1 test", "0: regular, 1: chaos. NaN for a state that does not move."),
-    need("k_error", "state", "f8", "standard error of K", "Of the mean K of records of the same length."),
-    need("k_by_turn", "state turn", "f8", "growth K for each turning phase", "K is the median over these."),
+    need("k", _STATE, "f8", "growth K of the 0-1 test", "0: regular, 1: chaos. NaN for a state that does not move."),
+    need("k_error", _STATE, "f8", "standard error of K", "Of the mean K of records of the same length."),
+    need("k_by_turn", f"{_STATE} turn", "f8", "growth K for each turning phase", "K is the median over these."),
     axis("turn_angle", "turn", "f8", "turning phase", "In radians, between pi/5 and 4 pi/5."),
-    need("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
-    outcome(""),
+    need("period", SWEEP, "i4", "period found", "In iterates of the section; 0 when none was found."),
+    outcome(SWEEP),
     bars={"k": "k_error"},
     sampled=("k_by_turn",),
 )
 
 
 @dataclass(frozen=True, kw_only=True)
-class ZeroOneTest(Record):
+class ZeroOneTest(SweptRecord):
     """Settings of `zero_one_test`."""
-
-    needs_section: ClassVar[bool] = True
-
-    max_period: int = setting(Whole(1, 1_000_000), 64)
 
 
 @analysis(
@@ -56,6 +54,8 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
     ----------
     system : HybridSystem
         System with its parameters and initial state.
+    sweep : mapping of one parameter to values, optional
+        ``{"eta": np.linspace(0.4, 0.9, 501)}``: a record at every value, each from the system's own initial state.
     periods, duration : int or float
         Points of the section to record, or time; 40 points at least, several hundred to decide anything.
     transient : int or float, default 0
@@ -64,22 +64,34 @@ def zero_one_test(system: "HybridSystem", given: ZeroOneTest, job: "Job") -> "xr
         The section, as in `poincare_section`.
     max_period : int, default 64
         Longest period to detect.
+    workers : int, default 1
+        Threads among which the values of a sweep are shared; the kernels hold no lock.
+    scheduler : str, optional
+        Address of a Dask scheduler, whose workers are used instead.
+    store : path-like, optional
+        Folder for finished values of a sweep, from which the same call resumes if it was interrupted.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`.
 
     Returns
     -------
     xarray.Dataset
-        ``k``, ``k_error`` (state), dimensionless, NaN for a state that does not move on the section and if the run
-        ended early or has fewer than 40 points; ``k_by_turn`` (state, turn) with ``turn_angle`` (turn) in radians;
-        ``period`` and ``outcome``. The error joins the spread over the angles with that between four parts of the
-        record. It is that of K of records of this length, whose mean is somewhat less than 1 in chaos.
+        Over the swept parameter, if there is one: ``k``, ``k_error`` (state), dimensionless, NaN for a state that does
+        not move on the section and if the run ended early or has fewer than 40 points; ``k_by_turn`` (state, turn) with
+        ``turn_angle`` (turn) in radians; ``period`` and ``outcome``. The error joins the spread over the angles with
+        that between four parts of the record. It is that of K of records of this length, whose mean is somewhat less
+        than 1 in chaos.
 
     Raises
     ------
     SettingsError
-        An argument that cannot be used.
+        An argument that cannot be used, or a ``store`` that holds chunks of another call.
+    ArchiveError
+        If the ``store`` cannot be written, or another call uses it.
+    ChaosdrillError
+        If the scheduler cannot be reached or is lost, or if its workers have other versions.
     """
-    from chaosdrill.analysis.evidence import zero_one_dataset
+    from chaosdrill.analysis.evidence import ZERO_ONE
+    from chaosdrill.analysis.records import over_records
 
-    return zero_one_dataset(system, given, job)
+    return over_records(system, given, job, ZERO_ONE)

@@ -1,0 +1,135 @@
+"""What the section points of one record say, at a system's own parameters or at every value of a swept one."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from chaosdrill.analysis.base import Job
+from chaosdrill.analysis.sections import Section, Taken, find_section, section_points
+from chaosdrill.dataset import Outcome, count_outcomes
+from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
+from chaosdrill.engine.numerics import Numerics
+from chaosdrill.errors import SettingsError
+from chaosdrill.model import HybridSystem
+from chaosdrill.sweep import execute
+from chaosdrill.sweep.fingerprint import of_system, origin
+
+Arrays = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What is taken from a record."""
+
+    function: Callable[[Taken, Any, Numerics], Arrays]  # it can be pickled
+    dims: dict[str, tuple[str, ...]]  # of each of its arrays, all of floating-point numbers
+    sizes: dict[str, int]  # of their dimensions but ``state``
+    coords: dict[str, Any]  # of these
+
+
+@dataclass(frozen=True)
+class RecordTask:
+    """Records at values of a parameter; a unit is a value."""
+
+    system: HybridSystem
+    where: Section  # at the system's own parameters
+    given: Any
+    numerics: Numerics
+    parameter: str
+    values: np.ndarray
+    measure: Measure
+
+    points_per_unit = 1
+
+    @property
+    def units(self) -> int:
+        """Values."""
+        return len(self.values)
+
+    @property
+    def total(self) -> int:
+        """Values."""
+        return self.units
+
+    def columns(self) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """Dtype and shape of one unit of each array."""
+        sizes = {**self.measure.sizes, "state": len(self.system.states)}
+        told = {name: ("f8", tuple(sizes[dim] for dim in dims)) for name, dims in self.measure.dims.items()}
+        return told | {"period": ("i4", ()), "outcome": ("i1", ())}
+
+    def run(self, first: int, count: int) -> Arrays:
+        """What the records at some values say."""
+        parts = [self._at(value) for value in self.values[first : first + count].tolist()]
+        columns = self.columns().items()
+        return {name: np.array([part[name] for part in parts], dtype=dtype) for name, (dtype, _) in columns}
+
+    def _at(self, value: float) -> Arrays:
+        system = self.system.with_parameters({self.parameter: value})
+        try:
+            where = self.where.at_parameters(system, self.given, self.numerics)
+        except SettingsError:
+            # a forcing period that is no positive number
+            nothing = {name: np.full(shape, np.nan) for name, (_, shape) in self.columns().items()}
+            return nothing | {"period": np.int32(0), "outcome": np.int8(Outcome.FAILED)}
+        taken = section_points(where, self.given, self.given.max_period, Job(self.numerics))
+        return _measured(taken, self.measure, self.given, self.numerics)
+
+    def counts(self, arrays: Mapping[str, np.ndarray]) -> dict[str, int]:
+        """Values by outcome."""
+        return count_outcomes(arrays["outcome"])
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Everything that determines the numbers."""
+        told = {name: value for name, value in vars(self.given).items() if name != "sweep"}
+        return {
+            "system": of_system(self.system),
+            "measure": self.measure.function.__name__,
+            "settings": told,
+            "grid": {self.parameter: self.values.tolist()},
+            "numerics": asdict(self.numerics),
+            **origin(),
+        }
+
+
+def over_records(system: HybridSystem, given: Any, job: Job, measure: Measure) -> xr.Dataset:
+    """What one record says, or those at every value of a ``sweep``; each is that of a run of its own.
+
+    Raises
+    ------
+    SettingsError
+        A store or a scheduler without points that they could keep or share.
+    """
+    compile_ahead(ONE_RUN)
+    where = find_section(system, given, job.numerics)
+    labels = {"state": list(system.state_names), **measure.coords}
+    if given.sweep is None:
+        for name in ("store", "scheduler"):
+            if getattr(job, name) is not None:
+                raise SettingsError(f"{name} is of use to the points of a sweep; give one, or leave {name} out")
+        taken = section_points(where, given, given.max_period, job)
+        found = _measured(taken, measure, given, job.numerics)
+        message = taken.run.stopped(taken.outcome)
+        return xr.Dataset(
+            {name: (measure.dims.get(name, ()), value) for name, value in found.items()},
+            coords=labels,
+            attrs={"message": message} if message else {},
+        )
+    ((parameter, values),) = given.sweep.items()
+    task = RecordTask(system, where, given, job.numerics, parameter, values, measure)
+    found = execute(task, workers=job.workers, scheduler=job.scheduler, store=job.store, progress=job.progress)
+    return xr.Dataset(
+        {name: ((parameter, *measure.dims.get(name, ())), value) for name, value in found.items()},
+        coords={parameter: values, **labels},
+    )
+
+
+def _measured(taken: Taken, measure: Measure, given: Any, numerics: Numerics) -> Arrays:
+    """The arrays, with what every record of section points has."""
+    return {
+        **measure.function(taken, given, numerics),
+        "period": np.int32(taken.period),
+        "outcome": np.int8(Outcome.PERIODIC if taken.period else taken.outcome),
+    }
