@@ -37,6 +37,7 @@ _HOME = {
     "cite": "chaosdrill.workflow",
     "cut": "chaosdrill.archive",
     "join": "chaosdrill.archive",
+    "recurrences": "chaosdrill.analysis.pairs",
     "plot": "chaosdrill.plots",
     "plot_archive": "chaosdrill.plots",
     "animate": "chaosdrill.plots",

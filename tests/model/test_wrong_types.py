@@ -62,6 +62,7 @@ RIGHT = {
     "cite": {"path": "own.nc"},
     "cut": {"ds": None, "start": 0.0, "stop": 1.0},
     "join": {"runs": None},
+    "recurrences": {"ds": None},
     "plot": {"ds": None},
     "plot_archive": {"path": "own.nc"},
     "animate": {"ds": None, "path": "run.gif"},
