@@ -15,11 +15,13 @@ import numpy as np
 
 from chaosdrill.analysis.classification import Verdict, add_regularity, judge
 from chaosdrill.analysis.cycles import at_points, continued, escapes, linearised, search
-from chaosdrill.analysis.matching import count_attractors, moments
+from chaosdrill.analysis.matching import KNOWN_BY, count_attractors, moments, number_attractors
 from chaosdrill.analysis.plan import BLOCKS, Plan
 from chaosdrill.analysis.recurrence import CLOSE, sizes
 from chaosdrill.analysis.statistics import block_ends, error_of_mean_rate, whole_cycles
 from chaosdrill.analysis.tori import LENGTH
+from chaosdrill.analysis.visits import LENGTH as VISITED
+from chaosdrill.analysis.visits import merge
 from chaosdrill.analysis.words import Evidence, words
 from chaosdrill.dataset import Outcome, count_outcomes
 from chaosdrill.dataset.outcomes import MEASURED
@@ -136,8 +138,22 @@ class PointTask(Task):
         found = {name: values.reshape(count, seeds, *values.shape[1:]) for name, values in found.items()}
         kept = {name: found[name] for name in self.keeps}
         if self.counts_attractors:
-            kept["attractor_count"] = count_attractors(found).astype("i2")
+            counts = count_attractors(found)
+            for unit in np.flatnonzero(counts > 1).tolist():
+                counts[unit] = self._told_apart(first + unit, {name: found[name][unit] for name in KNOWN_BY})
+            kept["attractor_count"] = counts.astype("i2")
         return kept
+
+    def _told_apart(self, unit: int, seeds: Arrays) -> int:
+        """Attractors among the seeds of a point of the grid that seem to be on several."""
+        numbers, leaders = number_attractors(seeds)
+        parameters, starts, modes = self.begin(np.array([unit]))
+
+        def begin(which: np.ndarray) -> Batch:
+            here = {name: values[leaders[which]] for name, values in parameters.items()}
+            return self.plan.mapped(here, starts[leaders[which]], modes[leaders[which]], VISITED)
+
+        return len(merge(self.plan, seeds, numbers, leaders, begin)[1])
 
     def fingerprint(self) -> dict[str, Any]:
         """Everything that determines the numbers."""

@@ -4,6 +4,8 @@ import pickle
 
 import numpy as np
 import pytest
+import sympy
+from maps import map_system
 
 import chaosdrill as cd
 from chaosdrill.analysis import points, sweeps
@@ -109,3 +111,23 @@ def test_without_section_points_a_chart_holds_none(circle, lossy):
     assert "iterate" not in lossy.sizes
     with pytest.raises(cd.errors.SettingsError, match="section_points"):
         cd.parameter_chart(circle, {"growth": [0.0], "angle": [1.0]}, transient=1, periods=2, section_points=-1)
+
+
+def test_one_attractor_is_counted_once_in_short_records():
+    """Chaos between the wells of Duffing's oscillator, whose means over 64 periods differ by a fifth."""
+    duffing = cd.build("duffing")
+    own = {name: [duffing.parameters[name]] for name in ("delta", "omega")}
+    starts = {"count": 24, "seed": 1, "x": (-2, 2), "v": (-2, 2)}
+    for periods in (64, 256):
+        chart = cd.parameter_chart(duffing, own, periods=periods, transient=100, random=starts)
+        assert (chart.cd.outcome == "chaotic").all()
+        assert chart["attractor_count"].values.tolist() == [[1]]
+
+
+def test_attractors_that_are_apart_stay_apart():
+    """r x (1 - s |x|) has an interval of chaos on either side of zero, and so has it s times smaller."""
+    x, r, s = sympy.symbols("x r s", real=True)
+    both = map_system("both sides", (x,), {"r": 3.97, "s": 1.0}, {x: r * x * (1 - s * sympy.Abs(x))}, {x: 0.3})
+    starts = {"count": 12, "seed": 1, "x": (-1, 1)}
+    chart = cd.parameter_chart(both, {"r": [3.97, 3.99], "s": [1.0, 0.9]}, periods=64, transient=100, random=starts)
+    assert (chart["attractor_count"] == 2).all()
