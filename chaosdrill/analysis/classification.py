@@ -149,21 +149,33 @@ def evidence_of_records(
     e.exact = e.recurs & (found.residual <= ROUND_OFF)
     unclear = np.flatnonzero(~e.positive & ~e.negative)
     add_regularity(e, unclear, windows[unclear], known[unclear], structure, flow)
-    if flow is None:
-        open_ = np.flatnonzero(np.isin(words(e), (Outcome.TRANSIENT, Outcome.UNDECIDED)))
-        _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], symmetries)
+    open_ = np.flatnonzero(np.isin(words(e), (Outcome.TRANSIENT, Outcome.UNDECIDED)))
+    _add_later(e, open_, windows[open_, windows.shape[1] // 2 :], known[open_], symmetries, flow)
     return e
 
 
-def _add_later(e: Evidence, which: np.ndarray, later: np.ndarray, known: np.ndarray, symmetries: np.ndarray) -> None:
-    """Add what some motions have reached by the later half of their record."""
+def _add_later(
+    e: Evidence,
+    which: np.ndarray,
+    later: np.ndarray,
+    known: np.ndarray,
+    symmetries: np.ndarray,
+    flow: Callable[[np.ndarray, int], np.ndarray] | None,
+) -> None:
+    """Add what some motions have reached by the later half of their record.
+
+    Instants of any kind, of which the ``flow`` tells the rates, come back to a cycle only by chance; they lie on a
+    closed curve there.
+    """
     paths = aside(later, symmetries)
-    found = recurrence(paths, known, later.shape[1] // REPEATS)
-    e.cycle_reached[which] = (found.period > 0) & (found.residual <= ROUND_OFF)
+    if flow is None:
+        found = recurrence(paths, known, later.shape[1] // REPEATS)
+        e.cycle_reached[which] = (found.period > 0) & (found.residual <= ROUND_OFF)
     leaving, settling = stationarity(paths[:, :, :-1], known)
     stays = np.flatnonzero(~e.cycle_reached[which] & ~leaving & ~settling)
-    seen = examine(later[stays], known[stays], symmetries)
-    e.torus_reached[which[stays]] = seen.torus & seen.converges
+    seen = examine(later[stays], known[stays], symmetries, flow)
+    e.torus_reached[which[stays]] = seen.torus & seen.converges & ((flow is None) | seen.agrees)
+    e.cycle_reached[which[stays]] |= seen.curve & seen.converges
 
 
 def _chaos_possible(system: HybridSystem, n: int) -> bool:
@@ -327,7 +339,11 @@ def add_regularity(
     seen = examine(windows, known, symmetries, flow)
     e.leaving[which], e.settling[which] = stationarity(aside(windows, symmetries)[:, :, :-1], known)
     e.drifts[which], e.long_cycle[which] = seen.drifts, seen.long_cycle
-    e.torus[which], e.converges[which], e.curve[which] = seen.torus, seen.converges, seen.curve
+    e.torus[which], e.converges[which], e.agrees[which] = seen.torus, seen.converges, seen.agrees
+    e.curve[which] = seen.curve
+    if flow is not None:
+        # instants of a short laminar phase may look like those of a torus
+        e.torus[which] &= seen.agrees | e.unmoved[which]
 
 
 def _winds(plan: "Plan", batch: Batch, which: np.ndarray) -> np.ndarray:

@@ -151,8 +151,8 @@ def only_grows(points: np.ndarray, known: np.ndarray, before: np.ndarray | None 
     return found
 
 
-def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whether averages over both halves of sequences agree, and whether they agree ever better in longer parts.
+def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Whether averages over both halves of sequences agree, ever better in longer parts, and as far as a run allows.
 
     In chaos on many narrow bands averages are close as well, in parts of the whole extent; twice as many points bring
     them closer by a third, and those of a torus, unless it is slow, by orders of magnitude.
@@ -164,7 +164,7 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
 
     Returns
     -------
-    smooth, converging : ndarray of bool, shape (P,)
+    smooth, converging, exact : ndarray of bool, shape (P,)
     """
     weight = _one_over_extent(windows, known)
     moves = (weight > 0).any(axis=1)
@@ -172,7 +172,7 @@ def agreement(windows: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, np.nd
     both = np.concatenate([off, off**2], axis=2)
     quarter, half, whole = (_apart(both, windows.shape[1] // parts) for parts in (4, 2, 1))
     converging = (half <= np.maximum(quarter / FASTER, EXACT)) & (whole <= np.maximum(quarter / FASTER**2, EXACT))
-    return (whole <= SMOOTH) & moves, converging & moves
+    return (whole <= SMOOTH) & moves, converging & moves, (whole <= EXACT) & moves
 
 
 def _one_over_extent(windows: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -217,7 +217,7 @@ def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, 
     columns = sequences[:, :, np.newaxis]
     weight = fading(sequences.shape[1])
     means, apart = np.einsum("sw,w->s", sequences[:, 1:], weight), halves_apart(columns)[:, 0]
-    smooth, converges = agreement(columns, known[:, np.newaxis])
+    smooth, converges, _ = agreement(columns, known[:, np.newaxis])
     by_chance = standard_error(in_blocks(sequences.T, BLOCKS)) * np.sqrt(sequences.shape[1] * (weight**2).sum())
     return means, apart, np.where(smooth & converges, apart, np.fmax(apart, by_chance))
 
@@ -238,6 +238,7 @@ class Regularity:
     long_cycle: np.ndarray  # the points come back
     torus: np.ndarray  # averages of both halves agree, and all other opinions say that they lie on a torus
     converges: np.ndarray  # averages converge faster than any power
+    agrees: np.ndarray  # averages over both halves agree as far as a run allows
     curve: np.ndarray  # instants lie on a closed curve along the flow
 
 
@@ -268,16 +269,16 @@ def examine(
     states = paths[:, :, :-1]
     drifts = np.asarray(only_grows(states, known).any(axis=1))
     cycle = np.asarray(~drifts & _comes_back(paths, known))
-    smooth, converges, torus, curve = (np.zeros(len(windows), dtype=bool) for _ in range(4))
+    smooth, converges, agrees, torus, curve = (np.zeros(len(windows), dtype=bool) for _ in range(5))
     if windows.shape[1] >= LEAST:
-        smooth, converges = agreement(states, known)
+        smooth, converges, agrees = agreement(states, known)
         for k in np.flatnonzero(~drifts & ~cycle & smooth):
             if flow is None:
                 weight = _one_over_extent(states[[k]], known[[k]])[0]
                 torus[k] = _by_gaps(states[k][:, weight > 0] * weight[weight > 0])
             else:
                 curve[k], torus[k] = _by_neighbours(windows[k], paths[k], known[k], flow, symmetries)
-    return Regularity(drifts, cycle, torus, converges, curve)
+    return Regularity(drifts, cycle, torus, converges, agrees, curve)
 
 
 def _comes_back(paths: np.ndarray, known: np.ndarray) -> np.ndarray:

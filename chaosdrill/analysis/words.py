@@ -25,6 +25,9 @@ DIGITS = 36.7
 """Logarithm by which a distance grows at most from round-off to the size of the state. A motion that leaves an unstable
 one has no more of it; tangents that grow so far in both halves of a bounded record fold again and again."""
 
+UNMOVED = 1e-3
+"""Logarithm by which they do so at most where they do not at all, as those of phases that run evenly."""
+
 BOUNDED, STILL = 10.0, 2.0
 """Logarithm by which tangents grow or shrink in a record of a torus at most. It stays bounded there but for shear, in
 which it is that of the length. Where averages do not converge faster than any power, as on a torus that has just been
@@ -61,8 +64,9 @@ class Evidence:
     long_cycle: np.ndarray  # bool: a longer record comes back
     torus: np.ndarray  # bool: averages agree, the points leave no gaps, and the 0-1 test calls it regular
     converges: np.ndarray  # bool: averages converge faster than any power
+    agrees: np.ndarray  # bool: averages over both halves of the record agree as far as a run allows
     curve: np.ndarray  # bool: instants lie on a closed curve along the flow
-    cycle_reached: np.ndarray  # bool: the later half comes back to round-off
+    cycle_reached: np.ndarray  # bool: the later half comes back to round-off, or its instants lie on a closed curve
     torus_reached: np.ndarray  # bool: the later half is that of a torus by all opinions but that of the exponent
 
     @classmethod
@@ -134,6 +138,11 @@ class Evidence:
         return self.torus & self.torus_possible & ((growth <= STILL) | (self.converges & (growth <= BOUNDED)))
 
     @property
+    def unmoved(self) -> np.ndarray:
+        """Whether tangents neither grow nor shrink."""
+        return np.abs(self.lead) * self.length <= UNMOVED
+
+    @property
     def bounded(self) -> np.ndarray:
         """Whether tangents grow or shrink little in the whole record."""
         return np.abs(self.lead) * self.length <= BOUNDED
@@ -162,7 +171,7 @@ RULES = (
     Rule(
         Outcome.PERIODIC,
         lambda e: e.reached_cycle,
-        "its later half comes back to round-off, and nearby motions come closer there",
+        "its later half comes back to round-off, or its instants lie on a closed curve, and nearby motions come closer",
     ),
     Rule(
         Outcome.QUASIPERIODIC,
@@ -190,7 +199,11 @@ RULES = (
         lambda e: ~e.positive & e.regular,
         "smooth averages converge faster than any power, the points leave no gaps, and tangents do not grow",
     ),
-    Rule(Outcome.PERIODIC, lambda e: ~e.positive & e.curve & e.bounded, "its instants lie on a closed curve"),
+    Rule(
+        Outcome.PERIODIC,
+        lambda e: ~e.positive & e.curve & e.bounded & (e.agrees | e.unmoved | e.falls_on),
+        "its instants lie on a closed curve, and nearby motions come closer, or stay, or averages agree to round-off",
+    ),
     Rule(Outcome.TRANSIENT, lambda e: e.leaving, "it grows evenly away from where it began"),
     Rule(Outcome.TRANSIENT, lambda e: e.settling, "its extent still shrinks, or what it lacks to a cycle"),
     Rule(Outcome.UNDECIDED, lambda e: np.ones_like(e.recurs), "the evidence does not suffice for any other word"),

@@ -235,3 +235,32 @@ def test_the_drill_of_period_twelve():
         assert int(np.ravel(found["period"])[0]) == 12
         assert float(np.ravel(found["progression_rate"])[0]) == pytest.approx(0.1491790, abs=5e-8)
         assert float(np.ravel(found["impacts_per_period"])[0]) == pytest.approx(7 / 6, rel=1e-13)
+
+
+def hopf(names, rate, turn):
+    """Hopf's normal form, whose cycle has the radius sqrt(rate)."""
+    a, b = names
+    pull = f"({rate} - {a}**2 - {b}**2)"
+    return {a: f"{a}*{pull} - {turn}*{b}", b: f"{turn}*{a} + {b}*{pull}"}
+
+
+def test_a_flow_that_left_is_called_by_its_later_half():
+    """By then it is on the cycle beside the point that it left, or on the torus of two such."""
+    one = cd.HybridSystem(states="x y", modes={"on": hopf("xy", 0.02, 1)}, initial={"x": 1e-9})
+    two = cd.HybridSystem(
+        states="x y u w",
+        modes={"on": hopf("xy", 0.05, 1) | hopf("uw", 0.05, "sqrt(2)")},
+        initial={"x": 1e-9, "u": 1e-6},
+    )
+    assert words(cd.lyapunov_spectrum(one, duration=4000)) == ["periodic"]
+    assert words(cd.lyapunov_spectrum(two, duration=4000)) == ["quasiperiodic"]
+    # half of it is spent on the way
+    assert words(cd.lyapunov_spectrum(one, duration=1500)) == ["transient"]
+
+
+def test_a_laminar_phase_of_a_flow_is_no_cycle():
+    """Just above its window at 166.06 Lorenz's system stays near the cycle that is gone for hundreds of turns."""
+    lorenz = cd.build("lorenz").with_parameters(rho=166.063)
+    for start, length in ((1.0, 20.0), (3.0, 22.0), (-4.0, 27.0), (7.0, 30.0), (11.0, 39.0), (-13.0, 52.0)):
+        found = cd.lyapunov_spectrum(lorenz.with_initial(x=start), duration=length, transient=50)
+        assert set(words(found)) <= {"undecided", "transient", "chaotic"}
