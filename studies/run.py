@@ -7,7 +7,7 @@
     python3 studies/run.py throughput     speed of charts: other programs, two workers, number of points, memory
     python3 studies/run.py charts         charts of the drill, slow and fast drilling, basins; does chaos drill faster?
     python3 studies/run.py orbits         branches, cascades and grazing of the drill, validated by simulations
-    python3 studies/run.py words          how often a motion is called wrongly: 5,100 records whose nature is known
+    python3 studies/run.py words          how often a motion is called wrongly: 5,920 records whose nature is known
     python3 studies/run.py archives       runs every scene of the studies and verifies its archive
     python3 studies/run.py start          the time to the first spectrum and diagram of a new system
     python3 studies/run.py fuzz           corrupted scenes, archives and parts; runs that are killed and resumed

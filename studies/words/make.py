@@ -2,8 +2,9 @@
 
     python studies/words/make.py [--records N] [--seed S]          (or: python3 studies/run.py words)
 
-The records go through the judgement that spectra use. The table is written to ``studies/words/words.md``; the exit code
-is 0 if at most one word in 1,000 is wrong at every length.
+The records go through the judgement that spectra use; runs without forcing, at events and surfaces, and of the drill
+are called by spectra themselves. The table is written to ``studies/words/words.md``; the exit code is 0 if at most one
+word in 1,000 is wrong at every length.
 """
 
 import argparse
@@ -15,6 +16,8 @@ from types import SimpleNamespace
 
 import numpy as np
 from records import FAMILIES
+from runs import RUNS
+from runs import called as called_by_spectra
 
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.statistics import block_ends, standard_error
@@ -25,6 +28,7 @@ from chaosdrill.engine.structure import Structure
 
 HERE = Path(__file__).resolve().parent
 LENGTHS = (64, 256, 1024, 4096, 16384)
+LENGTHS_OF_RUNS = LENGTHS[:4]
 SEED = 20_261_125
 BLOCKS = 256
 OPEN_ANSWERS = {"undecided", "transient"}
@@ -67,26 +71,36 @@ def main():
     """Make the records, call them, write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--records", type=int, default=5500, help="records of all families and lengths together")
+    parser.add_argument("--runs", type=int, default=15, help="runs of each family and length that spectra call")
     parser.add_argument("--seed", type=int, default=SEED, help="from which they are made")
     given = parser.parse_args()
     each = max(1, -(-given.records // (len(FAMILIES) * len(LENGTHS))))
     rows, began = [], time.perf_counter()
     wrong, open_, total, short, open_short = (Counter() for _ in range(5))
+
+    def enter(name, length, right, said, too_short):
+        """Count the words for records of a family and length."""
+        found, unsaid = Counter(said.tolist()), np.isin(said, sorted(OPEN_ANSWERS))
+        false = sum(count for word, count in found.items() if word not in OPEN_ANSWERS | {right})
+        wrong[length] += false
+        total[length] += len(said)
+        short[length] += too_short.sum()
+        open_[length] += (unsaid & ~too_short).sum()
+        open_short[length] += (unsaid & too_short).sum() if right else 0
+        rows.append((name, length, right or "none", found, false))
+
     for name, (family, right) in FAMILIES.items():
         for length in LENGTHS:
             rng = np.random.default_rng([given.seed, length, *name.encode()])
             states, growth, *excused = family(rng, each, length)
             too_short = excused[0] if excused else np.full(each, not right)
             units = 10 ** rng.uniform(-9, 9, (each, 1, states.shape[2]))
-            said = np.array(called(states * units, growth))
-            found, unsaid = Counter(said.tolist()), np.isin(said, sorted(OPEN_ANSWERS))
-            false = sum(count for word, count in found.items() if word not in OPEN_ANSWERS | {right})
-            wrong[length] += false
-            total[length] += each
-            short[length] += too_short.sum()
-            open_[length] += (unsaid & ~too_short).sum()
-            open_short[length] += (unsaid & too_short).sum() if right else 0
-            rows.append((name, length, right or "none", found, false))
+            enter(name, length, right, np.array(called(states * units, growth)), too_short)
+    for name, (family, right) in RUNS.items():
+        for length in LENGTHS_OF_RUNS:
+            rng = np.random.default_rng([given.seed, length, *name.encode()])
+            said, too_short = called_by_spectra(family, rng, given.runs, length)
+            enter(name, length, right, np.array(said), too_short)
     listed = ("periodic", "quasiperiodic", "chaotic", "open", "equilibrium", "transient", "undecided")
     lines = [f"| records | length | right | {' | '.join(listed)} | wrong |", "|---|" + "---:|" * (len(listed) + 3)]
     lines += [

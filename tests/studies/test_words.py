@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "studies" / "words"
-OWN = ("make", "records")
+OWN = ("make", "records", "runs")
 
 
 @pytest.fixture(scope="module")
@@ -40,3 +40,11 @@ def test_growth_is_that_of_the_map(make):
     assert sides.sum() == pytest.approx(1, abs=1e-9)
     assert growth.mean() == pytest.approx(-(sides * np.log(sides)).sum(), abs=0.03)
     assert np.abs(families["seas"](rng, 3, 200)[1].sum(axis=2)).max() < 1e-9
+
+
+def test_runs_are_called_rightly(make):
+    """Flows without forcing, events, surfaces and the drill."""
+    for name, (family, right) in make.RUNS.items():
+        said, too_short = make.called_by_spectra(family, np.random.default_rng([7, *name.encode()]), 2, 256)
+        assert set(said) <= make.OPEN_ANSWERS | {right}, name
+        assert len(too_short) == 2
