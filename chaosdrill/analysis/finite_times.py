@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 from numba import int64
-from scipy import fft
 
 from chaosdrill.analysis.arguments import SLICE, Span, tangent_count
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
@@ -236,7 +235,7 @@ def correlation_time(rates: np.ndarray) -> tuple[float, float]:
     off, count = rates - rates.mean(), len(rates)
     if np.abs(off).max() <= CONSTANT * np.abs(rates).max():
         return np.nan, np.nan
-    power = np.abs(fft.rfft(off)[1:]) ** 2 / (off**2).sum()
+    power = np.abs(np.fft.rfft(off)[1:]) ** 2 / (off**2).sum()
     most = max(LOWEST, int(0.4 * count ** (2 / 3)))
     time = 1.0
     for _ in range(ROUNDS):

@@ -10,6 +10,7 @@ leave gaps at all scales; and sums of them with turning phases stay bounded (the
 doi:10.1137/080718851).
 """
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +18,6 @@ from functools import lru_cache
 
 import numpy as np
 from numba import void
-from scipy import fft
 
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
 from chaosdrill.analysis.statistics import in_blocks, standard_error
@@ -326,6 +326,18 @@ def turns() -> np.ndarray:
     return np.asarray(np.pi / 5 + 3 * np.pi / 5 * ((np.arange(TURNS) * (np.sqrt(5) - 1) / 2) % 1))
 
 
+def _fast_length(least: int) -> int:
+    """The next length without prime factors above 11, whose transform is fast."""
+    for length in itertools.count(least):
+        left = length
+        for prime in (2, 3, 5, 7, 11):
+            while left % prime == 0:
+                left //= prime
+        if left == 1:
+            break
+    return length
+
+
 def zero_one_by_turn(values: np.ndarray) -> np.ndarray:
     """Growth K of the 0-1 test for each of the turning phases; NaN where nothing moves.
 
@@ -348,8 +360,8 @@ def zero_one_by_turn(values: np.ndarray) -> np.ndarray:
     steps = np.arange(1, count // 10 + 1)
     kept = count - len(steps)
     off = (values - values.mean(axis=-1, keepdims=True))[..., 1:]
-    size = fft.next_fast_len(count, real=True)
-    pairs = fft.irfft(fft.rfft(off, size) * np.conj(fft.rfft(off[..., :kept], size)), size)[..., : len(steps)]
+    size = _fast_length(count)
+    pairs = np.fft.irfft(np.fft.rfft(off, size) * np.conj(np.fft.rfft(off[..., :kept], size)), size)[..., : len(steps)]
     pairs[..., 1:] *= 2
     squares = np.zeros((*values.shape[:-1], TURNS, len(steps)))
     for place in np.ndindex(values.shape[:-1]):
