@@ -147,6 +147,9 @@ class MapReader(Reader):
         message = message.replace(INSTEAD["Heaviside"], "write Piecewise(1, x >= 0, 0)")
         super()._fault(("images",) if path[:1] == ("transitions",) else path, message)
 
+    def _labels(self, value: Any, labelled: list[str]) -> dict[str, str]:
+        return super()._labels(value, [name for name in labelled if name != self._clock.name])
+
     def _read_transitions(self, value: Any) -> tuple[Transition, ...]:
         clock, hints = self._clock, self._hints
         self._clock, self._hints = None, dict.fromkeys(hints, _NO_TIME)

@@ -154,6 +154,7 @@ WRONG = {
     "heaviside": ({"images": ["Heaviside(x)", "y"]}, "images.x: unknown function 'Heaviside'; write Piecewise(1, "),
     "states": ({"states": "x x"}, "states.1: 'x' is named twice"),
     "parameter": ({"parameters": {"x": 1.0}}, "states: 'x' is the name of a parameter too"),
+    "labels": ({"labels": {"q": "a"}}, "labels.q: names no state, parameter, quadrature or time; known here: x, y"),
     "bounds": ({"bounds": {"x": (1, 0)}}, "bounds.x: expected [low, high]"),
 }
 
