@@ -92,6 +92,11 @@ def test_evidence(model, section):
         assert words(found) <= SOUND
         moves = found["k" if "k" in found else "digits"].notnull()
         assert found["outcome"] == cd.Outcome.PERIODIC or moves.any()
+        # a result that has k holds no parameter of that name
+        if model.parameters and next(iter(model.parameters)) not in found:
+            swept = function(model, ways(model, 1), periods=40, transient=5, **section)
+            assert words(swept) <= SOUND
+            assert swept["outcome"].values[0] == found["outcome"]
     growth = cd.finite_time_exponents(model, periods=8, transient=5, **section)
     assert words(growth) == {"ok"}
     exponents = growth["lyapunov_exponent"].values
