@@ -80,11 +80,11 @@ def regularity(system: "HybridSystem", given: Regularity, job: "Job") -> "xr.Dat
         Points of the section, or time, to run before the record starts.
     at, max_return : optional
         The section, as in `poincare_section`.
+    max_period : int, default 64
+        Longest period to detect.
     plane : pair of str, optional
         States in whose plane points turn, from the first towards the second; default: the first two that move on the
         section, or, where only one does, this state and its next value.
-    max_period : int, default 64
-        Longest period to detect.
     workers : int, default 1
         Threads among which the values of a sweep are shared; the kernels hold no lock.
     scheduler : str, optional
