@@ -131,6 +131,7 @@ COORDINATES = {
     "followed": (5,),
     "chart": (4, 5),
     "basins": (0, 1),
+    "measures": (0, 1),
     "attractors": (4,),
     "branches": (4,),
     "curve": (4, 5),
