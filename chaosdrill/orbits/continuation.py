@@ -537,7 +537,8 @@ class SpecialCurve(Curve):
             return point.orbit, point.shot
         assert point.root is not None
         plane = point.root.plane
-        away = -np.sign(point.root.slope) * self.margin * point.root.across.change
+        across = point.root.across.change
+        away = -np.sign(point.root.slope) * self.margin / np.linalg.norm(plane.weights * across) * across
         shot = self.problem.shoot(point.orbit, False, point.section)
         guess = self.problem.moved(point.orbit, shot, away)
         try:

@@ -393,7 +393,7 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
                 further += [] if fuller is None else [fuller]
             continue
         ahead = _away(problem, orbit, seen, border, weights)
-        if ahead is not None:
+        if ahead is not None and _leads_back(problem, orbit, seen, border, weights):
             return Continuation(orbit, seen, ahead)
     return None
 
@@ -430,16 +430,46 @@ def passing(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -
     return closest
 
 
+def _leads_back(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weights: np.ndarray) -> bool:
+    """Whether the orbits beside one come ever nearer to the border, as on a branch that begins there.
+
+    A branch that only passes by may be as near as the first orbits of one behind a touch, which change with the root of
+    the distance from it.
+    """
+    near = max(SETTINGS.same_path, SETTINGS.root_near * float(np.sqrt(border.error * weights[-1])))
+    away = distance(problem, orbit, border.good, weights)
+    for _ in range(SETTINGS.bisections):
+        if away <= near:
+            return True
+        direction = problem.direction(orbit, shot, weights)
+        nearest = None
+        for sign in (1.0, -1.0):
+            moved = problem.moved(orbit, shot, sign * 0.5 * away * direction)
+            code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside)
+            if code == CONVERGED and np.isfinite(seen.equations).all():
+                left = distance(problem, there, border.good, weights)
+                if left < SETTINGS.nearer * away and (nearest is None or left < nearest[0]):
+                    nearest = left, there, seen
+        if nearest is None:
+            return False
+        away, orbit, shot = nearest
+    return False
+
+
 def _away(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weights: np.ndarray) -> np.ndarray | None:
     """The direction that leads away from a border, along orbits that the system follows."""
     direction = problem.direction(orbit, shot, weights)
     farthest, away = 0.0, None
-    step = max(SETTINGS.border_probe, 2 * distance(problem, orbit, border.good, weights))
-    for sign in (1.0, -1.0):
-        moved = problem.moved(orbit, shot, sign * step * direction)
-        code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside)
-        if code == CONVERGED and admissible(there, seen):
-            far = distance(problem, there, border.good, weights)
-            if far > farthest:
-                farthest, away = far, sign * direction
+    least = 2 * distance(problem, orbit, border.good, weights)
+    # the next change of events may be near
+    for step in sorted({max(SETTINGS.border_probe * part, least) for part in (1.0, 0.1, 0.01)}, reverse=True):
+        for sign in (1.0, -1.0):
+            moved = problem.moved(orbit, shot, sign * step * direction)
+            code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside)
+            if code == CONVERGED and admissible(there, seen):
+                far = distance(problem, there, border.good, weights)
+                if far > farthest:
+                    farthest, away = far, sign * direction
+        if away is not None:
+            break
     return away

@@ -247,6 +247,10 @@ class Settings:
     """Changes of the parameter, relative, at which the events of the system's own path are read."""
     border_near: float = 0.1
     """Distance from the border, in the norm of the weights, within which an orbit belongs to it."""
+    root_near: float = 10.0
+    """Distance from a border, in roots of its error, within which an orbit begins there."""
+    nearer: float = 0.7
+    """What half of the way back to a border leaves of it, at most."""
     border_tried: int = 60
     """Sequences of events that are tried behind a border."""
     same_cycle: float = 0.02

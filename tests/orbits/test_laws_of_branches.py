@@ -1,0 +1,233 @@
+"""Laws that every branch obeys, over families whose diagrams are known in closed form."""
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import fsolve
+
+import chaosdrill as cd
+from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.orbits.crossings import unexplained
+from chaosdrill.orbits.roots import bracketed
+
+x, y, z, w, r, mu, a, b, unit = sympy.symbols("x y z w r mu a b unit", real=True)
+
+
+def stepped(images, parameters, initial, condition=None):
+    """A map, applied once a period; with a condition, one of two maps."""
+    clock = sympy.Symbol("clock", real=True)
+    choices = [images] if condition is None else images
+    steps = [
+        cd.Transition(
+            f"step{k}", "wait", "wait", guard=clock - 1, direction=1, reset={**one, clock: 0},
+            condition=condition if condition is not None and k == 0 else None,
+        )
+        for k, one in enumerate(choices)
+    ]  # fmt: skip
+    states = tuple(choices[0])
+    return cd.HybridSystem(
+        name="map", states=(*states, clock), parameters=parameters, period=sympy.Integer(1),
+        modes={"wait": {**dict.fromkeys(states, 0), clock: 1}}, transitions=steps,
+        initial={**dict(zip(states, initial, strict=True)), clock: 0.5},
+    )  # fmt: skip
+
+
+def kinds(branch):
+    return [Special(int(k)) for k in branch["special_kind"].values]
+
+
+# The curve lives in all points of an orbit: windows of the logistic map.
+
+
+def fold_of_window(period, near, start):
+    """Where f^p(x) = x has a double root, by another root finder in other unknowns."""
+
+    def equations(unknowns):
+        points, value = unknowns[:-1], unknowns[-1]
+        images = value * points * (1 - points)
+        return [*(images - np.roll(points, -1)), np.prod(value * (1 - 2 * points)) - 1]
+
+    orbit = [start]
+    for _ in range(period - 1):
+        orbit.append(near * orbit[-1] * (1 - orbit[-1]))
+    return float(fsolve(equations, [*orbit, near], xtol=1e-13)[-1])
+
+
+WINDOWS = [
+    (3, 3.835, (3.8, 3.87)),
+    (3, 3.835, (3.0, 4.0)),
+    (4, 3.9605, (3.955, 3.97)),
+    (5, 3.7385, (3.72, 3.76)),
+    (6, 3.6268, (3.62, 3.64)),
+    (7, 3.7018, (3.695, 3.71)),
+]
+
+
+@pytest.mark.parametrize(("period", "inside", "limits"), WINDOWS)
+def test_the_fold_of_a_window_stands_once_and_both_branches_go_on(period, inside, limits):
+    system = LOGISTIC.with_parameters(r=inside)
+    branch = cd.continue_orbit(system, {"r": limits}, period=period, transient=3000)
+    exact = fold_of_window(period, inside, 0.5)
+    folds = branch["special_value"].values[branch["special_kind"].values == Special.FOLD]
+    assert len(folds) == 1
+    assert abs(folds[0] - exact) < 1e-11
+    assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT]
+    assert branch["r"].values[[0, -1]].tolist() == [limits[1], limits[1]]
+    assert branch["r"].values.min() == pytest.approx(exact, abs=1e-11)
+    assert branch.attrs["message"] == ""
+
+
+LOGISTIC = stepped({x: r * x * (1 - x / unit)}, {"r": 3.835, "unit": 1.0}, [0.4])
+
+
+@settings(max_examples=6)
+@given(
+    step=st.floats(0.0002, 0.0015), turns=st.integers(0, 2), size=st.sampled_from([1.0, 1e-6, 1e6]),
+    inside=st.floats(3.8295, 3.8405),
+)  # fmt: skip
+def test_nothing_of_a_fold_depends_on_the_step_the_start_or_the_unit(step, turns, size, inside):
+    """sqrt(8) + 1 is the fold; the period doubles where (f^3)' = -1, at 3.841499..."""
+    start = 0.5
+    for _ in range(300 + turns):
+        start = inside * start * (1 - start)
+    system = LOGISTIC.with_parameters(r=inside, unit=size).with_initial(x=start * size)
+    branch = cd.continue_orbit(system, {"r": (3.8, 3.85)}, period=3, transient=200, step=step)
+    assert sorted(kinds(branch)) == [Special.FOLD, Special.PERIOD_DOUBLING]
+    found = branch["special_value"].values
+    assert np.abs(np.sort(found) - [1 + np.sqrt(8), 3.841499007543]).max() < 1e-10
+    assert branch["special_multiplicity"].values.tolist() == [1, 1]
+
+
+# Multipliers that cross together are one special point, with their number.
+
+
+def quadratic(u):
+    return mu - u**2
+
+
+def ring(e):
+    def image(own, left, right):
+        return (1 - 2 * e) * quadratic(own) + e * (quadratic(left) + quadratic(right))
+
+    return {x: image(x, y, z), y: image(y, z, x), z: image(z, x, y)}
+
+
+@pytest.mark.parametrize("tenths", [1, -1, 2])
+def test_a_ring_of_three_doubles_in_phase_and_twice_across(tenths):
+    """Across the ring the multiplier is -2 x (1 - 3 e), twice; x is the root of x = mu - x^2."""
+    e = sympy.Rational(tenths, 10)
+    start = (np.sqrt(3) - 1) / 2
+    branch = cd.continue_orbit(stepped(ring(e), {"mu": 0.5}, [start] * 3), {"mu": (0.3, 3.0)}, start="guess")
+    across = 1 / (2 * (1 - 3 * tenths / 10))
+    expected = sorted([(0.75, 1), (across**2 + across, 2)])
+    assert kinds(branch) == [Special.PERIOD_DOUBLING] * 2
+    np.testing.assert_allclose(branch["special_value"].values, [value for value, _ in expected], atol=1e-11)
+    assert branch["special_multiplicity"].values.tolist() == [count for _, count in expected]
+
+
+def turn(u, v):
+    angle = sympy.Rational(7, 10)
+    growth = (1 + mu) * (1 - u**2 - v**2)
+    cosine, sine = sympy.cos(angle), sympy.sin(angle)
+    return growth * (cosine * u - sine * v), growth * (sine * u + cosine * v)
+
+
+@pytest.mark.parametrize(
+    ("images", "kind", "multiplicity"),
+    [
+        ({x: x + mu * x - x**3, y: y + mu * y - y**3}, Special.BRANCH_POINT, 2),
+        ({x: x + mu * x - x**3, y: y + mu * y - y**3, z: z + mu * z}, Special.BRANCH_POINT, 3),
+        (dict(zip((x, y, z, w), (*turn(x, y), *turn(z, w)), strict=True)), Special.NEIMARK_SACKER, 4),
+        (dict(zip((x, y), turn(x, y), strict=True)), Special.NEIMARK_SACKER, 2),
+        ({x: -x - mu * x, y: -y - mu * y + x / 3, z: z / 2}, Special.PERIOD_DOUBLING, 2),
+    ],
+)
+def test_what_crosses_together_at_rest_is_one_point(images, kind, multiplicity):
+    branch = cd.continue_orbit(stepped(images, {"mu": -0.31}, [0.0] * len(images)), {"mu": (-0.5, 0.45)}, start="guess")
+    assert kinds(branch) == [kind]
+    assert abs(branch["special_value"].values[0]) < 1e-7
+    assert branch["special_multiplicity"].values.tolist() == [multiplicity]
+    assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT]
+
+
+class Segment:
+    """Points with given multipliers."""
+
+    def __init__(self, *multipliers):
+        self.values = np.array(multipliers)
+
+    def __len__(self):
+        return len(self.values)
+
+    def orbit(self, k):
+        return [0]
+
+
+@pytest.mark.parametrize(
+    ("rows", "marks", "found"),
+    [
+        ([(0.5, 0.9), (0.5, 1.1)], {}, (0, 1, 0, 1)),
+        ([(0.5, 0.9), (0.5, 1.0), (0.5, 1.1)], {1: 1}, None),
+        ([(0.5, 0.9), (0.5, 1.0), (1.2, 1.1)], {1: 1}, (0, 2, 0, 2)),
+        ([(0.5, 0.9), (0.5, 1 + 1e-9), (0.5, 0.9)], {}, None),
+        ([(1.5, 0.9), (1.0, 0.9), (0.5, 0.9), (0.5, 0.9)], {1: 1, 3: 0}, None),
+    ],
+)
+def test_a_count_that_changes_without_a_special_point_is_told(monkeypatch, rows, marks, found):
+    monkeypatch.setattr("chaosdrill.orbits.crossings.free_of", lambda segment: segment.values)
+    assert unexplained(Segment(*rows), marks) == found
+
+
+# Both sides of a border collision, and a closed branch once round.
+
+
+SKEW = stepped(
+    [{x: a * x + mu * unit}, {x: b * x + mu * unit}], {"a": 0.5, "b": -0.5, "mu": 0.3, "unit": 1.0}, [0.0], x <= 0
+)
+
+
+@settings(max_examples=8)
+@given(
+    left=st.floats(-0.9, 0.9), right=st.floats(-4, -0.2), side=st.sampled_from([-0.3, 0.3]),
+    size=st.sampled_from([1.0, 1e6]),
+)  # fmt: skip
+def test_a_border_collision_is_passed_from_either_side(left, right, side, size):
+    """x := a x + mu for x <= 0, else b x + mu: the fixed points mu / (1 - a) and mu / (1 - b)."""
+    slope = left if side < 0 else right
+    system = SKEW.with_parameters(a=left, b=right, mu=side, unit=size).with_initial(x=side * size / (1 - slope))
+    branch = cd.continue_orbit(system, {"mu": (-1.0, 1.0)}, start="guess")
+    values, found = branch["mu"].values, branch["orbit_state"].values[:, 0]
+    assert {values.min(), values.max()} == {-1.0, 1.0}
+    np.testing.assert_allclose(found, size * values / (1 - np.where(values < 0, left, right)), atol=1e-8 * size)
+    borders = [k for k, kind in enumerate(kinds(branch)) if kind == Special.OUTCOME_SWITCH]
+    assert len(borders) == 1
+    assert abs(branch["special_value"].values[borders[0]]) <= branch["special_error"].values[borders[0]]
+
+
+def test_a_closed_branch_is_walked_once():
+    system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 3.24, "e": 0.6})
+    branch = cd.continue_orbit(system, {"omega": (3.18, 3.30)}, period=6, transient=1000)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
+    values = branch["special_value"].values
+    assert len(values) == len(np.unique(values.round(9))) == 4
+    first, last = (branch["orbit_state"].values[k] for k in (0, -1))
+    np.testing.assert_allclose(last, first, atol=1e-9)
+
+
+# A sign change is found whatever the function is like.
+
+
+@settings(max_examples=200)
+@given(root=st.floats(0.001, 0.999), power=st.sampled_from([1 / 3, 1, 3, 9]), jump=st.floats(0, 10))
+def test_a_bracketed_root_is_found_without_an_exception(root, power, jump):
+    calls = []
+
+    def function(place):
+        calls.append(place)
+        away = place - root
+        return np.sign(away) * (jump + abs(away) ** power)
+
+    assert abs(bracketed(function, 0.0, 1.0) - root) < 1e-12 + 1e-16 ** (1 / max(power, 1))
+    assert len(calls) <= 202
