@@ -52,8 +52,7 @@ def _itineraries(found, names):
     ("order", "options", "given"),
     [
         ((0, 1, 2), {}, {}),
-        ((2, 0, 1), {"states": "p y x"}, {"seeds": [{"x": 2.5, "y": 0.5, "p": 0.1}]}),
-        ((0, 1, 2), {"unit": 1000.0}, {"seeds": [{"x": 2000.0, "y": 100.0, "p": 0.1}]}),
+        ((2, 0, 1), {"states": "p y x", "unit": 1000.0}, {"seeds": [{"x": 2000.0, "y": 100.0, "p": 0.1}]}),
     ],
 )
 def test_all_cycles_of_the_pinball(order, options, given):
