@@ -67,7 +67,7 @@ class Pieces:
     def words(self, length: int, most: int) -> Iterator[tuple[int, ...]]:
         """Cyclic sequences of groups, each once, in which ``most`` pieces begin with the most frequent kind."""
         follow = [[b for b in range(len(self.groups)) if (a, b) in self._gaps] for a in range(len(self.groups))]
-        stack = [(a,) for a in reversed(range(len(self.groups)))]
+        stack: list[tuple[int, ...]] = [(a,) for a in reversed(range(len(self.groups)))]
         while stack:
             word = stack.pop()
             if len(word) < length:
