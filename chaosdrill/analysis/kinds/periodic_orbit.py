@@ -139,7 +139,8 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         may occur in one revolution; without events, how many maxima it may have.
     seeds, random : optional
         Initial states of the runs whose close returns start a search, as in `bifurcation_diagram`; default: the
-        system's own. Runs from a box around them are added.
+        system's own. Runs from a box around them are added. Where motions escape, rounds are also made of pieces of
+        several of them; a seed has to meet an event before it escapes.
     method, tolerance, steps, max_events, max_stalls, progress : optional
         As in `trajectory`, with a default tolerance of 1e-13.
 
@@ -157,7 +158,8 @@ def periodic_orbit(system: "HybridSystem", given: PeriodicOrbit, job: "Job") -> 
         ``newton_residual`` (iteration);
         ``lyapunov_exponent`` (multiplier) and the discrepancies found by the checks: ``exponent_difference``,
         ``determinant_difference``, ``recurrence_difference``, ``consistent``; ``neutral``, how many multipliers are 1
-        by the structure of the system, in words in the attribute ``structure``; ``outcome``, in words in the attributes
+        by the structure of the system, in words in the attribute ``structure``, or by what was found to be conserved,
+        in words in the ``message``; ``outcome``, in words in the attributes
         ``message`` and ``disagreement``. A search adds the dimension ``orbit`` in front of all.
 
     Raises
