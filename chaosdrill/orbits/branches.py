@@ -21,7 +21,7 @@ from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.results import BranchResult, Cascade
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
-from chaosdrill.orbits.switching import curve_behind, doubled
+from chaosdrill.orbits.switching import crossing, curve_behind, doubled
 from chaosdrill.orbits.table import branch_table, cascade_from, nothing
 
 ENDS = {
@@ -433,6 +433,9 @@ def branches(
     found = [whole]
     _report(progress, found, doublings)
     generation, missing = [0], []
+    if doublings:
+        found += _partners(curve, whole, step, max_points)
+        generation += range(1, len(found))
     for turn in range(doublings):
         following: list[int] = []
         for parent in generation:
@@ -453,6 +456,39 @@ def branches(
         _report(progress, found, doublings)
     cascade = _longest_cascade(found) if doublings else None
     return branch_table(problem, (parameter,), found, cascade, marks, missing)
+
+
+def _partners(curve: Curve, whole: Branch, step: float, most: int) -> list[Branch]:
+    """The branches that cross the first one at its branch points, a branch on either side."""
+    found: list[Branch] = []
+    for mark in whole.marks:
+        if mark.kind != Special.BRANCH_POINT or mark.multiplicity > 1:
+            continue
+        points = whole.segments[mark.segment].points
+        here = points[mark.point]
+        beside = [points[max(mark.point - 1, 0)].orbit, points[min(mark.point + 1, len(points) - 1)].orbit]
+        for orbit, shot, ahead in crossing(curve, beside[0], here.orbit, beside[1], step):
+            if _passed(curve, found, here, mark.error):
+                continue
+            others = [s for one in (whole, *found) for s in one.segments]
+            branch = trace_branch(
+                curve, curve.first(orbit, shot, ahead), step / float(curve.spans[0]), most, others=others
+            )
+            branch.parent, branch.born = 0, whole.value(mark)
+            branch.start = f"the branch point at {curve.problem.free[0]} = {branch.born:.12g}"
+            found.append(branch)
+    return found
+
+
+def _passed(curve: Curve, found: list[Branch], point: Point, error: float) -> bool:
+    """Whether a branch that was followed has come through a branch point, from one side to the other."""
+    return any(
+        mark.kind == Special.BRANCH_POINT
+        and abs(branch.value(mark) - float(curve.values(point.orbit)[0])) <= 2 * (mark.error + error)
+        and curve.met(branch.orbit(mark), point.orbit, point.weights, SETTINGS.meeting**0.5) is not None
+        for branch in found
+        for mark in branch.marks
+    )
 
 
 def _beside(curve: Curve, orbit: Orbit, shot: Shot, step: float) -> Point:
@@ -491,7 +527,9 @@ def _longest_cascade(found: list[Branch]) -> Cascade | None:
         first = _to_follow(branch, True) if number else []
         chain = [(branch.value(m), branch.segments[m.segment].orbit(0).periods) for m in first]
         while branch.parent >= 0:
-            born, branch = branch.born, found[branch.parent]
+            born, period, branch = branch.born, branch.segments[0].orbit(0).periods, found[branch.parent]
+            if branch.segments[0].orbit(0).periods == period:
+                break
             chain.append((born, branch.segments[0].orbit(0).periods))
         if len(chain) > len(best):
             best = chain

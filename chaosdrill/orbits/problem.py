@@ -370,6 +370,14 @@ class Problem:
         told = held @ (null / weights).T
         return np.asarray(np.linalg.svd(told)[2][-count:] @ null)
 
+    def nearly_null(self, orbit: Orbit, shot: Shot, weights: np.ndarray, count: int) -> np.ndarray:
+        """Directions in which orbits most nearly go on within their families, shape (count, columns), as `null_space`.
+
+        Where branches cross, an orbit is known to the root of its residual, and so are the equations there.
+        """
+        held = self._held(orbit) / weights
+        return np.asarray(np.linalg.svd(np.vstack([self._weighted(orbit, shot, weights), held]))[2][-count:])
+
     def regularity(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> float:
         """Smallest singular value of the weighted equations that the structure of the system does not make zero."""
         sizes = np.linalg.svd(self._weighted(orbit, shot, weights), compute_uv=False)

@@ -51,6 +51,35 @@ def doubled(curve: Curve, orbit: Orbit, scale: float, most: float) -> Iterator[t
             length *= 0.9 * np.sqrt(most / change)
 
 
+def crossing(
+    curve: Curve, before: Orbit, orbit: Orbit, after: Orbit, most: float
+) -> Iterator[tuple[Orbit, Shot, np.ndarray]]:
+    """Orbits of the branch that crosses another one, on either side: the orbit, its shot, and the direction there.
+
+    Of the two null vectors of the equations one is the direction of the known branch, on which ``before`` and ``after``
+    are neighbours of the crossing; the other branch leaves across it. Where a symmetry is lost the two sides are the
+    two partners. The parameter changes by ``most`` at most.
+    """
+    problem, d = curve.problem, curve.problem.states
+    shot = problem.shoot(orbit, watched=False)
+    weights = curve.weights(orbit)
+    plane = problem.nearly_null(orbit, shot, weights, 2)
+    inside = plane @ (weights * (after.reduced(d) - before.reduced(d)))
+    across = np.array([-inside[1], inside[0]]) @ plane / weights
+    across /= np.linalg.norm(across * weights)
+    for sign in (1.0, -1.0):
+        for length in SETTINGS.doubling_distances:
+            start = problem.moved(orbit, shot, sign * length * across)
+            code, found, seen, _ = problem.newton(start, (across * weights**2)[np.newaxis], SETTINGS.reach_beside)
+            if code != CONVERGED or not admissible(found, seen):
+                continue
+            away = (found.reduced(d) - orbit.reduced(d)) * weights
+            if sign * away @ (across * weights) < 0.5 * length or abs(away[-1]) * float(curve.spans[0]) > most:
+                continue
+            yield found, seen, sign * across
+            break
+
+
 def curve_behind(curve: SpecialCurve, last: Point, border: Border) -> tuple[SpecialCurve, Point, str] | None:
     """The curve that goes on behind a border: (the curve, its first point with the way ahead, what changed).
 

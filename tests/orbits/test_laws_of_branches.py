@@ -216,6 +216,49 @@ def test_a_closed_branch_is_walked_once():
     np.testing.assert_allclose(last, first, atol=1e-9)
 
 
+# Branches that cross are followed on either side.
+
+
+@pytest.mark.parametrize(("begin", "start"), [(0.5, 0.0), (1.5, np.sqrt(0.5))])
+def test_a_pitchfork_gives_both_partners_and_their_cascades(begin, start):
+    """y := k y - y^3: partners y^2 = k - 1 from k = 1, their periods doubling at 2 and sqrt(5)."""
+    system = stepped({x: r * x - x**3}, {"r": begin}, [start])
+    branch = cd.continue_orbit(system, {"r": (0.2, 2.4)}, start="guess", doublings=2)
+    points, states = branch["r"].values, branch["orbit_state"].values[:, 0]
+    simple = branch["period"].values == 1
+    off = states[simple] * (states[simple] ** 2 - (points[simple] - 1))
+    assert np.abs(off).max() < 1e-9
+    for side in (1, -1):
+        assert points[simple & (side * states > 0.1)].max() == 2.4
+    assert points[simple & (np.abs(states) < 1e-9)].max() == 2.4
+    assert points[simple].min() == 0.2
+    kinds_there = branch["special_kind"].values
+    doublings = branch["special_value"].values[kinds_there == Special.PERIOD_DOUBLING]
+    assert [int(np.sum(np.abs(doublings - value) < 1e-10)) for value in (2, np.sqrt(5))] == [2, 2]
+
+
+def test_partners_that_meet_again_are_walked_once():
+    """y^2 = (1 - k^2) / 4 is a closed curve through both branch points."""
+    system = stepped({x: x + x * (1 - r**2) / 4 - x**3}, {"r": -1.3}, [0.0])
+    branch = cd.continue_orbit(system, {"r": (-2.0, 2.0)}, start="guess", doublings=1)
+    assert branch["branch_end"].values.tolist() == [BranchEnd.LIMIT, BranchEnd.CLOSED]
+    loop = branch["branch"].values == 1
+    values, states = branch["r"].values[loop], branch["orbit_state"].values[loop, 0]
+    assert np.abs(states**2 - (1 - values**2) / 4).max() < 1e-9
+    crossings = branch["special_value"].values[branch["special_kind"].values == Special.BRANCH_POINT]
+    np.testing.assert_allclose(np.sort(np.abs(crossings)), 1, atol=1e-6)
+    assert len(crossings) == 4
+
+
+def test_a_transcritical_crossing_is_followed_both_ways():
+    system = stepped({x: x + r * x - x**2}, {"r": -0.31}, [0.0])
+    branch = cd.continue_orbit(system, {"r": (-0.5, 0.5)}, start="guess", doublings=1)
+    other = branch["branch"].values > 0
+    values, states = branch["r"].values[other], branch["orbit_state"].values[other, 0]
+    np.testing.assert_allclose(states, values, atol=1e-9)
+    assert [values.min(), values.max()] == [-0.5, 0.5]
+
+
 # A sign change is found whatever the function is like.
 
 

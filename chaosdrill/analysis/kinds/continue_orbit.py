@@ -160,7 +160,9 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
     start : {"attractor", "guess"}
         How the first orbit is found, as in `periodic_orbit`.
     doublings : int, default 0
-        Number of successive branches of doubled period to follow, each from the first period doubling met.
+        Number of successive branches of doubled period to follow, each from the first period doubling met. Where
+        another branch crosses the first one, as where a symmetric orbit loses its symmetry, it is followed on either
+        side, and so are its doublings.
     follow : {"fold", "period_doubling", "grazing"}, optional
         The special point to follow in two parameters.
     step : float, optional
