@@ -214,7 +214,8 @@ class Curve:
     margin = 0.0
 
     def __init__(self, problem: "Problem", limits: np.ndarray) -> None:
-        self.problem, self.limits = problem, limits
+        self.problem: Problem = problem
+        self.limits = limits
         self.spans = np.ptp(limits, axis=1)
         self._known: tuple[np.ndarray, Whole] | None = None
 
