@@ -14,6 +14,7 @@ from chaosdrill.analysis.statistics import block_ends, error_of_exponents, error
 from chaosdrill.analysis.tori import LENGTH, rests
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
+from chaosdrill.dataset.build import dataset
 from chaosdrill.dataset.schema import names_of_errors
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.run import Run, event_rates
@@ -65,22 +66,19 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         )
         evidence = _evidence(run, plan, structure, averages, np.concatenate(path)[-LENGTH:], coarse, job)
         outcome, why = Outcome(int(words(evidence)[0])), reason(evidence)
-    ds = xr.Dataset(
-        {
-            "lyapunov_exponent": ("exponent", values[:count]),
-            "lyapunov_error": ("exponent", errors[:count]),
-            "lyapunov_history": (("block", "exponent"), history[:, :count]),
-            "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
-            "outcome": ((), np.int8(outcome)),
-        },
-        coords={
-            "exponent": np.arange(1, count + 1, dtype=np.int32),
-            "block_time": ("block", ends[1:] * plan.unit),
-        },
-    )
-    ds = ds.assign(_averages(system, run, plan, job.numerics, ends, drilled, complete))
+    variables = {
+        "exponent": np.arange(1, count + 1, dtype=np.int32),
+        "block_time": ("block", ends[1:] * plan.unit),
+        "lyapunov_exponent": ("exponent", values[:count]),
+        "lyapunov_error": ("exponent", errors[:count]),
+        "lyapunov_history": (("block", "exponent"), history[:, :count]),
+        "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
+        "outcome": ((), np.int8(outcome)),
+        **_averages(system, run, plan, job.numerics, ends, drilled, complete),
+    }
     message = run.stopped(outcome)
-    return ds.assign_attrs(**({"message": message} if message else {}), **({"reason": why} if why else {}))
+    told = {"message": message, "reason": why}
+    return dataset(variables, ["block_time"], {name: text for name, text in told.items() if text})
 
 
 def _evidence(

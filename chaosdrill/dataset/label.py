@@ -73,9 +73,11 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
 
     The long names of the states are added to their names.
     """
+    from chaosdrill.dataset.build import dataset, variable
+
     if "state" in ds.coords:
         names = [str(name) for name in ds["state"].values]
-        ds = ds.assign_coords(state_long_name=("state", [str(system.labels.get(name, name)) for name in names]))
+        ds = ds.assign_coords(state_long_name=variable("state", [str(system.labels.get(name, name)) for name in names]))
     declared = declarations(kind, system=system, sweep=tuple(sweep), leading=tuple(str(dim) for dim in ds.dims))
     present = {str(name) for name in ds.variables}
     if unknown := sorted(present - declared.keys()):
@@ -83,19 +85,19 @@ def describe(ds: "xr.Dataset", kind: str, *, system: Any, sweep: Iterable[str] =
     if missing := sorted(name for name, variable in declared.items() if variable.required and name not in present):
         raise ChaosdrillError(f"{kind}: the dataset lacks {', '.join(missing)}")
 
-    ds = ds.set_coords([name for name in present if declared[name].coordinate])
     columns: dict[str, Any] = {}
     for name in sorted(present):
-        variable = declared[name]
-        raw = ds.variables[name]
-        if raw.dims != variable.dims:
-            raise ChaosdrillError(f"{kind}: {name} has dimensions {raw.dims}; expected {variable.dims}")
-        values = _cast(raw.values, variable, kind)
-        encoding: dict[str, Any] = {"_FillValue": None} if variable.coordinate else {}
-        encoding |= {"dtype": values.dtype} if variable.flags else {}
-        attributes = _attributes(variable, system)
-        columns[name] = (variable.dims, values, attributes, encoding)
-    return ds.assign(columns)
+        one, raw = declared[name], ds.variables[name]
+        if raw.dims != one.dims:
+            raise ChaosdrillError(f"{kind}: {name} has dimensions {raw.dims}; expected {one.dims}")
+        values = _cast(raw.values, one, kind)
+        encoding: dict[str, Any] = {"_FillValue": None} if one.coordinate else {}
+        encoding |= {"dtype": values.dtype} if one.flags else {}
+        columns[name] = variable(one.dims, values, _attributes(one, system), encoding)
+    coordinates = {*map(str, ds.coords), *(name for name in present if declared[name].coordinate)}
+    found = dataset({str(name): columns[str(name)] for name in ds.variables}, coordinates, ds.attrs)
+    found.encoding = dict(ds.encoding)
+    return found
 
 
 def described_again(ds: "xr.Dataset", kind: str, *, system: Any) -> "xr.Dataset | None":

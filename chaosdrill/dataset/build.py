@@ -1,0 +1,42 @@
+"""Datasets of plain arrays, made without a question whether one of them is another library's."""
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+
+def variable(dims: Any, values: Any, attrs: Any = None, encoding: Any = None) -> xr.Variable:
+    """A variable of numpy's arrays, numbers or text; arguments as of `xarray.Variable`."""
+    array = np.asarray(values)
+    # to look for another library's arrays xarray imports all of dask, where it is installed
+    return xr.Variable((dims,) if isinstance(dims, str) else dims, array, attrs, encoding, fastpath=True)
+
+
+def dataset(variables: Mapping[str, Any], coords: Collection[str] = (), attrs: Any = None) -> xr.Dataset:
+    """A dataset as `xarray.Dataset` makes it of the same, to the type of every index.
+
+    Parameters
+    ----------
+    variables : mapping of str to Variable, or to the arguments of `variable`, or to values
+        Values alone are those of a coordinate that is the dimension of this name.
+    coords : collection of str
+        Those that are coordinates besides those named as their dimension.
+    attrs : mapping, optional
+        Attributes of the dataset.
+    """
+    made = {
+        name: one if isinstance(one, xr.Variable) else variable(*(one if isinstance(one, tuple) else (name, one)))
+        for name, one in variables.items()
+    }
+    indexes = {}
+    for name, one in made.items():
+        if one.dims == (name,):
+            index = pd.Index(one.values, dtype="object" if one.dtype.kind == "O" else None)
+            indexes[name] = xr.indexes.PandasIndex(index, name, coord_dtype=one.dtype)
+    labels = {name: made[name] for name in made if name in indexes or name in coords}
+    labels |= {name: index.create_variables(labels)[name] for name, index in indexes.items()}
+    rest = {name: one for name, one in made.items() if name not in labels}
+    return xr.Dataset(rest, xr.Coordinates(labels, indexes), attrs)
