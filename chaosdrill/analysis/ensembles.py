@@ -10,6 +10,7 @@ import xarray as xr
 from chaosdrill.analysis.recording import Record
 from chaosdrill.analysis.sections import Path, find_section, samples_of, traced
 from chaosdrill.analysis.starts import states_and_modes
+from chaosdrill.dataset.build import dataset
 from chaosdrill.engine import layout as at
 from chaosdrill.model.regions import UNTOLD
 
@@ -82,7 +83,7 @@ def _dataset(
     if system.period is not None:
         variables["forcing_period"] = ((), system.forcing_period())
     messages = dict.fromkeys(path.message for path in paths if path.message)
-    return xr.Dataset(variables, coords=coords, attrs={"message": "; ".join(messages)} if messages else None)
+    return dataset(variables | coords, attrs={"message": "; ".join(messages)} if messages else None)
 
 
 def _events(system: "HybridSystem", records: list[Record]) -> Mapping[str, Any]:

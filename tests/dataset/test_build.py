@@ -56,6 +56,7 @@ CHUNKED = """
 import sys
 import chaosdrill as cd
 found = cd.lyapunov_spectrum(cd.build("lorenz"), duration=2.0)
+cd.trajectory(cd.build("roessler"), duration=2.0)
 assert "dask" not in sys.modules
 import dask.array
 import xarray as xr
