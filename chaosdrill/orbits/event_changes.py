@@ -436,8 +436,10 @@ def _leads_back(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weig
     A branch that only passes by may be as near as the first orbits of one behind a touch, which change with the root of
     the distance from it.
     """
-    near = max(SETTINGS.same_path, SETTINGS.root_near * float(np.sqrt(border.error * weights[-1])))
+    near = max(SETTINGS.begins, SETTINGS.root_near * float(np.sqrt(border.error * weights[-1])))
     away = distance(problem, orbit, border.good, weights)
+    if away <= SETTINGS.same_path:
+        return True
     for _ in range(SETTINGS.bisections):
         if away <= near:
             return True

@@ -247,6 +247,8 @@ class Settings:
     """Changes of the parameter, relative, at which the events of the system's own path are read."""
     border_near: float = 0.1
     """Distance from the border, in the norm of the weights, within which an orbit belongs to it."""
+    begins: float = 1e-5
+    """Distance from a border to which the orbits of a branch that begins there are followed back."""
     root_near: float = 10.0
     """Distance from a border, in roots of its error, within which an orbit begins there."""
     nearer: float = 0.7
