@@ -89,7 +89,7 @@ def build_defined(
 
 def is_map(definition: Mapping[str, Any]) -> bool:
     """Whether a definition is that of a map."""
-    return "images" in definition
+    return isinstance(definition, Mapping) and "images" in definition
 
 
 def reader_of(definition: Mapping[str, Any], parameters: Any) -> Reader:

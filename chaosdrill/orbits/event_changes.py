@@ -445,13 +445,19 @@ def _leads_back(problem: Problem, orbit: Orbit, shot: Shot, border: Border, weig
             return True
         direction = problem.direction(orbit, shot, weights)
         nearest = None
-        for sign in (1.0, -1.0):
-            moved = problem.moved(orbit, shot, sign * 0.5 * away * direction)
-            code, there, seen, _ = problem.newton(moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside)
-            if code == CONVERGED and np.isfinite(seen.equations).all():
-                left = distance(problem, there, border.good, weights)
-                if left < SETTINGS.nearer * away and (nearest is None or left < nearest[0]):
-                    nearest = left, there, seen
+        # a step counts all points of the orbit, and what it changes at one of them may be many times as much
+        for part in SETTINGS.way_back:
+            for sign in (1.0, -1.0):
+                moved = problem.moved(orbit, shot, sign * part * away * direction)
+                code, there, seen, _ = problem.newton(
+                    moved, (direction * weights**2)[np.newaxis], SETTINGS.reach_beside
+                )
+                if code == CONVERGED and np.isfinite(seen.equations).all():
+                    left = distance(problem, there, border.good, weights)
+                    if left < SETTINGS.nearer * away and (nearest is None or left < nearest[0]):
+                        nearest = left, there, seen
+            if nearest is not None:
+                break
         if nearest is None:
             return False
         away, orbit, shot = nearest

@@ -251,8 +251,10 @@ class Settings:
     """Distance from a border to which the orbits of a branch that begins there are followed back."""
     root_near: float = 10.0
     """Distance from a border, in roots of its error, within which an orbit begins there."""
+    way_back: tuple[float, ...] = (0.5, 0.125, 0.03)
+    """Steps back to a border, as parts of the distance from it, of which the first that leads nearer is taken."""
     nearer: float = 0.7
-    """What half of the way back to a border leaves of it, at most."""
+    """What such a step leaves of the way, at most."""
     border_tried: int = 60
     """Sequences of events that are tried behind a border."""
     same_cycle: float = 0.02

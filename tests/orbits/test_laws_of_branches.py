@@ -206,9 +206,10 @@ def test_a_border_collision_is_passed_from_either_side(left, right, side, size):
     assert abs(branch["special_value"].values[borders[0]]) <= branch["special_error"].values[borders[0]]
 
 
-def test_a_closed_branch_is_walked_once():
+@pytest.mark.parametrize("transient", [1000, 1010])
+def test_a_closed_branch_is_walked_once(transient):
     system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 3.24, "e": 0.6})
-    branch = cd.continue_orbit(system, {"omega": (3.18, 3.30)}, period=6, transient=1000)
+    branch = cd.continue_orbit(system, {"omega": (3.18, 3.30)}, period=6, transient=transient)
     assert branch["branch_end"].values.tolist() == [BranchEnd.CLOSED]
     values = branch["special_value"].values
     assert len(values) == len(np.unique(values.round(9))) == 4
