@@ -93,6 +93,11 @@ def _agrees(functions, tables, settings, s, t, state, ws, scratch):
 _look = looks(_agrees)
 
 
+NOISE = 16.0
+"""Rounding errors of a state within which the error of an implicit step cannot be told. Where a relaxation of mu = 1e6
+began on its slow part, a size of one rounding error took 800,000 steps to the length of the next; of 16 it takes 39."""
+
+
 @offered
 def expand(place, p, t):
     """Take a step within tolerance and turn the guards into polynomials; returns its length, NaN if there is no rate.
@@ -126,7 +131,7 @@ def expand(place, p, t):
             row[i] = 0.0
             for k in range(n):
                 row[i] += room.at_start[i, k] * vectors[v, k]
-    known = weigh(x, scale, run.period, tolerance, stages)
+    known = weigh(x, scale, run.period, tolerance / NOISE, stages)
     if not math.isfinite(size(stages[0], stages[WEIGHTS])):
         return math.nan
     wanted = wanted_length(functions, t, state, known, tolerance, stages)
@@ -148,7 +153,7 @@ def expand(place, p, t):
             ends = True
             continue
         finish(functions, kind, t, state, h, stages, stages[END])
-        error, plain = errors_of(kind, x, h, scale, finest(tolerance), run.period, room, stages)
+        error, plain = errors_of(kind, x, h, scale, finest(tolerance / NOISE), run.period, room, stages)
         if error <= tolerance:
             error = max(error, _tangents(functions, kind, t, state, h, tolerance, room, stages))
         error /= tolerance
