@@ -1,0 +1,109 @@
+"""What the archive of the chaotic attractor says: angles between its subspaces, growth over windows, dimension."""
+
+import numpy as np
+import xarray as xr
+from findings import Claim, table
+
+SPECTRUM = (0.01510, -0.08792)
+"""Exponents per unit of time from 1e8 periods, computed outside of the project."""
+
+SHARES = (0.001, 0.01, 0.1, 0.5)
+"""Parts of the time in which the angle is smaller than the table says."""
+
+PARTS = (1000, 10000)
+"""Periods after which the smallest angle is told, too."""
+
+
+def angles(vectors: xr.Dataset) -> tuple[str, list[Claim]]:
+    """Return the table of angles between the expanding and the contracting direction, and what the page says of it."""
+    met = vectors["angle"].isel(split=0).values
+    smallest = {count: float(np.nanmin(met[:count])) for count in (*PARTS, met.size)}
+    quantiles = np.nanquantile(met, SHARES)
+    rows = [[f"smallest in {count:,} periods", _angle(value)] for count, value in smallest.items()]
+    rows += [[f"{100 * share:g} % of the time below", _angle(q)] for share, q in zip(SHARES, quantiles, strict=True)]
+    lost = float(vectors["lost"].isel(vector=2).mean())
+    drop = smallest[PARTS[-1]] - smallest[met.size]
+    return table(["angle", "rad"], rows), [
+        Claim("the third direction is lost", f"in {100 * lost:g} % of the record", lost == 1),
+        Claim(
+            "the two others stay apart: no angle below 0.1 rad",
+            f"smallest {smallest[met.size]:.4f} rad in {met.size:,} periods",
+            smallest[met.size] > 0.1,
+        ),
+        Claim(
+            "five times the record lowers the smallest angle by a twentieth at most",
+            f"{smallest[PARTS[-1]]:.4f} to {smallest[met.size]:.4f} rad",
+            drop < 0.05 * smallest[PARTS[-1]],
+        ),
+    ]
+
+
+def spectrum(found: xr.Dataset) -> tuple[str, list[Claim]]:
+    """Return a line on exponents and the dimension of Kaplan and Yorke, and that they are those known from outside."""
+    exponent, error = found["lyapunov_exponent"].values[:2], found["lyapunov_error"].values[:2]
+    dimension = 1 + exponent[0] / -exponent[1]
+    spread = dimension_error(exponent, error)
+    apart = np.abs(exponent - SPECTRUM) / np.hypot(error, 1e-5)
+    text = (
+        f"$\\lambda_1={exponent[0]:.5f}\\pm{error[0]:.5f}$, $\\lambda_2={exponent[1]:.5f}\\pm{error[1]:.5f}$ and "
+        f"$\\lambda_3=-\\infty$, so that the dimension of Kaplan and Yorke is ${dimension:.4f}\\pm{spread:.4f}$.\n"
+    )
+    return text, [
+        Claim(
+            "exponents agree with those of 1e8 periods, computed outside of the project",
+            f"apart by {apart.max():.1f} standard errors",
+            bool(apart.max() < 3),
+        )
+    ]
+
+
+def dimension_error(exponent: np.ndarray, error: np.ndarray) -> float:
+    """Return an upper bound of the standard error of 1 + l1/|l2|, whatever the correlation of the two."""
+    return float((error[0] + error[1] * exponent[0] / -exponent[1]) / -exponent[1])
+
+
+def windows(growth: xr.Dataset) -> tuple[str, list[Claim]]:
+    """Return the table of the largest exponent over windows, and how its spread shrinks."""
+    cumulants = growth["cumulant"].sel(exponent=1)
+    period = float(growth["forcing_period"])
+    rows, negative = [], []
+    for window in growth["window"].values:
+        mean, variance = (float(cumulants.sel(window=window, order=order)) for order in (1, 2))
+        below = _below_zero(growth.sel(window=window, exponent=1))
+        negative.append(below)
+        skewness = float(cumulants.sel(window=window, order=3)) / variance**1.5
+        rows.append(
+            [
+                f"{window / period:.0f}",
+                f"{mean:.4f}",
+                f"{np.sqrt(variance):.4f}",
+                f"{skewness:+.2f}",
+                f"{100 * below:.2g} %",
+            ]
+        )
+    spread = [np.sqrt(float(cumulants.sel(window=w, order=2)) * w) for w in growth["window"].values[1:]]
+    head = ["periods", "mean", "standard deviation", "skewness", "below zero"]
+    return table(head, rows), [
+        Claim(
+            "growth is negative in half of the single periods, a sixth of the stretches of ten, and none of a hundred",
+            ", ".join(f"{100 * below:.2g} %" for below in negative),
+            0.4 < negative[0] < 0.5 and 0.12 < negative[1] < 0.2 and negative[2] < 1e-3,
+        ),
+        Claim(
+            "from 10 to 100 periods the deviation falls by the root of the length, within a fifth",
+            f"{spread[1] / spread[0]:.3f} of it",
+            bool(abs(spread[1] / spread[0] - 1) < 0.2),
+        ),
+    ]
+
+
+def _below_zero(growth: xr.Dataset) -> float:
+    """Part of the windows with a negative exponent; the bin that holds zero counts in proportion."""
+    centres, density = growth["bin_centre"].values, growth["histogram"].values
+    width = centres[1] - centres[0]
+    part = np.clip((0 - (centres - width / 2)) / width, 0, 1)
+    return float((part * density * width).sum())
+
+
+def _angle(value: float) -> str:
+    return f"{value:.4f}"

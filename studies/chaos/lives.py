@@ -1,0 +1,85 @@
+"""How long chaos lasts where the drill runs away: escape rates over the frequency ratio and over the static load.
+
+Runs that start beyond the border of the runaway region leave at once, after as many periods as it takes to gain speed
+from there; only older ones tell how long chaos lasts. A rate counts where every run has left, or nearly so: where many
+stay, something attracts them, and the rate is a mixture of it and of what the others leave.
+"""
+
+import numpy as np
+import xarray as xr
+from findings import Claim, ended
+
+import chaosdrill as cd
+
+STARTS = {"count": 400, "seed": 1, "y": (-1.0, 0.5), "u": (-1.0, 1.0)}
+PERIODS, GAINS_SPEED = 3000, 60
+"""Longest time watched, and the age from which lives count: who leaves at once is gone after 30 to 50."""
+
+ETA, B = 0.65, 0.73
+"""Where the other parameter is varied."""
+
+ENOUGH = 40
+"""Escapes from which the analysis gives a rate."""
+
+LINES = {"eta": np.linspace(0.55, 0.75, 81), "b": np.linspace(0.72, 0.745, 51)}
+
+
+def along(name: str) -> xr.Dataset:
+    """Return the escape rate a period, its error, and what part of the old runs has left, over one parameter."""
+    rows = []
+    for value in LINES[name]:
+        drill = cd.drill(**({"eta": ETA, "b": B} | {name: float(value)}))
+        found = cd.transient_chaos(drill, periods=PERIODS, transient=GAINS_SPEED, random=STARTS)
+        period = float(found["forcing_period"])
+        lives = found["lifetime"].values / period
+        gone = ended(found, "escaped")
+        old = lives > GAINS_SPEED
+        rows.append(
+            {
+                "rate": float(found["escape_rate"]) * period,
+                "error": float(found["escape_rate_error"]) * period,
+                "drift": float(found["drift"]),
+                "old": int(old.sum()),
+                "left": int((old & gone).sum()),
+                "largest_exponent": float(found["lyapunov_exponent"][0]),
+                "exponent_error": float(found["lyapunov_error"][0]),
+            }
+        )
+    return xr.Dataset({key: (name, [row[key] for row in rows]) for key in rows[0]}, {name: LINES[name]})
+
+
+def decays(line: xr.Dataset) -> np.ndarray:
+    """Return where chaos is a transient with a rate: enough escapes, no run stays, and lives are exponential."""
+    return ((line["left"] >= ENOUGH) & (line["left"] == line["old"]) & (abs(line["drift"]) < 3)).values
+
+
+def stays(line: xr.Dataset) -> np.ndarray:
+    """Return where no run that has lived long leaves any more."""
+    return ((line["left"] == 0) & (line["old"] >= ENOUGH)).values
+
+
+def claims(over_eta: xr.Dataset, over_b: xr.Dataset) -> list[Claim]:
+    """Return what the page says of the two lines."""
+    b, lasting, decaying = over_b["b"].values, stays(over_b), decays(over_b)
+    begins = b[lasting].max()
+    shortest, longest = 1 / over_b["rate"].values[decaying].max(), 1 / over_b["rate"].values[decaying].min()
+    chaotic = lasting & (over_b["largest_exponent"] > 3 * over_b["exponent_error"]).values
+    eta = over_eta["eta"].values
+    found = eta[decays(over_eta)]
+    return [
+        Claim(
+            f"at η = {ETA} chaos lasts up to a static load of about 0.7268 and is a transient beyond",
+            f"no old run leaves up to b = {begins:.4f}; chaos up to {b[chaotic].max():.4f}",
+            bool(abs(begins - 0.7268) < 6e-4 and not (decaying & (b < begins)).any()),
+        ),
+        Claim(
+            "mean lives beyond are tens to hundreds of periods",
+            f"{shortest:.0f} to {longest:.0f} periods at {decaying.sum()} loads",
+            bool(shortest > 5 and longest < 1000 and longest > 100),
+        ),
+        Claim(
+            f"at b = {B} transients with a rate occur between η of 0.55 and 0.69",
+            f"{found.size} of {eta.size} values, {found.min():.4f} to {found.max():.4f}",
+            bool(found.size and found.min() > 0.54 and found.max() < 0.7),
+        ),
+    ]
