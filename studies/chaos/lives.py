@@ -5,9 +5,12 @@ from there; only older ones tell how long chaos lasts. A rate counts where every
 stay, something attracts them, and the rate is a mixture of it and of what the others leave.
 """
 
+import json
+
 import numpy as np
 import xarray as xr
 from findings import Claim, ended
+from fixed_step import parameters, run
 
 import chaosdrill as cd
 
@@ -17,6 +20,9 @@ PERIODS, GAINS_SPEED = 3000, 60
 
 ETA, B = 0.65, 0.73
 """Where the other parameter is varied."""
+
+AGAIN, AGE = (0.7285, 0.732, 0.7365), 200
+"""Static loads at which the starts are run again by the independent program, and for how many periods."""
 
 ENOUGH = 40
 """Escapes from which the analysis gives a rate."""
@@ -66,7 +72,13 @@ def claims(over_eta: xr.Dataset, over_b: xr.Dataset) -> list[Claim]:
     chaotic = lasting & (over_b["largest_exponent"] > 3 * over_b["exponent_error"]).values
     eta = over_eta["eta"].values
     found = eta[decays(over_eta)]
+    apart = [abs(ours - theirs) / max(np.hypot(*spread), 1e-12) for ours, theirs, *spread in map(survivors, AGAIN)]
     return [
+        Claim(
+            f"as many starts work after {AGE} periods as by the independent program, at three loads",
+            f"apart by at most {max(apart):.1f} standard errors",
+            max(apart) < 3,
+        ),
         Claim(
             f"at η = {ETA} chaos lasts up to a static load of about 0.7268 and is a transient beyond",
             f"no old run leaves up to b = {begins:.4f}; chaos up to {b[chaotic].max():.4f}",
@@ -83,3 +95,14 @@ def claims(over_eta: xr.Dataset, over_b: xr.Dataset) -> list[Claim]:
             bool(found.size and found.min() > 0.54 and found.max() < 0.7),
         ),
     ]
+
+
+def survivors(b: float) -> tuple[float, float, float, float]:
+    """Return the part of the starts that stays, here and by the independent program, and both standard errors."""
+    found = cd.transient_chaos(cd.drill(eta=ETA, b=b), periods=AGE, random=STARTS)
+    law = parameters(**json.loads(found.attrs["parameters"]))
+    begun = ~ended(found, "invalid_start")
+    starts = found["initial_state"].values[begun]
+    ours = float(np.mean(~ended(found, "escaped")[begun]))
+    theirs = float(np.mean([not np.isnan(run(law, start, AGE, 1, 1e-7)[0]) for start in starts]))
+    return ours, theirs, *(float(np.sqrt(part * (1 - part) / len(starts))) for part in (ours, theirs))

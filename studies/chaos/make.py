@@ -80,6 +80,7 @@ def findings() -> tuple[dict[str, str], list[Claim]]:
     for name, found in (
         ("angles", attractor.angles(read(archive, "vectors"))),
         ("spectrum", attractor.spectrum(read(archive, "spectrum"))),
+        ("separations", attractor.separations(read(archive, "spectrum"))),
         ("windows", attractor.windows(read(archive, "growth"))),
     ):
         parts[name] = found[0]
