@@ -163,7 +163,7 @@ class Root:
     across: Direction  # perpendicular to the curve, within the plane
     slope: float  # derivative of the function across
     error: float  # distance from the curve, across it
-    instant: float  # time on the orbit to which the function belongs
+    tracked: float  # what the function goes by there, as `TestFunction` has it
 
 
 @dataclass(frozen=True)
@@ -456,7 +456,7 @@ class SpecialCurve(Curve):
         super().__init__(problem, limits)
         self.test, self.kind, self.margin = test, test.kind, test.margin
 
-    def begin(self, orbit: "Orbit", shot: "Shot", instant: float) -> Point:
+    def begin(self, orbit: "Orbit", shot: "Shot", tracked: float) -> Point:
         """The point of the curve next to an orbit, with the second parameter as it is there.
 
         Raises
@@ -465,12 +465,12 @@ class SpecialCurve(Curve):
         """
         plane = plane_at(self.problem, orbit, shot, self.weights(orbit))
         across = plane.direction(np.array([plane.rows[1, -1], -plane.rows[0, -1]]))
-        slope = self._slope(orbit, shot, plane, plane.part(across.course), instant)
+        slope = self._slope(orbit, shot, plane, plane.part(across.course), tracked)
         row = np.eye(len(plane.weights))[-1]
-        root = Root(plane, across, slope, 0.0, instant)
+        root = Root(plane, across, slope, 0.0, tracked)
         near = Point(orbit, shot, plane.weights, across, orbit, root=root)
         found, shot, root = self._on_curve(orbit, near, row)
-        gradient = np.array([self._slope(found, shot, root.plane, r, root.instant) for r in np.eye(2)])
+        gradient = np.array([self._slope(found, shot, root.plane, r, root.tracked) for r in np.eye(2)])
         across, steep = root.plane.direction(gradient), float(np.linalg.norm(gradient))
         tangent = root.plane.direction(np.array([gradient[1], -gradient[0]]))
         root = replace(root, across=across, slope=steep)
@@ -497,7 +497,7 @@ class SpecialCurve(Curve):
     def _on_curve(self, guess: "Orbit", near: Point, row: np.ndarray) -> tuple["Orbit", "Shot", Root]:
         """The orbit next to a guess where the function vanishes."""
         assert near.root is not None
-        plane, slope, instant = near.root.plane, near.root.slope, near.root.instant
+        plane, slope, tracked = near.root.plane, near.root.slope, near.root.tracked
         a, b = plane.rows @ row
         across = plane.direction(np.array([-b, a]))
         if across.course @ near.root.across.course < 0:
@@ -507,7 +507,7 @@ class SpecialCurve(Curve):
         for _ in range(SETTINGS.secant_steps):
             before, moved = value, step
             orbit, shot = self._solved(guess, near, conditions)
-            value, instant = self.test.value(self.problem, orbit, shot, plane, instant)
+            value, tracked = self.test.value(self.problem, orbit, shot, plane, tracked)
             if SETTINGS.secant_noise < abs(moved) < np.inf:
                 slope = (value - before) / moved
             if slope == 0:
@@ -517,20 +517,20 @@ class SpecialCurve(Curve):
                 abs(step) < SETTINGS.secant_noise and abs(step) > 0.3 * abs(moved)
             ):
                 new = plane_at(self.problem, orbit, shot, self.weights(orbit), plane)
-                return orbit, shot, Root(new, across, slope, abs(step), instant)
+                return orbit, shot, Root(new, across, slope, abs(step), tracked)
             if not abs(step) < SETTINGS.farthest:
                 break
             guess = self.problem.moved(orbit, shot, step * across.change)
         raise LostError("the secant method found no point of the curve")
 
-    def _slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, part: np.ndarray, instant: float) -> float:
+    def _slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, part: np.ndarray, tracked: float) -> float:
         """Central difference of the function along a direction of the plane with these components."""
         values, direction = [], plane.direction(part)
         near = Point(orbit, shot, plane.weights, direction, orbit)
         for sign in (1, -1):
             guess = self.problem.moved(orbit, shot, sign * SETTINGS.difference * direction.change)
             beside = self._solved(guess, near, plane.duals)
-            values.append(self.test.value(self.problem, *beside, plane, instant)[0])
+            values.append(self.test.value(self.problem, *beside, plane, tracked)[0])
         return (values[0] - values[1]) / (2 * SETTINGS.difference)
 
     def followed(self, point: Point) -> tuple["Orbit", "Shot"] | None:

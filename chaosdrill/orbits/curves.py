@@ -1,4 +1,4 @@
-"""Curves of folds, period doublings and grazing over two parameters."""
+"""Curves of folds, period doublings, Neimark-Sacker points and grazing over two parameters."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,7 +13,7 @@ from chaosdrill.orbits.branches import Branch, Mark, Progress, trace_branch
 from chaosdrill.orbits.continuation import Curve, Point, SpecialCurve
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
 from chaosdrill.orbits.marks import Marks
-from chaosdrill.orbits.multipliers import free_multipliers
+from chaosdrill.orbits.multipliers import free_multipliers, pair_near
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError, Problem
 from chaosdrill.orbits.results import BranchResult
@@ -21,7 +21,9 @@ from chaosdrill.orbits.special import test_function_at
 from chaosdrill.orbits.switching import lifted
 from chaosdrill.orbits.table import branch_table, nothing
 
-FOLLOWED = {kind.meaning: kind for kind in (Special.FOLD, Special.PERIOD_DOUBLING, Special.GRAZING)}
+FOLLOWED = {
+    kind.meaning: kind for kind in (Special.FOLD, Special.PERIOD_DOUBLING, Special.NEIMARK_SACKER, Special.GRAZING)
+}
 """What can be followed, by name."""
 
 
@@ -39,7 +41,7 @@ def curve(
     progress: Progress | None,
     marks: Marks | None = None,
 ) -> BranchResult:
-    """The curve of folds, period doublings or grazing over two parameters through the nearest such point.
+    """The curve of special points of one kind over two parameters through the nearest such point.
 
     That point is looked for on the branch of orbits over the first parameter, both ways from the start, with the second
     one as the system has it. From there the curve is followed both ways, around its own folds and cusps.
@@ -50,7 +52,7 @@ def curve(
         Smallest and largest value of each.
     period, start, transient
         Of the first orbit, as for `chaosdrill.orbits.find.starting_orbit`.
-    follow : {"fold", "period_doubling", "grazing"}
+    follow : {"fold", "period_doubling", "neimark_sacker", "grazing"}
     step : float
         Longest step of the first parameter; that of the second is the same part of its range.
     max_points : int
@@ -63,8 +65,9 @@ def curve(
     Returns
     -------
     BranchResult
-        One branch, all points of which are of the kind that is followed. ``stable`` says whether all multipliers
-        but the one that is +1 or -1 are inside the unit circle. At grazing the orbit is the one without the event
+        One branch, all points of which are of the kind that is followed, but for those of a Neimark-Sacker curve behind
+        a multiplier of 1 or -1: there the pair is real, and nothing bifurcates. ``stable`` says whether all multipliers
+        but those on the unit circle are inside. At grazing the orbit is the one without the event
         that appears. Without points, and with the reason in its message, if there is no orbit or no such point.
     """
     ranges = np.array(limits, dtype=float)
@@ -101,6 +104,8 @@ def curve(
     branch.marks.append(Mark(*place, kind, error, "start of the curve"))
     branch.start = f"the {called} at {name} = {value:.12g}"
     result = branch_table(problem, parameters, [branch], None, marks)
+    if kind == Special.NEIMARK_SACKER:
+        return _circling(problem, result, branch)
     return replace(result, stable=_stable(problem, result.multipliers, kind))
 
 
@@ -125,9 +130,9 @@ def _told(ways: list[Branch]) -> str:
 
 def _begin(problem: Problem, orbit: Orbit, kind: Special, ranges: np.ndarray) -> tuple[SpecialCurve, Point]:
     weights = problem.weights(orbit, np.ptp(ranges, axis=1))
-    test, orbit, shot, instant = test_function_at(problem, orbit, problem.shoot(orbit), kind, weights)
+    test, orbit, shot, tracked = test_function_at(problem, orbit, problem.shoot(orbit), kind, weights)
     curve = SpecialCurve(problem, ranges, test)
-    return curve, curve.begin(orbit, shot, instant)
+    return curve, curve.begin(orbit, shot, tracked)
 
 
 def _stable(problem: Problem, values: np.ndarray, kind: Special) -> np.ndarray:
@@ -138,3 +143,15 @@ def _stable(problem: Problem, values: np.ndarray, kind: Special) -> np.ndarray:
         critical = 1.0 if kind == Special.FOLD else -1.0
         np.put_along_axis(moduli, np.abs(free - critical).argmin(axis=-1)[:, np.newaxis], 0.0, axis=-1)
     return (moduli < 1).all(axis=-1)
+
+
+def _circling(problem: Problem, result: BranchResult, branch: Branch) -> BranchResult:
+    """The table of a Neimark-Sacker curve: regular where the pair is real, stable where the rest is inside."""
+    halves = np.array([p.root.tracked for s in branch.segments for p in s.points if p.root is not None])
+    real = np.abs(halves) > 1
+    rest = [
+        pair_near(row, problem.neutral.count, half)[2] for row, half in zip(result.multipliers, halves, strict=True)
+    ]
+    stable = np.array([bool((np.abs(row) < 1).all()) for row in rest], dtype=bool) & ~real
+    regular = real & (result.special == Special.NEIMARK_SACKER)
+    return replace(result, stable=stable, special=np.where(regular, int(Special.REGULAR), result.special))

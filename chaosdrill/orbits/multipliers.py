@@ -19,7 +19,7 @@ from chaosdrill.orbits.settings import SETTINGS
 if TYPE_CHECKING:
     from chaosdrill.model import HybridSystem
     from chaosdrill.orbits.orbit import Orbit
-    from chaosdrill.orbits.problem import Problem
+    from chaosdrill.orbits.problem import Problem, Shot
 
 
 @dataclass(frozen=True)
@@ -171,6 +171,45 @@ def multipliers(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank:
     values = np.take_along_axis(values, order, axis=-1)
     values[..., rank:] = 0.0
     return np.where(known, values, complex(np.nan, np.nan))
+
+
+def all_multipliers(problem: "Problem", orbit: "Orbit", shot: "Shot") -> np.ndarray:
+    """Multipliers of an orbit as its shot has them, complex of shape (d,), lost directions to round-off only."""
+    return multipliers(problem, orbit, shot.monodromy, problem.states)
+
+
+def pair_near(values: np.ndarray, neutral: int, half: float) -> tuple[float, float, np.ndarray]:
+    """The pair of multipliers whose product is nearest to 1 and half its sum to a value known from an orbit near by.
+
+    Those that are 1 by structure count as part of it: where the pair comes to 1 as well they cannot be told apart, but
+    their sum and product can.
+
+    Parameters
+    ----------
+    values : ndarray of complex, shape (d,)
+    neutral : int
+        How many of them are 1 by the structure of the system.
+    half : float
+
+    Returns
+    -------
+    half, product : float
+        Of the pair; NaN if there is none.
+    rest : ndarray of complex, shape (d - 2 - neutral,)
+        The other multipliers.
+    """
+    free = free_multipliers(values, neutral)
+    first, second = np.triu_indices(len(free), 1)
+    if not len(first) or not np.isfinite(values).all():
+        return float("nan"), float("nan"), free
+    sums, products = free[first] + free[second], free[first] * free[second]
+    best = int((np.abs(sums / 2 - half) + np.abs(products - 1)).argmin())
+    rest = np.delete(free, [first[best], second[best]])
+    # without the rest, so that what is 1 by structure need not be told from the pair
+    order = np.ones(len(values), dtype=bool)
+    for value in rest:
+        order[np.flatnonzero(order)[np.abs(values[order] - value).argmin()]] = False
+    return float((values[order].sum().real - neutral) / 2), float(values[order].prod().real), rest
 
 
 def graded(problem: "Problem", orbit: "Orbit", monodromy: np.ndarray, rank: int) -> np.ndarray:

@@ -9,11 +9,11 @@ import numpy as np
 from chaosdrill.dataset.branches import Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.orbits.continuation import Border, Plane, plane_at
-from chaosdrill.orbits.crossings import doubling_test
+from chaosdrill.orbits.crossings import doubling_test, is_paired
 from chaosdrill.orbits.event_changes import Touch, distance, left_out, nearest_touch, slowest_event
 from chaosdrill.orbits.find import least_period
 from chaosdrill.orbits.guess import eventless
-from chaosdrill.orbits.multipliers import based
+from chaosdrill.orbits.multipliers import all_multipliers, based, free_multipliers, pair_near
 from chaosdrill.orbits.problem import CONVERGED, LostError
 from chaosdrill.orbits.settings import SETTINGS
 
@@ -27,6 +27,9 @@ class TestFunction(Protocol):
 
     Attributes
     ----------
+    tracked : float
+        What it goes by, from orbit to orbit: where a guard is touched, the time on the orbit; for a pair of multipliers
+        half their sum.
     margin : float
         0, or the distance from the curve, in the norm of the weights, at which it is seen whether the system follows
         the orbits: where it does so only up to the curve itself, and only where the function is negative.
@@ -36,10 +39,9 @@ class TestFunction(Protocol):
     margin: float
 
     def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
     ) -> tuple[float, float]:
-        """The function, and the instant on the orbit to which it belongs; ``plane`` and ``instant`` are of an orbit
-        near by."""
+        """The function and what it goes by; ``plane`` and ``tracked`` are of an orbit near by."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +52,9 @@ class Doubling:
     margin = 0.0
 
     def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
     ) -> tuple[float, float]:
-        return float(doubling_test(problem, orbit, shot.monodromy)), instant
+        return float(doubling_test(problem, orbit, shot.monodromy)), tracked
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,27 @@ class Fold:
     margin = 0.0
 
     def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
     ) -> tuple[float, float]:
-        return plane_at(problem, orbit, shot, plane.weights, plane).twist, instant
+        return plane_at(problem, orbit, shot, plane.weights, plane).twist, tracked
+
+
+@dataclass(frozen=True)
+class Circling:
+    """A pair of multipliers has the product 1; half its sum, the cosine of the angle of a complex one, tells which.
+
+    Sum and product of the pair are smooth where its two meet, at 1 and -1: there the pair leaves the circle along the
+    curve, and goes on as a multiplier and its inverse, which is no bifurcation.
+    """
+
+    kind = Special.NEIMARK_SACKER
+    margin = 0.0
+
+    def value(
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
+    ) -> tuple[float, float]:
+        half, product, _ = pair_near(all_multipliers(problem, orbit, shot), problem.neutral.count, tracked)
+        return product - 1, half
 
 
 @dataclass(frozen=True)
@@ -77,9 +97,9 @@ class Touching:
     margin = 1e-8
 
     def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
     ) -> tuple[float, float]:
-        return self.touch.greatest(problem, orbit, instant)
+        return self.touch.greatest(problem, orbit, tracked)
 
 
 @dataclass(frozen=True)
@@ -92,15 +112,15 @@ class Vanishing:
     margin = 1e-6
 
     def value(
-        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, instant: float
+        self, problem: "Problem", orbit: "Orbit", shot: "Shot", plane: Plane, tracked: float
     ) -> tuple[float, float]:
-        return -float(shot.speeds[self.event]), instant
+        return -float(shot.speeds[self.event]), tracked
 
 
 def test_function_at(
     problem: "Problem", orbit: "Orbit", shot: "Shot", kind: Special, weights: np.ndarray
 ) -> tuple[TestFunction, "Orbit", "Shot", float]:
-    """What vanishes at a special point: (test, orbit to begin with, its shot, instant).
+    """What vanishes at a special point: (test, orbit to begin with, its shot, what it goes by).
 
     At grazing the orbit without the event that appears or vanishes is taken, since its multipliers are finite.
 
@@ -113,6 +133,12 @@ def test_function_at(
         return Doubling(), orbit, shot, 0.0
     if kind == Special.FOLD:
         return Fold(), orbit, shot, 0.0
+    if kind == Special.NEIMARK_SACKER:
+        free = free_multipliers(all_multipliers(problem, orbit, shot), problem.neutral.count)
+        pairs = free[is_paired(free)]
+        if not len(pairs):
+            raise LostError("no pair of multipliers is complex there")
+        return Circling(), orbit, shot, float(pairs[np.abs(np.abs(pairs) - 1).argmin()].real)
     slowest = slowest_event(problem, orbit, shot)
     found = nearest_touch(problem, orbit)
     if found is not None and slowest is None:

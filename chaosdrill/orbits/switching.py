@@ -130,9 +130,9 @@ def _beside(curve: SpecialCurve, orbit: Orbit, second: float) -> tuple[SpecialCu
     code, orbit, shot, _ = curve.problem.newton(orbit.with_values(values, curve.problem.states))
     if code != CONVERGED:
         raise LostError("no orbit beside the border")
-    test, instant = _same_test(curve.problem, orbit, curve.test)
+    test, tracked = _same_test(curve.problem, orbit, curve.test)
     behind = SpecialCurve(curve.problem, curve.limits, test)
-    return behind, behind.begin(orbit, shot, instant)
+    return behind, behind.begin(orbit, shot, tracked)
 
 
 def lifted(orbit: Orbit, value: float) -> Orbit:
@@ -146,10 +146,10 @@ def _flat(orbit: Orbit) -> Orbit:
 
 
 def _same_test(problem: Problem, orbit: Orbit, test: TestFunction) -> tuple[TestFunction, float]:
-    """The test of the same kind on an orbit next to a border, and its instant."""
+    """The test of the same kind on an orbit next to a border, and what it goes by there."""
     if not isinstance(test, Touching):
         return test, 0.0
-    _, touch, instant = min(touches(problem, orbit), key=lambda one: one[0], default=(0.0, None, 0.0))
+    _, touch, tracked = min(touches(problem, orbit), key=lambda one: one[0], default=(0.0, None, 0.0))
     if touch is None:
         raise LostError("no guard has a greatest value within a segment")
-    return Touching(touch), instant
+    return Touching(touch), tracked

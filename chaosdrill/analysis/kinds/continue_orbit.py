@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
     from chaosdrill.model import HybridSystem
 
-FOLLOW = ("fold", "period_doubling", "grazing")
+FOLLOW = ("fold", "period_doubling", "neimark_sacker", "grazing")
 """Special points that can be followed in two parameters."""
 
 MOST_DOUBLINGS = 12
@@ -163,7 +163,7 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         Number of successive branches of doubled period to follow, each from the first period doubling met. Where
         another branch crosses the first one, as where a symmetric orbit loses its symmetry, it is followed on either
         side, and so are its doublings.
-    follow : {"fold", "period_doubling", "grazing"}, optional
+    follow : {"fold", "period_doubling", "neimark_sacker", "grazing"}, optional
         The special point to follow in two parameters.
     step : float, optional
         Largest step in the parameter, of two in the first; default 1/200 of its range.
