@@ -16,6 +16,20 @@ class Special(IntEnum):
     OUTCOME_SWITCH = 6
     BRANCH_POINT = 7
     BORDER_COLLISION = 8
+    CUSP = 9
+    RESONANCE_1_1 = 10
+    RESONANCE_1_2 = 11
+    RESONANCE_1_3 = 12
+    RESONANCE_1_4 = 13
+    FOLD_FLIP = 14
+    GENERALISED_FLIP = 15
+    CHENCINER = 16
+    FOLD_NEIMARK_SACKER = 17
+    FLIP_NEIMARK_SACKER = 18
+    DOUBLE_NEIMARK_SACKER = 19
+    GRAZING_FOLD = 20
+    GRAZING_FLIP = 21
+    GRAZING_NEIMARK_SACKER = 22
 
     @property
     def meaning(self) -> str:
@@ -91,6 +105,20 @@ _HAPPENS = {
     Special.OUTCOME_SWITCH: "The condition between two outcomes of an event is just met: beyond, the other is taken.",
     Special.BRANCH_POINT: "A multiplier is +1, but the branch is crossed by another one, as where a symmetry is lost.",
     Special.BORDER_COLLISION: "Events coincide, all at nonzero speed: beyond, one or more appear or vanish.",
+    Special.CUSP: "Three orbits meet: two curves of folds touch and end.",
+    Special.RESONANCE_1_1: "Two multipliers are +1: a curve of Neimark-Sacker points ends on a curve of folds.",
+    Special.RESONANCE_1_2: "Two multipliers are -1: a curve of Neimark-Sacker points ends on one of period doublings.",
+    Special.RESONANCE_1_3: "A pair of multipliers lies at the angle 2 pi/3: the torus is not born alone.",
+    Special.RESONANCE_1_4: "A pair of multipliers lies at the angle pi/2: the torus may not be born alone.",
+    Special.FOLD_FLIP: "One multiplier is +1 and one is -1: curves of folds and of period doublings touch.",
+    Special.GENERALISED_FLIP: "The period doubling turns from soft to hard: a curve of folds of doubled orbits begins.",
+    Special.CHENCINER: "The Neimark-Sacker point turns from soft to hard: two tori meet near by.",
+    Special.FOLD_NEIMARK_SACKER: "A multiplier is +1 and a pair is on the unit circle.",
+    Special.FLIP_NEIMARK_SACKER: "A multiplier is -1 and a pair is on the unit circle.",
+    Special.DOUBLE_NEIMARK_SACKER: "Two pairs of multipliers are on the unit circle.",
+    Special.GRAZING_FOLD: "A guard is met at zero speed by an orbit with a multiplier +1.",
+    Special.GRAZING_FLIP: "A guard is met at zero speed by an orbit with a multiplier -1.",
+    Special.GRAZING_NEIMARK_SACKER: "A guard is met at zero speed by an orbit with a pair on the unit circle.",
 }
 
 _ADVICE = {

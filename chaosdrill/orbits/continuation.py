@@ -465,12 +465,12 @@ class SpecialCurve(Curve):
         """
         plane = plane_at(self.problem, orbit, shot, self.weights(orbit))
         across = plane.direction(np.array([plane.rows[1, -1], -plane.rows[0, -1]]))
-        slope = self._slope(orbit, shot, plane, plane.part(across.course), tracked)
+        slope = self.slope(orbit, shot, plane, plane.part(across.course), tracked)
         row = np.eye(len(plane.weights))[-1]
         root = Root(plane, across, slope, 0.0, tracked)
         near = Point(orbit, shot, plane.weights, across, orbit, root=root)
         found, shot, root = self._on_curve(orbit, near, row)
-        gradient = np.array([self._slope(found, shot, root.plane, r, root.tracked) for r in np.eye(2)])
+        gradient = np.array([self.slope(found, shot, root.plane, r, root.tracked) for r in np.eye(2)])
         across, steep = root.plane.direction(gradient), float(np.linalg.norm(gradient))
         tangent = root.plane.direction(np.array([gradient[1], -gradient[0]]))
         root = replace(root, across=across, slope=steep)
@@ -523,7 +523,7 @@ class SpecialCurve(Curve):
             guess = self.problem.moved(orbit, shot, step * across.change)
         raise LostError("the secant method found no point of the curve")
 
-    def _slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, part: np.ndarray, tracked: float) -> float:
+    def slope(self, orbit: "Orbit", shot: "Shot", plane: Plane, part: np.ndarray, tracked: float) -> float:
         """Central difference of the function along a direction of the plane with these components."""
         values, direction = [], plane.direction(part)
         near = Point(orbit, shot, plane.weights, direction, orbit)

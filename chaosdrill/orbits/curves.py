@@ -10,6 +10,7 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.branches import Branch, Mark, Progress, trace_branch
+from chaosdrill.orbits.codimension_two import mark_conditions
 from chaosdrill.orbits.continuation import Curve, Point, SpecialCurve
 from chaosdrill.orbits.find import NoOrbitError, starting_orbit
 from chaosdrill.orbits.marks import Marks
@@ -103,7 +104,8 @@ def curve(
     error = first.root.error * float(curve.spans[0]) + problem.accuracy * curve.size(first.orbit)
     branch.marks.append(Mark(*place, kind, error, "start of the curve"))
     branch.start = f"the {called} at {name} = {value:.12g}"
-    result = branch_table(problem, parameters, [branch], None, marks)
+    missing = mark_conditions(branch)
+    result = branch_table(problem, parameters, [branch], None, marks, missing)
     if kind == Special.NEIMARK_SACKER:
         return _circling(problem, result, branch)
     return replace(result, stable=_stable(problem, result.multipliers, kind))
@@ -148,10 +150,8 @@ def _stable(problem: Problem, values: np.ndarray, kind: Special) -> np.ndarray:
 def _circling(problem: Problem, result: BranchResult, branch: Branch) -> BranchResult:
     """The table of a Neimark-Sacker curve: regular where the pair is real, stable where the rest is inside."""
     halves = np.array([p.root.tracked for s in branch.segments for p in s.points if p.root is not None])
-    real = np.abs(halves) > 1
-    rest = [
-        pair_near(row, problem.neutral.count, half)[2] for row, half in zip(result.multipliers, halves, strict=True)
-    ]
-    stable = np.array([bool((np.abs(row) < 1).all()) for row in rest], dtype=bool) & ~real
-    regular = real & (result.special == Special.NEIMARK_SACKER)
-    return replace(result, stable=stable, special=np.where(regular, int(Special.REGULAR), result.special))
+    regular = (np.abs(halves) > 1) & (result.special == Special.NEIMARK_SACKER)
+    both, neutral = zip(result.multipliers, halves, strict=True), problem.neutral.count
+    inside = [bool((np.abs(pair_near(values, neutral, half)[2]) < 1).all()) for values, half in both]
+    special = np.where(regular, int(Special.REGULAR), result.special)
+    return replace(result, stable=np.array(inside, dtype=bool) & ~regular, special=special)
