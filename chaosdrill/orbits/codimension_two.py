@@ -4,7 +4,6 @@ Each condition is a function along the curve that changes its sign where it is m
 in them, so that they stay smooth where several meet. Every trial between two points is corrected onto the curve, as
 `chaosdrill.orbits.crossings` does on branches. Names and conditions as in Kuznetsov 2004, Elements of Applied
 Bifurcation Theory, chapter 9, doi:10.1007/978-1-4757-3978-7, and Kuznetsov and Meijer 2005, doi:10.1137/030601508.
-doi:10.1137/030601508.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,6 +16,7 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.branches import Mark
 from chaosdrill.orbits.crossings import changes, noise_of, pair_on_circle, torus_test
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers, pair_near
+from chaosdrill.orbits.normal_forms import cubic_coefficient
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
@@ -44,6 +44,8 @@ class Condition:
         How many multipliers are on the unit circle there.
     proper : callable
         Whether the function's root at a point of the curve is one of this kind.
+    error : callable
+        Error of the function at a point.
     """
 
     kind: Special
@@ -51,6 +53,9 @@ class Condition:
     values: Values
     multiplicity: int
     proper: Callable[["SpecialCurve", "Point"], bool] = lambda curve, point: True
+    error: Callable[["SpecialCurve", "Point"], float] = lambda curve, point: float(
+        noise_of(point.shot.monodromy, len(point.orbit))
+    )
 
 
 def _values(curve: "SpecialCurve", point: "Point") -> np.ndarray:
@@ -133,6 +138,27 @@ def _folding(curve: "SpecialCurve", points: Sequence["Point"]) -> np.ndarray:
     return np.array(found)
 
 
+def _cubic(curve: "SpecialCurve", point: "Point", radius: float = SETTINGS.cubic_radii[0]) -> float:
+    """The cubic coefficient of the normal form; NaN where there is none."""
+    multiplier = -1.0 + 0j
+    if curve.kind == Special.NEIMARK_SACKER:
+        half = _half(curve, point)
+        multiplier = complex(half, np.sqrt(1 - half**2)) if abs(half) < 1 else complex(np.nan)
+    if np.isnan(multiplier):
+        return float("nan")
+    try:
+        return cubic_coefficient(curve.problem, point.orbit, multiplier, radius)
+    except (LostError, np.linalg.LinAlgError):
+        return float("nan")
+
+
+def _cubic_error(curve: "SpecialCurve", point: "Point") -> float:
+    """Spread of the coefficients by three discs, and what round-off in the tangent map makes of the smallest."""
+    found = [_cubic(curve, point, radius) for radius in SETTINGS.cubic_radii]
+    least = np.finfo(float).eps * max(1.0, float(np.abs(point.shot.monodromy).max())) ** 2
+    return 3 * float(np.ptp(found)) + least * len(point.orbit) / SETTINGS.cubic_radii[0] ** 2
+
+
 _PAIR = Special.NEIMARK_SACKER
 
 CONDITIONS = [
@@ -142,7 +168,9 @@ CONDITIONS = [
     Condition(Special.FOLD_NEIMARK_SACKER, Special.FOLD, _each(_circling), 3, _on_circle),
     Condition(Special.FOLD_FLIP, Special.PERIOD_DOUBLING, _at(1, 0, True), 2),
     Condition(Special.RESONANCE_1_2, Special.PERIOD_DOUBLING, _at(-1, 1, False), 2),
+    Condition(Special.GENERALISED_FLIP, Special.PERIOD_DOUBLING, _each(_cubic), 1, error=_cubic_error),
     Condition(Special.FLIP_NEIMARK_SACKER, Special.PERIOD_DOUBLING, _each(_circling), 3, _on_circle),
+    Condition(Special.CHENCINER, _PAIR, _each(_cubic), 2, error=_cubic_error),
     Condition(Special.RESONANCE_1_1, _PAIR, _angle(1.0), 2),
     Condition(Special.RESONANCE_1_2, _PAIR, _angle(-1.0), 2),
     Condition(Special.RESONANCE_1_3, _PAIR, _angle(-0.5), 2),
@@ -225,17 +253,30 @@ def _located(curve: "SpecialCurve", condition: Condition, before: "Point", after
     def value(part: float) -> float:
         if part not in tried:
             tried[part] = curve.between(before, after, part)
-        return float(condition.values(curve, [before, tried[part]])[1])
+        found = float(condition.values(curve, [before, tried[part]])[1])
+        if np.isnan(found):
+            raise _PoleError
+        return found
 
-    low, high = value(0.0), value(1.0)
-    part = bracketed(value, 0.0, 1.0)
+    try:
+        low, high = value(0.0), value(1.0)
+        part = bracketed(value, 0.0, 1.0)
+    except _PoleError:
+        return None
     point = tried[part]
     if abs(value(part)) > SETTINGS.jump * max(abs(low), abs(high)) or not condition.proper(curve, point):
         return None
-    noise = float(noise_of(point.shot.monodromy, len(point.orbit)))
+    own, rise = condition.error(curve, point), abs(high - low)
+    if not own < SETTINGS.jump * rise:
+        return None
     way = abs(float(curve.values(after.orbit)[0] - curve.values(before.orbit)[0]))
-    error = curve.problem.accuracy * (curve.size(point.orbit) + noise / SETTINGS.tangent_error * way / abs(high - low))
+    own *= max(1.0, curve.problem.accuracy / SETTINGS.tangent_error)
+    error = curve.problem.accuracy * curve.size(point.orbit) + own * way / rise
     return Located(replace(point, special=condition.kind), part, float(error), condition.multiplicity)
+
+
+class _PoleError(Exception):
+    """A function has no value on the way to its root."""
 
 
 def _again(curve: "SpecialCurve", one: Located, found: Sequence[tuple[int, float, Located]]) -> bool:

@@ -240,6 +240,12 @@ class Settings:
     touch_steps: int = 20
     """Steps of the secant method, at most."""
 
+    cubic_radii: tuple[float, ...] = (0.02, 0.025, 0.03)
+    """Radii, in sizes of the states, of the discs on which a return map is looked at: the error of a cubic coefficient
+    is that of the tangent map over the square of the radius, and the fourth power of the radius by what is left out."""
+    returned: float = 1e-12
+    """Last correction, in sizes of the states, of a return whose derivative is taken."""
+
     # changes of the event sequence
     border_steps: tuple[float, ...] = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)
     """Lengths along a new branch at which its first orbit is tried."""
