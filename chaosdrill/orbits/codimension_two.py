@@ -267,7 +267,8 @@ def _located(curve: "SpecialCurve", condition: Condition, before: "Point", after
     if abs(value(part)) > SETTINGS.jump * max(abs(low), abs(high)) or not condition.proper(curve, point):
         return None
     own, rise = condition.error(curve, point), abs(high - low)
-    if not own < SETTINGS.jump * rise:
+    # of a function that is zero all along the curve only errors change sign
+    if not max(own, *(condition.error(curve, end) for end in (before, after))) < SETTINGS.jump * rise:
         return None
     way = abs(float(curve.values(after.orbit)[0] - curve.values(before.orbit)[0]))
     own *= max(1.0, curve.problem.accuracy / SETTINGS.tangent_error)

@@ -240,7 +240,7 @@ class Settings:
     touch_steps: int = 20
     """Steps of the secant method, at most."""
 
-    cubic_radii: tuple[float, ...] = (0.02, 0.025, 0.03)
+    cubic_radii: tuple[float, ...] = (0.01, 0.0125, 0.015)
     """Radii, in sizes of the states, of the discs on which a return map is looked at: the error of a cubic coefficient
     is that of the tangent map over the square of the radius, and the fourth power of the radius by what is left out."""
     returned: float = 1e-12
