@@ -43,7 +43,13 @@ _JUMP = 12.0
 """A step of the section this many times as long as both its neighbours is a jump."""
 _SEEN = 0.01
 """Jumps below this part of the extent are not seen."""
-_DASHES = {"fold": "-", "period_doubling": (0, (5, 1.5)), "grazing": (0, (1.2, 1.2))}
+_NO_BIFURCATION = "real multipliers of product 1: no bifurcation"
+_DASHES = {
+    "fold": "-",
+    "period_doubling": (0, (5, 1.5)),
+    "grazing": (0, (1.2, 1.2)),
+    "neimark_sacker": (0, (6, 1.5, 1.2, 1.5)),
+}
 
 
 @picture(
@@ -275,7 +281,8 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes 
     -------
     matplotlib.figure.Figure
         A colour for each kind of curve and period, and dashes by the kind. Points on a curve at which something else
-        happens have their shape, ends inside of the parameters' range a bar. Beside a chart nothing is drawn.
+        happens have their shape, parts on which nothing bifurcates are thin, ends inside of the parameters' range a bar.
+        Beside a chart nothing is drawn.
     """
     legend: Callable[..., None]
     if over is None:
@@ -335,7 +342,13 @@ def _curves(axes: "Axes", curves: "list[_Curve]") -> None:
             text = f"{special_name(curve.kind)}, period {int(curve.dataset['branch_period'].values[number])}"
             colour = named.setdefault(text, LINE_COLOURS[len(named) % len(LINE_COLOURS)])
             options: dict[str, Any] = {"color": colour, "linestyle": _DASHES.get(curve.kind, "-."), "linewidth": 1.6}
-            axes.plot(curve.x[points], curve.y[points], path_effects=rim, zorder=3, label=text, **options)
+            quiet = points & (curve.dataset["special_point"].values == 0)
+            y = np.where(quiet, np.nan, curve.y)
+            axes.plot(curve.x[points], y[points], path_effects=rim, zorder=3, label=text, **options)
+            if quiet.any():
+                beside = quiet | np.roll(quiet, 1) | np.roll(quiet, -1)
+                y = np.where(beside, curve.y, np.nan)
+                axes.plot(curve.x[points], y[points], color=colour, linewidth=0.6, zorder=2, label=_NO_BIFURCATION)
     reasons: dict[str, None] = {}
     for curve in curves:
         for kind, points in curve.specials():

@@ -29,10 +29,39 @@ SPECIAL_MARKERS = {
     "outcome_switch": "P",
     "branch_point": "*",
     "border_collision": "h",
+    "cusp": "v",
+    "resonance_1_1": "$1$",
+    "resonance_1_2": "$2$",
+    "resonance_1_3": "$3$",
+    "resonance_1_4": "$4$",
+    "fold_flip": "d",
+    "generalised_flip": ">",
+    "chenciner": "<",
+    "fold_neimark_sacker": "p",
+    "flip_neimark_sacker": "H",
+    "double_neimark_sacker": "8",
+    "grazing_fold": "$+$",
+    "grazing_flip": "$-$",
+    "grazing_neimark_sacker": "$\\circ$",
 }
-"""Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour."""
+"""Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour, but for
+figures and signs, which are black."""
 WARNING = "#B3261E"
-_NAMES = {"neimark_sacker": "Neimark-Sacker"}
+_NAMES = {
+    "neimark_sacker": "Neimark-Sacker",
+    "resonance_1_1": "1:1 resonance",
+    "resonance_1_2": "1:2 resonance",
+    "resonance_1_3": "1:3 resonance",
+    "resonance_1_4": "1:4 resonance",
+    "fold_flip": "fold-flip",
+    "chenciner": "Chenciner",
+    "fold_neimark_sacker": "fold-Neimark-Sacker",
+    "flip_neimark_sacker": "flip-Neimark-Sacker",
+    "double_neimark_sacker": "double Neimark-Sacker",
+    "grazing_fold": "grazing with fold",
+    "grazing_flip": "grazing with flip",
+    "grazing_neimark_sacker": "grazing with Neimark-Sacker",
+}
 _ENDS = {
     "joined": "meets another branch",
     "doubling": "shrinks onto half the period",
@@ -72,13 +101,14 @@ def mark(axes: "Axes", x: "ArrayLike", y: "ArrayLike", name: str, size: float, *
     **options
         Further options of ``Axes.plot``.
     """
+    shape = SPECIAL_MARKERS.get(name, "*")
     axes.plot(
         np.ravel(x),
         np.ravel(y),
         linestyle="none",
-        marker=SPECIAL_MARKERS.get(name, "*"),
+        marker=shape,
         markersize=size,
-        markerfacecolor="white",
+        markerfacecolor="black" if shape.startswith("$") else "white",
         markeredgecolor="black",
         markeredgewidth=0.8,
         zorder=4,

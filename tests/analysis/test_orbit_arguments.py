@@ -60,7 +60,11 @@ BRANCHES = [
     ({"omega": (1, float("inf"))}, {}, ["sweep.omega.stop is inf", "must be finite"]),
     ({"omega": (2.5, 2.5)}, {}, ["start and stop are equal"]),
     ({"omega": (2.6, 3)}, {}, ["the branch starts at", "omega = 2.5, which is not between"]),
-    ({"omega": (2, 3), "wall": (0, 1)}, {}, ["follow: missing", "'fold', 'period_doubling', 'grazing'"]),
+    (
+        {"omega": (2, 3), "wall": (0, 1)},
+        {},
+        ["follow: missing", "'fold', 'period_doubling', 'neimark_sacker', 'grazing'"],
+    ),
     ({"omega": (2, 3)}, {"follow": "fold"}, ["follow is 'fold'", "name the second parameter"]),
     ({"omega": (2, 3), "wall": (0, 1)}, {"follow": "torus"}, ["follow is 'torus'"]),
     ({"omega": (2, 3), "wall": (0, 1)}, {"follow": "fold", "doublings": 1}, ["doublings is 1"]),

@@ -37,7 +37,7 @@ MOST_DOUBLINGS = 12
 STEP = 1 / 200
 """Part of the parameter's range that is the largest step unless another one is given."""
 
-_STABLE = "Whether small deviations die out; on a curve: by all multipliers but the one that is 1 or -1."
+_STABLE = "Whether small deviations die out; on a curve: by all multipliers but those on the unit circle."
 _SPECIAL = "What happens there; the names are in flag_meanings."
 
 VARIABLES = table(
@@ -164,7 +164,8 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         another branch crosses the first one, as where a symmetric orbit loses its symmetry, it is followed on either
         side, and so are its doublings.
     follow : {"fold", "period_doubling", "neimark_sacker", "grazing"}, optional
-        The special point to follow in two parameters.
+        The special point to follow in two parameters. Points of codimension two on the curve are located: cusps, strong
+        resonances, generalised flips, Chenciner points, and where two conditions meet.
     step : float, optional
         Largest step in the parameter, of two in the first; default 1/200 of its range.
     max_points : int, default 2000
