@@ -6,7 +6,7 @@ through the same path at the border (di Bernardo, Budd, Champneys and Kowalczyk 
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 
@@ -378,9 +378,9 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
     if shot.outcome != 0 or not np.isfinite(shot.equations).all():
         return None
     weights = curve.weights(guess)
-    direction = problem.direction(guess, shot, weights)
+    direction, lengths = _into(problem, guess, shot, weights)
     conditions = (direction * weights**2)[np.newaxis]
-    for length in SETTINGS.border_steps:
+    for length in lengths:
         start = problem.moved(guess, shot, length * direction)
         code, orbit, seen, _ = problem.newton(start, conditions, SETTINGS.reach_beside)
         if code != CONVERGED or distance(problem, orbit, border.good, weights) > SETTINGS.border_near:
@@ -396,6 +396,22 @@ def _branch_from(curve: Curve, guess: Orbit, border: Border, further: list[Orbit
         if ahead is not None and _leads_back(problem, orbit, seen, border, weights):
             return Continuation(orbit, seen, ahead)
     return None
+
+
+def _into(problem: Problem, guess: Orbit, shot: Shot, weights: np.ndarray) -> tuple[np.ndarray, Sequence[float]]:
+    """The direction of the branch of orbits with the events of a guess, and lengths at which its first is tried.
+
+    A path that leaves a guard and meets it again may stay no time in between: this holds on a whole branch of its own,
+    none of whose paths the system follows. At a border where such a stay begins this branch crosses the one that is
+    looked for, and which of the two the equations there lead along is a matter of round-off. The stay is what grows.
+    """
+    short = np.flatnonzero(guess.durations <= SETTINGS.touching * guess.durations.sum())
+    if len(short):
+        plane = problem.loosely_null(guess, shot, weights)
+        growth = plane[:, problem.states + 1 + short].sum(axis=1)
+        if len(plane) > 1 and growth.any():
+            return growth @ plane / np.linalg.norm(growth) / weights, [s for s in SETTINGS.border_steps if s > 0]
+    return problem.direction(guess, shot, weights), SETTINGS.border_steps
 
 
 def distance(problem: Problem, orbit: Orbit, other: Orbit, weights: np.ndarray) -> float:

@@ -378,6 +378,13 @@ class Problem:
         held = self._held(orbit) / weights
         return np.asarray(np.linalg.svd(np.vstack([self._weighted(orbit, shot, weights), held]))[2][-count:])
 
+    def loosely_null(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
+        """All directions in which orbits go on to within ``SETTINGS.loose``, shape (m, columns), as `nearly_null`."""
+        held = self._held(orbit) / weights
+        _, sizes, rows = np.linalg.svd(np.vstack([self._weighted(orbit, shot, weights), held]))
+        firm = int((sizes > SETTINGS.loose * sizes[0]).sum())
+        return np.asarray(rows[min(firm, len(rows) - len(self.free)) :])
+
     def regularity(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> float:
         """Smallest singular value of the weighted equations that the structure of the system does not make zero."""
         sizes = np.linalg.svd(self._weighted(orbit, shot, weights), compute_uv=False)

@@ -249,6 +249,9 @@ class Settings:
     # changes of the event sequence
     border_steps: tuple[float, ...] = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)
     """Lengths along a new branch at which its first orbit is tried."""
+    loose: float = 1e-6
+    """Singular value of the equations, as a part of the largest, below which what makes it zero at a border is near:
+    further off, the direction of a branch is known to a part of 1e-7."""
     border_beside: tuple[float, ...] = (0.0, 1e-11, -1e-11, 1e-9, -1e-9, 1e-7, -1e-7, 1e-5, -1e-5)
     """Changes of the parameter, relative, at which the events of the system's own path are read."""
     border_near: float = 0.1

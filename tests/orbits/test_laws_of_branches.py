@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 import chaosdrill as cd
 from chaosdrill.dataset.branches import BranchEnd, Special
@@ -204,6 +204,36 @@ def test_a_border_collision_is_passed_from_either_side(left, right, side, size):
     borders = [k for k, kind in enumerate(kinds(branch)) if kind == Special.OUTCOME_SWITCH]
     assert len(borders) == 1
     assert abs(branch["special_value"].values[borders[0]]) <= branch["special_error"].values[borders[0]]
+
+
+# Where a stay of no time begins, the paths that never stay cross the branch.
+
+RUBBED = cd.in_modes(
+    name="rubbed", states="v", parameters={"A": 3.0, "c": 0.9}, field={"v": "A*cos(t) + c - sign(v)"},
+    period="2*pi", initial={"v": 1.0},
+)  # fmt: skip
+
+
+def reversal(amplitude):
+    """The bias at which a mass that lets go at A cos t + c = 1 stops again just where A cos t + c = -1."""
+
+    def speed(bias):
+        begin, end = -np.arccos((1 - bias) / amplitude), 2 * np.pi - np.arccos((-1 - bias) / amplitude)
+        return amplitude * (np.sin(end) - np.sin(begin)) + (bias - 1) * (end - begin)
+
+    return brentq(speed, 0.5, 1.0, xtol=1e-15)
+
+
+@settings(max_examples=8)
+@example(step=5e-4, side=0.05, amplitude=3.0)
+@given(step=st.floats(3e-4, 5e-3), side=st.sampled_from([-0.05, 0.05]), amplitude=st.floats(2.0, 5.0))
+def test_a_reversal_begins_at_one_place_whatever_the_step(step, side, amplitude):
+    border = reversal(amplitude)
+    limits = (border - 0.06, border + 0.06)
+    branch = cd.continue_orbit(RUBBED.with_parameters(A=amplitude, c=border + side), {"c": limits}, step=step)
+    assert (branch["c"].values.min(), branch["c"].values.max()) == limits
+    assert kinds(branch) == [Special.BORDER_COLLISION]
+    assert abs(branch["special_value"].values[0] - border) <= branch["special_error"].values[0]
 
 
 @pytest.mark.parametrize("transient", [1000, 1010])
