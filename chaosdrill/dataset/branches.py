@@ -42,6 +42,26 @@ class Special(IntEnum):
         return _HAPPENS[self]
 
 
+class Criticality(IntEnum):
+    """What is born at a doubling, a pitchfork or a Neimark-Sacker point; archives store the number."""
+
+    NONE = 0
+    SUPERCRITICAL = 1
+    SUBCRITICAL = 2
+    TRANSCRITICAL = 3
+    UNDECIDED = 4
+
+    @property
+    def meaning(self) -> str:
+        """Name in lower case, as in ``flag_meanings``."""
+        return self.name.lower()
+
+    @property
+    def words(self) -> str:
+        """What follows there, in one sentence; empty where the question does not arise."""
+        return _BORN[self]
+
+
 class BranchEnd(IntEnum):
     """How a branch ended; archives store the number, with the names as CF flag meanings."""
 
@@ -119,6 +139,14 @@ _HAPPENS = {
     Special.GRAZING_FOLD: "A guard is met at zero speed by an orbit with a multiplier +1.",
     Special.GRAZING_FLIP: "A guard is met at zero speed by an orbit with a multiplier -1.",
     Special.GRAZING_NEIMARK_SACKER: "A guard is met at zero speed by an orbit with a pair on the unit circle.",
+}
+
+_BORN = {
+    Criticality.NONE: "",
+    Criticality.SUPERCRITICAL: "Supercritical, or soft: what begins attracts, beside the orbit where that repels.",
+    Criticality.SUBCRITICAL: "Subcritical, or hard: what begins repels, beside the orbit where that attracts.",
+    Criticality.TRANSCRITICAL: "Transcritical: the two branches exchange their stability.",
+    Criticality.UNDECIDED: "Whether it is soft or hard is undecided.",
 }
 
 _ADVICE = {

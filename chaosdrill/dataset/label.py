@@ -8,7 +8,7 @@ from importlib import import_module
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Special
+from chaosdrill.dataset.branches import AttractorEnd, BranchEnd, Criticality, Special
 from chaosdrill.dataset.outcomes import Outcome, holds_codes
 from chaosdrill.dataset.provenance import provenance
 from chaosdrill.dataset.schema import ORBIT, PENETRATION, QUADRATURE, RUN, SCHEMA, STARTS_OF_RUNS, SWEEP, Variable
@@ -217,6 +217,7 @@ def _attributes(variable: Variable, system: Any) -> dict[str, Any]:
             "mode": list(system.modes),
             "transition": [transition.name for transition in system.transitions],
             "special": [special.meaning for special in Special],
+            "criticality": [criticality.meaning for criticality in Criticality],
             "branch_end": [end.meaning for end in BranchEnd],
             "attractor_end": [end.meaning for end in AttractorEnd],
             "truth": ["no", "yes"],

@@ -48,7 +48,7 @@ class Variable:
         UDUNITS text; ``"1"`` for dimensionless, which model time is too.
     long_name, doc : str
         Name for axes, and one sentence of explanation (stored as the attribute ``comment``).
-    flags : {"", "outcome", "mode", "transition", "special", "branch_end", "attractor_end", "truth"}
+    flags : {"", "outcome", "mode", "transition", "special", "criticality", "branch_end", "attractor_end", "truth"}
         Whose names the codes stand for.
     coordinate : bool
         Whether it is stored as a coordinate.

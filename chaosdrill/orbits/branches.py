@@ -16,9 +16,10 @@ from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, sl
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
+from chaosdrill.orbits.normal_forms import normal_form
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
-from chaosdrill.orbits.results import BranchResult, Cascade
+from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
 from chaosdrill.orbits.switching import crossing, curve_behind, doubled
@@ -95,6 +96,7 @@ class Mark:
     error: float
     text: str
     multiplicity: int = 0  # where events change, multipliers jump
+    form: NormalForm = NO_FORM  # what is born there
 
 
 @dataclass
@@ -334,16 +336,20 @@ def _marked(segment: BranchSegment, count: int) -> tuple[BranchSegment, list[Mar
             points.insert(k, one.point)
             marks.append(one)
     places = {id(p): k for k, p in enumerate(points)}
-    found = [Mark(0, places[id(m.point)], m.point.special, m.error, _told(m), m.multiplicity) for m in reversed(marks)]
+    found = []
+    for one in reversed(marks):
+        kind = one.point.special
+        form = normal_form(segment.curve.problem, one.point.orbit, kind, one.multiplicity)
+        found.append(Mark(0, places[id(one.point)], kind, one.error, _told(one, form), one.multiplicity, form))
     return segment.with_points(points), found
 
 
-def _told(mark: Located) -> str:
+def _told(mark: Located, form: NormalForm) -> str:
     """What happens at a special point, in words."""
     words, usual = mark.point.special.words, 2 if mark.point.special == Special.NEIMARK_SACKER else 1
-    if mark.multiplicity <= usual:
-        return words
-    return f"{words} {mark.multiplicity // usual} cross together."
+    if mark.multiplicity > usual:
+        words = f"{words} {mark.multiplicity // usual} cross together."
+    return f"{words} {form.criticality.words}".rstrip()
 
 
 def _between(segment: BranchSegment, k: int, finer: int) -> list[Located]:

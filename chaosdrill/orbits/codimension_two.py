@@ -16,7 +16,7 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.branches import Mark
 from chaosdrill.orbits.crossings import changes, noise_of, pair_on_circle, torus_test
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers, pair_near
-from chaosdrill.orbits.normal_forms import cubic_coefficient
+from chaosdrill.orbits.normal_forms import cubic_term
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
@@ -138,25 +138,26 @@ def _folding(curve: "SpecialCurve", points: Sequence["Point"]) -> np.ndarray:
     return np.array(found)
 
 
-def _cubic(curve: "SpecialCurve", point: "Point", radius: float = SETTINGS.cubic_radii[0]) -> float:
-    """The cubic coefficient of the normal form; NaN where there is none."""
+def _cubic_term(curve: "SpecialCurve", point: "Point") -> tuple[float, float]:
+    """The cubic coefficient of the normal form and its error; NaN where there is none."""
     multiplier = -1.0 + 0j
     if curve.kind == Special.NEIMARK_SACKER:
         half = _half(curve, point)
         multiplier = complex(half, np.sqrt(1 - half**2)) if abs(half) < 1 else complex(np.nan)
     if np.isnan(multiplier):
-        return float("nan")
+        return float("nan"), float("nan")
     try:
-        return cubic_coefficient(curve.problem, point.orbit, multiplier, radius)
+        return cubic_term(curve.problem, point.orbit, multiplier)
     except (LostError, np.linalg.LinAlgError):
-        return float("nan")
+        return float("nan"), float("nan")
+
+
+def _cubic(curve: "SpecialCurve", point: "Point") -> float:
+    return _cubic_term(curve, point)[0]
 
 
 def _cubic_error(curve: "SpecialCurve", point: "Point") -> float:
-    """Spread of the coefficients by three discs, and what round-off in the tangent map makes of the smallest."""
-    found = [_cubic(curve, point, radius) for radius in SETTINGS.cubic_radii]
-    least = np.finfo(float).eps * max(1.0, float(np.abs(point.shot.monodromy).max())) ** 2
-    return 3 * float(np.ptp(found)) + least * len(point.orbit) / SETTINGS.cubic_radii[0] ** 2
+    return _cubic_term(curve, point)[1]
 
 
 _PAIR = Special.NEIMARK_SACKER

@@ -1,191 +1,280 @@
-"""Cubic coefficients of the normal forms at a period doubling and at a Neimark-Sacker point, of any kind of orbit.
+"""Normal forms of doublings, pitchforks and Neimark-Sacker points: what is born there, stable or not.
 
-They need second and third derivatives of the return map along the critical directions. The map is that from an event,
-or from a plane across the flow, to the same the next time, with the time of the forcing among its variables; near an
-orbit it is as smooth as the flow is, events included. Shooting gives its first derivative to round-off, also at starts
-beside the orbit; what that is on a small disc of the critical plane tells the higher ones.
-
-Kuznetsov 2004, Elements of Applied Bifurcation Theory, section 5.4, doi:10.1007/978-1-4757-3978-7.
+The return map of the orbit is taken from a place within a segment, after the periods of the forcing or, without one,
+back to the plane across the flow there. All events move with the path, so that its first derivatives are exact; the
+second and third are differences of them, at several distances, extrapolated to none (Ridders 1982,
+doi:10.1016/S0141-1195(82)80057-0). The coefficients on the centre manifold are those of Kuznetsov 2023,
+doi:10.1007/978-3-031-22007-4, chapter 5.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.dataset.branches import Criticality, Special
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.layout import DONE
+from chaosdrill.engine.setup import constrained_states
+from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import LostError
+from chaosdrill.orbits.results import NormalForm
 from chaosdrill.orbits.settings import SETTINGS
 
 if TYPE_CHECKING:
-    from chaosdrill.orbits.orbit import Orbit
     from chaosdrill.orbits.problem import Problem, Shot
 
-RINGS = (1.0, 0.5)
-"""Distances, in radii, at which the derivative is looked at."""
-ANGLES = 8
-"""Angles on a ring: harmonics that alias to those asked for are of the seventh order and beyond."""
 
-
-@dataclass(frozen=True)
 class ReturnMap:
-    """The map from the start of an orbit to its next return, in units of the sizes of its variables.
-
-    Raises
-    ------
-    LostError
-        Where the start is held on a surface, or orbits come in families: there it is no map of all its variables.
-    """
-
-    problem: "Problem"
-    orbit: "Orbit"
-
-    def __post_init__(self) -> None:
-        problem, neutral = self.problem, self.problem.neutral
-        held = kernels_of(problem.plain).held[self.orbit.segments[0, at.SEGMENT_MODE]] > 0
-        if held or neutral.count > int(neutral.flow and not problem.forced):
-            raise LostError("the return map is not one of all states")
-
-    @property
-    def timed(self) -> bool:
-        """Whether the time in the period at which it starts is a variable, the last one."""
-        return self.problem.forced and not self.orbit.eventless
-
-    @cached_property
-    def weights(self) -> np.ndarray:
-        """Inverse sizes of the reduced unknowns, as from `Problem.weights`."""
-        return self.problem.weights(self.orbit)
-
-    @cached_property
-    def units(self) -> np.ndarray:
-        """Sizes of the variables, shape (m,)."""
-        return np.asarray(1 / self.weights[: self.problem.states + self.timed])
-
-    def derivative(self, change: np.ndarray) -> np.ndarray:
-        """Derivative of the map at a start beside the orbit's own, shapes (m,) and (m, m).
-
-        Raises
-        ------
-        LostError
-        """
-        problem, d, count, m = self.problem, self.problem.states, len(self.orbit), len(self.units)
-        moved = change * self.units
-        starts = self.orbit.starts.copy()
-        starts[0, :d] += moved[:d]
-        phase = self.orbit.phase + (float(moved[d]) if self.timed else 0.0)
-        orbit = replace(self.orbit, starts=starts, phase=phase)
-        times = slice(d + 1, d + 1 + count)
-        for _ in range(SETTINGS.newton_steps):
-            shot = problem.shoot(orbit, False, self.orbit)
-            if shot.outcome != DONE or not np.isfinite(shot.equations).all():
-                break
-            rows, ends = self._rows(shot, orbit)
-            step = np.zeros(problem.columns(orbit))
-            step[times] = -np.linalg.solve(rows[:, times], rows[:, -1])
-            more = shot.sensitivity @ np.append(step, 1.0)
-            size = max(
-                float(np.abs(more[:, :d] / self.units[:d]).max()),
-                float(np.abs(step * self.weights).max()),
-            )
-            if size < SETTINGS.returned:
-                found = ends[:, :m] - ends[:, times] @ np.linalg.solve(rows[:, times], rows[:, :m])
-                return np.asarray(found * self.units / self.units[:, np.newaxis])
-            orbit = replace(orbit, starts=orbit.starts + more, durations=orbit.durations + step[times])
-        raise LostError("a start beside the orbit does not return as it does")
-
-    def _rows(self, shot: "Shot", orbit: "Orbit") -> tuple[np.ndarray, np.ndarray]:
-        """Equations of the durations, and the end beside the orbit's start, both linearised."""
-        d, count = self.problem.states, len(orbit)
-        ends = shot.equations[count : count + d].copy()
-        ends[:, :d] += np.eye(d)
-        ends[:, -1] += orbit.starts[0, :d] - self.orbit.starts[0, :d]
-        rows = shot.equations[:count].copy()
-        if orbit.segments[0, at.SEGMENT_END] == at.PLANE:
-            # what the equations of an orbit ask of the start is asked of the end here
-            rows[0] = rows[0, :d] @ ends
-        if self.timed:
-            final = shot.equations[count + d].copy()
-            final[d] += 1.0
-            final[-1] += orbit.phase - self.orbit.phase
-            ends = np.vstack([ends, final])
-        return rows, ends
-
-
-def cubic_coefficient(problem: "Problem", orbit: "Orbit", multiplier: complex, radius: float) -> float:
-    """The coefficient of the normal form at a multiplier that is -1, or one of a pair on the unit circle.
+    """The map of deviations at a place within a segment of an orbit to those one period later.
 
     Parameters
     ----------
     problem : Problem
     orbit : Orbit
-    multiplier : complex
-        That of the critical direction.
-    radius : float
-        Of the disc on which the return map is fitted, in sizes of the states.
-
-    Returns
-    -------
-    float
-        Positive at a soft period doubling, negative at a soft Neimark-Sacker point. Its size is that of the states.
 
     Raises
     ------
     LostError
-        No return map, or its critical direction is not alone.
+        The orbit has no segment in which all deviations are free to go on.
     """
-    returns = ReturnMap(problem, orbit)
-    matrix = returns.derivative(np.zeros(len(returns.units)))
-    right, left = _vector(matrix, multiplier), _vector(matrix.T, np.conj(multiplier))
-    scale = np.vdot(left, right)
-    if abs(scale) < SETTINGS.missed_multiplier**2:
-        raise LostError("the critical multiplier is not alone")
-    left = left / np.conj(scale)
-    identity = np.eye(len(matrix))
-    if multiplier.imag == 0:
-        bent, twice = _along(returns, matrix, right.real, radius)
-        flat = np.linalg.solve(identity - matrix, bent @ right.real)
-        return float(left.real @ (twice @ right.real / 6 + bent @ flat / 2))
-    bent, twice = _around(returns, right, radius)
-    flat = np.linalg.solve(identity - matrix, bent @ right.conj())
-    turned = np.linalg.solve(multiplier**2 * identity - matrix, bent @ right)
-    whole = twice @ right.conj() + 2 * bent @ flat + bent.conj() @ turned
-    return float((np.conj(multiplier) * np.vdot(left, whole)).real / 2)
+
+    def __init__(self, problem: "Problem", orbit: Orbit) -> None:
+        self.problem, d = problem, problem.states
+        self.path = _cut(problem, orbit)
+        self.closed = problem.neutral.flow
+        self.sizes = 1 / problem.weights(orbit)[:d]
+        shot = problem.shoot(self.path, False)
+        if shot.outcome != DONE or not np.isfinite(shot.equations).all():
+            raise LostError("the return map has no derivatives there")
+        # the derivative of the end by the last duration is the rate there
+        end = shot.equations[len(self.path) : len(self.path) + d, d + len(self.path)]
+        self.normal = end / self.sizes
+        self.basis = np.eye(d)
+        if self.closed:
+            self.basis = np.linalg.svd(self.normal[np.newaxis])[2][1:].T
+
+    def derivative(self, deviation: np.ndarray) -> np.ndarray:
+        """First derivatives of the map at a deviation, shapes (m, m) and (m,), in units of the sizes of the states.
+
+        Raises
+        ------
+        LostError
+        """
+        d, count = self.problem.states, len(self.path)
+        starts = self.path.starts.copy()
+        starts[0, :d] += self.sizes * (self.basis @ deviation)
+        path, durations = replace(self.path, starts=starts), slice(d + 1, d + 1 + count)
+        total, last = float(self.path.durations.sum()), np.inf
+        for _ in range(SETTINGS.newton_steps):
+            shot = self.problem.shoot(path, False)
+            if shot.outcome != DONE or not np.isfinite(shot.equations).all():
+                raise LostError("the path beside the orbit cannot be followed")
+            rows, ends = self._equations(path, shot)
+            correction = np.zeros(rows.shape[1])
+            correction[-1] = 1.0
+            try:
+                correction[durations] = np.linalg.solve(rows[:, durations], -rows[:, -1])
+            except np.linalg.LinAlgError as failure:
+                raise LostError("an event is met at no speed") from failure
+            moved = float(np.abs(correction[durations]).max()) / total
+            if not moved < SETTINGS.farthest:
+                raise LostError("the events beside the orbit are far from its own")
+            if moved <= SETTINGS.residual or (moved < SETTINGS.converged_path and moved > 0.3 * last):
+                break
+            last = moved
+            path = replace(
+                path,
+                starts=path.starts + shot.sensitivity @ correction,
+                durations=path.durations + correction[durations],
+            )
+        later = -np.linalg.solve(rows[:, durations], rows[:, :d])
+        whole = (ends[:, :d] + ends[:, durations] @ later) * self.sizes / self.sizes[:, np.newaxis]
+        return np.asarray(self.basis.T @ whole @ self.basis)
+
+    def _equations(self, path: Orbit, shot: "Shot") -> tuple[np.ndarray, np.ndarray]:
+        """What the durations obey, and the end, each linearised in the reduced unknowns; constants last."""
+        d, count = self.problem.states, len(path)
+        ends = shot.equations[count : count + d].copy()
+        ends[:, :d] += np.eye(d)
+        rows = shot.equations[:count].copy()
+        if self.closed:
+            rows[-1] = (self.normal / self.sizes) @ ends
+            away = (path.starts[0, :d] - self.path.starts[0, :d]) / self.sizes
+            rows[-1, -1] += self.normal @ away
+        else:
+            rows[-1] = 0.0
+            rows[-1, d + 1 : d + 1 + count] = 1.0
+            rows[-1, -1] = path.durations.sum() - self.path.durations.sum()
+        return rows, ends
 
 
-def _vector(matrix: np.ndarray, value: complex) -> np.ndarray:
-    """The eigenvector of a value, of length 1, and in the plane of a pair as round as it can be."""
-    _, _, rows = np.linalg.svd(matrix - value * np.eye(len(matrix)))
-    vector = rows[-1].conj()
-    # real and imaginary part at a right angle: the phase is fixed
-    angle = np.angle(vector @ vector) / 2
-    return np.asarray(vector * np.exp(-1j * angle))
+def _cut(problem: "Problem", orbit: Orbit) -> Orbit:
+    """One period of an orbit from the middle of its longest segment in which all that is not pinned is free."""
+    modes = orbit.segments[:, at.SEGMENT_MODE]
+    held = np.array(kernels_of(problem.plain).held)[modes]
+    pinned = constrained_states(problem.plain)[modes].sum(axis=1)
+    merit = np.where(held > 0, -1.0, orbit.durations / (1.0 + 1e3 * pinned))
+    longest = int(merit.argmax())
+    if merit[longest] <= 0:
+        raise LostError("every segment is held to a surface")
+    share = np.array([[modes[longest], at.SHARE, -1]], dtype=np.int64)
+    if orbit.eventless:
+        return replace(orbit, segments=share, starts=orbit.starts[:1], durations=np.array([orbit.durations.sum()]))
+    turned = orbit.rotated(longest, problem.period_at(orbit))
+    half = float(turned.durations[0]) / 2
+    middle = turned.starts[0].copy()
+    middle[: problem.states] = problem.at([turned], np.array([[half]]))[0][0, 0]
+    period = problem.period_at(orbit)
+    phase = turned.phase + half
+    return Orbit(
+        np.vstack([turned.segments, share]),
+        orbit.periods,
+        np.vstack([middle, turned.starts[1:], turned.starts[:1]]),
+        phase % period if period else phase,
+        np.concatenate([[half], turned.durations[1:], [half]]),
+    )
 
 
-def _along(returns: ReturnMap, matrix: np.ndarray, vector: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """B(q, .) and C(q, q, .) for a real q, from differences of the derivative at two distances."""
-    odd, even = [], []
-    for part in RINGS:
-        plus, minus = (returns.derivative(sign * part * radius * vector) for sign in (1, -1))
-        odd.append((plus - minus) / (2 * part * radius))
-        even.append((plus + minus - 2 * matrix) / (part * radius) ** 2)
-    return _extrapolated(odd), _extrapolated(even)
+def normal_form(problem: "Problem", orbit: Orbit, kind: Special, multiplicity: int) -> NormalForm:
+    """What is born at a special point of a branch.
+
+    Parameters
+    ----------
+    problem : Problem
+    orbit : Orbit
+        The orbit there.
+    kind : Special
+    multiplicity : int
+        How many multipliers are on the unit circle.
+
+    Returns
+    -------
+    NormalForm
+        Undecided where the error covers zero, where several multipliers cross together, at strong resonances, and
+        where a quantity is conserved.
+    """
+    if kind not in _CRITICAL:
+        return NormalForm(Criticality.NONE)
+    undecided = NormalForm(Criticality.UNDECIDED)
+    if multiplicity != (2 if kind == Special.NEIMARK_SACKER else 1):
+        return undecided
+    if len(problem.conserved) or problem.neutral.count > int(problem.neutral.flow):
+        return undecided
+    try:
+        return _decided(kind, ReturnMap(problem, orbit))
+    except (LostError, np.linalg.LinAlgError):
+        return undecided
 
 
-def _around(returns: ReturnMap, vector: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """B(q, .) and C(q, q, .) for a complex q, from the derivative at q w + q* w* over two rings of w."""
-    ring = np.exp(2j * np.pi * np.arange(ANGLES) / ANGLES)
-    first, second = [], []
-    for part in RINGS:
-        found = np.array([returns.derivative(2 * part * radius * (w * vector).real) for w in ring])
-        first.append(np.tensordot(ring.conj(), found, 1) / ANGLES / (part * radius))
-        second.append(2 * np.tensordot(ring.conj() ** 2, found, 1) / ANGLES / (part * radius) ** 2)
-    return _extrapolated(first), _extrapolated(second)
+def cubic_term(problem: "Problem", orbit: Orbit, near: complex) -> tuple[float, float]:
+    """Coefficient of the cubic term on the centre manifold of the multiplier nearest to a value, and its error.
+
+    Parameters
+    ----------
+    problem : Problem
+    orbit : Orbit
+    near : complex
+        -1, or one of a pair on the unit circle.
+
+    Returns
+    -------
+    coefficient, error : float
+        As in `NormalForm`.
+
+    Raises
+    ------
+    LostError
+        No return map, or no derivatives of it.
+    numpy.linalg.LinAlgError
+        At a pole of the coefficient.
+    """
+    (_, cubic), (_, error) = _terms(ReturnMap(problem, orbit), lambda values: np.abs(values - near))
+    return float(cubic), float(error)
 
 
-def _extrapolated(values: list[np.ndarray]) -> np.ndarray:
-    """What values at two distances tend to, whose errors go with the square of the distance."""
-    squares = np.array(RINGS) ** 2
-    return np.asarray((squares[0] * values[1] - squares[1] * values[0]) / (squares[0] - squares[1]))
+def _decided(kind: Special, returns: ReturnMap) -> NormalForm:
+    (quadratic, cubic), (quadratic_error, error) = _terms(returns, _CRITICAL[kind])
+    if kind == Special.BRANCH_POINT:
+        quadratic_error += SETTINGS.crossing_known * abs(cubic)
+        error += SETTINGS.crossing_known * abs(cubic)
+        if abs(quadratic) > quadratic_error:
+            return NormalForm(Criticality.TRANSCRITICAL)
+    if not abs(cubic) > error:
+        return NormalForm(Criticality.UNDECIDED, float(cubic), float(error))
+    return NormalForm(Criticality.SUPERCRITICAL if cubic > 0 else Criticality.SUBCRITICAL, float(cubic), float(error))
+
+
+def _terms(returns: ReturnMap, distances_of: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Quadratic and cubic coefficient of the multiplier at the least distance, and their errors."""
+    at_rest = returns.derivative(np.zeros(returns.basis.shape[1]))
+    values, right = np.linalg.eig(at_rest)
+    distances = distances_of(values)
+    k = int(distances.argmin())
+    mu, q = values[k], right[:, k]
+    if distances[k] > SETTINGS.missed_multiplier:
+        raise LostError("no multiplier is critical there")
+    others, left = np.linalg.eig(at_rest.T)
+    p = left[:, int(np.abs(others - mu).argmin())]
+    if mu.imag == 0:
+        mu, q, p = mu.real, q.real, p.real
+    elif min(abs(mu**m - 1) for m in (1, 2, 3, 4)) < SETTINGS.resonant:
+        raise LostError("another normal form holds at a strong resonance")
+    q = q / np.linalg.norm(q)
+    p = p / (p @ q)
+    return _extrapolated(lambda h: _coefficients(returns, at_rest, mu, q, p, h))
+
+
+def _coefficients(
+    returns: ReturnMap, at_rest: np.ndarray, mu: complex, q: np.ndarray, p: np.ndarray, h: float
+) -> np.ndarray:
+    """Quadratic and cubic coefficient on the centre manifold, by differences at the distance h; errors go with h^2."""
+    one = np.eye(len(q))
+    beside = [[returns.derivative(s * h * way) for s in (1, -1)] for way in (q.real, q.imag) if way.any()]
+    second = [(ahead - back) / (2 * h) for ahead, back in beside]
+    third = sum((ahead - 2 * at_rest + back) / h**2 for ahead, back in beside)
+    if len(second) == 1:
+        along = second[0] @ q
+        quadratic = p @ along
+        rest = along - quadratic * q if mu > 0 else along
+        # across the critical direction, where the equations are singular along it
+        h20 = np.linalg.solve(one - at_rest + (np.outer(q, p) if mu > 0 else 0.0), rest)
+        cubic = p @ (third @ q + 3 * second[0] @ h20) / 6
+        return np.array([quadratic / 2 if mu > 0 else 0.0, -np.sign(mu) * cubic])
+    by_q, by_conjugate = second[0] + 1j * second[1], second[0] - 1j * second[1]
+    unit = mu / abs(mu)
+    level = np.linalg.solve(one - at_rest, by_q @ q.conj())
+    turning = np.linalg.solve(unit**2 * one - at_rest, by_q @ q)
+    cubic = p @ (third @ q + 2 * by_q @ level + by_conjugate @ turning) / 2
+    return np.array([0.0, -(cubic / unit).real])
+
+
+def _extrapolated(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Values at the distance zero of functions of its square, and their errors."""
+    best, errors = np.zeros(2), np.full(2, np.inf)
+    before: list[np.ndarray] = []
+    for distance in SETTINGS.difference_distances:
+        try:
+            row = [function(distance)]
+        except LostError:
+            before = []
+            continue
+        for j, old in enumerate(before):
+            row.append(row[j] + (row[j] - old) / (4.0 ** (j + 1) - 1))
+            error = SETTINGS.difference_safety * np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - old))
+            better = error < errors
+            best, errors = np.where(better, row[-1], best), np.where(better, error, errors)
+        before = row
+    if not np.isfinite(errors).all():
+        raise LostError("the map has no differences beside the orbit")
+    return best, errors + SETTINGS.tangent_error**0.75 * np.abs(best)
+
+
+_CRITICAL: dict[Special, Callable[[np.ndarray], np.ndarray]] = {
+    Special.PERIOD_DOUBLING: lambda values: np.abs(values + 1),
+    Special.BRANCH_POINT: lambda values: np.abs(values - 1),
+    Special.NEIMARK_SACKER: lambda values: np.abs(np.abs(values) - 1) + np.where(values.imag == 0, np.inf, 0.0),
+}
+"""Distances of multipliers from those at points with a normal form."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chaosdrill.dataset.branches import BranchEnd, Special
+from chaosdrill.dataset.branches import BranchEnd, Criticality, Special
 from chaosdrill.dataset.outcomes import Outcome
 
 
@@ -75,6 +75,20 @@ class BranchInfo:
 
 
 @dataclass(frozen=True)
+class NormalForm:
+    """The coefficient that decides what is born at a special point."""
+
+    criticality: Criticality
+    coefficient: float = float("nan")
+    """Of the cubic term, positive where it drives back what moves away; of states in parts of their sizes along the
+    orbit, for a critical eigenvector of length 1. NaN without one."""
+    error: float = float("nan")
+
+
+NO_FORM = NormalForm(Criticality.NONE)
+
+
+@dataclass(frozen=True)
 class SpecialPoint:
     """A point of a branch at which something happens, located."""
 
@@ -84,6 +98,7 @@ class SpecialPoint:
     error: float  # estimated error of the first of them
     text: str  # in words, with what becomes of the branch, as in "impact appears; the branch continues"
     multiplicity: int = 0  # how many multipliers are on the unit circle there; 0 where events change, and they jump
+    form: NormalForm = NO_FORM  # what is born there
 
 
 @dataclass(frozen=True)

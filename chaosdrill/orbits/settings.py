@@ -240,11 +240,18 @@ class Settings:
     touch_steps: int = 20
     """Steps of the secant method, at most."""
 
-    cubic_radii: tuple[float, ...] = (0.01, 0.0125, 0.015)
-    """Radii, in sizes of the states, of the discs on which a return map is looked at: the error of a cubic coefficient
-    is that of the tangent map over the square of the radius, and the fourth power of the radius by what is left out."""
-    returned: float = 1e-12
-    """Last correction, in sizes of the states, of a return whose derivative is taken."""
+    # normal forms
+    difference_distances: tuple[float, ...] = (0.1, 0.05, 0.025, 0.0125, 0.00625, 0.003125, 0.0015625, 0.00078125)
+    """Distances of differences, in sizes of the states: the nonlinearity may show at any of them."""
+    difference_safety: float = 3.0
+    """Times the difference of two extrapolations that their error is: the best of many is chosen by luck as well."""
+    converged_path: float = 1e-9
+    """Correction of an event's time, as a part of the period, at which only round-off is left if none is smaller."""
+    resonant: float = 1e-4
+    """Distance of a low power of a multiplier from 1 at which another normal form holds."""
+    crossing_known: float = 1e-3
+    """Error of the orbit at a point where branches cross, in sizes of the states: with a symmetry the third root of
+    its residual, and the terms that it mixes in."""
 
     # changes of the event sequence
     border_steps: tuple[float, ...] = (0.0, 1e-5, -1e-5, 1e-4, -1e-4, 1e-3, -1e-3, 1e-2, -1e-2)

@@ -86,7 +86,13 @@ def branch_table(
             values = branch.segments[mark.segment].values[mark.point]
             events.append(
                 SpecialPoint(
-                    offsets[mark.segment] + mark.point, mark.kind, values, mark.error, mark.text, mark.multiplicity
+                    offsets[mark.segment] + mark.point,
+                    mark.kind,
+                    values,
+                    mark.error,
+                    mark.text,
+                    mark.multiplicity,
+                    mark.form,
                 )
             )
         infos.append(BranchInfo(branch.parent, period, branch.start, branch.words, branch.end))

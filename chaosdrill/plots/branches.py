@@ -15,6 +15,7 @@ from chaosdrill.plots.markers import (
     bar,
     end_label,
     ends,
+    hard,
     mark,
     named_once,
     period_categories,
@@ -218,24 +219,30 @@ def _fit(axes: "Axes") -> None:
 
 def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: int) -> None:
     reasons: dict[str, None] = {}
-    kinds: list[str] = []
+    kinds: list[tuple[str, bool]] = []
     places, sizes = [np.zeros((0, 2))], [np.zeros(0)]
     for dataset in datasets:
         x, section = dataset[name].values, dataset["section"].values[..., index]
-        for kind, points in specials(dataset):
+        jumps = hard(dataset)
+        groups = [
+            (kind, off, points[np.isin(points, jumps) == off])
+            for kind, points in specials(dataset)
+            for off in (False, True)
+        ]
+        for kind, off, points in groups:
             for here, size in _sizes(section, points):
                 shown = section[here]
                 known = np.isfinite(shown)
                 places.append(np.column_stack([np.broadcast_to(x[here, None], shown.shape)[known], shown[known]]))
                 sizes.append(np.full(len(places[-1]), _MARK * size))
-                kinds += [kind] * len(places[-1])
+                kinds += [(kind, off)] * len(places[-1])
     every, widths = np.concatenate(places), np.concatenate(sizes)
     widths = np.minimum(widths, room(axes, every))
     for kind in dict.fromkeys(kinds):
-        of_kind = np.array(kinds) == kind
+        of_kind = np.array([one == kind for one in kinds], dtype=bool)
         for width in np.unique(widths[of_kind])[::-1]:
             here = of_kind & (widths == width)
-            mark(axes, every[here, 0], every[here, 1], kind, float(width))
+            mark(axes, every[here, 0], every[here, 1], kind[0], float(width), jumps=kind[1])
     for dataset in datasets:
         x, section = dataset[name].values, dataset["section"].values[..., index]
         last, names = ends(dataset)

@@ -44,8 +44,8 @@ SPECIAL_MARKERS = {
     "grazing_flip": "$-$",
     "grazing_neimark_sacker": "$\\circ$",
 }
-"""Shape of each kind of special point; all are white with a black edge, and so read on lines of any colour, but for
-figures and signs, which are black."""
+"""Shape of each kind of special point. All are white with a black edge, and black where they are hard: both read on lines
+of any colour. Figures and signs are black."""
 WARNING = "#B3261E"
 _NAMES = {
     "neimark_sacker": "Neimark-Sacker",
@@ -86,7 +86,19 @@ def specials(dataset: "xr.Dataset") -> "list[tuple[str, NDArray[np.int64]]]":
     return [(name, index[kinds == code]) for code, name in names.items() if (kinds == code).any()]
 
 
-def mark(axes: "Axes", x: "ArrayLike", y: "ArrayLike", name: str, size: float, **options: Any) -> None:
+def hard(dataset: "xr.Dataset") -> "NDArray[np.int64]":
+    """Return the numbers of points at which what is born repels: there motions jump away. None in older archives."""
+    if "special_criticality" not in dataset:
+        return np.zeros(0, dtype=np.int64)
+    names = flag_names(dataset["special_criticality"])
+    subcritical = [code for code, name in names.items() if name == "subcritical"]
+    found: NDArray[np.int64] = dataset["special_index"].values.astype(np.int64)
+    return found[np.isin(dataset["special_criticality"].values, subcritical)]
+
+
+def mark(
+    axes: "Axes", x: "ArrayLike", y: "ArrayLike", name: str, size: float, jumps: bool = False, **options: Any
+) -> None:
     """Draw special points of one kind, and name them in the legend.
 
     Parameters
@@ -98,6 +110,8 @@ def mark(axes: "Axes", x: "ArrayLike", y: "ArrayLike", name: str, size: float, *
         Kind of the points.
     size : float
         Width of the marks in points.
+    jumps : bool
+        Whether they are hard, as from `hard`.
     **options
         Further options of ``Axes.plot``.
     """
@@ -108,11 +122,11 @@ def mark(axes: "Axes", x: "ArrayLike", y: "ArrayLike", name: str, size: float, *
         linestyle="none",
         marker=shape,
         markersize=size,
-        markerfacecolor="black" if shape.startswith("$") else "white",
+        markerfacecolor="black" if jumps or shape.startswith("$") else "white",
         markeredgecolor="black",
         markeredgewidth=0.8,
         zorder=4,
-        label=special_name(name),
+        label=special_name(name) + ", hard" * jumps,
         **options,
     )
 

@@ -340,8 +340,17 @@ def _special(dataset: "xr.Dataset", parameters: list[str]) -> Markup:
         at = [Quantity(number(column[i], _DIGITS)) for column in values]
         error = Quantity(number(dataset["special_error"].values[i], 2))
         kind, words = meaning(kinds.values[i], kinds), str(dataset["special_text"].values[i])
-        rows.append((kind, *at, error, int(owner[place]), words))
-    return table("Special points", ("kind", *parameters, "error", "branch", "what happens"), rows)
+        rows.append((kind, *at, error, int(owner[place]), *_coefficient(dataset, i), words))
+    born = ("cubic coefficient",) if "special_coefficient" in dataset else ()
+    return table("Special points", ("kind", *parameters, "error", "branch", *born, "what happens"), rows)
+
+
+def _coefficient(dataset: "xr.Dataset", i: int) -> tuple[Any, ...]:
+    """The normal form's coefficient at a special point with its error; nothing in older archives."""
+    if "special_coefficient" not in dataset:
+        return ()
+    value, error = (float(dataset[f"special_coefficient{name}"].values[i]) for name in ("", "_error"))
+    return (Quantity(f"{number(value, 4)} ± {number(error, 2)}" if value == value else "–"),)
 
 
 def _cascade(dataset: "xr.Dataset") -> Markup:

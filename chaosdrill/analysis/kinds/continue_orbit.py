@@ -38,6 +38,8 @@ STEP = 1 / 200
 """Part of the parameter's range that is the largest step unless another one is given."""
 
 _STABLE = "Whether small deviations die out; on a curve: by all multipliers but those on the unit circle."
+_BORN = "Whether what is born there attracts (supercritical, soft) or repels (subcritical, hard)."
+_COEFFICIENT = "On the centre manifold, above 0 where supercritical; states in parts of their sizes along the orbit."
 _SPECIAL = "What happens there; the names are in flag_meanings."
 
 VARIABLES = table(
@@ -79,6 +81,9 @@ VARIABLES = table(
     may("special_value_2", "special", "f8", "second parameter there", "Of a curve in two parameters."),
     need("special_error", "special", "f8", "error of the special point", "Estimated, of special_value."),
     need("special_multiplicity", "special", "i4", "multipliers on the unit circle", "Their number; 0 at events."),
+    need("special_criticality", "special", "i1", "soft or hard", _BORN, flags="criticality"),
+    need("special_coefficient", "special", "f8", "cubic coefficient", _COEFFICIENT),
+    need("special_coefficient_error", "special", "f8", "error of the cubic coefficient", "Estimated; NaN without one."),
     axis("special_text", "special", "str", "what happens at the special point", "In words.", True),
     may("doubling_value", "doubling", "f8", "parameter at the doubling", "Of the cascade, in order."),
     may("doubling_period", "doubling", "i4", "period that doubles", "As the variable period."),
@@ -87,8 +92,12 @@ VARIABLES = table(
     may("accumulation_error", "", "f8", "error of the accumulation point", "Estimated from the last ratios."),
     may("neutral", "", "i4", "neutral multipliers", "How many are 1 by the structure of the system."),
     need("outcome", "", "i1", "outcome", "Of the search for the orbit from which the branch starts.", flags="outcome"),
-    magnitude=("residual", "special_error", "accumulation_error"),
-    bars={"special_value": "special_error", "accumulation": "accumulation_error"},
+    magnitude=("residual", "special_error", "special_coefficient_error", "accumulation_error"),
+    bars={
+        "special_value": "special_error",
+        "special_coefficient": "special_coefficient_error",
+        "accumulation": "accumulation_error",
+    },
 )
 
 
@@ -183,7 +192,9 @@ def continue_orbit(system: "HybridSystem", given: Continuation, job: "Job") -> "
         (sequence_number). Of each branch ``branch_parent``, ``branch_period``,
         ``branch_start``, ``branch_end`` and ``branch_end_text`` (branch_number). Of each special point
         ``special_index``, ``special_kind``, ``special_value``, ``special_error``, ``special_multiplicity``,
-        ``special_text`` (special), and ``special_value_2`` on a curve. Of a cascade ``doubling_value``,
+        ``special_text`` (special), and ``special_value_2`` on a curve; ``special_criticality`` says whether what is
+        born at a doubling, a pitchfork or a Neimark-Sacker point is soft or hard, by the normal form's
+        ``special_coefficient`` and ``special_coefficient_error``. Of a cascade ``doubling_value``,
         ``doubling_period``, ``feigenbaum_ratio`` (doubling), ``accumulation`` and ``accumulation_error``. ``outcome``
         says whether a first orbit was found; the attribute ``message`` explains, and names places where the number of
         multipliers outside the unit circle changes without a special point.

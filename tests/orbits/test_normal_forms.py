@@ -1,0 +1,119 @@
+"""Soft or hard: coefficients of normal forms, against closed forms in several coordinates."""
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import chaosdrill as cd
+from chaosdrill.dataset.branches import Criticality, Special
+
+x, y, mu, c, unit, angle, bend = sympy.symbols("x y mu c unit angle bend", real=True)
+
+
+def bent(image, size=1.0):
+    """A map of (u, v) in other coordinates, x = size (1 + u + bend v^2), y = size (1 + v + (u + bend v^2)^2 / 4)."""
+    along = x / unit - 1
+    v = y / unit - 1 - along**2 / 4
+    mapped, other = image(along - bend * v**2, v)
+    first = mapped + bend * other**2
+    return cd.Map(
+        states=(x, y), images={x: unit * (1 + first), y: unit * (1 + other + first**2 / 4)}, name="bent",
+        parameters={"mu": -0.1, "c": 1.0, "unit": size, "bend": 0.0, "angle": 1.0}, initial={x: size, y: size},
+    )  # fmt: skip
+
+
+def turned(u, v):
+    growth = 1 + mu - c * (u**2 + v**2)
+    return growth * (sympy.cos(angle) * u - sympy.sin(angle) * v), growth * (
+        sympy.sin(angle) * u + sympy.cos(angle) * v
+    )
+
+
+SYSTEMS = {
+    Special.PERIOD_DOUBLING: bent(lambda u, v: (-(1 + mu) * u + c * u**3 + u * v, v / 2 + u**2 / 5)),
+    Special.BRANCH_POINT: bent(lambda u, v: ((1 + mu) * u - c * u**3 + u * v, v / 2 + u**2 / 5)),
+    Special.NEIMARK_SACKER: bent(turned),
+}
+# what the slaved direction adds: v = h u^2 with h (1 - 1/2) = 1/5, so that u v = 2/5 u^3
+SLAVED = {Special.PERIOD_DOUBLING: 0.4, Special.BRANCH_POINT: -0.4, Special.NEIMARK_SACKER: 0.0}
+
+
+@settings(max_examples=6)
+@given(
+    kind=st.sampled_from(list(SYSTEMS)), cubic=st.floats(-3, 3), curve=st.floats(-1, 1),
+    size=st.sampled_from([1.0, 1e-6, 1e5]), step=st.floats(0.01, 0.05),
+    turn=st.floats(0.3, 2.8).filter(lambda a: min(abs(a - np.pi / 2), abs(a - 2 * np.pi / 3)) > 0.05),
+)  # fmt: skip
+def test_criticality_is_that_of_the_normal_form_in_any_coordinates(kind, cubic, curve, size, step, turn):
+    exact = cubic + SLAVED[kind]
+    assume(abs(exact) > 0.01)
+    system = SYSTEMS[kind].with_parameters(c=cubic, unit=size, bend=curve, angle=turn).with_initial(x=size, y=size)
+    branch = cd.continue_orbit(system, {"mu": (-0.15, 0.1)}, start="guess", step=step)
+    assert branch["special_kind"].values.tolist() == [kind]
+    expected = Criticality.SUPERCRITICAL if exact > 0 else Criticality.SUBCRITICAL
+    assert int(branch["special_criticality"][0]) == expected
+    assert expected.words in str(branch["special_text"].values[0])
+    # a circle of radius r is sqrt(2) r long in a critical eigenvector of length 1
+    coefficient = 2 * exact if kind == Special.NEIMARK_SACKER else exact
+    assert abs(branch["special_coefficient"].values[0] - coefficient) <= branch["special_coefficient_error"].values[0]
+
+
+def special(system, sweep, kind, **given):
+    branch = cd.continue_orbit(system, sweep, start="guess", **given)
+    return branch.isel(special=np.flatnonzero(branch["special_kind"].values == kind)[0])
+
+
+@pytest.mark.parametrize(
+    ("power", "expected"), [(2, Criticality.TRANSCRITICAL), (3, Criticality.SUBCRITICAL), (5, Criticality.UNDECIDED)]
+)
+def test_what_crosses_a_state_at_rest(power, expected):
+    system = cd.Map(states=(x,), parameters={"mu": -0.1}, images={x: (1 + mu) * x + x**power}, initial={x: 0.0})
+    found = special(system, {"mu": (-0.2, 0.15)}, Special.BRANCH_POINT)
+    assert int(found["special_criticality"]) == expected
+
+
+def test_the_logistic_map_doubles_softly():
+    """Slope -1 and second derivative -6 at 2/3: the coefficient is 6^2 / 4 = 9, in parts of 2/3."""
+    system = cd.Map(states=(x,), parameters={"mu": 2.9}, images={x: mu * x * (1 - x)}, initial={x: 1 - 1 / 2.9})
+    found = special(system, {"mu": (2.5, 3.2)}, Special.PERIOD_DOUBLING)
+    assert int(found["special_criticality"]) == Criticality.SUPERCRITICAL
+    assert abs(float(found["special_coefficient"]) - 4) <= float(found["special_coefficient_error"]) < 1e-6
+
+
+def test_the_delayed_logistic_map():
+    """Kuznetsov 2023, section 4.7: a(0) = -2 at r = 2, for a q of square 2 about (1/2, 1/2)."""
+    system = cd.Map(
+        states=(x, y),
+        parameters={"mu": 1.9},
+        images={x: mu * x * (1 - y), y: x},
+        initial={x: 1 - 1 / 1.9, y: 1 - 1 / 1.9},
+    )
+    found = special(system, {"mu": (1.7, 2.2)}, Special.NEIMARK_SACKER)
+    assert float(found["special_value"]) == pytest.approx(2, abs=1e-11)
+    assert int(found["special_criticality"]) == Criticality.SUPERCRITICAL
+    assert abs(float(found["special_coefficient"]) - 2 / 2 / 4) <= float(found["special_coefficient_error"]) < 1e-6
+
+
+@pytest.mark.parametrize("turn", [np.pi / 2, 2 * np.pi / 3])
+def test_a_strong_resonance_is_undecided(turn):
+    system = SYSTEMS[Special.NEIMARK_SACKER].with_parameters(angle=turn)
+    found = special(system, {"mu": (-0.2, 0.15)}, Special.NEIMARK_SACKER)
+    assert int(found["special_criticality"]) == Criticality.UNDECIDED
+
+
+def test_across_impacts_the_doubled_orbit_lies_where_the_coefficient_says():
+    system = cd.build("impact-oscillator", {"wall": 0.0, "zeta": 0.0, "omega": 2.64, "e": 0.8})
+    branch = cd.continue_orbit(system, {"omega": (2.6, 2.69)}, doublings=1, max_points=400)
+    owner, values, stable = branch["branch"].values, branch["omega"].values, branch["stable"].values
+    doublings = np.flatnonzero(branch["special_kind"].values == Special.PERIOD_DOUBLING)
+    at, index = branch["special_value"].values[doublings], branch["special_index"].values[doublings]
+    for born in range(1, branch.sizes["branch_number"]):
+        near = values[owner == born][:3]
+        k = int(np.abs(at - near[0]).argmin())
+        beside = [j for j in range(index[k] - 3, index[k] + 4) if j != index[k] and owner[j] == owner[index[k]]]
+        repels = [j for j in beside if (values[j] - at[k]) * (near[-1] - at[k]) > 0 and not stable[j]]
+        soft = int(branch["special_criticality"].values[doublings[k]]) == Criticality.SUPERCRITICAL
+        assert bool(repels) == soft
+    assert branch.sizes["branch_number"] > 1
