@@ -237,12 +237,13 @@ def _coefficients(
     third = sum((ahead - 2 * at_rest + back) / h**2 for ahead, back in beside)
     if len(second) == 1:
         along = second[0] @ q
+        if mu.real < 0:
+            across = np.linalg.solve(one - at_rest, along)
+            return np.array([0.0, p @ (third @ q + 3 * second[0] @ across) / 6])
         quadratic = p @ along
-        rest = along - quadratic * q if mu > 0 else along
-        # across the critical direction, where the equations are singular along it
-        h20 = np.linalg.solve(one - at_rest + (np.outer(q, p) if mu > 0 else 0.0), rest)
-        cubic = p @ (third @ q + 3 * second[0] @ h20) / 6
-        return np.array([quadratic / 2 if mu > 0 else 0.0, -np.sign(mu) * cubic])
+        # across the critical direction, since the equations are singular along it
+        across = np.linalg.solve(one - at_rest + np.outer(q, p), along - quadratic * q)
+        return np.array([quadratic / 2, -p @ (third @ q + 3 * second[0] @ across) / 6])
     by_q, by_conjugate = second[0] + 1j * second[1], second[0] - 1j * second[1]
     unit = mu / abs(mu)
     level = np.linalg.solve(one - at_rest, by_q @ q.conj())

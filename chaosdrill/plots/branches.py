@@ -238,11 +238,11 @@ def _marks(axes: "Axes", datasets: "tuple[xr.Dataset, ...]", name: str, index: i
                 kinds += [(kind, off)] * len(places[-1])
     every, widths = np.concatenate(places), np.concatenate(sizes)
     widths = np.minimum(widths, room(axes, every))
-    for kind in dict.fromkeys(kinds):
-        of_kind = np.array([one == kind for one in kinds], dtype=bool)
+    for one in dict.fromkeys(kinds):
+        of_kind = np.array([other == one for other in kinds], dtype=bool)
         for width in np.unique(widths[of_kind])[::-1]:
             here = of_kind & (widths == width)
-            mark(axes, every[here, 0], every[here, 1], kind[0], float(width), jumps=kind[1])
+            mark(axes, every[here, 0], every[here, 1], one[0], float(width), jumps=one[1])
     for dataset in datasets:
         x, section = dataset[name].values, dataset["section"].values[..., index]
         last, names = ends(dataset)
