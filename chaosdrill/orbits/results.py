@@ -129,8 +129,8 @@ class BranchResult:
     mode: np.ndarray  # int (P,): mode in that state
     multipliers: np.ndarray  # complex (P, n): as in `FoundOrbit`
     stable: np.ndarray
-    """bool (P,): whether small deviations die out; on a curve of special points: by all multipliers but those on the unit
-    circle."""
+    """bool (P,): whether small deviations die out; on a curve of special points: by all multipliers but those on the
+    unit circle."""
     special: np.ndarray  # int (P,): codes of `Special`
     sequence: np.ndarray  # int (P,): which of ``sequences`` the events of one period follow
     sequences: tuple[str, ...]  # names of the transitions in order, as in "slip impact stick"

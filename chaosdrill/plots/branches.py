@@ -288,8 +288,8 @@ def curves(*datasets: "xr.Dataset", over: "xr.Dataset | None" = None, ax: "Axes 
     -------
     matplotlib.figure.Figure
         A colour for each kind of curve and period, and dashes by the kind. Points on a curve at which something else
-        happens have their shape, parts on which nothing bifurcates are thin, ends inside of the parameters' range a bar.
-        Beside a chart nothing is drawn.
+        happens have their shape, parts on which nothing bifurcates are thin, ends inside of the parameters' range
+        a bar. Beside a chart nothing is drawn.
     """
     legend: Callable[..., None]
     if over is None:
