@@ -11,12 +11,12 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.model import HybridSystem
 from chaosdrill.orbits.continuation import Border, Continued, Curve, Point, SpecialCurve, continue_curve
+from chaosdrill.orbits.criticality import normal_form
 from chaosdrill.orbits.crossings import Located, located, noise_of, steps_with
 from chaosdrill.orbits.event_changes import branch_behind, reason, recounted, slowness, what_changed
 from chaosdrill.orbits.find import NoOrbitError, admissible, starting_orbit
 from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.multipliers import free_multipliers, is_stable, multipliers, structural_rank
-from chaosdrill.orbits.normal_forms import normal_form
 from chaosdrill.orbits.orbit import Orbit
 from chaosdrill.orbits.problem import CONVERGED, LostError, Shot
 from chaosdrill.orbits.results import NO_FORM, BranchResult, Cascade, NormalForm
