@@ -349,7 +349,9 @@ def _curves(axes: "Axes", curves: "list[_Curve]") -> None:
             text = f"{special_name(curve.kind)}, period {int(curve.dataset['branch_period'].values[number])}"
             colour = named.setdefault(text, LINE_COLOURS[len(named) % len(LINE_COLOURS)])
             options: dict[str, Any] = {"color": colour, "linestyle": _DASHES.get(curve.kind, "-."), "linewidth": 1.6}
-            quiet = points & (curve.dataset["special_point"].values == 0)
+            # only such a pair leaves the unit circle along its curve
+            circling = curve.kind == "neimark_sacker"
+            quiet = points & circling & (curve.dataset["special_point"].values == 0)
             y = np.where(quiet, np.nan, curve.y)
             axes.plot(curve.x[points], y[points], path_effects=rim, zorder=3, label=text, **options)
             if quiet.any():

@@ -44,8 +44,7 @@ SPECIAL_MARKERS = {
     "grazing_flip": "$-$",
     "grazing_neimark_sacker": "$\\circ$",
 }
-"""Shape of each kind of special point. All are white with a black edge, and black where they are hard: both read on lines
-of any colour. Figures and signs are black."""
+"""Shape of each kind of special point; white with a black edge, and black where it is hard: both read on any line."""
 WARNING = "#B3261E"
 _NAMES = {
     "neimark_sacker": "Neimark-Sacker",
@@ -115,14 +114,13 @@ def mark(
     **options
         Further options of ``Axes.plot``.
     """
-    shape = SPECIAL_MARKERS.get(name, "*")
     axes.plot(
         np.ravel(x),
         np.ravel(y),
         linestyle="none",
-        marker=shape,
+        marker=SPECIAL_MARKERS.get(name, "*"),
         markersize=size,
-        markerfacecolor="black" if jumps or shape.startswith("$") else "white",
+        markerfacecolor="black" if jumps else "white",
         markeredgecolor="black",
         markeredgewidth=0.8,
         zorder=4,
