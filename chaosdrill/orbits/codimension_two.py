@@ -16,7 +16,7 @@ from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.branches import Mark
 from chaosdrill.orbits.crossings import changes, noise_of, pair_on_circle, torus_test
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers, pair_near
-from chaosdrill.orbits.normal_forms import cubic_term
+from chaosdrill.orbits.criticality import cubic_term
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS
