@@ -1,13 +1,17 @@
 """The core of the suite with the lowest and the newest versions of what the package computes with.
 
-    python3 studies/run.py versions [PYTHON ...]
+    python3 studies/run.py versions [PYTHON ...] [--only lowest|newest] [--part K/N]
 
 The lowest versions, those that ``pyproject.toml`` names, are installed beside the oldest Python, the newest ones beside
 the newest that is found; or both beside each interpreter that is given. Each set is an environment of its own in
 ``.venv-versions``, made once while ``pyproject.toml`` stays the same. Any warning is an error. The exit code is that of
 the first set that fails.
+
+Where a command may take only some minutes, the run divides: ``--only`` takes one set, and ``--part K/N`` the K-th of N
+parts of the tests, ``--part 0/N`` none. The environments and the compiled engine stay for the next command.
 """
 
+import argparse
 import hashlib
 import os
 import re
@@ -84,15 +88,31 @@ def environment(name, interpreter, requirements):
     return python
 
 
+def part(text):
+    """The test files of the K-th of N parts, for the text ``K/N``; no files for K = 0."""
+    found = re.fullmatch(r"(\d{1,3})/(\d{1,3})", text)
+    k, n = map(int, found.groups()) if found else (1, 0)
+    if not k <= n <= len(CORE) or n == 0:
+        raise argparse.ArgumentTypeError(f"expected K/N with 0 <= K <= N and 1 <= N <= {len(CORE)}, received {text!r}")
+    return CORE[k - 1 :: n] if k else ()
+
+
 def main(arguments):
     """Run the core of the suite with every set of versions."""
+    parser = argparse.ArgumentParser(prog="studies/run.py versions", description=__doc__.partition("\n")[0])
+    parser.add_argument("interpreters", nargs="*", metavar="PYTHON", help="the oldest and the newest found, if none")
+    parser.add_argument("--only", choices=("lowest", "newest"), help="this set of versions alone")
+    parser.add_argument("--part", type=part, default=CORE, metavar="K/N", help="the K-th of N parts of the tests")
+    given = parser.parse_args(arguments)
     with (ROOT / "pyproject.toml").open("rb") as file:
         pinned = lowest(tomllib.load(file)["project"]["dependencies"])
-    if arguments:
-        sets = [(f"{kind}-{i}", one, r) for i, one in enumerate(arguments) for kind, r in _both(pinned)]
+    if given.interpreters:
+        sets = [(f"{kind}-{i}", one, r) for i, one in enumerate(given.interpreters) for kind, r in _both(pinned)]
     else:
         sets = [(kind, one, r) for (kind, r), one in zip(_both(pinned), interpreters(), strict=True)]
     for name, interpreter, requirements in sets:
+        if given.only and name.partition("-")[0] != given.only:
+            continue
         python = environment(name, interpreter, requirements)
         if python is None:
             print(f"{name}: the environment cannot be made; the message is above")
@@ -100,7 +120,9 @@ def main(arguments):
         caches = {"CHAOSDRILL_CACHE_DIR": str(HOME / name / "cache"), "MPLBACKEND": "Agg"}
         subprocess.call([str(python), "--version"])
         subprocess.call([str(python), "-c", _SHOW, *VARIED])
-        command = [str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *CORE]
+        command = [str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *given.part]
+        if not given.part:  # pytest without files would take the whole suite
+            command = [str(python), "-m", "chaosdrill", "warm"]
         if code := subprocess.call(command, cwd=ROOT, env={**os.environ, **caches}):
             print(f"{name}: the core of the suite fails")
             return code
