@@ -40,6 +40,10 @@ class Known:
             return Known()
         return Known(dict(system.parameters), states=tuple(system.state_names), limits=system.limits)
 
+    def unused(self, parameter: str) -> str:
+        """Why it has no such parameter, if other effects than the chosen ones use it; else nothing."""
+        return ""
+
     def refuses(self, name: str, value: Any) -> str | None:
         """Why a parameter cannot have a value; None for one that it can, and for anything but a finite number."""
         return self.limits[name].refuses(value) if name in self.limits else None

@@ -65,6 +65,13 @@ class CheckedSystem(Known):
     si: ReadSI = field(default_factory=ReadSI)
     problems: list[Problem] = field(default_factory=list)
 
+    def unused(self, parameter: str) -> str:
+        from chaosdrill import systems
+
+        if self.model not in systems.REGISTRY or not systems.REGISTRY[self.model].effects:
+            return ""
+        return systems.unused(self.model, parameter, self.effects)
+
 
 def check_document(raw: Mapping[str, Any]) -> list[Problem]:
     """Check which tables the file has."""
@@ -113,7 +120,8 @@ def check_system(raw: Mapping[str, Any]) -> CheckedSystem:
         for name in table_in(raw, "parameters"):
             if name not in checked.known:
                 place = ("system", "parameters", name)
-                problems.append(Problem(place, f"unknown parameter; {remedy(name, checked.known)}"))
+                fault = checked.unused(name) or f"unknown parameter; {remedy(name, checked.known)}"
+                problems.append(Problem(place, fault))
     if checked.states is not None:
         problems += problems_of(Start().misfits(table_in(raw, "initial"), checked), ("system", "initial"))
     given = dict(table_in(raw, "parameters"))

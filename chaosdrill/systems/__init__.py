@@ -3,9 +3,9 @@
 A module of the library offers ``NAME``, ``GROUP``, ``SUMMARY``, ``CITES`` (if results cite anything), ``STATES`` (name:
 label), ``PARAMETERS`` (name: default and label), ``LIMITS`` (name: `Limit`, if any has one) and ``equations()``: the
 other arguments of `HybridSystem`, or of `filippov` if there is a surface among them. One that is assembled from effects
-offers ``states(effects)``, ``parameters(effects)``, ``limits(effects)`` and ``system(effects)`` instead of the last
-four. One whose bodies move along a line offers ``BODIES`` for animations, the height of each as text, or
-``bodies(known)`` if they depend on effects. None imports sympy before a system is built.
+offers ``states(effects)``, ``parameters(effects)``, ``unused(key, effects)``, ``limits(effects)`` and
+``system(effects)`` instead of the last four. One whose bodies move along a line offers ``BODIES`` for animations, the
+height of each as text, or ``bodies(known)`` if they depend on effects. None imports sympy before a system is built.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -94,6 +94,15 @@ def limits(name: str, effects: Mapping[str, str] | None = None) -> dict[str, Lim
     return module.limits(effects) if entry.effects else _limits(module)
 
 
+def unused(name: str, key: str, effects: Mapping[str, str] | None = None) -> str:
+    """Say which other effects would use a parameter that these do not; nothing if none does, or there are none.
+
+    Arguments and errors as for `parameters`.
+    """
+    entry, module = _module(name, effects)
+    return str(module.unused(key, effects)) if entry.effects else ""
+
+
 def states(name: str, effects: Mapping[str, str] | None = None) -> tuple[str, ...]:
     """Names of the states that a system has with these effects; arguments and errors as for `parameters`."""
     entry, module = _module(name, effects)
@@ -161,7 +170,9 @@ def build(
     known = module.parameters(effects) if entry.effects else _defaults(module)
     for key in parameters or {}:
         if key not in known:
-            raise ModelError(f"{name}: unknown parameter {key!r}; {remedy(key, known)}")
+            fault = unused(name, key, effects)
+            told = f"parameter {key!r} is {fault}" if fault else f"unknown parameter {key!r}; {remedy(key, known)}"
+            raise ModelError(f"{name}: {told}")
     system = module.system(effects) if entry.effects else _system(module)
     return system.with_parameters(**(parameters or {})).with_initial(**(initial or {}))
 

@@ -90,6 +90,20 @@ def test_effects_of_a_system_that_has_none(faults):
     assert faults(text) == ["scene.toml:3: system.effects.drive: lorenz is not assembled from effects; leave them out"]
 
 
+def test_a_parameter_of_an_effect_that_is_not_chosen(faults):
+    """It is told with the effects that use it, like that of a system from Python; in a sweep as well."""
+    text = (
+        '[system]\nmodel = "percussive-drill"\nparameters = { mu = 0.2 }\n'
+        '[analysis.a]\nkind = "bifurcation-diagram"\nsweep.eta = [0.5, 0.6]\nduration = 8\n'
+    )
+    shown = "\n".join(faults(text))
+    assert (
+        "3: system.parameters.mu: not used with friction='none', rock='fixed'; "
+        "leave it out, or choose friction='coulomb', rock='moving'"
+    ) in shown
+    assert "6: analysis.a.sweep.eta: not used with drive='none'; leave it out, or choose drive='harmonic'" in shown
+
+
 def test_a_setting_that_another_one_excludes_is_told_with_all_other_faults(sound, faults):
     told = faults(sound.replace("tolerance = 1e-12", "tolerance = 0\nsteps = 200"))
     assert [line.split(":")[2].strip() for line in told] == ["numerics.tolerance", "numerics.steps"]

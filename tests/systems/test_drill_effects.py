@@ -113,6 +113,10 @@ def test_without_a_choice_the_paper_is_simulated():
         ({"contact": "newton", "lam": 1.0}, "'lam' is not used with contact='newton'.*contact='hunt-crossley'"),
         ({"drive": "none", "eta": 1.0}, "'eta' is not used with drive='none'.*drive='harmonic'"),
         ({"friction": "coulomb", "g": 1.0}, "'g' is not used with friction='coulomb'.*friction='stribeck'"),
+        (
+            {"friction": "none", "rock": "fixed", "mu": 0.2},
+            "'mu' is not used with friction='none', rock='fixed'; leave it out, or choose friction='coulomb', rock='m",
+        ),
         ({"contact": "newtn"}, "contact: there is no 'newtn'; did you mean 'newton'"),
         ({"rock": "soft"}, "rock: there is no 'soft'; known here: fixed, moving"),
     ],

@@ -99,7 +99,9 @@ def drill(
     numbers = _without_units(parameters, used)
     for key in numbers:
         if key not in used:
-            raise ModelError(_unused(key, chosen, used))
+            fault = effects.unused(key, chosen)
+            told = f"parameter {key!r} is {fault}" if fault else f"unknown parameter {key!r}; {remedy(key, used)}"
+            raise ModelError(told)
     system = _assemble(effects.complete(chosen), name or NAME)
     return system.with_parameters(**numbers).with_initial(**(initial or {}))
 
@@ -173,18 +175,3 @@ def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":
         labels={key: label for key, label in LABELS.items() if key in kept},
     )
     return assembled.limited(effects.limits(chosen))
-
-
-def _unused(key: str, chosen: Mapping[str, str], used: Mapping[str, float]) -> str:
-    for effect, options in effects.OPTIONS.items():
-        for option in options:
-            if option == chosen[effect]:
-                continue
-            try:
-                others = effects.parameters({**chosen, effect: option})
-            except ModelError:
-                continue
-            if key in others:
-                now = f"{effect}={chosen[effect]!r}"
-                return f"parameter {key!r} is not used with {now}; leave it out, or choose {effect}={option!r}"
-    return f"unknown parameter {key!r}; {remedy(key, used)}"

@@ -1,6 +1,7 @@
 """Effects of the drill and their valid combinations."""
 
 from collections.abc import Mapping
+from itertools import product
 
 from chaosdrill.errors import ModelError
 from chaosdrill.limits import Limit
@@ -62,6 +63,24 @@ def parameters(effects: Mapping[str, str] | None = None) -> dict[str, float]:
     for effect, part in (("drive", drive), ("rock", rock), ("friction", friction), ("contact", contact)):
         values |= part.PARAMETERS[chosen[effect]]
     return values
+
+
+def unused(key: str, effects: Mapping[str, str] | None = None) -> str:
+    """Say which other effects would use a parameter that the chosen ones do not; nothing if none does."""
+    chosen = complete(effects)
+    changes = []
+    for options in product(*OPTIONS.values()):
+        other = dict(zip(OPTIONS, options, strict=True))
+        changes.append({effect: option for effect, option in other.items() if option != chosen[effect]})
+    for change in sorted(changes, key=lambda change: (len(change), [list(OPTIONS).index(effect) for effect in change])):
+        try:
+            used = parameters({**chosen, **change})
+        except ModelError:
+            continue
+        if key in used:
+            now, then = (", ".join(f"{e}={given[e]!r}" for e in change) for given in (chosen, change))
+            return f"not used with {now}; leave it out, or choose {then}"
+    return ""
 
 
 def limits(effects: Mapping[str, str] | None = None) -> dict[str, Limit]:
