@@ -1,5 +1,6 @@
 """Means with honest error bars, dimensions, and how far exponents are told from zero."""
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -83,6 +84,14 @@ def in_blocks(values: np.ndarray, blocks: int) -> np.ndarray:
     size = -(-len(values) // blocks)
     kept = len(values) // size * size
     return np.asarray(values[:kept].reshape(-1, size, *values.shape[1:]).mean(axis=1))
+
+
+@lru_cache(16)
+def fading(length: int) -> np.ndarray:
+    """Weights of an average that fades in and out smoothly, shape (length - 1,); their sum is 1."""
+    t = np.arange(1, length) / length
+    weight = np.exp(-1 / (t * (1 - t)))
+    return np.asarray(weight / weight.sum())
 
 
 def whole_cycles(ends: np.ndarray, cycle: int) -> np.ndarray:

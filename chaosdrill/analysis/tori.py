@@ -14,13 +14,13 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numba import void
 
+from chaosdrill.analysis.frequencies import incommensurate
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
-from chaosdrill.analysis.statistics import in_blocks, standard_error
+from chaosdrill.analysis.statistics import fading, in_blocks, standard_error
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled
 
@@ -80,6 +80,10 @@ FAR = 0.03
 
 ALONG, ACROSS = 0.1, 0.4
 """Part of the distance between neighbours that lies across the flow: at most on a closed curve, at least on a torus."""
+
+NEIGHBOURS = 8
+"""Nearest instants of which one lies across the flow, on a torus. Equally spaced instants are a lattice on it, in which
+the nearest may lie along the flow all over the torus, and two or three pairs of others lie elsewhere."""
 
 STAYS = 0.8
 """Part of that distance that is left in the later half of a record, at least, where no cycle is approached."""
@@ -220,14 +224,6 @@ def smooth_means(sequences: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, 
     smooth, converges, _ = agreement(columns, known[:, np.newaxis])
     by_chance = standard_error(in_blocks(sequences.T, BLOCKS)) * np.sqrt(sequences.shape[1] * (weight**2).sum())
     return means, apart, np.where(smooth & converges, apart, np.fmax(apart, by_chance))
-
-
-@lru_cache(16)
-def fading(length: int) -> np.ndarray:
-    """Weights of an average that fades in and out smoothly, shape (length - 1,); their sum is 1."""
-    t = np.arange(1, length) / length
-    weight = np.exp(-1 / (t * (1 - t)))
-    return np.asarray(weight / weight.sum())
 
 
 @dataclass
@@ -431,8 +427,9 @@ def _by_neighbours(
 ) -> tuple[bool, bool]:
     """Whether instants of a regular motion lie on a closed curve, and whether on a torus.
 
-    On a curve neighbours lie along the flow, on a torus beside it, as far away late in the record as early. On the way
-    to a cycle they come closer.
+    On a curve all near neighbours lie along the flow, on a torus some beside it, as far away late in the record as
+    early. On the way to a cycle they come closer. Where a cycle goes round more often than instants can resolve, its
+    neighbours lie beside it as well, and the frequencies tell.
 
     Parameters
     ----------
@@ -450,14 +447,17 @@ def _by_neighbours(
         distance = np.linalg.norm(apart, axis=1)
         distance[path[:, -1] != mode] = np.inf
         distance[max(0, k - near) : k + near + 1] = np.inf
-        nearest = int(distance.argmin())
+        nearest = np.argpartition(distance, NEIGHBOURS)[:NEIGHBOURS]
         rate = flow(window[k, :-1], mode)
         rate = (rate - (rate @ symmetries.T) @ symmetries) * weight
         square = rate @ rate
-        if CLOSE < distance[nearest] < np.inf and square > 0:
-            aside = apart[nearest] - (apart[nearest] @ rate) / square * rate
-            across[k] = np.linalg.norm(aside)
-            part[k] = across[k] / distance[nearest]
+        nearest = nearest[(distance[nearest] > CLOSE) & (distance[nearest] < np.inf)]
+        if len(nearest) and square > 0:
+            beside = apart[nearest] - np.outer(apart[nearest] @ rate / square, rate)
+            off = np.linalg.norm(beside, axis=1)
+            across[k] = off.mean()
+            part[k] = (off / distance[nearest]).max()
     early, late = (np.median(half) for half in np.array_split(across, 2))
     torus = np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS
+    torus = torus and incommensurate(points[:, weight > 0])
     return bool(np.median(part) <= ALONG), bool(torus)

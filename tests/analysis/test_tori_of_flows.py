@@ -1,0 +1,54 @@
+"""Tori of flows have their word, and cycles on them that go round hundreds of times do not take it."""
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+from chaosdrill.analysis.frequencies import incommensurate
+
+ONE = {"x": "x - y - x*(x**2 + y**2)", "y": "x + y - y*(x**2 + y**2)"}
+OTHER = {"u": "u - w*v - u*(u**2 + v**2)", "v": "w*u + v - v*(u**2 + v**2)"}
+ROTATORS = cd.HybridSystem(name="rotators", states="x y u v", parameters={"w": 1.0}, modes={"on": ONE | OTHER})
+
+
+def word(ratio, duration):
+    system = ROTATORS.with_parameters(w=ratio).with_initial(x=0.6, y=0.8, u=1.0)
+    return cd.lyapunov_spectrum(system, duration=duration, transient=60).cd.outcome
+
+
+@pytest.mark.parametrize("ratio", [(np.sqrt(5) - 1) / 2, np.sqrt(7) - 1])
+def test_two_rotators_without_a_common_period_are_on_a_torus(ratio):
+    """Samples are a lattice on the torus, in which the nearest lie along the flow, or nearly."""
+    assert word(ratio, 6_144.0) == "quasiperiodic"
+
+
+@pytest.mark.parametrize("ratio", [30 / 43, 309 / 500])
+def test_no_cycle_of_many_turns_is_a_torus(ratio):
+    """Its period is up to 3,142, an eighth of the record."""
+    assert word(ratio, 24_576.0) in ("periodic", "undecided")
+
+
+def rotators(ratio, samples=1024, interval=7.77):
+    t = np.arange(samples) * interval
+    return np.stack([np.cos(t), np.sin(t), np.cos(ratio * t + 1), np.sin(ratio * t + 1)], axis=1)
+
+
+def test_frequencies_have_a_common_measure_on_cycles_only():
+    for ratio in (30 / 43, 171 / 233, 309 / 500, 617 / 1000):
+        assert not incommensurate(rotators(ratio))
+    for ratio in (np.sqrt(2), np.sqrt(3), (np.sqrt(5) - 1) / 2):
+        assert incommensurate(rotators(ratio))
+
+
+def test_lines_of_weak_chaos_are_no_frequencies():
+    """Phases that move about by a thousandth of a turn a sample have no lines."""
+    rng = np.random.default_rng(2)
+    angles = 7.77 * np.arange(2048)[:, np.newaxis] * [1, np.sqrt(2)]
+    angles += 2e-3 * np.pi * np.cumsum(rng.normal(size=angles.shape), axis=0)
+    assert not incommensurate(np.concatenate([np.cos(angles), np.sin(angles)], axis=1))
+
+
+def test_harmonics_of_one_cycle_are_related_however_many_there_are():
+    t = np.arange(1500) * 0.377
+    points = np.stack([np.exp(np.cos(t)), np.tanh(3 * np.sin(t)), np.cos(7 * t)], axis=1)
+    assert not incommensurate(points)
