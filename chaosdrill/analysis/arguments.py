@@ -299,8 +299,8 @@ class Axes(Value):
             return
         for name, values in value.items():
             if name not in names:
-                fault = known.unused(str(name)) if self.of == "parameter" else ""
-                yield (name,), fault or f"unknown {self.of}; {remedy(name, names)}"
+                unused = known.unused(str(name)) if self.of == "parameter" else ""
+                yield (name,), unused or f"unknown {self.of}; {remedy(name, names)}"
                 continue
             if name and (reason := unfit(name)):
                 cannot = "be swept" if self.of == "parameter" else "span a grid"

@@ -458,6 +458,5 @@ def _by_neighbours(
             across[k] = off.mean()
             part[k] = (off / distance[nearest]).max()
     early, late = (np.median(half) for half in np.array_split(across, 2))
-    torus = np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS
-    torus = torus and incommensurate(points[:, weight > 0])
-    return bool(np.median(part) <= ALONG), bool(torus)
+    apart_for_good = bool(np.median(part) >= ACROSS and STAYS * early <= late <= early / STAYS)
+    return bool(np.median(part) <= ALONG), apart_for_good and incommensurate(points[:, weight > 0])

@@ -14,9 +14,9 @@ import numpy as np
 
 from chaosdrill.dataset.branches import BranchEnd, Special
 from chaosdrill.orbits.branches import Mark
+from chaosdrill.orbits.criticality import cubic_term
 from chaosdrill.orbits.crossings import changes, noise_of, pair_on_circle, torus_test
 from chaosdrill.orbits.multipliers import all_multipliers, free_multipliers, pair_near
-from chaosdrill.orbits.criticality import cubic_term
 from chaosdrill.orbits.problem import LostError
 from chaosdrill.orbits.roots import bracketed
 from chaosdrill.orbits.settings import SETTINGS

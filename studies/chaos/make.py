@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "charts"))  # its independent program, claims and tables
+sys.path.append(str(HERE.parent / "charts"))  # its independent program, claims and tables
 
 import attractor  # noqa: E402
 import drawing  # noqa: E402
