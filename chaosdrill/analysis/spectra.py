@@ -10,7 +10,13 @@ from chaosdrill.analysis.arguments import Span, tangent_count
 from chaosdrill.analysis.base import Job
 from chaosdrill.analysis.classification import Averages, evidence_of_records
 from chaosdrill.analysis.recording import flow_of, time_of_motion
-from chaosdrill.analysis.statistics import block_ends, error_of_exponents, error_of_mean_rate, kaplan_yorke
+from chaosdrill.analysis.statistics import (
+    block_ends,
+    error_of_exponents,
+    error_of_mean_rate,
+    kaplan_yorke,
+    kaplan_yorke_error,
+)
 from chaosdrill.analysis.tori import LENGTH, rests
 from chaosdrill.analysis.words import Evidence, reason, words
 from chaosdrill.dataset import Outcome
@@ -50,11 +56,14 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
             drilled[block], coarse[block] = run.integrals(), run.x
         if job.progress:
             job.progress(run.strobes, run.strobes + int(ends[-1] - ends[block]), None)
-    complete, why = outcome == Outcome.OK, ""
+    complete, why, dimension_error = outcome == Outcome.OK, "", float("nan")
     values = errors = np.full(m, np.nan)
     history = np.full((len(ends) - 1, m), np.nan)
     if complete and m:
         values, errors, history, late = mean_exponents(sums, ends, plan.unit, job.numerics, run.steps)
+        dimension_error = _dimension_error(
+            values, history, ends * plan.unit, job.numerics.step_error * run.steps, system
+        )
         neutral = int(structure.neutral(flow_of(run)))
         averages = Averages(
             exponents=values[np.newaxis],
@@ -73,12 +82,22 @@ def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: in
         "lyapunov_error": ("exponent", errors[:count]),
         "lyapunov_history": (("block", "exponent"), history[:, :count]),
         "kaplan_yorke_dimension": ((), kaplan_yorke(values, len(system.states))),
+        "kaplan_yorke_error": ((), dimension_error),
         "outcome": ((), np.int8(outcome)),
         **_averages(system, run, plan, job.numerics, ends, drilled, complete),
     }
     message = run.stopped(outcome)
     told = {"message": message, "reason": why}
     return dataset(variables, ["block_time"], {name: text for name, text in told.items() if text})
+
+
+def _dimension_error(
+    values: np.ndarray, history: np.ndarray, times: np.ndarray, of_method: float, system: HybridSystem
+) -> float:
+    """Error of the Kaplan-Yorke dimension; ``of_method`` is that of the sums of logarithms over all blocks."""
+    sums = np.vstack([np.zeros(len(values)), np.where(np.isfinite(values), history * times[1:, np.newaxis], 0.0)])
+    rates = np.diff(sums, axis=0) / np.diff(times)[:, np.newaxis]
+    return kaplan_yorke_error(values, rates, of_method / times[-1], times[-1], len(system.states))
 
 
 def _evidence(

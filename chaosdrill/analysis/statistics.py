@@ -206,6 +206,70 @@ def kaplan_yorke(exponents: np.ndarray, states: int) -> float:
     return float(states) if len(exponents) == states else float("nan")
 
 
+def kaplan_yorke_error(exponents: np.ndarray, rates: np.ndarray, of_method: float, length: float, states: int) -> float:
+    """Standard error of the Kaplan-Yorke dimension of a descending spectrum, from the blocks of one record.
+
+    Exponents of one record are correlated: in a flow of constant divergence their sum has no error at all. So each
+    block's rates are put into the dimension's linear form, k + (L1 + ... + Lk) / |Lk+1|, and the error is that of the
+    mean of the results, by `standard_error`. Where a sum of exponents that decides k is not told from zero, the
+    dimension has a kink there, and the larger error of the two sides is taken. At an exponent -inf the dimension is the
+    whole number k on one side and the error of that side is 0.
+
+    Measured over 400 records of 256 blocks: see tests/analysis/test_kaplan_yorke_error.py.
+
+    Parameters
+    ----------
+    exponents : ndarray, shape (m,)
+        Descending; -inf for those that are lost.
+    rates : ndarray, shape (blocks, m)
+        Exponents over blocks of equal length, in the same order; what stands in the columns of lost ones is not read.
+    of_method : float
+        Error of one exponent that the tolerance lets steps make.
+    length : float
+        Time over which the exponents were averaged.
+    states : int
+        Number of states.
+
+    Returns
+    -------
+    float
+        0 where the first exponent is surely negative. NaN where the first exponent is not told from zero, as there the
+        dimension jumps between 0 and 1 or more, where the dimension itself is NaN, and with fewer than two blocks.
+    """
+    if len(rates) < 2 or np.isnan(kaplan_yorke(exponents, states)):
+        return float("nan")
+    if np.isinf(exponents[0]):
+        return 0.0
+
+    def error(weights: np.ndarray) -> float:
+        used = rates[:, : len(weights)]
+        return float(np.hypot(standard_error(used @ weights), of_method * np.abs(weights).sum()))
+
+    def told(total: float, count: int) -> bool:
+        return bool(abs(total) > margin(np.array(error(np.ones(count))), length))
+
+    if not told(exponents[0], 1):
+        return float("nan")
+    if exponents[0] < 0:
+        return 0.0
+    finite = int(np.isfinite(exponents).sum())
+    sums = np.cumsum(exponents[:finite])
+    errors = []
+    for k in range(1, finite + 1):
+        # the form with k whole dimensions holds from a sum of k that is not negative to one of k + 1 that is
+        sinks = k == finite or sums[k] < 0 or not told(sums[k], k + 1)
+        stays = sums[k - 1] >= 0 or not told(sums[k - 1], k)
+        if not (sinks and stays):
+            continue
+        if k == finite:
+            # the next one is -inf, or there is none, or it was not computed
+            errors.append(0.0 if finite < len(exponents) or finite == states else np.nan)
+        else:
+            size = -exponents[k]
+            errors.append(error(np.append(np.full(k, 1 / size), sums[k - 1] / size**2)) if size > 0 else np.nan)
+    return float(np.max(errors))
+
+
 def free_exponents(
     exponents: np.ndarray, neutral: np.ndarray | int, margins: np.ndarray, *, complete: bool
 ) -> np.ndarray:

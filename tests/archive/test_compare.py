@@ -196,7 +196,7 @@ def test_another_round_off_agrees(chaos, elsewhere):
     wrong, how = named(elsewhere, chaos)
     assert wrong == set()
     assert how["/spectrum/lyapunov_exponent"] == "within 8 standard errors"
-    assert how["/spectrum/kaplan_yorke_dimension"] == "within a tenth"
+    assert how["/spectrum/kaplan_yorke_dimension"] == "within 8 standard errors"
     assert how["/motion/states"] == "until the runs diverge, then by their range"
     assert how["/diagram/outcome"] == "exactly"
     assert how["/diagram/omega"] == "within 1e-08"

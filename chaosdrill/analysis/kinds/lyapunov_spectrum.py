@@ -34,6 +34,7 @@ VARIABLES = table(
     need("lyapunov_history", "block exponent", "f8", "running mean of the exponents", "Up to the block's end."),
     axis("block_time", "block", "f8", "model time at the block's end", "Counted from the end of the transient."),
     need("kaplan_yorke_dimension", "", "f8", "Kaplan-Yorke dimension", "From the exponents; holds with -inf too."),
+    need("kaplan_yorke_error", "", "f8", "standard error of the Kaplan-Yorke dimension", "NaN near a jump."),
     *rates(""),
     axis("transition", "transition", "str", "name of the transition", "In the order of the system."),
     may("event_count", "transition", "i8", "number of events", "How often each transition was taken."),
@@ -42,8 +43,12 @@ VARIABLES = table(
     may("rank", "", "i4", "live tangents", "Rank of the tangent map's product: of all exponents, so many are finite."),
     outcome(""),
     *forcing(),
-    bars={"lyapunov_exponent": "lyapunov_error", "lyapunov_history": "lyapunov_error"},
-    average=("kaplan_yorke_dimension", "event_count"),
+    bars={
+        "lyapunov_exponent": "lyapunov_error",
+        "lyapunov_history": "lyapunov_error",
+        "kaplan_yorke_dimension": "kaplan_yorke_error",
+    },
+    average=("event_count",),
     sampled=("tie_count",),
 )
 
@@ -99,8 +104,9 @@ def lyapunov_spectrum(system: "HybridSystem", given: LyapunovSpectrum, job: "Job
     -------
     xarray.Dataset
         ``lyapunov_exponent``, ``lyapunov_error`` (exponent), ``lyapunov_history`` (block, exponent),
-        ``kaplan_yorke_dimension``, mean rates, ``event_count`` (transition), ``tie_count``, ``closest_grazing``,
-        ``rank`` and ``outcome``; exponents per unit of time, NaN if the run ended early.
+        ``kaplan_yorke_dimension``, ``kaplan_yorke_error``, mean rates, ``event_count`` (transition), ``tie_count``,
+        ``closest_grazing``, ``rank`` and ``outcome``; exponents per unit of time, NaN if the run ended early. The
+        dimension's error is NaN where the first exponent is not told from zero, at which the dimension jumps.
 
     Raises
     ------
