@@ -4,19 +4,23 @@ Shifts are proved from the expressions; the rest is read off Jacobians and salta
 guards, at the parameters of the run.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy
-from numba import float64, void
+from numba import float64, int64, void
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
-from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.jit import compiled, inner
+from chaosdrill.engine.layout import Functions
+from chaosdrill.engine.records import functions_type, integer_matrix
 from chaosdrill.engine.uncompiled import in_python
 from chaosdrill.model.derive import rate, shift_directions
 
@@ -26,6 +30,8 @@ if TYPE_CHECKING:
 
 _SAMPLES = 24
 _RANK_TOLERANCE = 1e-13
+_ON = 1e-13
+"""Part of the sizes of its terms, some hundred roundings, below which a guard counts as zero."""
 _REGULAR = 1e-6
 
 ALONG = 1e-6
@@ -38,7 +44,7 @@ MEASURES = 64
 def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
     """Saltation matrices (transition, matrix of shape (n, n)) at random states on the guards."""
     kernels = kernels_of(system)
-    guard, event_map = kernels.functions[5], kernels.functions[7]
+    functions = Functions(*kernels.functions)
     n = len(system.states)
     c = kernels.constants(system.parameters)
     rng = np.random.default_rng(20260101)
@@ -47,9 +53,9 @@ def saltations(system: "HybridSystem") -> Iterator[tuple[int, np.ndarray]]:
         for j in range(len(events)):
             for _ in range(_SAMPLES):
                 x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
-                if not _onto_guard(guard, mode, j, t, c, x, gradient):
+                if not _onto_guard(functions, mode, j, t, c, x, gradient):
                     continue
-                transition = event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
+                transition = functions.event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
                 speed = in_python(normal_speed)(event, n)
                 if transition < 0 or speed * events[j].direction < 0 or speed == 0:
                     continue
@@ -66,25 +72,36 @@ def _map(vectors, event, speed, sooner, jump, scratch):
     saltate(vectors, vectors.shape[0], event, speed, False, sooner, jump, scratch)
 
 
-def _onto_guard(guard, mode, j, t, c, x, gradient) -> bool:  # type: ignore[no-untyped-def]
+@inner
+def _brought_onto(functions, mode, j, t, c, x, gradient):
+    """Bring a state onto a guard by Newton's method; whether it arrives."""
     n = x.size
     for _ in range(50):
-        value = guard(mode, j, t, c, x, gradient)
-        with np.errstate(over="ignore"):
-            square = gradient[:n] @ gradient[:n]
-        if not np.isfinite(value + square) or square == 0:
+        value = functions.guard(mode, j, t, c, x, gradient)
+        square = size = 0.0
+        for i in range(n):
+            square += gradient[i] * gradient[i]
+            size += abs(gradient[i] * x[i])
+        if not math.isfinite(value + square) or square == 0.0:
             return False
-        if abs(value) <= 1e-13 * (np.abs(gradient[:n]) @ np.abs(x)):
+        if abs(value) <= _ON * size:
             return True
-        x -= value * gradient[:n] / square
+        for i in range(n):
+            x[i] -= value * gradient[i] / square
     return False
+
+
+@compiled(int64(functions_type, int64, int64, float64, vector, vector, vector))
+def _onto_guard(functions, mode, j, t, c, x, gradient):
+    """As `_brought_onto`, for who is not compiled."""
+    return 1 if _brought_onto(functions, mode, j, t, c, x, gradient) else 0
 
 
 def passes(system: "HybridSystem") -> frozenset[tuple[int, int]]:
     """Guards (mode, number in the mode) beyond which the motion may go on after their own events.
 
-    A wall throws the state back; a kick on the way may not. It is read off random states on the guards, at the present
-    parameters.
+    A wall throws the state back; a kick on the way may not. It is read off the same trial states for
+    all guards, brought onto each, at the present parameters.
     """
     found: frozenset[tuple[int, int]] = _at_parameters(system, "passes", lambda: frozenset(_passes(system)))
     return found
@@ -102,45 +119,94 @@ def _at_parameters(system: "HybridSystem", name: str, find: Callable[[], Any]) -
 def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
     kernels = kernels_of(system)
     c = kernels.constants(system.parameters)
-    rng = np.random.default_rng(20260103)
-    placed = system.placed
+    n = len(system.states)
+    trials = _trials(n)
+    functions = Functions(*kernels.functions)
+    event, scratch = np.zeros(event_places(n).size), np.zeros((4, n + 1 + len(system.quadratures)))
+    always = _always_passed(system)
     for mode, events in enumerate(kernels.events):
         for j in range(len(events)):
             direction = events[j].direction
             if direction == 0 or events[j].timed:
                 continue
-            if any(_goes_on(placed, placed.mode_names[mode], placed.transitions[k]) for k in events[j].outcomes):
+            if (mode, j) in always:
                 yield mode, j
-                continue
-            with np.errstate(all="ignore"):
-                passed = any(_passes_at(system, mode, j, c, rng) for _ in range(_SAMPLES))
-            if passed:
+            elif _goes_beyond(functions, mode, j, direction, c, trials, kernels.transition_table, event, scratch):
                 yield mode, j
 
 
-def _passes_at(system: "HybridSystem", mode: int, j: int, c: np.ndarray, rng: np.random.Generator) -> bool:
-    """Whether the motion goes on beyond a guard at one random state on it."""
-    kernels = kernels_of(system)
-    field, guard, event_map = kernels.functions[3], kernels.functions[5], kernels.functions[7]
-    n = len(system.states)
+def _always_passed(system: "HybridSystem") -> frozenset[tuple[int, int]]:
+    """Guards whose events change neither them nor their rates, derived once for all values of the parameters."""
+    if "always_passed" not in system.shared:
+        placed = system.placed
+        system.shared["always_passed"] = frozenset(
+            (mode, j)
+            for mode, events in enumerate(kernels_of(system).events)
+            for j, event in enumerate(events)
+            if any(_goes_on(placed, placed.mode_names[mode], placed.transitions[k]) for k in event.outcomes)
+        )
+    found: frozenset[tuple[int, int]] = system.shared["always_passed"]
+    return found
+
+
+@cache
+def _trials(n: int) -> np.ndarray:
+    """States and, last, times at which guards are looked at, one a row: the same for all guards of all systems.
+
+    They lie in all directions and at distances from 1e-4 to 3, evenly: multiples of the powers of the root g of
+    g**(d + 1) = g + 1, without their whole parts, fill a cube of d dimensions so (Roberts 2018, "The unreasonable
+    effectiveness of quasirandom sequences").
+    """
+    d = n + 2
+    g = 2.0
+    for _ in range(64):
+        g = (1.0 + g) ** (1.0 / (d + 1))
+    part = np.arange(1, _SAMPLES + 1)[:, np.newaxis] * g ** -np.arange(1.0, d + 1) % 1.0
+    normal = np.array([[NormalDist().inv_cdf(p) for p in row] for row in part[:, :n].tolist()])
+    trials = np.column_stack([normal * 10.0 ** (4.5 * part[:, n, np.newaxis] - 4.0), 7.0 * part[:, n + 1]])
+    # it is handed out again
+    trials.flags.writeable = False
+    return trials
+
+
+@compiled(int64(functions_type, int64, int64, int64, vector, matrix, integer_matrix, vector, matrix))
+def _goes_beyond(functions, mode, j, direction, c, trials, transitions, event, scratch):
+    """Whether the motion goes on beyond a guard (1) at one of the trial states, each brought onto the guard, or not (0).
+
+    ``transitions`` is a table of target mode and whether an event only marks; ``event`` and ``scratch`` are room.
+    """
+    n = trials.shape[1] - 1
     place = event_places(n)
-    event, gradient, rates = np.zeros(place.size), np.empty(n + 1), np.empty(n + len(system.quadratures))
-    direction = kernels.events[mode][j].direction
-    x, t = rng.normal(size=n) * 10.0 ** rng.uniform(-4, 0.5), rng.uniform(0, 7)
-    if not _onto_guard(guard, mode, j, t, c, x, gradient):
-        return False
-    transition = event_map(mode, j, t, c, x, 1, np.ones(n), 0.0, event)
-    if not in_python(normal_speed)(event, n) * direction > 0:
-        return False
-    target, after = mode, x.copy()
-    if transition >= 0 and not kernels.transition_table[transition, 1]:
-        target = int(kernels.transition_table[transition, 0])
-        after = event[place.image : place.jacobian].copy()
-    value = guard(mode, j, t, c, after, gradient)
-    field(target, t, c, after, rates)
-    near = 1e-13 * (np.abs(gradient[:n]) @ np.abs(after) + np.abs(value))
-    ahead = gradient[:n] @ rates[:n] + gradient[n] if abs(value) <= near else value
-    return bool(ahead * direction > 0)
+    x, gradient, rates, ones = scratch[0][:n], scratch[1][: n + 1], scratch[2], scratch[3][:n]
+    for i in range(n):
+        ones[i] = 1.0
+    for trial in range(trials.shape[0]):
+        t = trials[trial, n]
+        for i in range(n):
+            x[i] = trials[trial, i]
+        if not _brought_onto(functions, mode, j, t, c, x, gradient):
+            continue
+        event[:] = 0.0
+        transition = functions.event_map(mode, j, t, c, x, 1, ones, 0.0, event)
+        if not normal_speed(event, n) * direction > 0.0:
+            continue
+        target = mode
+        if transition >= 0 and transitions[transition, 1] == 0:
+            target = transitions[transition, 0]
+            for i in range(n):
+                x[i] = event[place.image + i]
+        value = functions.guard(mode, j, t, c, x, gradient)
+        functions.field(target, t, c, x, rates)
+        size = abs(value)
+        ahead = gradient[n]
+        for i in range(n):
+            size += abs(gradient[i] * x[i])
+            ahead += gradient[i] * rates[i]
+        if not abs(value) <= _ON * size:
+            ahead = value
+        if ahead * direction > 0.0:
+            return 1
+    return 0
 
 
 def _goes_on(system: "HybridSystem", mode: str, transition: "Transition") -> bool:
