@@ -67,7 +67,7 @@ def test_a_sum_that_may_have_either_sign_gives_the_larger_error():
     # a conservative map: 2 on one side, 2 + (L1 + L2) / |L2| on the other
     total = float(standard_error(record(series)[1].sum(axis=1)))
     assert error_of(series) == pytest.approx(total, rel=0.1)
-    assert error_of(series[:, :1], states=2) != error_of(series[:, :1], states=2)
+    assert np.isnan(error_of(series[:, :1], states=2))
 
 
 def test_a_first_exponent_near_zero_has_no_error():
