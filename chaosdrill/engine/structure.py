@@ -129,9 +129,9 @@ def _passes(system: "HybridSystem") -> Iterator[tuple[int, int]]:
             direction = events[j].direction
             if direction == 0 or events[j].timed:
                 continue
-            if (mode, j) in always:
-                yield mode, j
-            elif _goes_beyond(functions, mode, j, direction, c, trials, kernels.transition_table, event, scratch):
+            if (mode, j) in always or _goes_beyond(
+                functions, mode, j, direction, c, trials, kernels.transition_table, event, scratch
+            ):
                 yield mode, j
 
 
@@ -171,7 +171,7 @@ def _trials(n: int) -> np.ndarray:
 
 @compiled(int64(functions_type, int64, int64, int64, vector, matrix, integer_matrix, vector, matrix))
 def _goes_beyond(functions, mode, j, direction, c, trials, transitions, event, scratch):
-    """Whether the motion goes on beyond a guard (1) at one of the trial states, each brought onto the guard, or not (0).
+    """Whether the motion goes on beyond a guard (1) at a trial state that was brought onto the guard, or not (0).
 
     ``transitions`` is a table of target mode and whether an event only marks; ``event`` and ``scratch`` are room.
     """
