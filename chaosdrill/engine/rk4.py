@@ -55,8 +55,21 @@ def move(functions, run, t, c, x, s, vectors, live, out, stages):
 
 
 @inner
-def _settle(functions, tables, state, j, ahead, t, scratch):
-    """How guard j stands where nothing or an event came before; ``ahead`` is its value a little later."""
+def _leads(gradient, rates, s, ahead):
+    """Whether the speed of a guard at zero, not what changes it, leads to its value ``ahead`` the time s later.
+
+    A rebound that is over within that time is not seen: without a speed of its own the state is held by its wall.
+    """
+    n = gradient.size - 1
+    speed = gradient[n]
+    for i in range(n):
+        speed += gradient[i] * rates[i]
+    return abs(speed * s) > abs(ahead - speed * s)
+
+
+@inner
+def _settle(functions, tables, state, j, s, ahead, t, scratch):
+    """How guard j stands where nothing or an event came before; ``ahead`` is its value the time s later."""
     run = state.run[0]
     mode = run.mode
     key = tables.keys[mode, j]
@@ -67,7 +80,8 @@ def _settle(functions, tables, state, j, ahead, t, scratch):
     zero, old = is_zero(functions, tables, state, j, here, old, crossed, t, scratch)
     side = 1 if (ahead if zero else here) > 0.0 else -1
     fired = zero and run.fresh == AFTER and run.fired == key
-    return stand(zero, side, 1, old, tables.active[mode, 1 + j], run.fresh, fired, tables.marks[mode, j])
+    order = 2 if fired and not _leads(scratch.gradient, scratch.stages[1], s, ahead) else 1
+    return stand(zero, side, order, old, tables.active[mode, 1 + j], run.fresh, fired, tables.marks[mode, j])
 
 
 @offered
@@ -97,7 +111,7 @@ def locate(place, p, te, h, t):
         fires = -1
         for j in range(count):
             ahead = functions.guard(mode, j, t + PROBE * h, c, out[: x.size], gradient)
-            how, side = _settle(functions, tables, state, j, ahead, t, scratch)
+            how, side = _settle(functions, tables, state, j, PROBE * h, ahead, t, scratch)
             if how == INVALID:
                 return -2.0, j, 0
             sides[tables.keys[mode, j]] = side

@@ -58,14 +58,16 @@ def test_the_time_of_rest_after_hundreds_of_rebounds(shaken, restitution, method
         assert abs(float(rest) - limit) < {"taylor": 1e-12, "rk4": 1e-9}.get(method, rounding)
 
 
-@pytest.mark.parametrize("method", ["taylor", "dop853"])
-@pytest.mark.parametrize("speed", [1e-9, 1e-10, 3e-11])
+@pytest.mark.parametrize("method", ["taylor", "dop853", "radau", "rk4"])
+@pytest.mark.parametrize("speed", [1e-6, 1e-7, 1e-9, 1e-10, 3e-11])
 def test_a_first_hit_too_low_for_the_guard_comes_to_rest(shaken, speed, method):
     """Thrown so gently that the guard cannot tell its rebound from none, though none was harder before."""
     system = shaken.with_parameters(A=0.6, e=0.9).with_initial(x=0.6, v=speed)
     run = cd.trajectory(system, periods=1, samples=8, method=method)
     assert run["mode"][-1] == 1
-    np.testing.assert_allclose(run["states"].values[:, 0], 0.6 * np.cos(run["time"].values), atol=1e-12)
+    # it is carried by the shaker, to what a thousand steps of fourth order a period allow
+    off = 1e-9 if method == "rk4" else 1e-12
+    np.testing.assert_allclose(run["states"].values[:, 0], 0.6 * np.cos(run["time"].values), atol=off)
 
 
 def above(s, height, rate, amplitude, t, sin):
