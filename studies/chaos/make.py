@@ -9,9 +9,7 @@ archive that is already there is not made again. Pictures and tables are written
 
 import argparse
 import shutil
-import subprocess
 import sys
-import sysconfig
 import time
 from pathlib import Path
 
@@ -25,10 +23,10 @@ import percent  # noqa: E402
 import shares  # noqa: E402
 import xarray as xr  # noqa: E402
 from findings import Claim, read, table  # noqa: E402
+from running import chaosdrill, page, say  # noqa: E402
 
 OUT = HERE / "out"
 DOCS = HERE.parent.parent / "docs"
-COMMAND = Path(sysconfig.get_path("scripts")) / "chaosdrill"
 SCENES = {"attractor": ("vectors", "growth"), "stability_load": ("shares",), "stability_amplitude": ("shares",)}
 """Scenes, and the analyses of each that are drawn."""
 
@@ -66,7 +64,7 @@ def main() -> int:
         (OUT / f"{name}.md").write_text(text, encoding="utf-8")
     print(parts["claims"])
     if given.docs:
-        (DOCS / "chaos.md").write_text(page(parts), encoding="utf-8")
+        (DOCS / "chaos.md").write_text(page(HERE / "page.md", parts), encoding="utf-8")
         for picture in PICTURES:
             shutil.copy(OUT / f"{picture}.png", DOCS / "_static" / f"chaos_{picture.replace('-', '_')}.png")
     say(f"done in {time.monotonic() - started:.0f} s; archives, pictures and tables are in {OUT}")
@@ -108,23 +106,6 @@ def line(name: str) -> xr.Dataset:
     if not file.is_file():
         lives.along(name).to_netcdf(file)
     return xr.load_dataset(file)
-
-
-def page(parts: dict[str, str]) -> str:
-    """Return the page of the documentation: the text with its tables."""
-    text = (HERE / "page.md").read_text(encoding="utf-8")
-    for name, part in parts.items():
-        text = text.replace(f"{{{{{name}}}}}\n", part)
-    return text
-
-
-def chaosdrill(*arguments: object) -> int:
-    """Run the command line and return its exit code."""
-    return subprocess.call([str(COMMAND), *map(str, arguments)])
-
-
-def say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

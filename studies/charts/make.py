@@ -9,9 +9,7 @@ archive that is already there is not made again. Pictures and tables are written
 
 import argparse
 import shutil
-import subprocess
 import sys
-import sysconfig
 import time
 from pathlib import Path
 
@@ -23,11 +21,11 @@ import limits
 import rates
 import starts
 from findings import Claim, read, table
+from running import chaosdrill, page, say
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE / "out"
 DOCS = HERE.parent.parent / "docs"
-COMMAND = Path(sysconfig.get_path("scripts")) / "chaosdrill"
 SCENES = {
     "eta_b": "chart",
     "eta_a": "chart",
@@ -76,7 +74,7 @@ def main() -> int:
         (OUT / f"{name}.md").write_text(text, encoding="utf-8")
     print(parts["claims"])
     if given.docs:
-        (DOCS / "charts.md").write_text(page(parts), encoding="utf-8")
+        (DOCS / "charts.md").write_text(page(HERE / "page.md", parts), encoding="utf-8")
         for picture in PICTURES:
             shutil.copy(OUT / f"{picture}.png", DOCS / "_static" / f"charts_{picture.replace('-', '_')}.png")
     say(f"done in {time.monotonic() - started:.0f} s; archives, pictures and tables are in {OUT}")
@@ -112,23 +110,6 @@ def findings() -> tuple[dict[str, str], list[Claim]]:
         "agreement": agreement.tables(again),
     }
     return parts, claims
-
-
-def page(parts: dict[str, str]) -> str:
-    """Return the page of the documentation: the text with its tables."""
-    text = (HERE / "page.md").read_text(encoding="utf-8")
-    for name, part in parts.items():
-        text = text.replace(f"{{{{{name}}}}}\n", part)
-    return text
-
-
-def chaosdrill(*arguments: object) -> int:
-    """Run the command line and return its exit code."""
-    return subprocess.call([str(COMMAND), *map(str, arguments)])
-
-
-def say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """The study of chaos judges rightly: forces of hits, what counts as a transient, parts below zero, ends of starts."""
 
 import importlib
+import re
 import sys
 from pathlib import Path
 
@@ -78,3 +79,15 @@ def test_starts_end_fast_slow_or_away(module):
         {"attractor": [1, 2, 3], "b": [0.7]},
     )
     assert module("shares").ends(found).values.tolist() == [[0, 1, 2, -1, 3]]
+
+
+def test_the_page_claims_only_what_was_found():
+    docs = STUDIES.parent / "docs"
+    page = (docs / "chaos.md").read_text(encoding="utf-8")
+    text = (STUDIES / "chaos" / "page.md").read_text(encoding="utf-8")
+    assert all(part in page for part in re.split(r"{{\w+}}\n", text))
+    lines = [line for line in page.splitlines() if line.startswith("|")]
+    assert sum(line.endswith("| yes |") for line in lines) > 20
+    assert not any(line.endswith("| no |") for line in lines)
+    for name in re.findall(r"_static/(chaos_\w+\.png)", page):
+        assert (docs / "_static" / name).is_file()
