@@ -30,6 +30,11 @@ _UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202
 """What a terminal obeys instead of showing it, and what turns the order of letters round; lines and tabs may stay."""
 
 
+def no_parameter(key: str, known: Iterable[str], unused: str) -> str:
+    """Say why a system has no such parameter: other effects use it, or it is unknown; with the remedy."""
+    return f"parameter {key!r} is {unused}" if unused else f"unknown parameter {key!r}; {remedy(key, known)}"
+
+
 def shown(value: object) -> str:
     """What `repr` writes of a value, also of one that Python does not write: integers of thousands of digits."""
     try:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
 from chaosdrill.limits import Limit
-from chaosdrill.names import remedy
+from chaosdrill.names import no_parameter, remedy
 from chaosdrill.systems.drill.effects import OPTIONS
 from chaosdrill.typed import TABLE, TEXT, expecting
 
@@ -170,9 +170,7 @@ def build(
     known = module.parameters(effects) if entry.effects else _defaults(module)
     for key in parameters or {}:
         if key not in known:
-            fault = unused(name, key, effects)
-            told = f"parameter {key!r} is {fault}" if fault else f"unknown parameter {key!r}; {remedy(key, known)}"
-            raise ModelError(f"{name}: {told}")
+            raise ModelError(f"{name}: {no_parameter(key, known, unused(name, key, effects))}")
     system = module.system(effects) if entry.effects else _system(module)
     return system.with_parameters(**(parameters or {})).with_initial(**(initial or {}))
 

@@ -14,7 +14,7 @@ from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
-from chaosdrill.names import remedy
+from chaosdrill.names import no_parameter
 from chaosdrill.systems.drill import contact, drive, effects, friction, rock
 from chaosdrill.systems.drill.si import QUANTITIES, read_si
 from chaosdrill.typed import TABLE, TEXT, expecting
@@ -99,9 +99,7 @@ def drill(
     numbers = _without_units(parameters, used)
     for key in numbers:
         if key not in used:
-            fault = effects.unused(key, chosen)
-            told = f"parameter {key!r} is {fault}" if fault else f"unknown parameter {key!r}; {remedy(key, used)}"
-            raise ModelError(told)
+            raise ModelError(no_parameter(key, used, effects.unused(key, chosen)))
     system = _assemble(effects.complete(chosen), name or NAME)
     return system.with_parameters(**numbers).with_initial(**(initial or {}))
 
