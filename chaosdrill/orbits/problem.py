@@ -375,15 +375,19 @@ class Problem:
 
         Where branches cross, an orbit is known to the root of its residual, and so are the equations there.
         """
-        held = self._held(orbit) / weights
-        return np.asarray(np.linalg.svd(np.vstack([self._weighted(orbit, shot, weights), held]))[2][-count:])
+        return self._within_families(orbit, shot, weights)[1][-count:]
 
     def loosely_null(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> np.ndarray:
         """All directions in which orbits go on to within ``SETTINGS.loose``, shape (m, columns), as `nearly_null`."""
+        sizes, rows = self._within_families(orbit, shot, weights)
+        firm = int((sizes > SETTINGS.loose * sizes[0]).sum())
+        return rows[min(firm, len(rows) - len(self.free)) :]
+
+    def _within_families(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Singular values and right singular vectors of the weighted equations with what a family holds fixed."""
         held = self._held(orbit) / weights
         _, sizes, rows = np.linalg.svd(np.vstack([self._weighted(orbit, shot, weights), held]))
-        firm = int((sizes > SETTINGS.loose * sizes[0]).sum())
-        return np.asarray(rows[min(firm, len(rows) - len(self.free)) :])
+        return np.asarray(sizes), np.asarray(rows)
 
     def regularity(self, orbit: Orbit, shot: Shot, weights: np.ndarray) -> float:
         """Smallest singular value of the weighted equations that the structure of the system does not make zero."""
