@@ -65,28 +65,31 @@ def incommensurate(points: np.ndarray) -> bool:
 def _lines(values: np.ndarray) -> list[tuple[float, float, float]]:
     """Heights, frequencies and errors of the strongest lines of a sequence, in cycles a sample."""
     most_of = len(values) * 3 // 4
-    weight = fading(len(values))
-    faded = (values[1:] - weight @ values[1:]) * weight
     size = 4 * len(values)
-    power = np.abs(np.fft.rfft(faded, size))
+    power = np.abs(np.fft.rfft(_faded(values), size))
     found: list[tuple[float, float, float]] = []
     most = power.max()
     while len(found) < LINES and power.max() > WEAK * most:
         top = int(power.argmax())
         height, guess = float(power[top]), top / size
         power[max(0, top - 4 * NARROW) : top + 4 * NARROW + 1] = 0.0
-        # a side lobe of another line moves with the length of the window
-        tops = [_top(part, guess) for part in (values, values[:most_of], values[-most_of:])]
-        if not NARROW / len(values) < guess < 0.5 - NARROW / len(values):
-            tops = [np.nan]  # the line and its mirror image are one
+        tops = [np.nan]  # where the line and its mirror image are one
+        if NARROW / len(values) < guess < 0.5 - NARROW / len(values):
+            # a side lobe of another line moves with the length of the window
+            tops = [_top(part, guess) for part in (values, values[:most_of], values[-most_of:])]
         found.append((height, tops[0], max(float(np.ptp(tops)), ROUND_OFF)))
     return found
 
 
+def _faded(values: np.ndarray) -> np.ndarray:
+    """A sequence without its mean, that fades in and out."""
+    weight = fading(len(values))
+    return np.asarray((values[1:] - weight @ values[1:]) * weight)
+
+
 def _top(values: np.ndarray, guess: float) -> float:
     """Frequency near a guess at which the transform of a faded sequence is largest."""
-    weight = fading(len(values))
-    faded = (values[1:] - weight @ values[1:]) * weight
+    faded = _faded(values)
     at = np.arange(len(faded)) - (len(faded) - 1) / 2
     frequency = guess
     for _ in range(PASSES):
