@@ -6,6 +6,7 @@ or of 1 where it is near zero; arguments out of range go to the standard library
 """
 
 import ctypes
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -164,9 +165,20 @@ def imports(module: Module) -> list[str]:
 
 
 @cache
-def _called_back(function: Callable[..., Any], result: Any, *arguments: Any) -> Any:
-    """What lets machine code call a function that Python runs."""
-    return ctypes.CFUNCTYPE(result, *arguments)(function)
+def called_back(function: Callable[..., Any], result: Any, *arguments: Any) -> Any:
+    """What lets machine code call a function that Python runs, with NaN for what Python refuses to compute."""
+
+    def found(*given: Any) -> Any:
+        try:
+            return function(*given)
+        except (ArithmeticError, ValueError):
+            if result is None:
+                count, target, stride = given[-3:]
+                for m in range(count):
+                    target[m * stride] = math.nan
+            return math.nan
+
+    return ctypes.CFUNCTYPE(result, *arguments)(found)
 
 
 @cache
@@ -187,7 +199,7 @@ def address(name: str) -> int:
     if numba.config.DISABLE_JIT:
         double, whole = ctypes.c_double, ctypes.c_int64
         more = (whole, whole, ctypes.POINTER(double), whole) if expands else ()
-        made = _called_back(found, None if expands else double, *[double] * int(count), *more)
+        made = called_back(found, None if expands else double, *[double] * int(count), *more)
         return ctypes.cast(made, ctypes.c_void_p).value or 0
     further = (int64, int64, types.CPointer(float64), int64) if expands else ()
     signature = (void if expands else float64)(*[float64] * int(count), *further)

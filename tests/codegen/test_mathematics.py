@@ -3,6 +3,7 @@
 Its results are right to about half a unit in the last place.
 """
 
+import ctypes
 import math
 
 import numpy as np
@@ -11,7 +12,7 @@ from numba import float64, void
 
 from chaosdrill.codegen.emitter import Function, Module, array
 from chaosdrill.codegen.machine import NativeFunction, compile_object, load
-from chaosdrill.codegen.mathematics import START, power, root
+from chaosdrill.codegen.mathematics import START, called_back, power, root
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.engine.lanes import aligned
 
@@ -89,3 +90,22 @@ def test_logarithm_and_powers():
 def test_square_root(width):
     x = random(0.0, 9.0, 50)[:, :width]
     np.testing.assert_array_equal(applied(root, x, width), np.sqrt(x))
+
+
+def test_what_python_refuses_to_compute_is_nan_for_machine_code():
+    """Machine code that calls a function of Python cannot pass its exceptions on: the result would be left unset."""
+    double = ctypes.c_double
+    one = called_back(lambda x: math.sqrt(x) / x, double, double)
+    assert math.isnan(one(-1.0))
+    assert math.isnan(one(0.0))
+    assert one(4.0) == 0.5
+
+    def terms(x, count, target, stride):
+        target[0] = 1.0
+        target[stride] = math.log(x)
+
+    rows = np.full((3, 2), 5.0)
+    whole, pointer = ctypes.c_int64, ctypes.POINTER(double)
+    called_back(terms, None, double, whole, pointer, whole)(-1.0, 3, rows.ctypes.data_as(pointer), 2)
+    assert np.isnan(rows[:, 0]).all()
+    assert (rows[:, 1] == 5.0).all()
