@@ -184,10 +184,11 @@ class TableOf(Value):
     """A table of values under any names; without ``item`` whatever they are."""
 
     item: Value | None = None
+    hint: str = ""
 
     def faults(self, value: Any) -> Faults:
         if not isinstance(value, Mapping):
-            yield (), told("expected a table", value)
+            yield (), told(f"expected a table{self.hint}", value)
         elif self.item is not None:
             for name, one in value.items():
                 yield from within((name,), self.item.faults(one))
@@ -277,7 +278,7 @@ class Settings:
             if one.name in table:
                 found += within((one.name,), one.metadata["value"].faults(table[one.name]))
             elif _is_needed(one):
-                found.append(((one.name,), "missing"))
+                found.append(((one.name,), f"missing; {_wanted(one.metadata['value'])}"))
         yield from found or cls.together(table, known)
         yield from cls.beside(table)
         for name, value in values.items():
@@ -320,6 +321,11 @@ def _parameter(one: "Field[Any]") -> Parameter:
 
 def _is_needed(one: "Field[Any]") -> bool:
     return one.default is MISSING
+
+
+def _wanted(value: Value) -> str:
+    """What a value must be, as its own fault says it of nothing."""
+    return next(text for _, text in value.faults(None)).removesuffix(told("", None))
 
 
 def _is_default(one: "Field[Any]", value: Any) -> bool:

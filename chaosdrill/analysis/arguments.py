@@ -419,7 +419,9 @@ class Random(Value):
         if not isinstance(value, Mapping):
             yield (), told("expected a table", value)
             return
-        found: list[tuple[Path, str]] = [((key,), "missing") for key in ("count", "seed") if key not in value]
+        found: list[tuple[Path, str]] = [
+            ((key,), "missing; expected a whole number") for key in ("count", "seed") if key not in value
+        ]
         for name, one in value.items():
             found += within((name,), self._own.get(name, _LIMITS).faults(one))
         yield from found

@@ -70,6 +70,17 @@ def altered(ds: "xr.Dataset") -> list[str] | None:
     return [name or ":" for name in names if stored.get(name) != now.get(name)] + scene
 
 
+def unsealed(tree: "xr.DataTree") -> str:
+    """What to say of an archive of which groups hold no digests; empty if all do."""
+    bare = [node.path for node in tree.subtree if "kind" in node.attrs and DIGESTS not in node.attrs]
+    if not bare:
+        return ""
+    return (
+        f"not sealed: {', '.join(bare)} has no digests, so that alterations cannot be detected; compute it again, or "
+        "seal what is there by chaosdrill.save"
+    )
+
+
 @contextmanager
 def error_context(path: str | os.PathLike[str], datasets: "Iterable[xr.Dataset]", what: str) -> Iterator[None]:
     """Turn any fault of the block into an error of the archive, if one of its groups is not as it was written.

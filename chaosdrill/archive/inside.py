@@ -141,7 +141,7 @@ def serve(requests, output):
         except Exception as fault:
             text = str(fault)
             short = "memory" in text or "can't allocate" in text or "unable to allocate" in text.lower()
-            output.say(**{"memory" if short else "fault": f"truncated or damaged: {text:.500}"})
+            output.say(**{"memory" if short else "truncated": f"{text:.500}"})
 
 
 def confine():

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.trial import borrowed
+from chaosdrill.archive.trial import TruncatedError, borrowed
 from chaosdrill.dataset.provenance import FORMAT
 from chaosdrill.errors import ArchiveError
 from chaosdrill.files import open_target
@@ -15,6 +15,9 @@ from chaosdrill.typed import PATH, expecting
 
 if TYPE_CHECKING:
     import xarray as xr
+
+REMEDY = "copy or download it once more, or compute it again"
+"""For a file whose bytes are not those that were written."""
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -54,14 +57,17 @@ def open_archive(path: str | os.PathLike[str]) -> "xr.DataTree":
             ) from fault
         # warnings of readers about a damaged file do not help its user
         with warnings.catch_warnings(action="ignore"):
-            groups = reader.read(file, decoded=True)
+            try:
+                groups = reader.read(file, decoded=True)
+            except TruncatedError as fault:
+                raise ArchiveError(f"{fault}; {REMEDY}") from fault
             try:
                 tree = xr.DataTree.from_dict({place: _lists(ds) for place, ds in groups.items()})
             except MemoryError as fault:
                 raise ArchiveError(f"{file}: not enough memory to read it: {fault}") from fault
             # groups that contradict each other
             except Exception as fault:
-                raise ArchiveError(f"{file}: truncated or damaged: {fault!s:.500}") from fault
+                raise ArchiveError(f"{file}: truncated or damaged: {fault!s:.500}; {REMEDY}") from fault
     if not any("kind" in node.attrs for node in tree.subtree):
         raise ArchiveError(f"{file}: NetCDF, but not an archive of chaosdrill: no group has the attribute 'kind'")
     if (number := format_of(tree.attrs)) > FORMAT:
@@ -102,6 +108,6 @@ def _check_signature(file: Path) -> None:
         reason = fault.strerror if isinstance(fault, OSError) else fault
         raise ArchiveError(f"{file}: cannot read the archive: {reason}") from fault
     if not start:
-        raise ArchiveError(f"{file}: is empty; the run that wrote it did not finish")
+        raise ArchiveError(f"{file}: is empty; the run that wrote it did not finish: {REMEDY}")
     if start != _SIGNATURE:
         raise ArchiveError(f"{file}: not a NetCDF-4 file")

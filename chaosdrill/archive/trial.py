@@ -36,6 +36,10 @@ class DamagedError(ArchiveError):
     """A fault of the file itself, and none of what this machine has room for."""
 
 
+class TruncatedError(DamagedError):
+    """Bytes that are missing or altered; another copy of the file may be whole."""
+
+
 _spare: list["Reader"] = []
 """A process that has sent a file, or the reason why it cannot, waits for the next one, so that none need be started."""
 
@@ -161,7 +165,7 @@ class Reader:
             raise ArchiveError(f"{file}: not enough memory to read it: {fault}") from fault
         # names and sizes that contradict each other make xarray fail in ways of its own
         except Exception as fault:
-            raise DamagedError(f"{file}: truncated or damaged: {fault!s:.500}") from fault
+            raise _truncated(file, f"{fault!s:.500}") from fault
         finally:
             # a process that has not sent a file to its end would mix it with the next
             if not self._in_step:
@@ -217,7 +221,7 @@ class Reader:
             if letter == b"J":
                 self._document(file, size)
             if letter != b"D" or not 0 < size <= len(data):
-                raise DamagedError(f"{file}: truncated or damaged")
+                raise _truncated(file)
             self._receive(file, data[:size])
             data = data[size:]
         return values
@@ -225,23 +229,25 @@ class Reader:
     def _take(self, file: Path, size: int) -> None:
         self._allowed -= size
         if self._allowed < 0:
-            raise DamagedError(f"{file}: truncated or damaged: it declares more than it can hold")
+            raise _truncated(file, "it declares more than it can hold")
 
     def _plain(self, file: Path) -> dict[str, Any]:
         letter, size = self._head(file)
         if letter != b"J":
-            raise DamagedError(f"{file}: truncated or damaged")
+            raise _truncated(file)
         return self._document(file, size)
 
     def _document(self, file: Path, size: int) -> dict[str, Any]:
         if size > MOST_TOLD:
-            raise DamagedError(f"{file}: truncated or damaged")
+            raise _truncated(file)
         data = bytearray(size)
         self._receive(file, memoryview(data))
         told: dict[str, Any] = json.loads(data)
-        self._in_step = "fault" in told or "memory" in told
+        self._in_step = not told.keys().isdisjoint(("fault", "truncated", "memory"))
         if "fault" in told:
             raise DamagedError(f"{file}: {told['fault']}")
+        if "truncated" in told:
+            raise _truncated(file, told["truncated"])
         if "memory" in told:
             raise ArchiveError(
                 f"{file}: reading it takes more memory than is free, or than the {inside.told(inside.MEMORY)} that "
@@ -284,7 +290,11 @@ class Reader:
                 "there too little memory, or are too many files open?"
             )
         reason = "reading it never ends" if code == -signal.SIGXCPU else "the HDF5 library crashes on it"
-        raise DamagedError(f"{file}: truncated or damaged: {reason}")
+        raise _truncated(file, reason)
+
+
+def _truncated(file: Path, reason: str = "") -> TruncatedError:
+    return TruncatedError(f"{file}: truncated or damaged{reason and f': {reason}'}")
 
 
 def source() -> str:

@@ -193,6 +193,7 @@ def report(archive: str, output: str | None, as_json: bool) -> int:
         emit({**asdict(made), "path": str(made.path), "archive": str(made.archive)})
     else:
         say(str(made.path))
+    warn_of(made.unsealed)
     for fault in made.faults:
         tell(f"could not be shown: {fault}")
     return 1 if made.faults else 0
@@ -220,9 +221,11 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
         differences = [asdict(item) for item in result.differences]
         shown = {"path": archive, "equal": result.equal, "differences": differences, "notes": list(result.notes)}
         shown |= {"exact": result.exact, "checks": [asdict(check) for check in result.checks]}
+        shown |= {"unsealed": result.unsealed}
         emit(shown)
     elif result.equal:
-        say(f"{archive}: equal, {'bit for bit' if result.exact else 'by the criterion of each variable'}")
+        how = "bit for bit" if result.exact else "by the criterion of each variable"
+        say(f"{archive}: equal, {how}{', but not sealed' if result.unsealed else ''}")
     else:
         say(f"{archive}: differs from the repeated run")
         say(result.table())
@@ -231,6 +234,7 @@ def verify(archive: str, workers: int, as_json: bool) -> int:
             say(result.how())
         for note in result.notes:
             tell(note)
+    warn_of(result.unsealed)
     return 0 if result.equal else 1
 
 
@@ -246,13 +250,20 @@ def info(archive: str, as_json: bool) -> None:
         emit(described)
     else:
         say(info_text(described))
+    warn_of(described["unsealed"])
+
+
+def warn_of(unsealed: str) -> None:
+    """Print on standard error, in every format of the output, that an archive is not sealed."""
+    if unsealed:
+        tell(unsealed)
 
 
 def info_text(described: dict[str, Any]) -> str:
     """The description of an archive for people."""
     lines = [f"{described['path']}  {described['bytes']} bytes"]
     for name, value in described.items():
-        if name in ("path", "bytes", "altered", "quantities", "groups"):
+        if name in ("path", "bytes", "altered", "unsealed", "quantities", "groups"):
             continue
         if isinstance(value, dict):
             if not value:

@@ -501,7 +501,7 @@ class Reader:
         self._known(path, given, OF_TRANSITION)
         for key in _NEEDED if len(self.faults) == before or given else ():
             if key not in given:
-                self._fault((*path, key), "missing")
+                self._fault((*path, key), f"missing; each transition has {', '.join(_NEEDED)}")
         names = self._transitions
         read: dict[str, Any] = {
             key: self._text((*path, key), given[key]) for key in ("name", "target", "completes", "kind") if key in given

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from chaosdrill.archive.digest import altered, unsealed
 from chaosdrill.dataset.references import mapping
 from chaosdrill.errors import ChaosdrillError
 from chaosdrill.files import name_text
@@ -221,8 +222,6 @@ def altered_parts(tree: "xr.DataTree") -> list[str]:
 
 
 def _altered(tree: "xr.DataTree") -> dict[str, list[str] | None]:
-    from chaosdrill.archive.digest import altered
-
     return {node.path.strip("/"): altered(node.to_dataset(inherit=False)) for node in tree.subtree}
 
 
@@ -230,10 +229,7 @@ def _integrity(tree: "xr.DataTree") -> str:
     """Whether all groups are as they were written, by the digests that they hold."""
     if changed := altered_parts(tree):
         return f"altered since they were written: {', '.join(changed)}"
-    unknown = [g for g, names in _altered(tree).items() if names is None and "kind" in tree[g or "/"].attrs]
-    if unknown:
-        return f"without digests, so that alterations cannot be detected: {', '.join(unknown)}"
-    return "as they were written, by the digests of all variables"
+    return unsealed(tree) or "as they were written, by the digests of all variables"
 
 
 def _words(value: Any) -> str:

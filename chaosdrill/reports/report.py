@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from chaosdrill.archive.digest import unsealed
 from chaosdrill.dataset.dates import undated
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
 from chaosdrill.files import name_text
@@ -81,6 +82,8 @@ class Report:
         Number of interactive charts.
     faults : tuple of str
         Parts that could not be shown, as an archive that was altered may have; empty if all is there.
+    unsealed : str
+        What to say of groups without digests, whose alterations cannot be detected; empty if there are none.
     """
 
     path: Path
@@ -90,6 +93,7 @@ class Report:
     pictures: int
     charts: int
     faults: tuple[str, ...]
+    unsealed: str
 
 
 @expecting(SettingsError, path=PATH, output=PATH)
@@ -133,7 +137,14 @@ def report(path: str | os.PathLike[str], output: str | os.PathLike[str] | None =
     with writing(target, "report", named=output is not None) as draft:
         draft.write_bytes(content)
     return Report(
-        target, source, len(content), tuple(written.groups), written.pictures, written.charts, tuple(written.faults)
+        target,
+        source,
+        len(content),
+        tuple(written.groups),
+        written.pictures,
+        written.charts,
+        tuple(written.faults),
+        unsealed(tree),
     )
 
 
@@ -168,7 +179,7 @@ class _Writer:
 
     def _altered(self) -> Markup:
         if not (changed := ", ".join(altered_parts(self.tree))):
-            return NOTHING
+            return part("paragraph", bare, "fault") if (bare := unsealed(self.tree)) else NOTHING
         told = f"Altered since the archive was written, so this page may show numbers of no run: {changed}."
         return part("paragraph", told, "fault")
 

@@ -59,7 +59,7 @@ def filippov_faults(table: Mapping[str, Any]) -> Faults:
             yield (key,), f"unknown key; {remedy(key, OF_FILIPPOV)}"
     for key in ("surface", *SIDES):
         if key not in table:
-            yield (key,), "missing"
+            yield (key,), f"missing; expected surface, {' and '.join(SIDES)}"
     surface = table.get("surface")
     if isinstance(surface, Mapping) and len(surface) != 1:
         yield ("surface",), f"expected an expression, or one name with its expression, received {len(surface)} names"

@@ -28,7 +28,7 @@ class Document(Settings):
     """The tables of a scene; the inner ones are checked one by one, so that no fault hides another."""
 
     title: str | None = setting(Text(), None)
-    system: dict[str, Any] = setting(TableOf())
+    system: dict[str, Any] = setting(TableOf(hint=", as [system] with model = 'lorenz'; chaosdrill list systems"))
     numerics: dict[str, Any] | None = setting(TableOf(), None)
     analysis: dict[str, dict[str, Any]] | None = setting(TableOf(TableOf()), None)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import DIGESTS, altered
+from chaosdrill.archive.digest import DIGESTS, altered, unsealed
 from chaosdrill.archive.read import open_archive
 from chaosdrill.dataset.branches import count_special_points
 from chaosdrill.dataset.outcomes import count_outcomes
@@ -50,8 +50,8 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
         ``outcomes`` and ``special_points`` (name -> count), and ``altered``, the
         variables that were altered after writing (":" for attributes of the group), if any, and
         ``without_digests``, where that is unknown. So for the root, with ":scene" for a scene that has another SHA-256
-        than the one beside it. An archive that was saved from
-        Python has the ``versions`` of its groups.
+        than the one beside it. ``unsealed`` says in a sentence which groups hold no digests, and is empty if none. An
+        archive that was saved from Python has the ``versions`` of its groups.
 
     Raises
     ------
@@ -64,6 +64,7 @@ def info(path: str | os.PathLike[str]) -> dict[str, Any]:
     described["versions"] = stored_versions(tree.attrs) or _versions_of_groups(tree)
     if "kind" not in tree.attrs and (changed := altered(tree.to_dataset(inherit=False))):
         described["altered"] = changed
+    described["unsealed"] = unsealed(tree)
     described["quantities"] = {
         str(name): {
             "value": _plain(variable.values),

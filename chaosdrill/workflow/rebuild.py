@@ -4,6 +4,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ArchiveError, ChaosdrillError
+from chaosdrill.systems import REGISTRY
 from chaosdrill.workflow.run_scene import system_of
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ def system(result: "xr.Dataset | xr.DataTree | str | os.PathLike[str]") -> "Hybr
     if isinstance(result, str | os.PathLike):
         from chaosdrill.archive import open as open_archive
 
+        if result in REGISTRY and not os.path.exists(result):
+            raise ArchiveError(f"{result}: there is no such archive; chaosdrill.build({result!r}) builds that system")
         result = open_archive(result)
     if isinstance(result, xr.Dataset):
         return _built(result, "the dataset")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaosdrill.archive.digest import DIGESTS, altered, error_context
+from chaosdrill.archive.digest import altered, error_context, unsealed
 from chaosdrill.archive.read import format_of, open_archive
 from chaosdrill.dataset.provenance import FORMAT, library_versions
 from chaosdrill.errors import ArchiveError, ChaosdrillError, SettingsError
@@ -30,11 +30,13 @@ class Verification:
     differences : tuple of Difference
         Empty if the archive is what is computed again.
     notes : tuple of str
-        What may explain differences, other versions and another platform, and groups without digests.
+        What may explain differences: other versions, and another platform.
     checks : tuple of Check
         How each variable was compared.
     exact : bool
         Whether numbers were compared bit for bit; else by what can be compared between machines and versions.
+    unsealed : str
+        What to say of groups without digests, whose alterations cannot be detected; empty if there are none.
     """
 
     path: Path
@@ -42,6 +44,7 @@ class Verification:
     notes: tuple[str, ...]
     checks: tuple[Check, ...] = ()
     exact: bool = True
+    unsealed: str = ""
 
     @property
     def equal(self) -> bool:
@@ -121,9 +124,7 @@ def verify(
         differences, checks, notes = _from_definitions(path, tree, workers, report)
     differences, checks = _with_digests(tree, differences, checks)
     exact = not notes
-    if bare := [node.path for node in tree.subtree if "kind" in node.attrs and DIGESTS not in node.attrs]:
-        notes = [*notes, f"without digests, so that what is not computed again may be altered: {', '.join(bare)}"]
-    return Verification(Path(path), tuple(differences), tuple(notes), tuple(checks), exact)
+    return Verification(Path(path), tuple(differences), tuple(notes), tuple(checks), exact, unsealed(tree))
 
 
 Compared = tuple[list[Difference], list[Check], list[str]]

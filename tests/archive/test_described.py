@@ -455,4 +455,29 @@ def test_digests_that_are_damaged_or_deleted_are_told(tmp_path, held, capsys):
     found = {name: group[name] for name in ("altered", "without_digests") if name in group}
     assert found == ({"without_digests": True} if held is None else {"altered": [":digests"]})
     assert main(["info", str(path)]) == 0
-    assert ("unknown: the values have no digests" if held is None else ":digests") in capsys.readouterr().out
+    told = capsys.readouterr()
+    assert ("unknown: the values have no digests" if held is None else ":digests") in told.out
+    assert told.err.startswith("not sealed: /one has no digests") == (held is None)
+
+
+def test_an_archive_whose_digests_were_deleted_is_told_by_all_that_read_it(tmp_path, capsys):
+    path = cd.save(cd.trajectory(cd.build("ueda"), periods=1), tmp_path / "a.nc")
+    assert main(["verify", str(path)]) == 0
+    assert "sealed" not in "".join(capsys.readouterr())
+    with netCDF4.Dataset(path, "a") as file:
+        file.delncattr("digests")
+    for command in (["info", "--json"], ["verify"], ["verify", "--json"], ["report"]):
+        assert main([*command, str(path)]) == 0
+        told = capsys.readouterr()
+        assert told.err.splitlines()[-1].startswith("not sealed: / has no digests")
+        assert ("sealed" in told.out) == (command != ["report"])
+    page = path.with_suffix(".html").read_text(encoding="utf-8")
+    assert '<p class="fault">not sealed' in page
+    # as the sentence says
+    cd.save(cd.open(path), path)
+    assert cd.verify(path).unsealed == ""
+
+
+def test_a_system_of_the_library_is_no_archive():
+    with pytest.raises(cd.ArchiveError, match=re.escape("chaosdrill.build('lorenz') builds that system")):
+        cd.system("lorenz")

@@ -375,7 +375,9 @@ def test_truncated(tree, tmp_path, share):
     path = save(tree, tmp_path / "a.nc")
     content = path.read_bytes()[:-LENGTH]
     path.write_bytes(content[: int(share * len(content))])
-    assert "truncated or damaged" in refusal(path)
+    told = refusal(path)
+    assert "truncated or damaged" in told
+    assert told.endswith("; copy or download it once more, or compute it again")
 
 
 def test_altered_bytes_raise_nothing_else(tree, tmp_path):

@@ -92,7 +92,11 @@ def test_every_fault_is_told_with_its_place():
         "impact-oscillator: transitions.hit.guard: depends on no state and not on time",
         "impact-oscillator: transitions.hit.reset.v: Max(0, v) has no derivative, and can stand in conditions only; "
         "write its branches as transitions of their own with a condition each",
-        *(f"impact-oscillator: transitions.hot.{key}: missing" for key in ("source", "target", "guard", "direction")),
+        *(
+            f"impact-oscillator: transitions.hot.{key}: missing; each transition has name, source, target, guard, "
+            "direction"
+            for key in ("source", "target", "guard", "direction")
+        ),
         "impact-oscillator: labels.omga: names no state, parameter, quadrature or time; did you mean 'omega'?",
         "impact-oscillator: bounds.y: unknown state; known here: x, v",
     ]

@@ -101,7 +101,9 @@ def test_integer_that_no_machine_has(tmp_path, number):
 
 
 def test_empty(tmp_path):
-    assert refusal(written(tmp_path, b"")) == "scene.toml:1: system: missing"
+    assert refusal(written(tmp_path, b"")) == (
+        "scene.toml:1: system: missing; expected a table, as [system] with model = 'lorenz'; chaosdrill list systems"
+    )
 
 
 def test_byte_order_mark_is_no_fault(tmp_path):
