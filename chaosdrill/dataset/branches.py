@@ -1,10 +1,11 @@
 """Special points of branches of periodic orbits, and the ways in which branches and attractors can end."""
 
-from enum import IntEnum
 from typing import Any
 
+from chaosdrill.dataset.codes import Code
 
-class Special(IntEnum):
+
+class Special(Code):
     """Kind of a point of a branch; archives store the number, with the names as CF flag meanings."""
 
     REGULAR = 0
@@ -32,17 +33,12 @@ class Special(IntEnum):
     GRAZING_NEIMARK_SACKER = 22
 
     @property
-    def meaning(self) -> str:
-        """Name in lower case, as in ``flag_meanings``."""
-        return self.name.lower()
-
-    @property
     def words(self) -> str:
         """What happens there, in one sentence."""
         return _HAPPENS[self]
 
 
-class Criticality(IntEnum):
+class Criticality(Code):
     """What is born at a doubling, a pitchfork or a Neimark-Sacker point; archives store the number."""
 
     NONE = 0
@@ -52,17 +48,12 @@ class Criticality(IntEnum):
     UNDECIDED = 4
 
     @property
-    def meaning(self) -> str:
-        """Name in lower case, as in ``flag_meanings``."""
-        return self.name.lower()
-
-    @property
     def words(self) -> str:
         """What follows there, in one sentence; empty where the question does not arise."""
         return _BORN[self]
 
 
-class BranchEnd(IntEnum):
+class BranchEnd(Code):
     """How a branch ended; archives store the number, with the names as CF flag meanings."""
 
     LIMIT = 0
@@ -79,17 +70,12 @@ class BranchEnd(IntEnum):
     REST = 11
 
     @property
-    def meaning(self) -> str:
-        """Name in lower case, as in ``flag_meanings``."""
-        return self.name.lower()
-
-    @property
     def advice(self) -> str:
         """One sentence: what this end means and what to try."""
         return _ADVICE[self]
 
 
-class AttractorEnd(IntEnum):
+class AttractorEnd(Code):
     """Why an attractor is followed no further along a parameter; archives store the number."""
 
     LIMIT = 0
@@ -97,11 +83,6 @@ class AttractorEnd(IntEnum):
     MERGER = 2
     SPLIT = 3
     LOST = 4
-
-    @property
-    def meaning(self) -> str:
-        """Name in lower case, as in ``flag_meanings``."""
-        return self.name.lower()
 
     @property
     def advice(self) -> str:

@@ -1,14 +1,15 @@
 """Outcomes of the computation of one point."""
 
 from collections import Counter
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any
+
+from chaosdrill.dataset.codes import Code
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class Outcome(IntEnum):
+class Outcome(Code):
     """Outcome of one run; archives store the number, with the names as CF flag meanings.
 
     A run has numbers if its outcome is one of ``MEASURED``; otherwise they are missing (NaN). ``advice`` says what an
@@ -35,11 +36,6 @@ class Outcome(IntEnum):
     NO_RETURN = 17
     SINGULAR = 18
     TRANSIENT = 19
-
-    @property
-    def meaning(self) -> str:
-        """Name in lower case, as in ``flag_meanings``."""
-        return self.name.lower()
 
     @property
     def advice(self) -> str:
