@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from xarray.indexes import PandasIndex
 
 
 def variable(dims: Any, values: Any, attrs: Any = None, encoding: Any = None) -> xr.Variable:
@@ -35,7 +36,7 @@ def dataset(variables: Mapping[str, Any], coords: Collection[str] = (), attrs: A
     for name, one in made.items():
         if one.dims == (name,):
             index = pd.Index(one.values, dtype="object" if one.dtype.kind == "O" else None)
-            indexes[name] = xr.indexes.PandasIndex(index, name, coord_dtype=one.dtype)
+            indexes[name] = PandasIndex(index, name, coord_dtype=one.dtype)
     labels = {name: made[name] for name in made if name in indexes or name in coords}
     labels |= {name: index.create_variables(labels)[name] for name, index in indexes.items()}
     rest = {name: one for name, one in made.items() if name not in labels}
