@@ -1,4 +1,4 @@
-"""What analyses are told about runs: lengths, sections, swept values, initial states, methods."""
+"""Arguments that analyses share: lengths, sections, swept values, initial states, methods."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

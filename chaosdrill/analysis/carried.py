@@ -30,7 +30,7 @@ from chaosdrill.dataset.outcomes import MEASURED
 from chaosdrill.engine.batch import Batch, Standing, alike
 
 MOST = 16
-"""Attractors that are told apart and followed at one value: a conservative system has as many tori as starts."""
+"""Attractors that are distinguished and followed at one value: a conservative system has as many tori as starts."""
 
 _PLACE = "at_"
 """Begins the names of what a foothold is made of."""

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from chaosdrill.analysis.base import Job
 
 PARTS = 1024
-"""Units of a duration in which lives are told."""
+"""Units in which lifetimes are given."""
 
 COARSEST = 16
 """Units of a duration at least from which a rate is taken: such of half a median life, so that it does not matter

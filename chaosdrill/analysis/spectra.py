@@ -32,7 +32,7 @@ ALL = 32
 
 
 def spectrum(system: HybridSystem, plan: Span, exponents: int | None, blocks: int, job: Job) -> xr.Dataset:
-    """Exponents over a span, with a history of so many blocks; see `lyapunov_spectrum`."""
+    """Exponents over a span, with a history of ``blocks`` blocks; see `lyapunov_spectrum`."""
     count = tangent_count(system, exponents)
     structure = examine(system)
     m = computed_exponents(structure, count)
@@ -117,7 +117,7 @@ def _evidence(
 def run_with_tangents(
     system: HybridSystem, structure: Structure, count: int, unit: float, numerics: Numerics, samples: int = 1
 ) -> Run:
-    """A run with so many tangents, which keeps their growth."""
+    """A run with ``count`` tangents, which keeps their growth."""
     frame, symmetries = structure.tangents(count) if count else (None, 0)
     return Run(
         system,

@@ -1,4 +1,4 @@
-"""Means with honest error bars, dimensions, and how far exponents are told from zero."""
+"""Means with honest error bars, dimensions, and whether exponents differ from zero."""
 
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from chaosdrill.engine.numerics import Numerics
 
 SURE = 3.0
-"""Standard errors by which an exponent is told from zero."""
+"""Standard errors beyond which an exponent differs from zero."""
 
 _FREQUENCIES = (4, 8)
 """Fewest and most frequencies from which the error of a mean is taken. Fewer make the error itself uncertain; more make
@@ -74,13 +74,13 @@ def standard_error(rates: np.ndarray) -> np.ndarray:
 
 
 def block_ends(length: int, blocks: int) -> np.ndarray:
-    """Ends of at most so many blocks of a record, from its beginning on, in units of its length."""
+    """Ends of at most ``blocks`` blocks of a record, from its beginning, in units of its length."""
     count = min(blocks, length)
     return np.arange(count + 1) * length // max(count, 1)
 
 
 def in_blocks(values: np.ndarray, blocks: int) -> np.ndarray:
-    """Means over at most so many blocks of equal length, in order, shape (blocks, ...); a rest is left out."""
+    """Means over at most ``blocks`` blocks of equal length, in order, shape (blocks, ...); a remainder is left out."""
     size = -(-len(values) // blocks)
     kept = len(values) // size * size
     return np.asarray(values[:kept].reshape(-1, size, *values.shape[1:]).mean(axis=1))
@@ -286,7 +286,7 @@ def free_exponents(
     neutral : ndarray of int, shape (P,), or int
         How many are zero whatever the attractor, see `chaosdrill.engine.structure.Structure.neutral`.
     margins : ndarray, shape (P, m)
-        How far from zero each is told from zero.
+        Distance from zero beyond which each differs from zero.
     complete : bool
         Whether there are as many as states.
 
@@ -304,7 +304,7 @@ def free_exponents(
 
 
 def margin(errors: np.ndarray, length: np.ndarray | float) -> np.ndarray:
-    """How far from zero an exponent is told from zero: `SURE` standard errors, and 4 / length at least."""
+    """Distance beyond which an exponent differs from zero: `SURE` standard errors, and 4 / length at least."""
     with np.errstate(divide="ignore"):
         return np.asarray(np.maximum(SURE * np.nan_to_num(errors, posinf=np.inf), 4 / np.asarray(length)))
 
@@ -312,7 +312,7 @@ def margin(errors: np.ndarray, length: np.ndarray | float) -> np.ndarray:
 def leading(
     exponents: np.ndarray, errors: np.ndarray, neutral: np.ndarray | int, length: np.ndarray, *, complete: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The largest exponent that is free to have any sign, and how far from zero it is told from zero.
+    """The largest exponent that is free to have any sign, and the distance beyond which it differs from zero.
 
     Parameters
     ----------
@@ -321,7 +321,7 @@ def leading(
     neutral, complete
         As in `free_exponents`.
     length : ndarray, shape (P,)
-        Time over which they were averaged; an exponent within 4 / length of zero is not told from it.
+        Time over which they were averaged; an exponent within 4 / length of zero cannot be distinguished from it.
 
     Returns
     -------

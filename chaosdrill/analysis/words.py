@@ -2,7 +2,7 @@
 
 Evidence is what a record says, each item by a test of its own, see `Evidence`. A rule names a word and what it takes;
 the first rule that holds gives the word, and its text is the reason. A larger error bar makes no word easier: it only
-ever takes away from what is told from zero, and a torus and a cycle take evidence besides.
+ever takes away from what differs from zero, and a torus and a cycle take evidence besides.
 """
 
 from collections.abc import Callable
@@ -44,7 +44,7 @@ class Evidence:
     ended: np.ndarray  # int: what ended the run, or ``OK``
     measured: np.ndarray  # bool: whether exponents were asked for
     lead: np.ndarray  # the largest exponent that is free to have any sign; NaN where one is no number
-    margin: np.ndarray  # from where on it is told from zero
+    margin: np.ndarray  # beyond which it differs from zero
     length: np.ndarray  # time of the record
     late: np.ndarray  # its growth rate over the later half of the record
     recurs: np.ndarray  # bool: all late points come back within the tolerance, those of a cycle apart from each other
@@ -71,7 +71,7 @@ class Evidence:
 
     @classmethod
     def of(cls, points: int, **known: np.ndarray) -> "Evidence":
-        """Evidence of so many points, of which nothing else is known; by default all is possible and flows on."""
+        """Evidence of ``points`` points, of which nothing else is known; by default all is possible and flows on."""
         given = {
             "ended": np.full(points, int(Outcome.OK)),
             **{name: np.zeros(points) for name in ("lead", "margin", "late")},
@@ -92,12 +92,12 @@ class Evidence:
 
     @property
     def positive(self) -> np.ndarray:
-        """Whether the leading exponent is told from zero above it."""
+        """Whether the leading exponent is distinctly positive."""
         return self.lead > self.margin
 
     @property
     def negative(self) -> np.ndarray:
-        """Whether it is told from zero below it."""
+        """Whether it is distinctly negative."""
         return self.lead < -self.margin
 
     @property

@@ -67,7 +67,7 @@ def driven(
         halves.
     table : sequence of float, or mapping of float to float, optional
         Values of the drive at equal steps of the phase from 0, or at the phases given. Between them it is the periodic
-        cubic spline. Either ``pieces`` or ``table`` is to be given.
+        cubic spline. Give either ``pieces`` or ``table``.
     period : expression, optional
         Period of the drive; default: that of the system. It is the system's, if that has none.
     time : sympy.Symbol or str, optional

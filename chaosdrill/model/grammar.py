@@ -178,7 +178,7 @@ class _Parser:
             if name not in BRANCHED or len(parts) % 2 == 0:
                 part = self._number(part)
             elif not part.is_condition:
-                raise ExpressionError(f"{self._shown()!r}: argument {len(parts) + 1} of {name} is to be a comparison")
+                raise ExpressionError(f"{self._shown()!r}: argument {len(parts) + 1} of {name} must be a comparison")
             parts.append(part)
         self._close()
         return Node("call", name, tuple(parts))

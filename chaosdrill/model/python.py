@@ -187,7 +187,7 @@ def fault_of(function: Any) -> str | None:
     flags = inspect.CO_VARARGS | inspect.CO_VARKEYWORDS | inspect.CO_GENERATOR | inspect.CO_COROUTINE
     if code.co_argcount != 3 or code.co_kwonlyargcount or code.co_flags & flags:
         found = inspect.signature(plain_function(function))
-        return f"the Python function {code.co_name!r:.60} takes {found!s:.60}; it is to be f(t, x, p)"
+        return f"the Python function {code.co_name!r:.60} takes {found!s:.60}; it must be f(t, x, p)"
     return None
 
 

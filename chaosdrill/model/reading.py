@@ -355,7 +355,7 @@ class Reader:
         found = self._expression(("period",), value)
         named = [] if found is None else sorted(s.name for s in found.free_symbols & self._moving)
         if named:
-            self._fault(("period",), f"names {named[0]!r:.60}; it is to be a number made of parameters")
+            self._fault(("period",), f"names {named[0]!r:.60}; it must be a number made of parameters")
         return found
 
     def _read_modes(self, value: Any) -> dict[str, dict[Any, Any]]:
@@ -637,8 +637,8 @@ class Reader:
             raise ExpressionError(f"expected one number or expression, received {shown(value):.60}")
         is_relation = isinstance(found, BooleanFunction | BooleanAtom | Relational)
         if is_relation != condition:
-            wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
-            raise ExpressionError(f"{shown(found):.60} is to be {wanted}")
+            wanted = "a comparison, such as x > 0" if condition else "a number, not a comparison"
+            raise ExpressionError(f"{shown(found):.60} must be {wanted}")
         if found.has(sympy.I):
             raise ExpressionError(f"{shown(found):.60} is complex; only real expressions can be simulated")
         if found.has(*_UNDONE):

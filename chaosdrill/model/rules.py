@@ -123,7 +123,7 @@ def wrong_completion(transition: "Transition", transitions: "Sequence[Transition
     rivals = [t for t in transitions if t.completes == transition.completes and t is not transition]
     where = f"completes {transition.completes!r:.60}"
     if any(set(t.source) & set(transition.source) for t in rivals) or rebound.completes is not None:
-        return f"{where}: one transition completes a rebound, and is none itself; leave one out"
+        return f"{where}: only one transition may complete a rebound, and it cannot be a rebound itself; leave one out"
     own, its = crossings((transition, rebound))
     if own != its or rebound.direction == 0:
         return f"{where}: both must have the same guard and the same direction, +1 or -1"

@@ -18,13 +18,11 @@ class Table(dict[Any, Any]):
     Raises
     ------
     SettingsError
-        If an entry is to be changed, added or removed.
+        On any attempt to change, add or remove an entry.
     """
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise SettingsError(
-            f"what a system holds is not changed, added or removed; {ANOTHER}; dict(table) is a table of its own"
-        )
+        raise SettingsError(f"a system cannot be changed in place; {ANOTHER}; dict(table) is a copy that can")
 
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 

@@ -101,8 +101,8 @@ def _read_tree(
     clock: str | None = None,
 ) -> Any:
     if tree.is_condition != condition:
-        wanted = "a comparison, such as x > 0" if condition else "a number, and no comparison"
-        raise ExpressionError(f"{text!r:.60} is to be {wanted}")
+        wanted = "a comparison, such as x > 0" if condition else "a number, not a comparison"
+        raise ExpressionError(f"{text!r:.60} must be {wanted}")
     faults = list(dict.fromkeys(_unknown(tree, names, hints or {}, clock)))
     if faults:
         raise ExpressionError("; ".join(faults[:10]))

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 _MARK, _BAR = 6.5, 11.0
 _MANY, _MOST_OF_THEM, _PART = 16, 0.6, 0.36
-"""So many special points, of which this part lies in that part of the range, have a panel of their own."""
+"""Special points, the share of them and the part of the range from which on a part has a panel of its own."""
 _JUMP = 12.0
 """A step of the section this many times as long as both its neighbours is a jump."""
 _SEEN = 0.01

@@ -204,7 +204,7 @@ def origin_section(tree: "xr.DataTree", path: Path) -> Markup:
 
 
 def citations_section(tree: "xr.DataTree") -> Markup:
-    """What is to be cited for what is in the archive."""
+    """What to cite for the contents of the archive."""
     from chaosdrill.workflow.describe import references_in
 
     return joined(

@@ -29,7 +29,7 @@ SUFFIXES = (".html", ".htm")
 MOST_PICTURES = 100
 LONGEST_TITLE = 200
 WHOLE_CHARTS = 2
-"""So many interactive charts may have their largest size; more share what these have."""
+"""Number of interactive charts that may have their largest size; if there are more, they share it."""
 
 _LEADS_AWAY = re.compile(r"<\s*/?\s*(meta|base|link|iframe|frame|object|embed|form)\b", re.IGNORECASE)
 """Elements that only the frame may hold. No policy of a page keeps browsers from following ``meta`` with a refresh."""

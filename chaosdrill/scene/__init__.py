@@ -1,4 +1,4 @@
-"""A scene: a TOML file that names a system and what is to be computed of it."""
+"""A scene: a TOML file that names a system and the analyses to run."""
 
 from chaosdrill.scene.describe import check
 from chaosdrill.scene.load import load_scene, parse_scene

@@ -57,7 +57,7 @@ class Parts:
     SettingsError
         On entering, if an unfinished run is found and ``resume`` is false.
     SceneError
-        On entering, if it is to be, but its parts are of another scene; the message says what has changed.
+        On entering, if ``resume`` is set but its parts are of another scene; the message says what has changed.
     ArchiveError
         If the folder cannot be used, or another process uses it.
     """

@@ -84,7 +84,7 @@ def test_every_fault_is_told_with_its_place():
     with pytest.raises(cd.ModelError) as caught:
         by_text(modes=modes, transitions=hit, bounds={"y": (0, 1)}, labels={"omga": "frequency"}, period="v")
     assert str(caught.value).splitlines() == [
-        "impact-oscillator: period: names 'v'; it is to be a number made of parameters",
+        "impact-oscillator: period: names 'v'; it must be a number made of parameters",
         "impact-oscillator: modes.free.v: unknown name 'k'; known here: zeta, omega, e, x, v, t, pi",
         "impact-oscillator: modes.free.w: unknown state; known here: x, v",
         "impact-oscillator: modes.held: gives no rate for 'v'; write 0 if the mode holds it",

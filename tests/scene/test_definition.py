@@ -214,7 +214,7 @@ DEFINITION_FAULTS = {
     "direction = +1": ("direction = 2", "transitions[0].direction: must be 1 (rises)"),
     'source = "free"': ('source = "fre"', "transitions[0].source: unknown mode 'fre'; did you mean 'free'?"),
     'target = "free"': ('target = ["free"]', "transitions[0].target: expected text"),
-    '"-e*v"': ('"-e*v > 0"', "transitions[0].reset.v: '-e*v > 0' is to be a number"),
+    '"-e*v"': ('"-e*v > 0"', "transitions[0].reset.v: '-e*v > 0' must be a number"),
     "reset = { v": ("reset = { w", "transitions[0].reset.w: unknown state; known here: x, v"),
     'states = ["x", "v"]': ('states = ["x", "v", "z"]', "modes.free: gives no rate for 'z'"),
     'time = "t"': ('time = "x"', "time: 'x' is the name of a state too"),

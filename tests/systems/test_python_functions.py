@@ -350,7 +350,7 @@ def fill(t, x, p, out):
 
 
 REFUSED = {
-    "takes .*; it is to be f": lambda: impact(modes={"free": lambda t, x: x}),
+    "takes .*; it must be f": lambda: impact(modes={"free": lambda t, x: x}),
     "expected a table of names": lambda: impact(modes={"free": print}),
     r"period: names .*made of parameters": lambda: impact(period=lambda t, x, p: 1.0),
     "name the time, as in time": lambda: cd.HybridSystem(states="t", modes={"one": lambda t, x, p: (t,)}),
@@ -361,7 +361,7 @@ REFUSED = {
     "can be called, but numba cannot read its code.*numba.cfunc": lambda: impact(
         modes={"free": {"x": "v", "v": ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(math.sin)}}
     ),
-    r"takes \(t, x, p, out\); it is to be f": lambda: impact(
+    r"takes \(t, x, p, out\); it must be f": lambda: impact(
         modes={"free": cfunc(types.void(types.float64, POINTER, POINTER, POINTER))(fill)}
     ),
     "of which no reference of more digits": lambda: cd.work_precision(impact(), periods=1),

@@ -79,7 +79,7 @@ def bifurcation_diagram(system: "HybridSystem", given: BifurcationDiagram, job: 
         Points of the section, or time, to run before the record starts.
     at : str, optional
         The section, as in `poincare_section`: an event, a surface, or the strobe, which is the default of a forced
-        system. Without forcing one is to be named.
+        system. Without forcing, name one.
     max_return : float, optional
         As in `poincare_section`: a point whose run does not meet the section has the outcome ``no_return``, or
         ``equilibrium`` if it is at rest, and the sweep goes on.

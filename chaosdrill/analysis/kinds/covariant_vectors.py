@@ -21,7 +21,14 @@ _OVER = "time vector"
 VARIABLES = table(
     axis("time", "time", "f8", "model time", "Since the start of the run; where the vectors stand.", True),
     *STATES,
-    axis("split", "split", "i4", "vectors before the split", "The first so many against the others.", True),
+    axis(
+        "split",
+        "split",
+        "i4",
+        "vectors before the split",
+        "The first vectors up to this number, against the others.",
+        True,
+    ),
     axis("vector", "time state vector", "f8", "covariant vector", "Of length 1; zero where it is lost.", True),
     need("vector_error", _OVER, "f8", "error of the direction", "What the ends of the passes may still be of it."),
     need("local_growth", _OVER, "f8", "local rate of growth", "From this time to the next one; -inf where lost."),

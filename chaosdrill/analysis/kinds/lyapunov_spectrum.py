@@ -40,7 +40,9 @@ VARIABLES = table(
     may("event_count", "transition", "i8", "number of events", "How often each transition was taken."),
     may("tie_count", "", "i8", "number of ties", "Events that fell on the same instant as the one before."),
     grazing("", required=True),
-    may("rank", "", "i4", "live tangents", "Rank of the tangent map's product: of all exponents, so many are finite."),
+    may(
+        "rank", "", "i4", "live tangents", "Rank of the tangent map's product: the number of finite exponents, of all."
+    ),
     outcome(""),
     *forcing(),
     bars={

@@ -107,7 +107,7 @@ class Trajectory(Record):
         return Record.counts(self._told(system), system)
 
     def span(self, system: "HybridSystem", numerics: Any, *, units: int = 1) -> Span:
-        """How long to run: as long as it is told, or up to the last of the given times."""
+        """How long to run: the given length, or up to the last of the given times."""
         return Record.span(self._told(system), system, numerics, units=units)
 
     def _told(self, system: "HybridSystem") -> Self:
