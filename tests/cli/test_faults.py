@@ -286,8 +286,9 @@ def test_every_command(tmp_path, locale, name, text):
     assert call("check", scene, *set_title)["title"] == text
     # the folder of finished parts, the archive, and a name of the whole path
     call("run", os.path.join(folder, scene), "-o", os.path.join(folder, archive))
-    assert call("info", archive)["title"] == text
-    assert f"run {text}.toml -o " in call("info", archive)["history"].replace("'", "")
+    described = call("info", archive)
+    assert described["title"] == text
+    assert f"run {text}.toml -o " in described["history"].replace("'", "")
     call("cite", archive)
     assert call("verify", archive)["equal"]
     assert len(call("plot", archive, "-o", name + b".svg")["pictures"]) == 2
