@@ -180,6 +180,23 @@ def covariant_vectors(
     max_stalls: int = 50,
     progress: Progress | bool | None = None,
 ) -> xr.Dataset: ...
+def dimensions(
+    system: HybridSystem,
+    *,
+    periods: int | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    at: str | None = None,
+    max_return: float | None = None,
+    max_period: int = 64,
+    window: int = 10,
+    method: str = "taylor",
+    tolerance: float = 1e-12,
+    steps: int | None = None,
+    max_events: int | None = None,
+    max_stalls: int = 50,
+    progress: Progress | bool | None = None,
+) -> xr.Dataset: ...
 def finite_time_exponents(
     system: HybridSystem,
     *,

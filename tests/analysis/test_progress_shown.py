@@ -16,6 +16,7 @@ CALLS = {
     "poincare section": lambda system, **shown: cd.poincare_section(system, periods=3, **shown),
     "zero one test": lambda system, **shown: cd.zero_one_test(system, periods=64, max_period=2, **shown),
     "regularity": lambda system, **shown: cd.regularity(system, periods=64, max_period=2, **shown),
+    "dimensions": lambda system, **shown: cd.dimensions(system, periods=200, max_period=2, **shown),
     "finite time exponents": lambda system, **shown: cd.finite_time_exponents(system, periods=4, windows=[1], **shown),
     "covariant vectors": lambda system, **shown: cd.covariant_vectors(
         system, periods=4, forward=2, backward=2, **shown

@@ -41,6 +41,7 @@ RIGHT = {
     "poincare_section": {"system": SYSTEM, "periods": 1},
     "zero_one_test": {"system": SYSTEM, "periods": 64},
     "regularity": {"system": SYSTEM, "periods": 64},
+    "dimensions": {"system": SYSTEM, "periods": 200},
     "finite_time_exponents": {"system": SYSTEM, "periods": 1},
     "covariant_vectors": {"system": SYSTEM, "periods": 1},
     "transient_chaos": {"system": SYSTEM, "periods": 1, "initial": [{"x": 0.0}]},

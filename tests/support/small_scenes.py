@@ -41,6 +41,13 @@ transient = 50
 periods = 64
 plane = ["v", "x"]
 """,
+    "dimensions": """\
+[analysis.dimensions]
+kind = "dimensions"
+transient = 50
+periods = 64
+window = 2
+""",
     "windows": """\
 [analysis.windows]
 kind = "finite-time-exponents"

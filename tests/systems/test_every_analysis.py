@@ -104,6 +104,12 @@ def test_evidence(model, section):
     assert (growth["cumulant"].sel(order=1).isnull().values == np.isneginf(exponents)).all()
 
 
+def test_dimensions(model, section):
+    found = cd.dimensions(model, periods=40, transient=5, window=2, **section)
+    assert words(found) <= SOUND
+    assert (found["dimension"].isnull() | (found["outcome"] == cd.Outcome.PERIODIC)).all()
+
+
 def test_covariant_vectors(model, section):
     found = cd.covariant_vectors(model, periods=6, transient=5, forward=4, backward=4, **section)
     assert words(found) == {"ok"}

@@ -1,0 +1,103 @@
+"""Correlation dimension and generalised dimensions of the points of a section."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from chaosdrill.analysis.base import SectionRecord, analysis
+from chaosdrill.dataset.schema import COVERS, STATES, axis, forcing, need, outcome, table
+from chaosdrill.settings import Whole, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from chaosdrill.analysis.base import Job
+    from chaosdrill.model import HybridSystem
+
+_OVER = "order scale"
+
+VARIABLES = table(
+    axis("order", "order", "f8", "order of the dimension", "2: correlation dimension.", True),
+    axis("scale", "scale", "f8", "distance", "The largest over the states, in their standard deviations.", True),
+    *STATES,
+    need("dimension", "order", "f8", "dimension of section points", "0 on a cycle; NaN without a scaling region."),
+    need("dimension_error", "order", "f8", "standard error of the dimension", COVERS),
+    need("scale_low", "order", "f8", "smallest distance of the scaling region", "NaN where there is none."),
+    need("scale_high", "order", "f8", "largest distance of the scaling region", "NaN where there is none."),
+    need("correlation_sum", _OVER, "f8", "correlation sum", "Grows as the distance to the power of the dimension."),
+    need("local_slope", _OVER, "f8", "local slope of the correlation sum", "Of logarithms, to the next distance."),
+    need("local_slope_error", _OVER, "f8", "standard error of the local slope", "By chance, from blocks."),
+    need("spread", "state", "f8", "standard deviation of the state", "Unit of distances; 0 for a state that rests."),
+    need("period", "", "i4", "period found", "In iterates of the section; 0 when none was found."),
+    outcome(""),
+    *forcing(),
+    bars={"dimension": "dimension_error", "local_slope": "local_slope_error"},
+    average=("spread",),
+    sampled=("scale_low", "scale_high", "correlation_sum"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dimensions(SectionRecord):
+    """Settings of `dimensions`."""
+
+    window: int = setting(Whole(0, 10_000), 10)
+
+
+@analysis(
+    "dimensions",
+    Dimensions,
+    "correlation dimension of section points, with the scaling region and an error",
+    VARIABLES,
+    cites=("grassberger1983", "theiler1986"),
+)
+def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dataset":
+    """Correlation dimension of section points, from the number of pairs of points within a distance.
+
+    The correlation sum, the part of all pairs of points that are within a distance, grows as the distance to the power
+    of the dimension, where distances are neither so large that the extent of the attractor tells nor so small that few
+    points are left (Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346). Points that follow each other
+    within ``window`` steps are no pair (Theiler 1986, doi:10.1103/PhysRevA.34.2427). A distance is the largest over the
+    states, each in units of its standard deviation, so that units do not matter; dimensions are those in any smooth
+    coordinates. At an event of a forced system the phase of the forcing is a coordinate, too.
+
+    The dimension is the slope over a range of distances, a factor of 11 at least, at whose smallest one 500 pairs were
+    counted and at whose largest one at most a fifth of all. Its error joins that by chance, from 256 blocks of the
+    record; that by which local slopes scatter and drift over the range; and the difference of the slope over the finer
+    half. The range with the least error is taken. Without such a range the outcome is ``undecided`` and the attribute
+    ``reason`` tells why. How often such errors cover is told in docs/howto/dimensions.md. They know nothing of
+    distances that the record does not reach: where a set looks otherwise there, so is its dimension.
+
+    Parameters
+    ----------
+    system : HybridSystem
+        System with its parameters and initial state.
+    periods, duration : int or float
+        Points of the section to record, or time; some thousand at least. A dimension D takes about 100^(D/2) times
+        more than one near 0.
+    transient : int or float, default 0
+        Points of the section, or time, to run before the record starts.
+    at, max_return : optional
+        The section, as in `poincare_section`.
+    max_period : int, default 64
+        Longest period to detect; a cycle has dimension 0.
+    window : int, default 10
+        Steps from point to point up to which two points are no pair. Raise it where points follow each other slowly.
+    method, tolerance, steps, max_events, max_stalls, progress : optional
+        As in `trajectory`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``dimension`` and ``dimension_error``, dimensionless, ``scale_low`` and ``scale_high``, the ends of the scaling
+        region (order); ``correlation_sum``, ``local_slope`` and ``local_slope_error`` (order, scale); ``spread``
+        (state), the standard deviations in whose units distances are; ``period`` and ``outcome``: ``periodic`` on a
+        cycle, whose dimension is 0, and ``undecided`` without a scaling region, where the dimension is NaN.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used, or a ``window`` that leaves too few pairs.
+    """
+    from chaosdrill.analysis.scaling import dimensions_of
+
+    return dimensions_of(system, given, job)

@@ -1,0 +1,167 @@
+"""Dimensions of section points, against sets whose dimensions are exact, published figures, and counts of all pairs."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import chaosdrill as cd
+from chaosdrill.analysis.scaling import FEWEST, SCALES, correlation_sums, neighbours, refusal, scaling_region
+
+SHARE, LEFT, RIGHT = 0.3, 0.25, 0.4
+"""Of a skew baker's map: the part of the square that goes to the left, and the widths of the images."""
+
+
+def exact(order):
+    """Dimension of its attractor, smooth along one direction and a two-scale Cantor set across."""
+    across = brentq(
+        lambda d: SHARE**order * LEFT ** ((1 - order) * d) + (1 - SHARE) ** order * RIGHT ** ((1 - order) * d) - 1, 0, 3
+    )
+    return 1 + across
+
+
+BAKER = cd.Map(
+    "x y",
+    {"s": SHARE, "l": LEFT, "r": RIGHT},
+    {"x": "piecewise(l*x, y < s, 1/2 + r*x)", "y": "piecewise(y/s, y < s, (y - s)/(1 - s))"},
+    initial={"x": 0.2, "y": 0.37},
+)
+HENON = cd.Map(
+    "x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"}, initial={"x": 0.1, "y": 0.05}
+)  # fmt: skip
+TURN = 2 * np.pi * (np.sqrt(5) - 1) / 2
+
+
+def within(found, truth, errors=2.0):
+    """Whether a dimension is right by its error, which is small enough to say something."""
+    off, error = abs(float(found["dimension"].sel(order=2)) - truth), float(found["dimension_error"].sel(order=2))
+    return off <= errors * error < 0.2
+
+
+def of_points(points, window=0):
+    counted = neighbours(points, window)
+    return scaling_region(correlation_sums(counted, 2), counted)
+
+
+@pytest.fixture(scope="module")
+def henon():
+    return cd.dimensions(HENON, transient=500, periods=8000)
+
+
+def test_skew_baker_map():
+    found = cd.dimensions(BAKER, transient=100, periods=8000)
+    assert found.cd.outcome == "ok"
+    assert within(found, exact(2))
+    assert 0 < float(found["scale_low"][0]) < float(found["scale_high"][0]) / 11
+
+
+def test_henon_map(henon):
+    """1.22 by Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346."""
+    assert within(henon, 1.22)
+    region = henon["local_slope"].sel(order=2, scale=slice(float(henon["scale_low"][0]), float(henon["scale_high"][0])))
+    assert float(region.isel(scale=slice(0, -1)).mean()) == pytest.approx(float(henon["dimension"][0]), abs=0.05)
+
+
+def test_units_of_states_do_not_matter(henon):
+    units = cd.Map(
+        "x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + 1048576*y", "y": "b*x/1048576"},
+        initial={"x": 0.1, "y": 0.05 / 2**20},
+    )  # fmt: skip
+    other = cd.dimensions(units, transient=500, periods=8000)
+    for name in ("dimension", "dimension_error", "correlation_sum", "scale_low"):
+        assert np.array_equal(other[name], henon[name], equal_nan=True), name
+    np.testing.assert_array_equal(other["spread"], henon["spread"] * [1, 2.0**-20])
+
+
+def test_a_closed_curve_and_a_cycle():
+    turned = {"x": "c*x - s*y", "y": "s*x + c*y"}
+    start = {"initial": {"x": 1.0, "y": 0.2}}
+    curve = cd.Map("x y", {"c": np.cos(TURN), "s": np.sin(TURN)}, turned, **start)
+    assert within(cd.dimensions(curve, periods=4000), 1)
+    cycle = cd.dimensions(HENON.with_parameters(a=1.0), transient=500, periods=600)
+    assert cycle.cd.outcome == "periodic"
+    assert (cycle["dimension"].values == 0).all()
+    assert (cycle["dimension_error"].values == 0).all()
+
+
+def test_phase_of_the_forcing_is_a_coordinate_at_events():
+    """A clock turns by a golden part of the forcing from event to event; nothing else moves."""
+    clock = cd.HybridSystem(
+        states="s u", parameters={"g": (np.sqrt(5) - 1) / 2}, time="t",
+        modes={"on": {"s": "1", "u": "cos(2*pi*t) - u"}}, period="1",
+        transitions=[cd.Transition("tick", "on", "on", "s - g", 1, {"s": "0", "u": "0"})],
+    )  # fmt: skip
+    assert within(cd.dimensions(clock, at="tick", periods=3000), 1)
+
+
+def test_drill_has_no_more_than_its_lyapunov_dimension():
+    drill = cd.drill(friction="stribeck", contact="hunt-crossley", eta=0.448)
+    found = cd.dimensions(drill, transient=500, periods=8000)
+    spectrum = cd.lyapunov_spectrum(drill, transient=500, periods=4000)
+    one = found.sel(order=2)
+    assert float(one["dimension"]) > 0.8
+    assert float(one["dimension"] - 2 * one["dimension_error"]) < float(spectrum["kaplan_yorke_dimension"])
+    assert float(found["spread"].sel(state="w")) == 0.0
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3])
+def test_noise(dimension):
+    found = of_points(np.random.default_rng(2).normal(size=(6000, dimension)))
+    assert abs(found.dimension - dimension) <= 2 * found.error < 0.25
+
+
+def test_counts_are_those_of_all_pairs():
+    points = np.cumsum(np.random.default_rng(4).normal(size=(700, 2)), axis=0) / 10
+    counts, possible = neighbours(points, 5)
+    apart = np.abs(points[:, np.newaxis] - points).max(axis=2)
+    steps = np.abs(np.subtract.outer(np.arange(700), np.arange(700)))
+    apart[steps <= 5] = np.inf
+    told = np.isfinite(counts).all(axis=0)
+    assert told.sum() >= 8
+    for place in np.flatnonzero(told):
+        assert (counts[:, place] == (apart <= SCALES[place]).sum(axis=1)).all()
+    assert (possible == np.isfinite(apart).sum(axis=1)).all()
+
+
+def test_points_that_follow_each_other_are_no_pairs():
+    """A slow motion through a plane: near in time all is a curve (Theiler 1986)."""
+    steps = np.random.default_rng(7).normal(size=(4000, 3)) * 0.02
+    points = np.empty_like(steps)
+    place = np.full(3, 0.5)
+    for row, step in zip(points, steps, strict=True):
+        place = np.abs(1 - np.abs(1 - (place + step)))
+        row[:] = place
+    counts = {window: neighbours(points, window)[0] for window in (0, 400)}
+    near = np.flatnonzero(np.isfinite(counts[400]).all(axis=0))[0]
+    assert np.nanmean(counts[0][:, near]) > 1.5 * np.nanmean(counts[400][:, near])
+
+
+def test_what_cannot_be_told_has_a_reason():
+    short = cd.dimensions(HENON, transient=500, periods=FEWEST - 1)
+    assert short.cd.outcome == "undecided"
+    assert f"{FEWEST - 1} points are too few" in short.attrs["reason"]
+    assert np.isnan(short["dimension"]).all()
+    noise = np.random.default_rng(3).normal(size=(600, 4))
+    counted = neighbours(noise, 0)
+    sums = correlation_sums(counted, 2)
+    assert scaling_region(sums, counted) is None
+    assert "no scaling region: of 600 points" in refusal(600, sums.values[np.newaxis])
+
+
+def test_errors_cover():
+    """Points that are independent, on the Cantor set across the baker's map."""
+    rng, hits = np.random.default_rng(11), []
+    for _ in range(30):
+        left = rng.random((40, 1000)) < SHARE
+        x = np.zeros(1000)
+        for one in left:
+            x = np.where(one, LEFT * x, 0.5 + RIGHT * x)
+        found = of_points((x / x.std())[:, np.newaxis])
+        hits.append(abs(found.dimension - (exact(2) - 1)) <= 2 * found.error)
+    assert np.mean(hits) >= 0.85
+
+
+def test_wrong_windows():
+    with pytest.raises(cd.SettingsError, match="window is 50; pairs of points so near in time are left out"):
+        cd.dimensions(HENON, periods=400, window=50)
+    with pytest.raises(cd.SettingsError, match="window is -1"):
+        cd.dimensions(HENON, periods=400, window=-1)
