@@ -189,6 +189,7 @@ def dimensions(
     at: str | None = None,
     max_return: float | None = None,
     max_period: int = 64,
+    orders: list[int] | None = None,
     window: int = 10,
     method: str = "taylor",
     tolerance: float = 1e-12,

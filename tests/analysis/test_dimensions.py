@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.special import digamma
 
 import chaosdrill as cd
-from chaosdrill.analysis.scaling import FEWEST, SCALES, correlation_sums, neighbours, refusal, scaling_region
+from chaosdrill.analysis.neighbours import SCALES, neighbours, shares
+from chaosdrill.analysis.scaling import FEWEST, refusal, scaling_region, sums_of
 
 SHARE, LEFT, RIGHT = 0.3, 0.25, 0.4
 """Of a skew baker's map: the part of the square that goes to the left, and the widths of the images."""
@@ -13,6 +15,9 @@ SHARE, LEFT, RIGHT = 0.3, 0.25, 0.4
 
 def exact(order):
     """Dimension of its attractor, smooth along one direction and a two-scale Cantor set across."""
+    if order == 1:
+        entropy = SHARE * np.log(SHARE) + (1 - SHARE) * np.log(1 - SHARE)
+        return 1 + entropy / (SHARE * np.log(LEFT) + (1 - SHARE) * np.log(RIGHT))
     across = brentq(
         lambda d: SHARE**order * LEFT ** ((1 - order) * d) + (1 - SHARE) ** order * RIGHT ** ((1 - order) * d) - 1, 0, 3
     )
@@ -31,15 +36,14 @@ HENON = cd.Map(
 TURN = 2 * np.pi * (np.sqrt(5) - 1) / 2
 
 
-def within(found, truth, errors=2.0):
+def within(found, truth, order=2):
     """Whether a dimension is right by its error, which is small enough to say something."""
-    off, error = abs(float(found["dimension"].sel(order=2)) - truth), float(found["dimension_error"].sel(order=2))
-    return off <= errors * error < 0.2
+    one = found.sel(order=order)
+    return abs(float(one["dimension"]) - truth) <= 2 * float(one["dimension_error"]) < 0.25
 
 
-def of_points(points, window=0):
-    counted = neighbours(points, window)
-    return scaling_region(correlation_sums(counted, 2), counted)
+def of_points(points, order):
+    return scaling_region(sums_of(points, 0, np.array([order]))[0])
 
 
 @pytest.fixture(scope="module")
@@ -50,15 +54,19 @@ def henon():
 def test_skew_baker_map():
     found = cd.dimensions(BAKER, transient=100, periods=8000)
     assert found.cd.outcome == "ok"
-    assert within(found, exact(2))
+    for order in (1, 2, 3):
+        assert within(found, exact(order), order)
     assert 0 < float(found["scale_low"][0]) < float(found["scale_high"][0]) / 11
 
 
 def test_henon_map(henon):
-    """1.22 by Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346."""
+    """Order 2: 1.22 by Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346; order 1 by the exponents."""
     assert within(henon, 1.22)
-    region = henon["local_slope"].sel(order=2, scale=slice(float(henon["scale_low"][0]), float(henon["scale_high"][0])))
-    assert float(region.isel(scale=slice(0, -1)).mean()) == pytest.approx(float(henon["dimension"][0]), abs=0.05)
+    assert within(henon, 1.258, 1)
+    assert (henon["dimension"].diff("order") <= 2 * henon["dimension_error"][1:]).all()
+    one = henon.sel(order=2)
+    region = one["local_slope"].sel(scale=slice(one["scale_low"], one["scale_high"]))
+    assert float(region.isel(scale=slice(0, -1)).mean()) == pytest.approx(float(one["dimension"]), abs=0.05)
 
 
 def test_units_of_states_do_not_matter(henon):
@@ -103,9 +111,19 @@ def test_drill_has_no_more_than_its_lyapunov_dimension():
     assert float(found["spread"].sel(state="w")) == 0.0
 
 
-@pytest.mark.parametrize("dimension", [1, 2, 3])
-def test_noise(dimension):
-    found = of_points(np.random.default_rng(2).normal(size=(6000, dimension)))
+def test_information_dimension_of_the_lozi_map_is_that_of_its_exponents():
+    """Its measure is smooth along the unstable direction (Collet and Levy 1984)."""
+    lozi = cd.Map(
+        "x y", {"a": 1.7, "b": 0.5}, {"x": "1 - a*abs(x) + y", "y": "b*x"}, initial={"x": 0.1, "y": 0.05}
+    )  # fmt: skip
+    found = cd.dimensions(lozi, transient=500, periods=8000, orders=[1])
+    spectrum = cd.lyapunov_spectrum(lozi, transient=500, periods=8000)
+    assert within(found, float(spectrum["kaplan_yorke_dimension"]), 1)
+
+
+@pytest.mark.parametrize(("dimension", "order"), [(1, 1), (1, 2), (2, 2), (2, 3), (3, 2)])
+def test_noise(dimension, order):
+    found = of_points(np.random.default_rng(2).normal(size=(6000, dimension)), order)
     assert abs(found.dimension - dimension) <= 2 * found.error < 0.25
 
 
@@ -120,6 +138,19 @@ def test_counts_are_those_of_all_pairs():
     for place in np.flatnonzero(told):
         assert (counts[:, place] == (apart <= SCALES[place]).sum(axis=1)).all()
     assert (possible == np.isfinite(apart).sum(axis=1)).all()
+
+
+def test_shares_are_those_of_all_points():
+    """Of points of density 1 the share is twice the distance; sorted distances of all points say the same."""
+    points = np.random.default_rng(5).random((3000, 1))
+    found = shares(points, 0)
+    apart, numbers = np.sort(np.abs(points - points[:, 0]), axis=1), found.neighbours.astype(int)
+    exactly = np.log(apart[:, numbers]).mean(axis=0) - digamma(numbers) + digamma(3000)
+    ratio = found.logs.mean(axis=0) - found.parts
+    error = found.logs.std(axis=0) / np.sqrt(len(points))
+    assert (abs(ratio - exactly) <= 4 * error).all()
+    few = numbers < 30
+    assert (abs(ratio + np.log(2)) <= 4 * error + 0.02)[few].all()
 
 
 def test_points_that_follow_each_other_are_no_pairs():
@@ -141,27 +172,29 @@ def test_what_cannot_be_told_has_a_reason():
     assert f"{FEWEST - 1} points are too few" in short.attrs["reason"]
     assert np.isnan(short["dimension"]).all()
     noise = np.random.default_rng(3).normal(size=(600, 4))
-    counted = neighbours(noise, 0)
-    sums = correlation_sums(counted, 2)
-    assert scaling_region(sums, counted) is None
-    assert "no scaling region: of 600 points" in refusal(600, sums.values[np.newaxis])
+    for sums in sums_of(noise, 0, np.array([1, 2])):
+        assert scaling_region(sums) is None
+        assert "no scaling region" in refusal(sums)
 
 
 def test_errors_cover():
     """Points that are independent, on the Cantor set across the baker's map."""
     rng, hits = np.random.default_rng(11), []
-    for _ in range(30):
-        left = rng.random((40, 1000)) < SHARE
-        x = np.zeros(1000)
+    orders = np.array([1, 2, 3])
+    for _ in range(20):
+        left = rng.random((40, 800)) < SHARE
+        x = np.zeros(800)
         for one in left:
             x = np.where(one, LEFT * x, 0.5 + RIGHT * x)
-        found = of_points((x / x.std())[:, np.newaxis])
-        hits.append(abs(found.dimension - (exact(2) - 1)) <= 2 * found.error)
-    assert np.mean(hits) >= 0.85
+        found = [scaling_region(one) for one in sums_of((x / x.std())[:, np.newaxis], 0, orders)]
+        hits.append([abs(f.dimension - (exact(q) - 1)) <= 2 * f.error for q, f in zip(orders, found, strict=True)])
+    assert (np.mean(hits, axis=0) >= 0.85).all()
 
 
-def test_wrong_windows():
+def test_wrong_windows_and_orders():
     with pytest.raises(cd.SettingsError, match="window is 50; pairs of points so near in time are left out"):
         cd.dimensions(HENON, periods=400, window=50)
     with pytest.raises(cd.SettingsError, match="window is -1"):
         cd.dimensions(HENON, periods=400, window=-1)
+    with pytest.raises(cd.SettingsError, match="orders"):
+        cd.dimensions(HENON, periods=400, orders=[0])

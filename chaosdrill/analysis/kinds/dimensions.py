@@ -1,11 +1,11 @@
-"""Correlation dimension and generalised dimensions of the points of a section."""
+"""Generalised dimensions of the points of a section: information dimension, correlation dimension and beyond."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from chaosdrill.analysis.base import SectionRecord, analysis
 from chaosdrill.dataset.schema import COVERS, STATES, axis, forcing, need, outcome, table
-from chaosdrill.settings import Whole, setting
+from chaosdrill.settings import ListOf, Whole, setting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _OVER = "order scale"
 
 VARIABLES = table(
-    axis("order", "order", "f8", "order of the dimension", "2: correlation dimension.", True),
+    axis("order", "order", "i4", "order of the dimension", "1: information dimension; 2: correlation dimension.", True),
     axis("scale", "scale", "f8", "distance", "The largest over the states, in their standard deviations.", True),
     *STATES,
     need("dimension", "order", "f8", "dimension of section points", "0 on a cycle; NaN without a scaling region."),
@@ -40,46 +40,53 @@ VARIABLES = table(
 class Dimensions(SectionRecord):
     """Settings of `dimensions`."""
 
+    orders: list[int] = setting(ListOf(Whole(1, 8), distinct=True), (1, 2, 3))
     window: int = setting(Whole(0, 10_000), 10)
 
 
 @analysis(
     "dimensions",
     Dimensions,
-    "correlation dimension of section points, with the scaling region and an error",
+    "information and correlation dimension of section points, with the scaling region and an error",
     VARIABLES,
-    cites=("grassberger1983", "theiler1986"),
+    cites=("grassberger1983", "badii1985", "theiler1986"),
 )
 def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dataset":
-    """Correlation dimension of section points, from the number of pairs of points within a distance.
+    """Generalised dimensions of section points, from how points have more neighbours within a larger distance.
 
     The correlation sum, the part of all pairs of points that are within a distance, grows as the distance to the power
-    of the dimension, where distances are neither so large that the extent of the attractor tells nor so small that few
-    points are left (Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346). Points that follow each other
-    within ``window`` steps are no pair (Theiler 1986, doi:10.1103/PhysRevA.34.2427). A distance is the largest over the
-    states, each in units of its standard deviation, so that units do not matter; dimensions are those in any smooth
-    coordinates. At an event of a forced system the phase of the forcing is a coordinate, too.
+    of the correlation dimension, order 2, where distances are neither so large that the extent of the attractor tells
+    nor so small that few points are left (Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346). Order q
+    takes the (q - 1)-th power of the share of points near a point; order 1, the information dimension, its logarithm,
+    by the distances to neighbours (Badii and Politi 1985, doi:10.1007/BF01009897). Order 0 is left out: it hangs on the
+    parts of the attractor that a record hardly visits. Points that follow each other within ``window`` steps are no
+    pair (Theiler 1986, doi:10.1103/PhysRevA.34.2427). A distance is the largest over the states, each in units of its
+    standard deviation, so that units do not matter; dimensions are those in any smooth coordinates. At an event of a
+    forced system the phase of the forcing is a coordinate, too.
 
-    The dimension is the slope over a range of distances, a factor of 11 at least, at whose smallest one 500 pairs were
-    counted and at whose largest one at most a fifth of all. Its error joins that by chance, from 256 blocks of the
-    record; that by which local slopes scatter and drift over the range; and the difference of the slope over the finer
-    half. The range with the least error is taken. Without such a range the outcome is ``undecided`` and the attribute
-    ``reason`` tells why. How often such errors cover is told in docs/howto/dimensions.md. They know nothing of
-    distances that the record does not reach: where a set looks otherwise there, so is its dimension.
+    The dimension is the slope over a range of distances, a factor of 11 at least, with 500 pairs at its smallest one
+    and at most a fifth of all at its largest one. Its error joins that by chance, from 256 blocks of the record; that
+    by which local slopes scatter and drift over the range; the difference of the slope over the finer half; and how far
+    the dimensions over other ranges are off. Of the ranges whose errors are near the least one the longest is taken.
+    Without a range the dimension is NaN, and the attribute ``reason`` tells why; the outcome is ``undecided`` if no
+    order has one. How often twice the error covers is told in docs/howto/dimensions.md. It knows nothing of distances
+    that the record does not reach.
 
     Parameters
     ----------
     system : HybridSystem
         System with its parameters and initial state.
     periods, duration : int or float
-        Points of the section to record, or time; some thousand at least. A dimension D takes about 100^(D/2) times
-        more than one near 0.
+        Points of the section to record, or time. It takes 500 points at least, and some thousand to say much: ten times
+        as many for each further dimension.
     transient : int or float, default 0
         Points of the section, or time, to run before the record starts.
     at, max_return : optional
         The section, as in `poincare_section`.
     max_period : int, default 64
         Longest period to detect; a cycle has dimension 0.
+    orders : list of int, default (1, 2, 3)
+        Orders of the dimensions, from 1 to 8.
     window : int, default 10
         Steps from point to point up to which two points are no pair. Raise it where points follow each other slowly.
     method, tolerance, steps, max_events, max_stalls, progress : optional
@@ -91,7 +98,7 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
         ``dimension`` and ``dimension_error``, dimensionless, ``scale_low`` and ``scale_high``, the ends of the scaling
         region (order); ``correlation_sum``, ``local_slope`` and ``local_slope_error`` (order, scale); ``spread``
         (state), the standard deviations in whose units distances are; ``period`` and ``outcome``: ``periodic`` on a
-        cycle, whose dimension is 0, and ``undecided`` without a scaling region, where the dimension is NaN.
+        cycle, whose dimensions are 0.
 
     Raises
     ------

@@ -1,0 +1,143 @@
+"""Neighbours of section points: how many there are within a distance, and how far those are that hold a part of all.
+
+Distances are the largest over the coordinates. Both are asked of a tree, for so many points at most that the time grows
+as the record.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+SCALES = 2.0 ** np.arange(-26.0, 2.25, 0.5)
+"""Distances, in standard deviations of the states; below the first one the digits of states end."""
+
+FEWEST_PAIRS = 500
+"""Pairs at the smallest distance that counts, at least: their number is then sure to 5 %."""
+
+WIDEST = 0.2
+"""Part of all pairs at the largest distance, at most: beyond, the extent of the attractor tells."""
+
+BEYOND = 1.2
+"""Part of the widest one to which is counted, so that it is seen how a region ends."""
+
+CENTRES, CENTRES_OF_SHARES, LOOKED_AT = 16_384, 4096, 64
+"""Points at most whose neighbours are counted, from which distances to neighbours are asked, and by which it is seen at
+which distances to count."""
+
+LEAF = 64
+"""Points of a leaf of the tree, which are counted without a look at them where all of a leaf is near enough."""
+
+NEAREST = np.array([2, 3, 4, 6, 8, 11, 16, 23])
+"""Numbers of the neighbours to which distances are asked, of all points; the last two also of ever fewer points."""
+
+LARGEST_SHARE = 0.05
+"""Part of all points that the neighbours hold at most."""
+
+REGULAR = 0.5
+"""Part of the points without a neighbour that chance would leave, below which points keep away from each other."""
+
+CROWDED = 3.0
+"""Mean number of neighbours, at least, where that is looked at."""
+
+
+class Counted(NamedTuple):
+    """Neighbours of some points, in the order of the record."""
+
+    counts: np.ndarray  # (R, S): within each distance; NaN at distances at which it was not worth counting
+    possible: np.ndarray  # (R,): points that could be such
+
+    def sound(self) -> np.ndarray:
+        """At which distances there are enough pairs, but not so many that the extent of the attractor tells; (S,)."""
+        counted = self.counts.sum(axis=0)
+        return np.asarray((counted >= 2 * FEWEST_PAIRS) & (counted <= WIDEST * self.possible.sum()))
+
+    def near(self) -> np.ndarray:
+        """Mean number of neighbours, shape (S,)."""
+        return np.asarray(self.counts.mean(axis=0))
+
+    def regular(self) -> bool:
+        """Whether points keep away from each other, as on a torus: hardly any has no neighbour where some would."""
+        near = self.near()
+        crowded = np.flatnonzero(near >= CROWDED)[:1]
+        return bool(((self.counts[:, crowded] == 0).mean(axis=0) < REGULAR * np.exp(-near[crowded])).any())
+
+
+class Shares(NamedTuple):
+    """Distances within which some points have parts of all points, in the order of the record."""
+
+    logs: np.ndarray  # (R, K): logarithms of the distances, growing with the part
+    parts: np.ndarray  # (K,): mean logarithms of the parts, without bias
+    neighbours: np.ndarray  # (K,): of all points, so many neighbours
+
+
+def neighbours(points: np.ndarray, window: int) -> Counted:
+    """Neighbours within each distance of some points.
+
+    Parameters
+    ----------
+    points : ndarray, shape (N, d)
+    window : int
+        Steps of time up to which two points are no pair (Theiler 1986).
+    """
+    count, tree = len(points), cKDTree(points, leafsize=LEAF)
+    which, few = picked(count, CENTRES), picked(count, LOOKED_AT)
+    near = np.array([_within(tree, points[few], r).mean() for r in SCALES]) - 1
+    # what a few points see of a sparse distance is by chance
+    chosen = (near * len(which) >= FEWEST_PAIRS) & (near <= BEYOND * WIDEST * count)
+    counts = np.full((len(which), len(SCALES)), np.nan)
+    for place in np.flatnonzero(chosen):
+        counts[:, place] = _within(tree, points[which], SCALES[place]) - 1
+    possible = np.full(len(which), count - 1)
+    for lag in [*range(-window, 0), *range(1, window + 1)]:
+        there = (which + lag >= 0) & (which + lag < count)
+        apart = np.abs(points[which[there]] - points[which[there] + lag]).max(axis=1)
+        counts[there] -= apart[:, np.newaxis] <= SCALES
+        possible[there] -= 1
+    return Counted(counts, possible)
+
+
+def shares(points: np.ndarray, window: int) -> Shares:
+    """Distances within which some points have neighbours that hold growing parts of all points.
+
+    The part within the k-th of n neighbours has the mean logarithm psi(k) - psi(n + 1) (Grassberger 1988,
+    doi:10.1016/0375-9601(88)90193-4). Larger parts are found among fewer points, one drawn of each few that follow each
+    other, so that no band of the attractor is left out.
+    """
+    from scipy.special import digamma
+
+    count = len(points)
+    which = picked(count, CENTRES_OF_SHARES)
+    logs, parts, held = [], [], []
+    thin = 1
+    while thin * NEAREST[-2] <= LARGEST_SHARE * count:
+        among = picked(count, -(-count // thin))
+        asked = NEAREST if thin == 1 else NEAREST[-2:]
+        asked = asked[asked * thin <= LARGEST_SHARE * count]
+        spare = 2 * (window // thin + 1) + 1
+        apart, place = cKDTree(points[among]).query(points[which], k=asked[-1] + spare, p=np.inf)
+        apart[np.abs(among[place] - which[:, np.newaxis]) <= window] = np.inf
+        apart = np.sort(apart, axis=1)[:, asked - 1]
+        left = len(among) - np.searchsorted(among, which + window, "right") + np.searchsorted(among, which - window)
+        with np.errstate(divide="ignore"):
+            logs.append(np.log(apart))
+        parts.append(digamma(asked) - digamma(left + 1).mean())
+        held.append(asked * thin)
+        thin *= 2
+    if not logs:
+        return Shares(np.zeros((len(which), 0)), np.zeros(0), np.zeros(0))
+    return Shares(np.concatenate(logs, axis=1), np.concatenate(parts), np.concatenate(held))
+
+
+def picked(count: int, most: int) -> np.ndarray:
+    """At most so many of ``count`` points in order: one, drawn by a fixed seed, of each few that follow each other.
+
+    Evenly spaced points might all lie on one band of an attractor that is visited in turn.
+    """
+    step = -(-count // most)
+    first = np.arange(0, count - step + 1, step)
+    return np.asarray(first + np.random.default_rng(0).integers(0, step, len(first)))
+
+
+def _within(tree: cKDTree, places: np.ndarray, distance: float) -> np.ndarray:
+    return np.asarray(tree.query_ball_point(places, distance, p=np.inf, return_length=True))
