@@ -38,6 +38,7 @@ _HOME = {
     "cut": "chaosdrill.archive",
     "join": "chaosdrill.archive",
     "recurrences": "chaosdrill.analysis.pairs",
+    "series_measures": "chaosdrill.analysis.measured",
     "plot": "chaosdrill.plots",
     "plot_archive": "chaosdrill.plots",
     "animate": "chaosdrill.plots",

@@ -40,16 +40,19 @@ OF_SIZES = np.pi / np.sqrt(8) / np.log(10)
 def _zero_one(taken: Taken, given: Any, numerics: Numerics) -> Arrays:
     """The 0-1 test of each state; see `zero_one_test`."""
     n = taken.states.shape[1]
-    growth, error = np.full((2, n), np.nan)
+    k, error = np.full((2, n), np.nan)
     by_turn = np.full((n, TURNS), np.nan)
     for i in _moving(taken):
-        values = taken.states[:, i]
-        by_turn[i] = zero_one_by_turn(values)
-        growth[i] = median(by_turn[i])
-        quarter, three = np.quantile(by_turn[i], [0.25, 0.75])
-        between = np.std(zero_one(_parts(values)), ddof=1) / np.sqrt(PARTS)
-        error[i] = np.hypot(MEDIAN * (three - quarter), between)
-    return {"k": growth, "k_error": error, "k_by_turn": by_turn}
+        k[i], error[i], by_turn[i] = growth(taken.states[:, i])
+    return {"k": k, "k_error": error, "k_by_turn": by_turn}
+
+
+def growth(values: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """Growth K of a sequence of values, its error, and K for each of the turning phases, shape (TURNS,)."""
+    by_turn = zero_one_by_turn(values)
+    quarter, three = np.quantile(by_turn, [0.25, 0.75])
+    between = np.std(zero_one(_parts(values)), ddof=1) / np.sqrt(PARTS)
+    return float(median(by_turn)), float(np.hypot(MEDIAN * (three - quarter), between)), by_turn
 
 
 def _regularity(taken: Taken, given: Any, numerics: Numerics) -> Arrays:

@@ -26,9 +26,9 @@ STEP = float(np.log(2.0)) / 2
 SHORTEST = 7
 """Steps of the distance in a scaling region, at least: a factor of 11."""
 
-NEARLY = 1.25
-"""Times the least error up to which a longer range is taken instead: slopes of sets with gaps swing for ever, and are
-level where they turn."""
+NEARLY = 2.0
+"""Times the least error up to which a longer range is taken instead: slopes of sets with gaps swing for ever, those of
+the Henon map by a tenth, and are level where they turn."""
 
 FEWEST = 500
 """Points without which no region is looked for."""

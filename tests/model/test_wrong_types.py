@@ -64,6 +64,7 @@ RIGHT = {
     "cut": {"ds": None, "start": 0.0, "stop": 1.0},
     "join": {"runs": None},
     "recurrences": {"ds": None},
+    "series_measures": {"values": [0.3 * (7 * i % 11) for i in range(600)]},
     "plot": {"ds": None},
     "plot_archive": {"path": "own.nc"},
     "animate": {"ds": None, "path": "run.gif"},

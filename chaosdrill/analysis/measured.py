@@ -1,0 +1,171 @@
+"""Exponents, 0-1 test and dimension of a series that was measured, or of one variable of a result."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from chaosdrill.errors import SettingsError
+from chaosdrill.names import shown
+from chaosdrill.settings import positive, whole
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+
+FEWEST = 500
+"""Values without which nothing is told."""
+
+MOST = 10_000
+"""Values of which the largest exponent is taken: a distance is kept of every pair, and these take a gigabyte."""
+
+FOLLOWED = 20
+"""Steps over which neighbours are followed, unless told otherwise."""
+
+BLOCKS, PARTS = 256, 4
+"""Parts of a series, in order, from which errors by chance are taken: of means, and of the largest exponent."""
+
+
+def series_measures(
+    values: "Sequence[float] | np.ndarray | xr.DataArray",
+    *,
+    embedding: int = 4,
+    lag: int = 1,
+    window: int = 10,
+    step: float | None = None,
+    followed: int = FOLLOWED,
+) -> "xr.Dataset":
+    """Lyapunov exponents, growth K of the 0-1 test and correlation dimension of one series of values.
+
+    Exponents are those of the package nolds (``pip install 'chaosdrill[series]'``), from vectors of ``embedding``
+    values ``lag`` apart: the largest one by how neighbours part (Rosenstein et al. 1993,
+    doi:10.1016/0167-2789(93)90009-P), and as many as a vector has values by linear maps fitted to neighbours (Eckmann
+    et al. 1986, doi:10.1103/PhysRevA.34.4971). Of these some are spurious where vectors have more values than the
+    motion has dimensions, and may be the largest: twice a true one, for example. The 0-1 test is that of
+    `zero_one_test`, and the dimension of the vectors that of `dimensions`. Where equations are known,
+    `lyapunov_spectrum` is better.
+
+    Parameters
+    ----------
+    values : array_like or DataArray, shape (N,)
+        At equal steps of time: 500 at least, at most 10,000; or one variable of a result, as in
+        ``section["section"].sel(state="x")``. For the 0-1 test they must not follow each other too closely: of a flow
+        take every value at a strobe, or after about a quarter of a turn.
+    embedding : int, default 4
+        Values of a vector, from 2 to 20; more than the dimension of the motion.
+    lag : int, default 1
+        Steps between them.
+    window : int, default 10
+        Steps up to which two vectors are no neighbours.
+    step : float, optional
+        Time of a step. Default: that of the times that a DataArray brings along, or else 1.
+    followed : int, default 20
+        Steps over which the distance of neighbours is followed: as many as it grows exponentially.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``largest_exponent`` and ``largest_error``; ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), descending;
+        all per unit of time. ``k`` and ``k_error``; ``dimension`` and ``dimension_error``, NaN without a scaling
+        region, with the attribute ``reason``. Errors are those by chance. What a method does not see, as noise, or
+        folds that vectors do not resolve, is in none of them, and of exponents is usually more.
+
+    Raises
+    ------
+    SettingsError
+        An argument that cannot be used, or nolds is not installed.
+    """
+    from importlib.metadata import version
+
+    import numpy as np
+    import xarray as xr
+
+    from chaosdrill.analysis.evidence import growth
+    from chaosdrill.analysis.scaling import refusal, scaling_region, sums_of
+    from chaosdrill.analysis.statistics import in_blocks, standard_error
+
+    embedding, lag = whole("embedding", embedding, 2, 20), whole("lag", lag, 1)
+    window, followed = whole("window", window, 0), whole("followed", followed, 2)
+    series = _series(values)
+    time = _step(values) if step is None else positive("step", step)
+    count = len(series)
+    reach = (embedding - 1) * lag
+    needed = PARTS * (reach + followed + 10 * window)
+    if count < needed:
+        raise SettingsError(
+            f"values holds {count} numbers; vectors of {embedding}, {lag} apart, followed over {followed} steps and "
+            f"compared beyond a window of {window}, need {needed}"
+        )
+    nolds, scaled = _package(), (series - series.mean()) / series.std()
+    parting = {"emb_dim": embedding, "lag": lag, "min_tsep": window, "tau": time, "trajectory_len": followed}
+    largest, *of_parts = (nolds.lyap_r(one, fit="poly", **parting) for one in (scaled, *np.array_split(scaled, PARTS)))
+    exponents, each = nolds.lyap_e(
+        scaled, emb_dim=reach + 1, matrix_dim=embedding, min_tsep=window, tau=time, debug_data=True
+    )
+    errors = standard_error(in_blocks(np.asarray(each), BLOCKS))
+    order = np.argsort(-exponents, kind="stable")
+    vectors = np.lib.stride_tricks.sliding_window_view(scaled, reach + 1)[:, ::lag]
+    (sums,) = sums_of(np.ascontiguousarray(vectors), window, np.array([2]))
+    region = scaling_region(sums)
+    k, k_error, _ = growth(series)
+    found = xr.Dataset(
+        {
+            "largest_exponent": ((), float(largest), {"long_name": "largest Lyapunov exponent, by Rosenstein"}),
+            "largest_error": ((), np.std(of_parts, ddof=1) / np.sqrt(PARTS), {"long_name": "standard error of it"}),
+            "lyapunov_exponent": ("exponent", exponents[order], {"long_name": "Lyapunov exponent, by Eckmann"}),
+            "lyapunov_error": ("exponent", errors[order], {"long_name": "standard error of the exponent, by chance"}),
+            "k": ((), k, {"long_name": "growth K of the 0-1 test"}),
+            "k_error": ((), k_error, {"long_name": "standard error of K"}),
+            "dimension": ((), region.dimension if region else np.nan, {"long_name": "correlation dimension"}),
+            "dimension_error": ((), region.error if region else np.nan, {"long_name": "standard error of it"}),
+        },
+        coords={"exponent": np.arange(1, embedding + 1, dtype=np.int32)},
+        attrs={"step": time, "source": f"nolds {version('nolds')}"},
+    )
+    if region is None:
+        found.attrs["reason"] = refusal(sums)
+    return found
+
+
+def _package() -> Any:
+    # 0.6.3 raises a TypeError where Python is older than 3.12
+    try:
+        import nolds
+    except (ImportError, TypeError) as fault:
+        raise SettingsError(
+            f"series_measures takes exponents from nolds, which is not installed, or not for this Python ({fault}); "
+            "install it with: pip install 'chaosdrill[series]'"
+        ) from fault
+    return nolds
+
+
+def _series(values: Any) -> "np.ndarray":
+    """The values alone."""
+    import numpy as np
+
+    try:
+        series = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise SettingsError(f"values is {shown(values):.60}; it must be a series of numbers") from None
+    if series.ndim != 1 or not FEWEST <= len(series) <= MOST:
+        raise SettingsError(
+            f"values has the shape {series.shape}; it must be one series of {FEWEST} to {MOST} numbers, such as one "
+            'state of a section, section["section"].sel(state="x")'
+        )
+    if not np.isfinite(series).all() or np.ptp(series) == 0:
+        raise SettingsError("values holds a number that is not finite, or one number alone")
+    return series
+
+
+def _step(values: Any) -> float:
+    """The step of the times that values bring along, or 1."""
+    import numpy as np
+    import xarray as xr
+
+    if not (isinstance(values, xr.DataArray) and "time" in values.coords and values["time"].dims == values.dims):
+        return 1.0
+    steps = np.diff(values["time"].values)
+    mean = float(steps.mean())
+    if not (mean > 0 and np.allclose(steps, mean, rtol=1e-6, atol=0)):
+        raise SettingsError(
+            "values has times at unequal steps; take values at equal ones, or give step, a mean of them"
+        )
+    return mean

@@ -1,0 +1,79 @@
+"""Measures of a series: maps whose exponents are known, and the message where nolds is missing."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import chaosdrill as cd
+
+try:
+    import nolds
+except (ImportError, TypeError):
+    nolds = None
+
+needs_nolds = pytest.mark.skipif(nolds is None, reason="nolds is not installed, or not for this Python")
+
+
+def logistic(count):
+    """A series at r = 4, whose exponent is ln 2 and whose dimension is 1."""
+    values = [0.3]
+    while len(values) < count:
+        values.append(4 * values[-1] * (1 - values[-1]))
+    return np.array(values)
+
+
+@needs_nolds
+def test_logistic_map():
+    found = cd.series_measures(logistic(1500), embedding=2, followed=6)
+    assert float(found["largest_exponent"]) == pytest.approx(math.log(2), abs=0.05)
+    # of two numbers of a map of one dimension one is true, the other twice that
+    np.testing.assert_allclose(found["lyapunov_exponent"], [2 * math.log(2), math.log(2)], atol=0.02)
+    assert float(found["k"]) > 0.9
+    assert 0.8 < float(found["dimension"]) < 1.1
+
+
+@needs_nolds
+def test_one_state_of_a_section_has_the_exponents_of_the_motion():
+    henon = cd.Map(
+        "x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"}, initial={"x": 0.1, "y": 0.05}
+    )  # fmt: skip
+    section = cd.poincare_section(henon, transient=100, periods=2000)
+    spectrum = cd.lyapunov_spectrum(henon, transient=100, periods=2000)
+    found = cd.series_measures(section["section"].sel(state="x"), embedding=2, followed=6)
+    np.testing.assert_allclose(found["lyapunov_exponent"], spectrum["lyapunov_exponent"], rtol=0.1)
+    assert abs(float(found["dimension"]) - 1.22) <= 2 * float(found["dimension_error"])
+    slower = cd.series_measures(section["section"].sel(state="x"), embedding=2, followed=6, step=0.5)
+    np.testing.assert_allclose(slower["lyapunov_exponent"], 2 * found["lyapunov_exponent"], rtol=1e-12)
+
+
+@needs_nolds
+def test_regular_series():
+    found = cd.series_measures(np.cos(2 * np.pi * 0.6180339887 * np.arange(1200)), embedding=3, lag=2)
+    assert float(found["k"]) < 0.1
+    assert abs(float(found["largest_exponent"])) < 0.02
+    assert abs(float(found["dimension"]) - 1) <= 2 * float(found["dimension_error"])
+
+
+def test_without_the_package_its_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "nolds", None)
+    with pytest.raises(cd.SettingsError, match=r"pip install 'chaosdrill\[series\]'"):
+        cd.series_measures(logistic(600))
+
+
+def test_what_is_no_series():
+    for values, words in (
+        (np.zeros((600, 2)), r"values has the shape \(600, 2\)"),
+        (logistic(499), r"values has the shape \(499,\)"),
+        (np.full(600, 2.0), "or one number alone"),
+        (np.append(logistic(600), np.nan), "not finite"),
+        ("text", "values is 'text'"),
+    ):
+        with pytest.raises(cd.SettingsError, match=words):
+            cd.series_measures(values)
+    with pytest.raises(cd.SettingsError, match="compared beyond a window of 30, need 1292"):
+        cd.series_measures(logistic(600), window=30)
+    motion = cd.trajectory(cd.build("lorenz"), times=np.cumsum(np.linspace(0.01, 0.02, 600)), duration=10.0)
+    with pytest.raises(cd.SettingsError, match="times at unequal steps"):
+        cd.series_measures(motion["states"].sel(state="x"))
