@@ -21,9 +21,12 @@ WIDEST = 0.2
 BEYOND = 1.2
 """Part of the widest one to which is counted, so that it is seen how a region ends."""
 
-CENTRES, CENTRES_OF_SHARES, LOOKED_AT = 16_384, 4096, 64
+CENTRES, CENTRES_OF_SHARES, LOOKED_AT = 8192, 4096, 64
 """Points at most whose neighbours are counted, from which distances to neighbours are asked, and by which it is seen at
 which distances to count."""
+
+MANY = 200
+"""Mean number of neighbours from which on they are counted among the centres alone."""
 
 LEAF = 64
 """Points of a leaf of the tree, which are counted without a look at them where all of a leaf is near enough."""
@@ -71,30 +74,49 @@ class Shares(NamedTuple):
     neighbours: np.ndarray  # (K,): of all points, so many neighbours
 
 
-def neighbours(points: np.ndarray, window: int) -> Counted:
-    """Neighbours within each distance of some points.
+def neighbours(points: np.ndarray, window: int) -> list[Counted]:
+    """Neighbours within each distance of some points: among all points, and at large distances among those alone.
 
     Parameters
     ----------
     points : ndarray, shape (N, d)
     window : int
         Steps of time up to which two points are no pair (Theiler 1986).
+
+    Returns
+    -------
+    list of Counted
+        One where the points are few; else two, which share one distance.
     """
-    count, tree = len(points), cKDTree(points, leafsize=LEAF)
-    which, few = picked(count, CENTRES), picked(count, LOOKED_AT)
-    near = np.array([_within(tree, points[few], r).mean() for r in SCALES]) - 1
+    count, which = len(points), picked(len(points), CENTRES)
+    tree, few = cKDTree(points, leafsize=LEAF), points[picked(count, LOOKED_AT)]
+    near = np.array([_within(tree, few, r).mean() for r in SCALES]) - 1
     # what a few points see of a sparse distance is by chance
     chosen = (near * len(which) >= FEWEST_PAIRS) & (near <= BEYOND * WIDEST * count)
+    if len(which) == count:
+        return [_counted(points, tree, which, which, window, chosen)]
+    switch = np.argmax(near >= MANY)
+    at = np.arange(len(SCALES))
+    return [
+        _counted(points, tree, which, np.arange(count), window, chosen & (at <= switch)),
+        _counted(points, cKDTree(points[which], leafsize=LEAF), which, which, window, chosen & (at >= switch)),
+    ]
+
+
+def _counted(
+    points: np.ndarray, tree: cKDTree, which: np.ndarray, among: np.ndarray, window: int, chosen: np.ndarray
+) -> Counted:
+    """Neighbours of some points among some, of which there is a tree; both are places in order."""
     counts = np.full((len(which), len(SCALES)), np.nan)
     for place in np.flatnonzero(chosen):
-        counts[:, place] = _within(tree, points[which], SCALES[place]) - 1
-    possible = np.full(len(which), count - 1)
-    for lag in [*range(-window, 0), *range(1, window + 1)]:
-        there = (which + lag >= 0) & (which + lag < count)
-        apart = np.abs(points[which[there]] - points[which[there] + lag]).max(axis=1)
+        counts[:, place] = _within(tree, points[which], SCALES[place])
+    # those near in time, of which a point itself is one
+    first, last = np.searchsorted(among, which - window), np.searchsorted(among, which + window, "right")
+    for further in range(int((last - first).max())):
+        there = first + further < last
+        apart = np.abs(points[which[there]] - points[among[first[there] + further]]).max(axis=1)
         counts[there] -= apart[:, np.newaxis] <= SCALES
-        possible[there] -= 1
-    return Counted(counts, possible)
+    return Counted(counts, len(among) - (last - first))
 
 
 def shares(points: np.ndarray, window: int) -> Shares:

@@ -130,7 +130,10 @@ def sums_of(points: np.ndarray, window: int, orders: np.ndarray) -> list[Sums]:
     """The sums of some orders, each of which tells the dimension of its order."""
     counted = neighbours(points, window)
     return [
-        information_sums(shares(points, window), counted) if q == 1 else correlation_sums(counted, q) for q in orders
+        information_sums(shares(points, window), counted[0])
+        if order == 1
+        else joined([correlation_sums(one, order) for one in counted])
+        for order in orders.tolist()
     ]
 
 
@@ -153,6 +156,21 @@ def correlation_sums(counted: Counted, order: int) -> Sums:
     missing = ~np.isfinite(values)
     values[missing], blocks[:, missing] = np.nan, np.nan
     return Sums(values, blocks, itself, counted.sound() & ~missing)
+
+
+def joined(parts: list[Sums]) -> Sums:
+    """Sums of which each goes on at a distance where the one before ends, moved so that they meet there."""
+    whole = parts[0]
+    for part in parts[1:]:
+        both = np.flatnonzero(np.isfinite(part.values) & np.isfinite(whole.values))
+        if len(both):
+            here, beyond = both[0], np.isfinite(part.values) & ~np.isfinite(whole.values)
+            moved = [
+                new + (old[..., here] - new[..., here])[..., np.newaxis]
+                for old, new in zip(whole[:3], part[:3], strict=True)
+            ]
+            whole = Sums(*(np.where(beyond, new, old) for old, new in zip(whole, (*moved, part.sound), strict=True)))
+    return whole
 
 
 def information_sums(found: Shares, counted: Counted) -> Sums:

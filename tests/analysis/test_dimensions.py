@@ -7,7 +7,7 @@ from scipy.special import digamma
 
 import chaosdrill as cd
 from chaosdrill.analysis.neighbours import SCALES, neighbours, shares
-from chaosdrill.analysis.scaling import FEWEST, refusal, scaling_region, sums_of
+from chaosdrill.analysis.scaling import FEWEST, STEP, local_slopes, refusal, scaling_region, sums_of
 
 SHARE, LEFT, RIGHT = 0.3, 0.25, 0.4
 """Of a skew baker's map: the part of the square that goes to the left, and the widths of the images."""
@@ -129,7 +129,7 @@ def test_noise(dimension, order):
 
 def test_counts_are_those_of_all_pairs():
     points = np.cumsum(np.random.default_rng(4).normal(size=(700, 2)), axis=0) / 10
-    counts, possible = neighbours(points, 5)
+    ((counts, possible),) = neighbours(points, 5)
     apart = np.abs(points[:, np.newaxis] - points).max(axis=2)
     steps = np.abs(np.subtract.outer(np.arange(700), np.arange(700)))
     apart[steps <= 5] = np.inf
@@ -138,6 +138,23 @@ def test_counts_are_those_of_all_pairs():
     for place in np.flatnonzero(told):
         assert (counts[:, place] == (apart <= SCALES[place]).sum(axis=1)).all()
     assert (possible == np.isfinite(apart).sum(axis=1)).all()
+
+
+def test_many_points_are_counted_as_few():
+    """Beyond some thousand points large distances are counted among some alone; the sums go on evenly and exactly."""
+    points = np.random.default_rng(8).random((20_000, 2))
+    few, many = neighbours(points, 3)
+    assert np.isfinite(few.counts).all(axis=0).sum() > 5
+    assert (np.isfinite(few.counts).all(axis=0) & np.isfinite(many.counts).all(axis=0)).sum() == 1
+    (sums,) = sums_of(points, 3, np.array([2]))
+    told = np.isfinite(sums.values)
+    # two points of the unit interval are within r with the probability 2r - r^2
+    exactly = 2 * np.log(2 * SCALES - SCALES**2, where=told, out=np.zeros(len(SCALES)))
+    error = np.sqrt((sums.blocks**2).mean(axis=0) / len(sums.blocks))
+    assert (abs(sums.values - exactly) <= 4 * error + 0.02)[told].all()
+    slopes, errors = local_slopes(sums)
+    at = np.isfinite(slopes)
+    assert (abs(slopes - np.diff(exactly) / STEP) <= 4 * errors + 1e-3)[at].all()
 
 
 def test_shares_are_those_of_all_points():
@@ -161,7 +178,7 @@ def test_points_that_follow_each_other_are_no_pairs():
     for row, step in zip(points, steps, strict=True):
         place = np.abs(1 - np.abs(1 - (place + step)))
         row[:] = place
-    counts = {window: neighbours(points, window)[0] for window in (0, 400)}
+    counts = {window: neighbours(points, window)[0].counts for window in (0, 400)}
     near = np.flatnonzero(np.isfinite(counts[400]).all(axis=0))[0]
     assert np.nanmean(counts[0][:, near]) > 1.5 * np.nanmean(counts[400][:, near])
 
