@@ -99,6 +99,34 @@ def separations(found: xr.Dataset) -> tuple[str, list[Claim]]:
     ]
 
 
+def dimensions(found: xr.Dataset) -> tuple[str, list[Claim]]:
+    """Return the table of generalised dimensions, and that they are no more than exponents from outside allow."""
+    rows = [
+        [
+            f"{int(one['order'])}",
+            f"{float(one['dimension']):.3f} ± {float(one['dimension_error']):.3f}",
+            f"{float(one['scale_low']):.1e} to {float(one['scale_high']):.1e}",
+        ]
+        for one in (found.isel(order=place) for place in range(found.sizes["order"]))
+    ]
+    information, correlation = (found.sel(order=order) for order in (1, 2))
+    expected = 1 + SPECTRUM[0] / -SPECTRUM[1]
+    apart = abs(float(information["dimension"]) - expected) / float(information["dimension_error"])
+    below = expected - float(correlation["dimension"])
+    return table(["order", "dimension", "distances, in standard deviations"], rows), [
+        Claim(
+            "the information dimension is the one of Kaplan and Yorke by those exponents",
+            f"apart by {apart:.1f} standard errors from {expected:.4f}",
+            apart < 2,
+        ),
+        Claim(
+            "the correlation dimension is less",
+            f"by {below:.3f}, {below / float(correlation['dimension_error']):.1f} standard errors",
+            below > 2 * float(correlation["dimension_error"]),
+        ),
+    ]
+
+
 def windows(growth: xr.Dataset) -> tuple[str, list[Claim]]:
     """Return the table of the largest exponent over windows, and how its spread shrinks."""
     cumulants = growth["cumulant"].sel(exponent=1)

@@ -27,12 +27,13 @@ from running import chaosdrill, page, say  # noqa: E402
 
 OUT = HERE / "out"
 DOCS = HERE.parent.parent / "docs"
-SCENES = {"attractor": ("vectors", "growth"), "stability_load": ("shares",), "stability_amplitude": ("shares",)}
+SCENES = {"attractor": ("vectors", "growth", "dimensions"), "stability_load": ("shares",), "stability_amplitude": ("shares",)}
 """Scenes, and the analyses of each that are drawn."""
 
 PICTURES = (
     "attractor-vectors",
     "attractor-growth",
+    "attractor-dimensions",
     "escape-rates",
     "stability_load-shares",
     "stability_amplitude-shares",
@@ -79,6 +80,7 @@ def findings() -> tuple[dict[str, str], list[Claim]]:
         ("angles", attractor.angles(read(archive, "vectors"))),
         ("spectrum", attractor.spectrum(read(archive, "spectrum"))),
         ("separations", attractor.separations(read(archive, "spectrum"))),
+        ("dimensions", attractor.dimensions(read(archive, "dimensions"))),
         ("windows", attractor.windows(read(archive, "growth"))),
     ):
         parts[name] = found[0]

@@ -62,7 +62,8 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     parts of the attractor that a record hardly visits. Points that follow each other within ``window`` steps are no
     pair (Theiler 1986, doi:10.1103/PhysRevA.34.2427). A distance is the largest over the states, each in units of its
     standard deviation, so that units do not matter; dimensions are those in any smooth coordinates. At an event of a
-    forced system the phase of the forcing is a coordinate, too.
+    forced system the phase of the forcing is a coordinate, too. Write an angle by its cosine and sine: what only grows
+    never comes back.
 
     The dimension is the slope over a range of distances, a factor of 11 at least, with 500 pairs at its smallest one
     and at most a fifth of all at its largest one. Its error joins that by chance, from 256 blocks of the record; that
