@@ -62,11 +62,6 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     """Dimensions of the section points of a run; see `dimensions`."""
     taken = section_points(find_section(system, given, job.numerics), given, given.max_period, job)
     count, orders = len(taken.states), np.array(given.orders, dtype=np.int32)
-    if given.window >= max(count, 1) / 10 and taken.outcome == Outcome.OK:
-        raise SettingsError(
-            f"window is {given.window}; pairs of points so near in time are left out, and a record of {count} points "
-            "needs ten times as many: take a longer record or a shorter window"
-        )
     outcome, reasons = taken.outcome, []
     shape = (len(orders), len(SCALES))
     sums, slope, slope_error = np.full((3, *shape), np.nan)
@@ -78,6 +73,11 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
         outcome = Outcome.UNDECIDED
         reasons = [f"{count} points are too few for a dimension: record {FEWEST} at least, better some thousand"]
     elif outcome == Outcome.OK:
+        if given.window > count / 10:
+            raise SettingsError(
+                f"window is {given.window}; pairs of points so near in time are left out, of a record of {count} points, "
+                "which must have ten times as many: take a longer record or a shorter window"
+            )
         points, spread = in_spreads(taken)
         for place, (order, of_order) in enumerate(zip(orders, sums_of(points, given.window, orders), strict=True)):
             sums[place] = np.exp(of_order.values)

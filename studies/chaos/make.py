@@ -27,7 +27,11 @@ from running import chaosdrill, page, say  # noqa: E402
 
 OUT = HERE / "out"
 DOCS = HERE.parent.parent / "docs"
-SCENES = {"attractor": ("vectors", "growth", "dimensions"), "stability_load": ("shares",), "stability_amplitude": ("shares",)}
+SCENES = {
+    "attractor": ("vectors", "growth", "dimensions"),
+    "stability_load": ("shares",),
+    "stability_amplitude": ("shares",),
+}
 """Scenes, and the analyses of each that are drawn."""
 
 PICTURES = (

@@ -80,6 +80,18 @@ def test_units_of_states_do_not_matter(henon):
     np.testing.assert_array_equal(other["spread"], henon["spread"] * [1, 2.0**-20])
 
 
+def test_smooth_coordinates_do_not_matter():
+    rng = np.random.default_rng(9)
+    points = np.column_stack([rng.random(4000), np.zeros(4000)])
+    for one in rng.random((40, 4000)) < SHARE:
+        points[:, 1] = np.where(one, LEFT * points[:, 1], 0.5 + RIGHT * points[:, 1])
+    bent = np.column_stack([points[:, 0] + points[:, 1] ** 2, np.exp(2 * points[:, 1] - points[:, 0])])
+    for order in (1, 2):
+        one, other = (of_points(set_ / set_.std(axis=0), order) for set_ in (points, bent))
+        assert abs(one.dimension - exact(order)) <= 2 * one.error
+        assert abs(other.dimension - exact(order)) <= 2 * other.error < 0.2
+
+
 def test_a_closed_curve_and_a_cycle():
     turned = {"x": "c*x - s*y", "y": "s*x + c*y"}
     start = {"initial": {"x": 1.0, "y": 0.2}}
@@ -209,8 +221,8 @@ def test_errors_cover():
 
 
 def test_wrong_windows_and_orders():
-    with pytest.raises(cd.SettingsError, match="window is 50; pairs of points so near in time are left out"):
-        cd.dimensions(HENON, periods=400, window=50)
+    with pytest.raises(cd.SettingsError, match="window is 70; pairs of points so near in time are left out"):
+        cd.dimensions(HENON, periods=600, window=70)
     with pytest.raises(cd.SettingsError, match="window is -1"):
         cd.dimensions(HENON, periods=400, window=-1)
     with pytest.raises(cd.SettingsError, match="orders"):

@@ -19,7 +19,7 @@ FORCED = {
     "strobe": lambda system: cd.poincare_section(system, periods=20),
     "zero_one_test": lambda system: cd.zero_one_test(system, periods=64),
     "regularity": lambda system: cd.regularity(system, periods=64),
-    "dimensions": lambda system: cd.dimensions(system, periods=64, window=2),
+    "dimensions": lambda system: cd.dimensions(system, periods=64),
     "finite_time_exponents": lambda system: cd.finite_time_exponents(system, periods=20, windows=[1]),
     "covariant_vectors": lambda system: cd.covariant_vectors(system, periods=20, forward=5, backward=5),
     "transient_chaos": lambda system: cd.transient_chaos(system, periods=20, initial=[{"x": system.initial["x"]}]),

@@ -84,7 +84,7 @@ ANALYSES = {
     "section": lambda system, words: cd.poincare_section(system, periods=50, at=words[7]),
     "test": lambda system, words: cd.zero_one_test(system, periods=50, at=words[7]),
     "regularity": lambda system, words: cd.regularity(system, periods=50, plane=[words[1], words[0]]),
-    "dimensions": lambda system, words: cd.dimensions(system, periods=50, window=2, at=words[7]),
+    "dimensions": lambda system, words: cd.dimensions(system, periods=50, at=words[7]),
     "windows": lambda system, words: cd.finite_time_exponents(system, periods=50, transient=20),
     "vectors": lambda system, words: cd.covariant_vectors(system, periods=20, forward=20, backward=20),
     "transients": lambda system, words: cd.transient_chaos(

@@ -51,7 +51,7 @@ CALLS = {
     "poincare-section": lambda s: cd.poincare_section(s, transient=200, periods=16),
     "zero-one-test": lambda s: cd.zero_one_test(s, transient=200, periods=64),
     "regularity": lambda s: cd.regularity(s, transient=200, periods=64),
-    "dimensions": lambda s: cd.dimensions(s, transient=200, periods=64, window=2),
+    "dimensions": lambda s: cd.dimensions(s, transient=200, periods=64),
     "finite-time-exponents": lambda s: cd.finite_time_exponents(s, transient=200, periods=32, windows=[1]),
     # on a spiral no single vector has a meaning
     "covariant-vectors": lambda s: cd.covariant_vectors(s.with_parameters(c=0.3), transient=200, periods=16),

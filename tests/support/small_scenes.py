@@ -46,7 +46,7 @@ plane = ["v", "x"]
 kind = "dimensions"
 transient = 50
 periods = 64
-window = 2
+orders = [2]
 """,
     "windows": """\
 [analysis.windows]

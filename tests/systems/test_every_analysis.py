@@ -105,7 +105,7 @@ def test_evidence(model, section):
 
 
 def test_dimensions(model, section):
-    found = cd.dimensions(model, periods=40, transient=5, window=2, **section)
+    found = cd.dimensions(model, periods=40, transient=5, **section)
     assert words(found) <= SOUND
     assert (found["dimension"].isnull() | (found["outcome"] == cd.Outcome.PERIODIC)).all()
 
