@@ -75,8 +75,8 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     elif outcome == Outcome.OK:
         if given.window > count / 10:
             raise SettingsError(
-                f"window is {given.window}; pairs of points so near in time are left out, of a record of {count} points, "
-                "which must have ten times as many: take a longer record or a shorter window"
+                f"window is {given.window}; pairs of points so near in time are left out of a record of {count}, which "
+                "must have ten times as many points: take a longer record or a shorter window"
             )
         points, spread = in_spreads(taken)
         for place, (order, of_order) in enumerate(zip(orders, sums_of(points, given.window, orders), strict=True)):

@@ -184,15 +184,15 @@ def test_shares_are_those_of_all_points():
 
 def test_points_that_follow_each_other_are_no_pairs():
     """A slow motion through a plane: near in time all is a curve (Theiler 1986)."""
-    steps = np.random.default_rng(7).normal(size=(4000, 3)) * 0.02
+    steps = np.random.default_rng(7).normal(size=(2500, 3)) * 0.02
     points = np.empty_like(steps)
     place = np.full(3, 0.5)
     for row, step in zip(points, steps, strict=True):
         place = np.abs(1 - np.abs(1 - (place + step)))
         row[:] = place
-    counts = {window: neighbours(points, window)[0].counts for window in (0, 400)}
-    near = np.flatnonzero(np.isfinite(counts[400]).all(axis=0))[0]
-    assert np.nanmean(counts[0][:, near]) > 1.5 * np.nanmean(counts[400][:, near])
+    counts = {window: neighbours(points, window)[0].counts for window in (0, 250)}
+    near = np.flatnonzero(np.isfinite(counts[250]).all(axis=0))[0]
+    assert np.nanmean(counts[0][:, near]) > 1.5 * np.nanmean(counts[250][:, near])
 
 
 def test_what_cannot_be_told_has_a_reason():
@@ -210,8 +210,8 @@ def test_errors_cover():
     """Points that are independent, on the Cantor set across the baker's map."""
     rng, hits = np.random.default_rng(11), []
     orders = np.array([1, 2, 3])
-    for _ in range(20):
-        left = rng.random((40, 800)) < SHARE
+    for _ in range(12):
+        left = rng.random((30, 800)) < SHARE
         x = np.zeros(800)
         for one in left:
             x = np.where(one, LEFT * x, 0.5 + RIGHT * x)
