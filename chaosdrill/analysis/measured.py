@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings
 
 from chaosdrill.errors import SettingsError
 from chaosdrill.names import shown
@@ -94,7 +95,7 @@ def series_measures(
             f"values holds {count} numbers; vectors of {embedding}, {lag} apart, followed over {followed} steps and "
             f"compared beyond a window of {window}, need {needed}"
         )
-    nolds, scaled = _package(), (series - series.mean()) / series.std()
+    nolds, scaled = package(), (series - series.mean()) / series.std()
     parting = {"emb_dim": embedding, "lag": lag, "min_tsep": window, "tau": time, "trajectory_len": followed}
     largest, *of_parts = (nolds.lyap_r(one, fit="poly", **parting) for one in (scaled, *np.array_split(scaled, PARTS)))
     exponents, each = nolds.lyap_e(
@@ -125,10 +126,19 @@ def series_measures(
     return found
 
 
-def _package() -> Any:
+def package() -> Any:
+    """Import nolds.
+
+    Raises
+    ------
+    SettingsError
+        It is not there.
+    """
     # 0.6.3 raises a TypeError where Python is older than 3.12
     try:
-        import nolds
+        with catch_warnings(action="ignore"):
+            # 0.6.2 finds its files in a way that setuptools warns of
+            import nolds
     except (ImportError, TypeError) as fault:
         raise SettingsError(
             f"series_measures takes exponents from nolds, which is not installed, or not for this Python ({fault}); "

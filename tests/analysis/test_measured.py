@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 import chaosdrill as cd
+from chaosdrill.analysis.measured import package
 
-try:
-    import nolds
-except (ImportError, TypeError):
-    nolds = None
 
-needs_nolds = pytest.mark.skipif(nolds is None, reason="nolds is not installed, or not for this Python")
+@pytest.fixture
+def nolds():
+    try:
+        return package()
+    except cd.SettingsError as fault:
+        pytest.skip(str(fault))
 
 
 def logistic(count):
@@ -24,7 +26,7 @@ def logistic(count):
     return np.array(values)
 
 
-@needs_nolds
+@pytest.mark.usefixtures("nolds")
 def test_logistic_map():
     found = cd.series_measures(logistic(1500), embedding=2, followed=6)
     assert float(found["largest_exponent"]) == pytest.approx(math.log(2), abs=0.05)
@@ -34,7 +36,7 @@ def test_logistic_map():
     assert 0.8 < float(found["dimension"]) < 1.1
 
 
-@needs_nolds
+@pytest.mark.usefixtures("nolds")
 def test_one_state_of_a_section_has_the_exponents_of_the_motion():
     henon = cd.Map(
         "x y", {"a": 1.4, "b": 0.3}, {"x": "1 - a*x**2 + y", "y": "b*x"}, initial={"x": 0.1, "y": 0.05}
@@ -48,7 +50,7 @@ def test_one_state_of_a_section_has_the_exponents_of_the_motion():
     np.testing.assert_allclose(slower["lyapunov_exponent"], 2 * found["lyapunov_exponent"], rtol=1e-12)
 
 
-@needs_nolds
+@pytest.mark.usefixtures("nolds")
 def test_regular_series():
     found = cd.series_measures(np.cos(2 * np.pi * 0.6180339887 * np.arange(1200)), embedding=3, lag=2)
     assert float(found["k"]) < 0.1
