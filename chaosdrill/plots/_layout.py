@@ -48,10 +48,10 @@ class FittedLayout(ConstrainedLayoutEngine):
 
     def execute(self, fig: "Figure") -> None:
         """Fit and lay out."""
-        if self._done == self._state(fig):
-            super().execute(fig)
-        else:
+        if self._done != self._state(fig):
             self._fit(fig)
+        elif fig.stale:
+            super().execute(fig)
 
     def _fit(self, fig: "Figure") -> None:
         for text, _ in _rooms(fig):
@@ -81,7 +81,7 @@ class FittedLayout(ConstrainedLayoutEngine):
 
     def _state(self, fig: "Figure") -> tuple[object, ...]:
         texts = tuple(text.get_text() for text, _ in _rooms(fig))
-        return (*fig.get_size_inches().tolist(), texts, tuple(entries[one].title for one in _legends(fig)))
+        return (fig.dpi, *fig.get_size_inches().tolist(), texts, tuple(entries[one].title for one in _legends(fig)))
 
 
 def _legends(fig: "Figure") -> "list[Legend]":
