@@ -13,6 +13,9 @@ plain installation does: where it is there, xarray imports it. Each part is a ta
     compile    the functions of the chain, from its equations to machine code, beside heyoka's compact mode for the same
                chain with its variational equations; ``PYTHON`` is an interpreter that can import heyoka
                (``pip install heyoka``)
+    first      the first number and the first picture of a process whose caches are warm: a spectrum of a system of the
+               library in units of ``import numpy, xarray``, its picture and that of a diagram in units of what
+               matplotlib takes for a line; medians of rounds in turn, whole processes
     cost       what a step costs, from 2 to 256 states: its time over the operations of a series, and that of a tangent
                over the entries of the Jacobian
 """
@@ -21,11 +24,13 @@ import argparse
 import json
 import os
 import platform
+import resource
 import subprocess
 import sys
 import tempfile
 from importlib.metadata import version
 from pathlib import Path
+from statistics import median
 
 HERE = Path(__file__).resolve().parent
 
@@ -143,6 +148,31 @@ hy.taylor_adaptive(system, state=[0.1] * (2 * masses), pars=[1.0, 0.1, 1.2, 1.5]
 print(time.process_time() - start)
 """
 
+READY = "import chaosdrill as cd, numpy as np; "
+RUN = READY + "ds = cd.lyapunov_spectrum(cd.build({!r}), {}, transient=20); "
+SWEPT = READY + "ds = cd.bifurcation_diagram(cd.build('duffing'), {'delta': np.linspace(0.2, 0.3, 32)}, transient=50, "
+SWEPT += "periods=64, max_extension=0, workers=1); "
+SAVED = "import matplotlib; matplotlib.use('Agg'); "
+LINE = SAVED + "import matplotlib.pyplot as plt; plt.plot([1, 2, 3]); plt.savefig('line.png')"
+
+PROCESSES = {
+    "numpy, xarray": "import numpy, xarray",
+    "spectrum of lorenz": RUN.format("lorenz", "duration=200"),
+    "spectrum of impact-oscillator": RUN.format("impact-oscillator", "periods=100"),
+    "spectrum of percussive-drill": RUN.format("percussive-drill", "periods=100"),
+    "diagram of duffing": SWEPT,
+    "matplotlib": LINE,
+    "spectrum, picture": SAVED + RUN.format("lorenz", "duration=200") + "cd.plot(ds); "
+    "import matplotlib.pyplot as plt; plt.savefig('spectrum.png')",
+    "diagram, picture": SAVED + SWEPT + "cd.plot(ds); import matplotlib.pyplot as plt; plt.savefig('diagram.png')",
+}
+"""What a process does, by its name."""
+
+PICTURES = ("spectrum, picture", "diagram, picture")
+"""Processes that compute and draw."""
+
+ROUNDS = 7
+
 LONGEST_S = 300
 """Seconds that one compilation of heyoka's may take."""
 
@@ -203,6 +233,27 @@ def heyoka(interpreter, masses, repeats):
     return f"{min(found):.2f}"
 
 
+def processor_time(script, folder):
+    """Seconds of processor time of one process, its start and its end included."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True, stderr=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def first_rows(given):
+    """What the first number and the first picture of a process cost."""
+    yield "process", "processor time, s", "in units of", "units"
+    with tempfile.TemporaryDirectory() as folder:
+        for script in PROCESSES.values():
+            processor_time(script, folder)
+        rounds = [{name: processor_time(s, folder) for name, s in PROCESSES.items()} for _ in range(ROUNDS)]
+    took = {name: median(one[name] for one in rounds) for name in PROCESSES}
+    for name, seconds in took.items():
+        unit = "matplotlib" if name in PICTURES else "numpy, xarray"
+        yield name, f"{seconds:.2f}", unit, f"{seconds / took[unit]:.2f}"
+
+
 def cost_rows(given):
     """What a step costs."""
     yield "states", "operations", "entries", "step, µs", "by operation, ns", "a tangent, µs", "by entry, ns"
@@ -222,7 +273,7 @@ def cost_rows(given):
         )
 
 
-PARTS = {"start": start_rows, "compile": compile_rows, "cost": cost_rows}
+PARTS = {"start": start_rows, "compile": compile_rows, "first": first_rows, "cost": cost_rows}
 
 
 def table(rows):
