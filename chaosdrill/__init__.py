@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Any
 
 from chaosdrill.analysis.registry import FUNCTIONS
-from chaosdrill.declared import DISPLAYS
+from chaosdrill.declared import DISPLAYS, KEPT
 from chaosdrill.version import __version__
 
 _HOME = {
@@ -66,6 +66,11 @@ def _display(function: str) -> Callable[[Any], str | None]:
     return lambda system: getattr(import_module("chaosdrill.reports.origin"), function)(system)
 
 
+def _recall(shared: Any) -> Any:
+    return import_module("chaosdrill.codegen.record").recall(shared)
+
+
+KEPT["recall"] = _recall
 DISPLAYS |= {"html": _display("system_html"), "latex": _display("system_latex")}
 
 

@@ -52,6 +52,9 @@ METHODS = Declared()
 DISPLAYS: dict[str, Callable[[Any], str | None]] = {}
 """How a system is displayed, as "html" and "latex": pages are made far above the model."""
 
+KEPT: dict[str, Callable[[Any], Any]] = {}
+"""How to "recall" what earlier processes have kept of a system: files are kept above the model."""
+
 
 def unfit(name: str) -> str | None:
     """Why no quadrature, swept parameter or state of a grid can have a name; None if it can.

@@ -13,7 +13,7 @@ _HOME = PurePath(__file__).parent
 def modules(folder: str) -> list[str]:
     """Names of the modules in a folder of the package, such as ``"engine"``, in order, without private ones."""
     found = iter_modules([str(_HOME / folder)])
-    return sorted(one.name for one in found if not one.name.startswith("_"))
+    return sorted(one.name for one in found if not one.name.startswith("_") and not one.ispkg)
 
 
 def source(module: str) -> bytes:

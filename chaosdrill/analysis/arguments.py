@@ -101,7 +101,7 @@ def misfits_of_section(table: Mapping[str, Any], system: "HybridSystem") -> Faul
     if at is not None and (fault := section_fault(system, at)):
         yield ("at",), told(fault, at)
     what = "iterates" if system.discrete else "forcing periods" if at in (None, "strobe") else "points of the section"
-    if (system.period is not None or at is not None) and "duration" not in table and table.get("transient", 0) % 1:
+    if (system.forced or at is not None) and "duration" not in table and table.get("transient", 0) % 1:
         yield ("transient",), told(f"expected whole {what}", table["transient"])
 
 
@@ -147,7 +147,7 @@ def section_fault(system: "HybridSystem", at: str) -> str | None:
     """Why a system has no such section; None if it has."""
     events = list(dict.fromkeys(name for t in system.transitions for name in (t.name, str(t.kind))))
     if at == "strobe":
-        if system.period is not None:
+        if system.forced:
             return None
         return f"{system.name} has no forcing period for a strobe; give an event, as in {example_of_section(system)}"
     if at in events:
@@ -157,7 +157,7 @@ def section_fault(system: "HybridSystem", at: str) -> str | None:
         what = "iterates jump across a surface, and none is on it" if crossed else "it has no such event"
         return f"{system.name} is a map: {what}; leave it out, the section is every iterate"
     if not ("<" in at or ">" in at):
-        strobe = ("strobe",) if system.period is not None else ()
+        strobe = ("strobe",) if system.forced else ()
         unknown = f"unknown event {at!r:.60}; {remedy(at, (*strobe, *events))}"
         return f"{unknown}; or give a comparison that becomes true there, such as '{system.state_names[0]} > 0'"
     from chaosdrill.model.grammar import ExpressionError

@@ -88,7 +88,7 @@ class _Lengths(AnalysisSettings):
         """A length that the system does not count, and a section that it lacks."""
         yield from misfits_of_section(table, system)
         at = table.get("at")
-        if system.period is not None:
+        if system.forced:
             if "duration" in table and system.discrete:
                 words = f"{system.name} is a map; give periods instead, which count its iterates"
                 yield ("duration",), told(words, table["duration"])
@@ -179,20 +179,20 @@ class Orbit(AnalysisSettings):
 
     def counts(self, system: "HybridSystem") -> str:
         """What the period and the transient count."""
-        return "section" if self.at not in (None, "strobe") else "strobe" if system.period is not None else "time"
+        return "section" if self.at not in (None, "strobe") else "strobe" if system.forced else "time"
 
     @classmethod
     def misfits(cls, table: Mapping[str, Any], system: "HybridSystem") -> Faults:
         """A period counted where there are none, or in something else where there are; a section that there is not."""
         yield from misfits_of_section(table, system)
         sectioned = table.get("at") not in (None, "strobe")
-        if sectioned and system.period is not None:
+        if sectioned and system.forced:
             counted = "is a map, whose orbits are counted in iterates"
             if not system.discrete:
                 counted = "has a forcing period, in which orbits are counted"
             words = f"{system.name} {counted}; leave it out"
             yield ("at",), told(words, table["at"])
-        if system.period is None and not sectioned and table.get("period", 1) != 1:
+        if not system.forced and not sectioned and table.get("period", 1) != 1:
             words = f"{system.name} has no forcing period to count in; leave it out: an orbit is one round then, "
             words += "however many turns it takes; or name the section whose points it counts, as in "
             words += example_of_section(system)
@@ -314,6 +314,7 @@ class Analysis:
         ModelError
             A quadrature that no archive could hold.
         """
+        from chaosdrill.codegen.record import remember
         from chaosdrill.dataset import label
         from chaosdrill.engine.ahead import ONE_RUN, compile_ahead
         from chaosdrill.model import HybridSystem
@@ -358,7 +359,9 @@ class Analysis:
             # of whoever calls the function
             warn(f"{self.function}: {told}", StartWarning, stacklevel=4)
         kept = {name: getattr(settings, name) for name in self.settings.values()} | numerics
-        return label(found, self.kind, system=system, settings=kept).assign_attrs(found.attrs)
+        labelled = label(found, self.kind, system=system, settings=kept).assign_attrs(found.attrs)
+        remember(system)
+        return labelled
 
 
 def _numerics(given: Mapping[str, Any]) -> "Numerics":

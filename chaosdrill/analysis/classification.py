@@ -88,7 +88,7 @@ def evidence_of(
     one_of = (np.arange(points), column)
     late = averages.late[one_of] if exponents.shape[1] else np.zeros(points)
     found = Evidence.of(points, ended=ended, lead=lead, margin=margin, length=length, late=late)
-    unforced = system.period is None and structure.autonomous
+    unforced = not system.forced and structure.autonomous
     with np.errstate(invalid="ignore"):
         if unforced and averages.complete and exponents.shape[1]:
             # a tangent that starts across the flow shrinks before it turns into it
@@ -194,13 +194,17 @@ def contracts(system: HybridSystem) -> bool:
     A closed curve that it maps to itself encloses an area that it maps to itself, so that there is no torus where it
     shrinks them.
     """
+    if "contracts" not in system.shared:
+        system.shared["contracts"] = _contracts(system)
+    return bool(system.shared["contracts"])
+
+
+def _contracts(system: HybridSystem) -> bool:
     if system.autonomous or len(system.states) != 2 or any(t.reset for t in system.transitions):
         return False
-    if "contracts" not in system.shared:
-        free = {*system.states, system.time}
-        rates = [sum(field[x].diff(x) for x in system.states) for field in system.modes.values()]
-        system.shared["contracts"] = all(not (rate.free_symbols & free) for rate in rates)
-    return bool(system.shared["contracts"])
+    free = {*system.states, system.time}
+    rates = [sum(field[x].diff(x) for x in system.states) for field in system.modes.values()]
+    return all(not (rate.free_symbols & free) for rate in rates)
 
 
 @dataclass
@@ -231,7 +235,7 @@ def judge(plan: "Plan", batch: Batch, which: np.ndarray, ends: np.ndarray, befor
         # at the ends of parts of a duration, or where the system itself never repeats, a return tells no period
         found = replace(found, period=np.zeros_like(found.period))
     times = batch.times[which]
-    if plan.section is not None and plan.system.period is not None and not plan.system.autonomous:
+    if plan.section is not None and plan.system.forced and not plan.system.autonomous:
         found = replace(found, period=_in_phase(plan, batch, which, found.period, ends))
     cycle, certain, lasts = _cycle_length(plan, batch, which, found.period, ends)
     whole = certain & (_first_whole(ends, cycle) >= 0)
@@ -359,7 +363,7 @@ def _at_rest(plan: "Plan", batch: Batch, which: np.ndarray, e: Evidence) -> tupl
     A motion that neither rests nor ends has a zero exponent, that of the flow (Haken 1983,
     doi:10.1016/0375-9601(83)90209-8).
     """
-    if plan.system.period is not None or not plan.structure.autonomous:
+    if plan.system.forced or not plan.structure.autonomous:
         return np.zeros(len(which), dtype=bool), np.ones(len(which), dtype=bool)
     went = np.isin(batch.outcome[which], (Outcome.OK, Outcome.NO_RETURN))
     with np.errstate(invalid="ignore"):
@@ -376,7 +380,7 @@ def _cycle_length(
         return period, period > 0, period * each
     crossings = np.maximum(batch.counts[which][:, sorted(plan.section)].sum(axis=1), 1)
     length = int(ends[-1]) * period / crossings
-    if plan.system.period is None:
+    if not plan.system.forced:
         return np.zeros_like(period), np.zeros(len(which), dtype=bool), length * each
     cycle = np.rint(length).astype(int)
     # a crossing more or less in the record moves the estimate by this much

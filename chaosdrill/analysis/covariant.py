@@ -14,17 +14,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numba import int64, void
 
 from chaosdrill.analysis.arguments import SLICE, Span, check_record, tangent_count
 from chaosdrill.analysis.finite_times import BLOCKS, density
 from chaosdrill.analysis.spectra import computed_exponents
 from chaosdrill.analysis.statistics import error_of_exponents, in_blocks
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.kinds import Pointer, int64, void
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.flow import flow
-from chaosdrill.engine.front_end import function_pointer
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
 from chaosdrill.engine.records import cube, integer_matrix, integers, machine_at, state_of
@@ -265,7 +264,7 @@ def _with_tangents(lead: Run, frame: np.ndarray, deficient: Any, blocks: _Blocks
 
 @compiled(
     int64(
-        *(function_pointer("Flow", flow.signature), int64, matrix, matrix, integers),
+        *(Pointer("Flow", flow.signature), int64, matrix, matrix, integers),
         *(cube, cube, matrix, integer_matrix, matrix),
     )
 )

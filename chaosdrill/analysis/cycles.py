@@ -124,7 +124,7 @@ class Begun:
 
 def continued(plan: Plan, batch: Batch, which: np.ndarray, here: Mapping[str, np.ndarray]) -> Begun:
     """Where the map goes on from some points of a batch: where they stand, but at a strobe of a forcing."""
-    if plan.system.period is not None and batch.counts_returns:
+    if plan.system.forced and batch.counts_returns:
         batch.to_strobe(which)
     standing = batch.standing(which) if plan.at_events else None
     return Begun(here, batch.x[which], batch.mode[which], standing, batch.sizes[which])

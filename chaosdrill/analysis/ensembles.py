@@ -80,7 +80,7 @@ def _dataset(
         variables["initial_tangent"] = (("tangent", "state"), tangents)
         variables["final_tangent"] = ((*over, "tangent", "state"), np.array(final) if over else final[0])
         coords["tangent"] = np.arange(1, len(tangents) + 1, dtype=np.int32)
-    if system.period is not None:
+    if system.forced:
         variables["forcing_period"] = ((), system.forcing_period())
     messages = dict.fromkeys(path.message for path in paths if path.message)
     return dataset(variables | coords, attrs={"message": "; ".join(messages)} if messages else None)

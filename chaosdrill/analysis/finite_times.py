@@ -5,16 +5,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from numba import int64
 
 from chaosdrill.analysis.arguments import SLICE, Span, tangent_count
 from chaosdrill.analysis.spectra import computed_exponents, run_with_tangents
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.kinds import Pointer, int64
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.engine.flow import flow
-from chaosdrill.engine.front_end import function_pointer
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import DONE, EVENT_COLUMNS
 from chaosdrill.engine.records import machine_at, state_of
@@ -169,7 +168,7 @@ def _sums(run: Run, plan: Span, m: int, job: "Job") -> tuple[Outcome, np.ndarray
     return outcome, sums
 
 
-@compiled(int64(function_pointer("Flow", flow.signature), int64, matrix, matrix, matrix))
+@compiled(int64(Pointer("Flow", flow.signature), int64, matrix, matrix, matrix))
 def _keep_growth(go_on, place, samples, events, sums):
     """Continue the only run of a machine unit by unit, as ``flow`` does, which is given by its address."""
     settings = machine_at(place).settings[0]

@@ -8,9 +8,9 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numba import float64, void
 
 from chaosdrill.analysis.recurrence import sizes
+from chaosdrill.codegen.kinds import float64, void
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.dataset import Outcome
 from chaosdrill.dataset.outcomes import MEASURED

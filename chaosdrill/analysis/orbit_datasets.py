@@ -68,7 +68,7 @@ def orbits_dataset(system: HybridSystem, orbits: Sequence[FoundOrbit]) -> xr.Dat
         "neutral": ((), np.int32(max((orbit.neutral for orbit in orbits), default=0))),
         "outcome": ("orbit", np.array([orbit.outcome for orbit in orbits], dtype=np.int8)),
     }
-    if system.period is not None:
+    if system.forced:
         variables["forcing_period"] = ((), system.forcing_period())
     ds = xr.Dataset(variables)
     numbers: dict[str, Any] = {name: np.arange(ds.sizes[name], dtype=np.int32) for name in ("iterate", "iteration")}
@@ -93,9 +93,7 @@ def orbit_rates(
             continue
         taken = [system.transitions[i] for i in orbit.event_transitions if not system.transitions[i].marks_only()]
         counts = (len(taken), *(sum(t.kind == kind for t in taken) for kind in ("impact", "slip")))
-        rates[: len(counts), column] = np.array(counts) / (
-            orbit.period if system.period is not None else orbit.duration
-        )
+        rates[: len(counts), column] = np.array(counts) / (orbit.period if system.forced else orbit.duration)
         if system.quadratures:
             rates[len(counts) :, column] = _integrals(system, orbit, numerics) / orbit.duration
     return {name: ("orbit", values) for name, values in zip(names, rates, strict=True)}
@@ -104,7 +102,7 @@ def orbit_rates(
 def _integrals(system: HybridSystem, orbit: FoundOrbit, numerics: Numerics) -> np.ndarray:
     """Quadratures over one period, NaN if it cannot be followed; shape (q,)."""
     start = dict(zip(system.state_names, orbit.states[0].tolist(), strict=True))
-    parts = len(orbit.states) if system.period is not None else 1
+    parts = len(orbit.states) if system.forced else 1
     run = Run(system.with_initial(**start, mode=system.mode_names[orbit.mode]), orbit.duration / parts, numerics)
     for state in orbit.states[:parts]:
         # an unstable orbit is not left if every strobe begins on it

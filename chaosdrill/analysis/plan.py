@@ -72,12 +72,12 @@ class Plan:
     @property
     def maps(self) -> bool:
         """Whether there is a map from point to point: of strobes, or of a section of a system free of time."""
-        return self.system.period is not None or self.at_events
+        return self.system.forced or self.at_events
 
     @property
     def at_events(self) -> bool:
         """Whether that map is one of a section, not of strobes; also where lengths are counted otherwise."""
-        return self.system.period is None and self.system.autonomous and self.section is not None
+        return not self.system.forced and self.system.autonomous and self.section is not None
 
     @property
     def compared(self) -> int:

@@ -488,7 +488,7 @@ def event_rates(plan: Plan, batch: Batch, which: np.ndarray) -> Arrays:
     transitions = plan.system.transitions
     changing = [i for i, t in enumerate(transitions) if not t.marks_only()]
     counts, length = batch.counts[which], batch.length[which]
-    unit = batch.period[which] if plan.system.period is not None else 1.0
+    unit = batch.period[which] if plan.system.forced else 1.0
     chosen = (changing, *([i for i in changing if transitions[i].kind == kind] for kind in ("impact", "slip")))
     with np.errstate(invalid="ignore", divide="ignore"):
         values = [counts[:, kinds].sum(axis=1) / (length / unit) for kinds in chosen]

@@ -356,7 +356,7 @@ class Exact:
 
     def _clock(self, base: Any, t: Any) -> Any:
         """Time as the expressions see it: since the start, or in a forced system since the last strobe."""
-        return base + t if self.system.period is None else t
+        return t if self.system.forced else base + t
 
     def _onto_guard(self, mode: str, transition: int, t: Any, x: Point) -> tuple[Point, Any]:
         """Newton's method for the event near the present state: (state, time passed)."""

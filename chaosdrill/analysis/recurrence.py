@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import float64, int64, void
 
+from chaosdrill.codegen.kinds import float64, int64, void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.records import integers

@@ -25,7 +25,6 @@ from chaosdrill.engine.run import Run, event_rates, rate_names
 from chaosdrill.engine.structure import examine
 from chaosdrill.errors import SettingsError
 from chaosdrill.model import HybridSystem
-from chaosdrill.model.surface import surface
 from chaosdrill.orbits.marks import Marks
 from chaosdrill.orbits.problem import Problem
 
@@ -92,7 +91,11 @@ def find_section(system: HybridSystem, given: Any, numerics: Numerics, *, timed:
     marked, chosen = system, None
     if given.at not in (None, "strobe"):
         named = frozenset(i for i, t in enumerate(system.transitions) if given.at in (t.name, t.kind))
-        marked, chosen = (system, named) if named else surface(system, given.at)
+        marked, chosen = system, named
+        if not named:
+            from chaosdrill.model.surface import surface
+
+            marked, chosen = surface(system, given.at)
     return Section(marked, chosen, len(system.transitions), counts, *_times(system, counts, given, numerics, timed))
 
 
@@ -121,7 +124,7 @@ def measured_span(section: Section, given: Any, numerics: Numerics, units: int) 
     after = (found.times[1:] + found.times[:-1]) / 2
     begin = float(after[before - 1]) if before else 0.0
     length = float(after[before + count - 1]) - begin
-    if section.system.period is None:
+    if not section.system.forced:
         return Span(length / units, units, begin, False)
     return Span(section.unit, math.ceil(length / section.unit), math.ceil(begin / section.unit), True)
 
@@ -153,7 +156,7 @@ def orbit_start(system: HybridSystem, given: Any, numerics: Numerics) -> OrbitSt
     the point after the transient to which so many returns lead back most nearly.
     """
     if given.counts(system) != "section":
-        lead_in = given.transient if system.period is None else int(given.transient)
+        lead_in = int(given.transient) if system.forced else given.transient
         return OrbitStart(system, given.period, given.start, lead_in)
     where, period = find_section(system, given, numerics), int(given.period)
     assert where.transitions is not None
@@ -242,7 +245,7 @@ def _beside(run: Run, tangents: np.ndarray, numerics: Numerics) -> Run:
     beside = Run(run.system, run.period, numerics, tangents=tangents, orthonormalise=False)
     beside.continue_from(run)
     # of a forced system the clock begins anew at every strobe
-    beside.begin_at(origin=run.elapsed if run.system.period is None else float(run.standing["time"]))
+    beside.begin_at(origin=float(run.standing["time"]) if run.system.forced else run.elapsed)
     return beside
 
 
@@ -289,7 +292,7 @@ def _traced_to_points(where: Section, given: Any, job: "Job") -> Path:
     start, here = run.elapsed, _present(run)
     again, rows = Run(system, where.unit, job.numerics), [here]
     again.continue_from(run)
-    if system.period is not None:
+    if system.forced:
         again.begin_at(origin=float(run.standing["time"]))
     beside = None if given.tangents is None else _beside(run, given.tangents, job.numerics)
     left = count if outcome == Outcome.OK else 0
@@ -343,7 +346,7 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
     compared, known = points[:, : len(system.states)], run.sizes
-    if where.transitions is not None and system.period is not None and not system.autonomous:
+    if where.transitions is not None and system.forced and not system.autonomous:
         # what comes back at another phase of the forcing goes on otherwise
         angle = 2 * np.pi * (times / run.period % 1)
         compared, known = np.column_stack([compared, np.cos(angle), np.sin(angle)]), np.append(known, [1.0, 1.0])
@@ -358,7 +361,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     where, run, outcome, period, blocks = taken.where, taken.run, taken.outcome, taken.period, taken.blocks
     points, modes, times = taken.points, taken.modes, taken.times
     multipliers = np.full(n, complex(np.nan, np.nan))
-    repeats = system.period is not None or system.autonomous
+    repeats = system.forced or system.autonomous
     if period and repeats and where.counts != "time":
         multipliers = cycle_multipliers(where, run, period, numerics)
     rates = event_rates(run) if outcome == Outcome.OK else dict.fromkeys(rate_names(system), np.nan)
@@ -385,7 +388,7 @@ def section(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
     }
     if where.transitions is None:
         variables |= {name: ("iterate", points[:, n + i]) for i, name in enumerate(system.quadratures)}
-    if system.period is not None:
+    if system.forced:
         variables["forcing_period"] = ((), where.unit)
     coords = {
         "iterate": np.arange(len(points), dtype=np.int32),
@@ -475,7 +478,7 @@ def cycle_rates(
         outcome, _ = cycle.advance(periods if forced else 1)
     if outcome != Outcome.OK or cycle.mode != run.mode or (np.abs(cycle.x - run.x) > CLOSE * size).any():
         return {}
-    part = run.period / cycle.period if system.period is not None else 1.0
+    part = run.period / cycle.period if system.forced else 1.0
     rates = event_rates(cycle)
     rates = {name: value * (part if name.endswith("_per_period") else 1.0) for name, value in rates.items()}
     return {name: value for name, value in rates.items() if name != "closest_grazing"}
@@ -484,7 +487,7 @@ def cycle_rates(
 def _once_more(where: Section, run: Run, cycle: Run, period: int) -> Outcome:
     """Run on over a cycle from the event of the section at which another run stands."""
     assert where.transitions is not None
-    if where.system.period is not None:
+    if where.system.forced:
         cycle.begin_at(origin=float(run.standing["time"]))
     return record_returns(cycle, where.transitions, period, where.longest).outcome
 

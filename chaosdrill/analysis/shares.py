@@ -285,7 +285,7 @@ def over_one_parameter(system: HybridSystem, given: Any, job: Job) -> xr.Dataset
         "initial_state": (("run", "state"), starts),
         "initial_mode": ("run", modes.astype(np.int8)),
     }
-    if system.period is not None:
+    if system.forced:
         variables["forcing_period"] = (name, forcing_periods(system, {name: values}, len(values)))
     coords: dict[str, Any] = {
         name: values,

@@ -70,7 +70,7 @@ def over_parameters(
         variables["attractor_count"] = (names, counts.reshape(shape))
     variables["initial_state"] = (("seed", "state"), np.concatenate([chosen.starts, np.tile(start, (len(lines), 1))]))
     grid = dict(zip(names, map(np.ravel, np.meshgrid(*given.sweep.values(), indexing="ij")), strict=True))
-    if system.period is not None:
+    if system.forced:
         variables["forcing_period"] = (names, forcing_periods(system, grid, int(np.prod(shape))).reshape(shape))
     coords = {
         **given.sweep,
@@ -124,7 +124,7 @@ def over_states(system: HybridSystem, given: Any, job: Job) -> xr.Dataset:
         "fraction": (number, fraction),
         "fraction_error": (number, np.sqrt(fraction * (1 - fraction) / task.units)),
     }
-    if system.period is not None:
+    if system.forced:
         variables["forcing_period"] = ((), system.forcing_period())
     if plan.exponents:
         variables["attractor_exponent"] = ((number, "exponent"), cells["lyapunov_exponent"][leaders])

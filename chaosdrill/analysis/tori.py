@@ -16,11 +16,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import void
 
 from chaosdrill.analysis.frequencies import incommensurate
 from chaosdrill.analysis.recurrence import CLOSE, ROUND_OFF, recurrence, sizes
 from chaosdrill.analysis.statistics import fading, in_blocks, standard_error
+from chaosdrill.codegen.kinds import void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled
 

@@ -1,15 +1,30 @@
-"""Cache of generated sources and compiled code: one folder per user, keyed by content."""
+"""Cache of compiled code and of what was derived: one folder per user, keyed by content, and its files.
+
+A file holds a digest of what follows it and is renamed into place. One that was cut, emptied or altered is noticed, and
+its content is made anew; a disk that is full costs the keeping and nothing else. The digest tells damage. It is no
+proof of where a file comes from: that nobody else can write into the folder is.
+"""
 
 import contextlib
 import hashlib
 import os
 import stat
 import tempfile
+import time
 import warnings
 from functools import cache
 from pathlib import Path
 
 from chaosdrill.package import modules, source
+
+SUFFIX, RECORD = ".code", ".record"
+
+DAY_S = 86400.0
+
+OLD_S = 30 * DAY_S
+"""Seconds for which code is kept that nobody uses, as several versions of the package and of systems share a folder."""
+
+_swept: set[Path] = set()
 
 
 def lasting_folder() -> Path | None:
@@ -115,14 +130,76 @@ def cache_folder() -> Path:
     return lasting_folder() or Path(tempfile.mkdtemp(prefix="chaosdrill-"))
 
 
+def read(path: Path) -> bytes | None:
+    """Content of a file of compiled code, or None if it is missing or damaged.
+
+    A file that is used takes the present time, once a day, and so does not become an old one.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+    except OSError:
+        return None
+    with open(handle, "rb") as file:
+        found = os.fstat(handle)
+        if not is_trusted(found.st_uid) or found.st_mode & stat.S_IWOTH:
+            warnings.warn(f"{path} belongs to another user, or others can write it; it is compiled anew", stacklevel=2)
+            return None
+        held = file.read()
+    with contextlib.suppress(OSError):
+        if _age(path) > DAY_S:
+            path.touch()
+    digest, content = held[:32], held[32:]
+    if hashlib.sha256(content).digest() == digest:
+        return content
+    warnings.warn(f"{path} is damaged; it is compiled anew", stacklevel=2)
+    with contextlib.suppress(OSError):
+        path.unlink()
+    return None
+
+
+def put(path: Path, content: bytes) -> None:
+    """Write compiled code with its digest.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    write_private(path, hashlib.sha256(content).digest() + content)
+
+
+def keep(path: Path, content: bytes) -> None:
+    """Keep compiled code, if the disk lets it; what is old in the folder goes."""
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        put(path, content)
+    if path.parent not in _swept:
+        _swept.add(path.parent)
+        remove_old(path.parent)
+
+
+def remove_old(folder: Path) -> None:
+    """Remove compiled code that has not been used for long.
+
+    Another process may do so at the same time, or be about to read a file that goes: it then compiles anew.
+    """
+    for path in (*folder.glob(f"*{SUFFIX}"), *folder.glob(f"*{RECORD}")):
+        with contextlib.suppress(OSError):
+            if _age(path) > OLD_S:
+                path.unlink()
+
+
+def _age(path: Path) -> float:
+    return time.time() - path.stat().st_mtime
+
+
 @cache
 def code_key() -> str:
     """Key of the engine's code: a change of any of it, or of how it calls a system, invalidates what was compiled."""
-    import llvmlite
-    import numba
+    from importlib.metadata import version
 
-    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
-    compiling = [f"codegen.{name}" for name in ("signatures", "machine", "special")]
+    digest = hashlib.sha256(f"{version('numba')} {version('llvmlite')}".encode())
+    compiling = [f"codegen.{name}" for name in ("kinds", "signatures", "machine", "special")]
     for name in (*compiling, *(f"engine.{name}" for name in modules("engine"))):
         digest.update(source(f"chaosdrill.{name}"))
     return digest.hexdigest()[:16]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from chaosdrill.codegen.layout import Watched
 from chaosdrill.codegen.steep import steep_operations
 from chaosdrill.model.crossings import INCREASING, Crossing, crossings
 from chaosdrill.model.derive import guard_gradient
@@ -17,22 +18,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Event:
-    """A surface that one mode watches: its outcomes are transitions in the order in which they are tried."""
+    """A surface that one mode watches, as `Watched`, and the expression of it."""
 
     guard: Any
     """What is zero on it, whatever the way in which guards are written"""
     direction: int
     outcomes: tuple[int, ...]
     affine: bool
-    """Whether it is linear in the states and free of time."""
     steep: bool
-    """Whether it has operations that may hide something from a step."""
     timed: bool
-    """Whether it depends on time alone."""
     key: int
-    """Number of the guard with its direction, the same in all modes that watch it."""
     surface: int
-    """Number of the surface on which it is zero, the same for both directions."""
+
+    def watched(self) -> Watched:
+        """All of it but its guard."""
+        return Watched(*(getattr(self, name) for name in Watched._fields))
 
 
 def mode_events(system: "HybridSystem", mode: str) -> tuple[Event, ...]:

@@ -1,57 +1,30 @@
-"""The kernels of a system: written as LLVM code, compiled, and cached by content."""
+"""The kernels of a system, written as LLVM code."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from threading import RLock
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from llvmlite import ir
 
-from chaosdrill.codegen import kept
+from chaosdrill.codegen.code import Code
 from chaosdrill.codegen.constants import Constants
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Module, array
 from chaosdrill.codegen.events import Event, guard_keys, mode_events, returns
 from chaosdrill.codegen.expression import Expressions
-from chaosdrill.codegen.machine import FROM_PYTHON, NativeFunction, load, register_width
-from chaosdrill.codegen.mathematics import address, imports
+from chaosdrill.codegen.layout import Layout
+from chaosdrill.codegen.machine import FROM_PYTHON, register_width
+from chaosdrill.codegen.mathematics import imports
 from chaosdrill.codegen.pointwise import Pointwise
 from chaosdrill.codegen.series import ModeSeries
-from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, LANES, POINTWISE, SIGNATURES
+from chaosdrill.codegen.signatures import LANES, POINTWISE
 from chaosdrill.codegen.steep import Steep, steep_operations
-from chaosdrill.model.exponents import specialise
 from chaosdrill.model.held import held_surfaces
-from chaosdrill.model.places import parameter, places_of
 from chaosdrill.model.python import sources
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
 
-_compiling, _loading = RLock(), RLock()
 _VECTOR, _MATRIX, _BLOCK = array(1), array(2), array(3)
-
-
-@dataclass(frozen=True)
-class Code:
-    """LLVM code of functions that are compiled together."""
-
-    names: tuple[str, ...]
-    text: str
-    imports: tuple[str, ...]
-    """Special functions that it calls."""
-
-    def functions(self, signatures: dict[str, Any]) -> dict[str, NativeFunction]:
-        """Its functions by name, compiled unless cached on disk."""
-        code = kept.object_code(self.text)
-        library = load(code, {name: address(name) for name in self.imports})
-        return {name: NativeFunction(name, signatures[name], library) for name in self.names}
-
-
-class NoFunction:
-    """A function that a system does not have, and no method calls that it has."""
-
-    address = 0
 
 
 @dataclass(frozen=True)
@@ -61,15 +34,9 @@ class Written:
     single: tuple[Code, ...]
     modes: tuple[ModeSeries, ...]
     events: tuple[tuple[Event, ...], ...]
-    rows: int
-    own_jacobian: bool
-    constants: int
-    held: tuple[int, ...]
-    """How many surfaces each mode holds."""
     steep: tuple[tuple[Steep, ...], ...]
     """Operations of each mode that are watched."""
-    returns: list[list[int]]
-    """See `codegen.events.returns`."""
+    layout: Layout
 
     def lanes(self) -> Code:
         """The same series for several trajectories in SIMD lanes."""
@@ -92,17 +59,20 @@ def write(system: "HybridSystem") -> Written:
     )
     filled = len(system.states) + len(system.quadratures) + max(map(len, events))
     held = tuple(held_surfaces(system).values())
-    return Written(
-        single=(*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, held, modes, steep)),
-        modes=modes,
-        events=events,
+    single = (*((_series(modes, 1),) if modes else ()), _pointwise(system, constants, events, held, modes, steep))
+    layout = Layout(
+        events=tuple(tuple(one.watched() for one in ev) for ev in events),
         rows=max((m.row_count for m in modes), default=filled),
         own_jacobian=any(m.in_jacobian for m in modes),
         constants=len(constants.places),
         held=tuple(map(len, held)),
-        steep=steep,
-        returns=returns(system, events),
+        steep=tuple(tuple(one.shape for one in watched) for watched in steep),
+        watched=tuple(tuple(m.watched_rows()) for m in modes),
+        returns=tuple(tuple(row) for row in returns(system, events)),
+        moves=tuple(_moves(system)),
+        targets=tuple((system.mode_names.index(t.target), int(t.marks_only())) for t in system.transitions),
     )
+    return Written(single=single, modes=modes, events=events, steep=steep, layout=layout)
 
 
 def _code(module: Module, names: Sequence[str]) -> Code:
@@ -244,143 +214,9 @@ def _constants(module: Module, constants: Constants) -> None:
     f.end()
 
 
-@dataclass(frozen=True)
-class Kernels:
-    """Compiled functions of a system and the layout of what they fill.
-
-    Attributes
-    ----------
-    functions : tuple
-        The functions of ``codegen.signatures.SIGNATURES``, in order; a system of Python functions has no series.
-    written : Written
-        Their code.
-    rows : int
-        Workspace rows before those of the tangents.
-    own_jacobian : bool
-        Whether the Jacobian needs series that the jet does not hold.
-    mode_table : ndarray of int64, shape (modes, 1 + guards)
-        Number of guards, then their directions.
-    key_table, surface_table : ndarray of int64, shape (modes, guards)
-        Number of each guard with its direction, and of the surface on which it is zero; -1 behind the last guard.
-    moves_table : ndarray of int64, shape (transitions, keys)
-        1 where the transition resets a state that the guard depends on.
-    transition_table : ndarray of int64, shape (transitions, 2)
-        Target mode; 1 if the transition only marks a section.
-    """
-
-    functions: tuple[Any, ...]
-    fill_constants: Any
-    written: Written
-    mode_table: np.ndarray
-    key_table: np.ndarray
-    surface_table: np.ndarray
-    moves_table: np.ndarray
-    transition_table: np.ndarray
-
-    @property
-    def events(self) -> tuple[tuple[Event, ...], ...]:
-        """Guards that each mode watches."""
-        return self.written.events
-
-    @property
-    def held(self) -> tuple[int, ...]:
-        """How many surfaces each mode holds; ``guard`` numbers them behind the guards."""
-        return self.written.held
-
-    @property
-    def steep(self) -> tuple[tuple[Steep, ...], ...]:
-        """Operations of each mode that are watched; ``watch`` gives what they are applied to."""
-        return self.written.steep
-
-    @property
-    def rows(self) -> int:
-        """Workspace rows before those of the tangents."""
-        return self.written.rows
-
-    @property
-    def own_jacobian(self) -> bool:
-        """Whether the Jacobian needs series that the jet does not hold."""
-        return self.written.own_jacobian
-
-    @cached_property
-    def lanes(self) -> tuple[Any, ...]:
-        """The functions of ``codegen.signatures.LANE_SIGNATURES``, compiled on first use."""
-        with _loading:
-            found = self.written.lanes().functions(LANE_SIGNATURES)
-        return tuple(found[name] for name in LANE_SIGNATURES)
-
-    def constants(self, parameters: dict[str, float]) -> np.ndarray:
-        """Parameters and the derived constants that the kernels read."""
-        c = np.empty(max(self.written.constants, 1))
-        self.fill_constants(np.array([*parameters.values(), 0.0], dtype=float), c)
-        return c
-
-
-def _functions(codes: tuple[Code, ...], signatures: dict[str, Any]) -> dict[str, NativeFunction]:
-    return {name: found for code in codes for name, found in code.functions(signatures).items()}
-
-
-def kernels_of(system: "HybridSystem") -> Kernels:
-    """The compiled functions of a system, compiled on first use.
-
-    Copies with other numbers share them, unless a number is a whole exponent here and another one there.
-
-    Raises
-    ------
-    ModelError
-        If an expression has no numerical code.
-    """
-    own = system.parameters
-    key = tuple((name, int(own[name])) for name in system.exponent_parameters if own[name].is_integer())
-    if key not in system.shared:
-        # several threads may ask for the kernels of one system at once, and each would compile them
-        with _compiling:
-            if key not in system.shared:
-                places = places_of(system)
-                whole = {places[parameter(name)].name: value for name, value in key}
-                system.shared[key] = _compiled(specialise(system.placed, whole) if whole else system.placed)
-    found: Kernels = system.shared[key]
-    return found
-
-
-def _compiled(system: "HybridSystem") -> Kernels:
-    """Write, compile and load the kernels of a system."""
-    written = write(system)
-    found = _functions(written.single, {**SIGNATURES, "constants": CONSTANTS})
-    guards = max((len(e) for e in written.events), default=0)
-    mode_table = np.zeros((len(written.events), 1 + guards), dtype=np.int64)
-    for row, events in zip(mode_table, written.events, strict=True):
-        row[0] = len(events)
-        row[1 : 1 + len(events)] = [e.direction for e in events]
-    key_table = np.full((len(written.events), guards), -1, dtype=np.int64)
-    surface_table = key_table.copy()
-    for keys, surfaces, events in zip(key_table, surface_table, written.events, strict=True):
-        keys[: len(events)] = [e.key for e in events]
-        surfaces[: len(events)] = [e.surface for e in events]
-    return Kernels(
-        functions=tuple(found.get(name, NoFunction) for name in SIGNATURES),
-        fill_constants=found["constants"],
-        written=written,
-        mode_table=mode_table,
-        key_table=key_table,
-        surface_table=surface_table,
-        moves_table=_moves_table(system),
-        transition_table=_transition_table(system),
-    )
-
-
-def _transition_table(system: "HybridSystem") -> np.ndarray:
-    modes = list(system.modes)
-    table = np.zeros((max(len(system.transitions), 1), 2), dtype=np.int64)
-    for row, transition in zip(table, system.transitions, strict=False):
-        row[:] = modes.index(transition.target), int(transition.marks_only())
-    return table
-
-
-def _moves_table(system: "HybridSystem") -> np.ndarray:
+def _moves(system: "HybridSystem") -> Iterator[tuple[int, ...]]:
+    """By transition and key: 1 where the transition resets a state that the guard depends on."""
     keys = guard_keys(system)
-    table = np.zeros((max(len(system.transitions), 1), len(keys)), dtype=np.int64)
-    for row, transition in zip(table, system.transitions, strict=False):
+    for transition in system.transitions:
         reset = {state for state, image in transition.reset.items() if image != state}
-        row[:] = [bool(guard.free_symbols & reset) for guard, _ in keys]
-    return table
+        yield tuple(int(bool(guard.free_symbols & reset)) for guard, _ in keys)

@@ -8,7 +8,8 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import numpy as np
-from numba import types
+
+from chaosdrill.codegen.kinds import Kind, Signature, float64, void
 
 _lock = threading.RLock()
 _numbers = itertools.count()
@@ -17,6 +18,9 @@ _numbers = itertools.count()
 FROM_PYTHON = "_from_python"
 """Behind the name of a function: the same with pointers for vectors."""
 
+FROM_WORDS = "_from_words"
+"""Behind the name of a function: the same, with its arguments and then its result in memory, every number a word."""
+
 
 class NativeFunction:
     """A function of machine code, which the engine calls by its address and Python can call, too.
@@ -24,19 +28,19 @@ class NativeFunction:
     Parameters
     ----------
     name : str
-    signature : numba signature
+    signature : Signature
     library : Library
         Where it is.
     """
 
-    def __init__(self, name: str, signature: Any, library: "Library") -> None:
+    def __init__(self, name: str, signature: Signature, library: "Library") -> None:
         self.address = library.address(name)
         self.library = library
         self._signature = signature
-        self._dimensions = [kind.ndim if isinstance(kind, types.Array) else 0 for kind in signature.args]
+        self._dimensions = [kind.ndim for kind in signature.args]
         self._at = library.address(name + FROM_PYTHON) if max(self._dimensions) == 1 else 0
         kinds = [kind for argument in signature.args for kind in _kinds(argument, whole=self._at == 0)]
-        result = None if signature.return_type == types.void else _kinds(signature.return_type, whole=False)[0]
+        result = None if signature.return_type is void else _kinds(signature.return_type, whole=False)[0]
         self._call = ctypes.CFUNCTYPE(result, *kinds)(self._at or self.address)
 
     def signature(self) -> Any:
@@ -64,12 +68,12 @@ def address_of(array: np.ndarray) -> int:
     return _address(_bytes_of(array)) if array.size and array.flags.writeable else int(array.ctypes.data)
 
 
-def _kinds(kind: Any, *, whole: bool) -> list[Any]:
-    if isinstance(kind, types.Array):
+def _kinds(kind: Kind, *, whole: bool) -> list[Any]:
+    if kind.ndim:
         places = [ctypes.c_int64] * kind.ndim
         head = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p]
         return [*head, *places, *places] if whole else [ctypes.c_void_p]
-    return [ctypes.c_double if kind == types.float64 else ctypes.c_int64]
+    return [ctypes.c_double if kind is float64 else ctypes.c_int64]
 
 
 @cache
@@ -142,6 +146,40 @@ def optimised_object(module: Any, *, loops: bool) -> bytes:
         passes.run(module, builder)
         code: bytes = machine.emit_object(module)
         return code
+
+
+_OF_ERRORS = {
+    f"numba_{name}" for name in ("gil_ensure", "gil_release", "unpickle", "runtime_build_excinfo_struct", "do_raise")
+}
+
+
+def callback_object(text: str, wrapped: str, name: str) -> bytes:
+    """Machine code of a callback for C that numba has written and optimised, whose function is to have a name.
+
+    It tells Python of errors, of which there are none, by functions that numba alone knows.
+
+    Raises
+    ------
+    LookupError
+        If it calls another function that numba alone knows.
+    """
+    with _lock:
+        machine = _target()
+        module = llvm.parse_assembly(text)
+        never = [f for f in module.functions if f.is_declaration and f.name.startswith("numba_")]
+        if others := {f.name for f in never} - _OF_ERRORS:
+            raise LookupError(f"{name} calls {', '.join(sorted(others))}")
+        module.link_in(llvm.parse_assembly("\n".join(map(_unreachable, never))))
+        module.get_function(wrapped).name = name
+        module.triple = llvm.get_process_triple()
+        code: bytes = machine.emit_object(module)
+        return code
+
+
+def _unreachable(function: Any) -> str:
+    """The definition of a function that is declared, and never called."""
+    declared = str(function).strip().splitlines()[-1].partition(") ")[0].removeprefix("declare ")
+    return f"define {declared.removesuffix(')')}) {{ unreachable }}"
 
 
 class Library:

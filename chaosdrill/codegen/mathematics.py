@@ -5,26 +5,19 @@ reduction and polynomials of sine and cosine are those of Sun's fdlibm, within o
 or of 1 where it is near zero; arguments out of range go to the standard library.
 """
 
-import ctypes
-import math
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 from llvmlite import ir
 
-from chaosdrill.codegen import python
+from chaosdrill.codegen.addresses import EXPANDED, PREFIX
 from chaosdrill.codegen.emitter import DOUBLE, INT, Function, Index, Module, Number, Row
-from chaosdrill.model.special import SPECIAL
 
 _TURNS = 1e5
 """Largest argument of a sine or cosine for which the reduction is exact enough."""
 
 _EXPONENT = 700.0
 """Largest argument of an exponential that neither overflows nor is subnormal."""
-
-_PREFIX = "chaosdrill_"
-_EXPANDED = "_expanded"
 
 
 def _sine(r: Number) -> Number:
@@ -144,14 +137,14 @@ def special(f: Function, name: str, arguments: list[Number]) -> Number:
     if name == "positive_power":
         d, n = arguments
         return f.choose(d.compare(">", 0.0), power(d, n), 0.0)
-    return f.external(_PREFIX + name, *arguments)
+    return f.external(PREFIX + name, *arguments)
 
 
 def expand(f: Function, name: str, arguments: list[Number], derivative: int, count: Index, target: Row) -> None:
     """Write Taylor coefficients of a derivative of a special function by its first argument v, at v (1 + w), by w."""
     pointer = DOUBLE.as_pointer()
     types = [*[DOUBLE] * len(arguments), INT, INT, pointer, INT]
-    called = f.module.declared(f"{_PREFIX}{name}{_EXPANDED}", types, ir.VoidType(), pure=False)
+    called = f.module.declared(f"{PREFIX}{name}{EXPANDED}", types, ir.VoidType(), pure=False)
     for i in range(f.width):
         place = f.builder.gep(target.data, [INT(i)])
         one = [f.single(a, i) for a in arguments]
@@ -161,46 +154,4 @@ def expand(f: Function, name: str, arguments: list[Number], derivative: int, cou
 def imports(module: Module) -> list[str]:
     """Names of the special functions that a module calls."""
     declared = (function.name for function in module.module.functions if function.is_declaration)
-    return [name for name in declared if name.startswith(_PREFIX)]
-
-
-@cache
-def called_back(function: Callable[..., Any], result: Any, *arguments: Any) -> Any:
-    """What lets machine code call a function that Python runs, with NaN for what Python refuses to compute."""
-
-    def found(*given: Any) -> Any:
-        try:
-            return function(*given)
-        except (ArithmeticError, ValueError):
-            if result is None:
-                count, target, stride = given[-3:]
-                for m in range(count):
-                    target[m * stride] = math.nan
-            return math.nan
-
-    return ctypes.CFUNCTYPE(result, *arguments)(found)
-
-
-@cache
-def address(name: str) -> int:
-    """Where the code of a special function, or of one of Python, is."""
-    if name.startswith(python.PREFIX):
-        return python.address(name)
-    import numba
-    from numba import float64, int64, types, void
-
-    from chaosdrill.codegen.special import CODE, EXPANSIONS
-
-    title = name.removeprefix(_PREFIX)
-    function = title.removesuffix(_EXPANDED)
-    expands = function != title
-    found = (EXPANSIONS if expands else CODE)[function]
-    (count,) = SPECIAL[function].make.nargs
-    if numba.config.DISABLE_JIT:
-        double, whole = ctypes.c_double, ctypes.c_int64
-        more = (whole, whole, ctypes.POINTER(double), whole) if expands else ()
-        made = called_back(found, None if expands else double, *[double] * int(count), *more)
-        return ctypes.cast(made, ctypes.c_void_p).value or 0
-    further = (int64, int64, types.CPointer(float64), int64) if expands else ()
-    signature = (void if expands else float64)(*[float64] * int(count), *further)
-    return int(numba.cfunc(signature, cache=True, error_model="numpy")(found.py_func).address)
+    return [name for name in declared if name.startswith(PREFIX)]

@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from numba import float64, int64, void
-from numba.extending import register_jitable
+from chaosdrill.codegen.kinds import float64, int64, void
 
 vector = float64[::1]
 matrix = float64[:, ::1]
@@ -62,7 +61,6 @@ class EventPlaces(NamedTuple):
     size: int
 
 
-@register_jitable
 def event_places(n: int) -> EventPlaces:
     """Places for a system of n states.
 

@@ -10,39 +10,18 @@ operation has to be looked at again is a property of the operation. These argume
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import sympy
 
+from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED, Shape
 from chaosdrill.model.special import SPECIAL, positive_power
-
-CROSSED, ONE_SIDED, AT_SERIES, AT_ALL = range(4)
-"""Whether the argument of an operation may pass through zero: it may; not in a series, and methods that need none go on
-with zero behind it; not in a series; never."""
 
 VISIBLE = 9
 """Degree from which on a power may hide: the next lower ones show in one of the last eight terms of a series."""
 
 UNTOLD = 10
 """The exponent that counts where it is a parameter."""
-
-
-class Shape(NamedTuple):
-    """How far the argument w of an operation may move in a step before the operation is looked at.
-
-    That is ``orders`` times the order of the series, or ``part * abs(w) - dead``, whichever is larger. Between two
-    looks it may move by ``unit``, or by ``finer`` of how far it is beyond ``dead``, or of ``floor`` times its largest
-    value in the step.
-    """
-
-    orders: float
-    part: float
-    dead: float
-    unit: float
-    finer: float
-    floor: float
-    through: float
-    """CROSSED, ONE_SIDED, AT_SERIES or AT_ALL"""
 
 
 # exp(w) grows by the factor that the last terms of a series of that order still show; below 745 it is zero to doubles

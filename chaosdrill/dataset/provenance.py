@@ -3,6 +3,7 @@
 import json
 import platform
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
 from numbers import Integral, Real
@@ -105,16 +106,23 @@ def signature() -> str:
 
 def _definition(system: Any) -> dict[str, str]:
     from chaosdrill.model import HybridSystem
-    from chaosdrill.model.definition import write_definition
-    from chaosdrill.model.python import DERIVATIVES, sources
 
     if not isinstance(system, HybridSystem):
         return {}
-    try:
-        return {"definition": to_json(write_definition(system))}
-    except ModelError as fault:
-        derived = {"derivatives": DERIVATIVES} if sources(system) else {}
-        return {"definition_missing": str(fault), **derived}
+    if "definition" not in system.shared:
+        from chaosdrill.model.definition import write_definition
+
+        with suppress(ModelError):
+            write_definition(system)
+    found = system.shared["definition"]
+    if not isinstance(found, str):
+        return {"definition": to_json(found)}
+    derived = {}
+    if system.sources:
+        from chaosdrill.model.python import DERIVATIVES
+
+        derived = {"derivatives": DERIVATIVES}
+    return {"definition_missing": found, **derived}
 
 
 def _of_settings(settings: Mapping[str, Any]) -> dict[str, str | float | int]:

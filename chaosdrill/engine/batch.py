@@ -166,7 +166,7 @@ class Batch:
         m = len(frame)
         self.system, self.method = system, numerics.method
         self._parameters = {name: np.asarray(values, dtype=float) for name, values in parameters.items()}
-        forced = system.period is not None
+        forced = system.forced
         self.period = forcing_periods(system, parameters, points) if forced else np.full(points, unit)
         self.outcome = np.where(np.isnan(self.period), int(Outcome.FAILED), int(Outcome.OK))
         self._check_periods(parameters)
@@ -532,7 +532,7 @@ class Batch:
 
     def _check_periods(self, parameters: Mapping[str, np.ndarray]) -> None:
         """Where the period is not proved, points at which the system does not repeat have failed."""
-        if self.system.period is None or repeats(self.system):
+        if not self.system.forced or repeats(self.system):
             return
         for p in np.flatnonzero(self.outcome == Outcome.OK):
             try:
@@ -547,7 +547,7 @@ def _constants(system: "HybridSystem", parameters: Mapping[str, np.ndarray], poi
     given = np.zeros((points, len(system.parameters) + 1))
     for column, (name, value) in enumerate(system.parameters.items()):
         given[:, column] = parameters.get(name, value)
-    c = np.empty((points, max(kernels_of(system).written.constants, 1)))
+    c = np.empty((points, max(kernels_of(system).layout.constants, 1)))
     fill = kernels_of(system).fill_constants
     for values, row in zip(given, c, strict=True):
         fill(values, row)

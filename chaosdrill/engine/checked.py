@@ -13,9 +13,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from numba import uint64
-
-from chaosdrill.codegen.steep import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED
+from chaosdrill.codegen.kinds import uint64
+from chaosdrill.codegen.layout import AT_ALL, AT_SERIES, CROSSED, ONE_SIDED
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.layout import EPSILON, NONFINITE, SINGULAR, STEEP, STEP_UNDERFLOW, TAYLOR
 from chaosdrill.engine.polynomial import late_size, size, value

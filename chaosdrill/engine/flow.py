@@ -6,8 +6,7 @@ strobe falls once a period wherever the steps fall; only the last one of a call 
 with a strobe or a sample comes after it.
 """
 
-from numba import int64
-
+from chaosdrill.codegen.kinds import int64
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import compiled, inlined

@@ -6,14 +6,20 @@ long when both were measured. Results are the same but for rounding where operat
 """
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
 from numba import types
+from numba.extending import intrinsic, register_jitable
 
-from chaosdrill.engine.uncompiled import machine_code, visible
+from chaosdrill.codegen.machine import FROM_WORDS
+from chaosdrill.codegen.signatures import event_places
+
+# what operators do with lanes
+import_module("chaosdrill.engine.lane_code")
 
 # a numba that has them no more, or under other names
 try:
@@ -23,26 +29,13 @@ except (ImportError, AttributeError):
 
 WORD = ir.IntType(64)
 WORDS = WORD.as_pointer()
-FROM_WORDS = "_from_words"
-"""Behind the name of a function: the same, with its arguments and then its result in memory, every number a word."""
 
 _CALLBACK = {"error_model": "numpy", "_nrt": False}
 PLAIN = _CALLBACK | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """How numba compiles all of the engine: errors are none of arithmetic, nothing is allocated, Python calls no part."""
 
 
-def function_pointer(name: str, signature: Any) -> Any:
-    """The type of a function that is called by its address; the name keeps the names of compiled functions short."""
-    kind = types.ExternalFunctionPointer(signature, None)
-    kind.name = name
-    return kind
-
-
-def named_tuple(kinds: Any, cls: Any) -> Any:
-    """The type of a named tuple, with a short name."""
-    kind = types.NamedTuple(tuple(kinds), cls)
-    kind.name = cls.__name__
-    return kind
+register_jitable(event_places)
 
 
 def _load(builder: Any, words: Any, place: int, kind: Any) -> tuple[Any, int]:
@@ -70,7 +63,7 @@ def _store(builder: Any, words: Any, place: int, value: Any) -> int:
 def at_address(kind: Any) -> Any:
     """A compiled function that gives the value of a type whose words begin at an address."""
 
-    @machine_code(lambda record: visible(record.value))
+    @intrinsic
     def value_at(typingctx: Any, address: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             words = builder.inttoptr(arguments[0], WORDS)

@@ -10,8 +10,8 @@ doi:10.1145/232807.232809). A value counts as zero within a bound of its own rou
 import math
 
 import numpy as np
-from numba import uint64
 
+from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine.dop853_tables import NODES, TO_CHEBYSHEV
 from chaosdrill.engine.jit import inlined, inner, rare, series
 from chaosdrill.engine.lanes import exponent, power_of_two

@@ -8,19 +8,28 @@ so that its machine code is the same whatever was compiled before. Where no fold
 import ctypes
 import struct
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache, cached_property
 from typing import Any
 
-import numba
 import numpy as np
-from numba import types
-from numba.np.numpy_support import as_dtype
 
 from chaosdrill.codegen import kept
-from chaosdrill.codegen.machine import address_of, load, optimised_object
-from chaosdrill.engine.front_end import FROM_WORDS, PLAIN, llvm_module
-from chaosdrill.engine.uncompiled import UNCOMPILED, Uncompiled, numbers_of_numpy
+from chaosdrill.codegen.kinds import (
+    Array,
+    Kind,
+    Late,
+    Pointer,
+    Signature,
+    Tuple,
+    float64,
+    numpy_type,
+    uint64,
+    void,
+)
+from chaosdrill.codegen.machine import FROM_WORDS, address_of, load, optimised_object
+from chaosdrill.engine import lanes
+from chaosdrill.engine.uncompiled import UNCOMPILED, Uncompiled, numbers_of_numpy, visible
 from chaosdrill.progress import compiling
 
 RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])
@@ -34,6 +43,11 @@ COMPILED: list["Compiled"] = []
 
 _compiling = threading.RLock()
 
+_names: dict[int, dict[str, Any]] = {id(vars(lanes)): vars(lanes)}
+"""Where compiled functions find what they name: the names of their modules, and what functions around them hold."""
+
+_cells: list[Any] = []
+
 _Writer = Callable[[Any, list[Any]], None]
 
 
@@ -46,20 +60,20 @@ class Compiled:
     ----------
     function : callable
         One that numba can compile.
-    signature : numba signature
+    signature : Signature
     loops : bool
         Whether loops of independent turns become vector instructions.
     """
 
-    def __init__(self, function: Callable[..., Any], signature: Any, loops: bool) -> None:
-        self.py_func = function
+    def __init__(self, function: Callable[..., Any], signature: Signature, loops: bool) -> None:
+        self.py_func = _heard_of(function)
         self.signature = signature
         self._loops = loops
         self.__doc__ = function.__doc__
         self.__name__ = function.__name__
         self._writers = [_writer(kind) for kind in signature.args]
         self._format = struct.Struct("".join(map(_format, signature.args)))
-        self._result = struct.Struct("" if signature.return_type == types.void else _format(signature.return_type))
+        self._result = struct.Struct("" if signature.return_type is void else _format(signature.return_type))
 
     @cached_property
     def code(self) -> bytes:
@@ -73,7 +87,10 @@ class Compiled:
     def _compile(self) -> bytes:
         # what pays to be packed is written with lanes; to pack more costs a twentieth of a run in shuffles
         with compiling():
-            module = llvm_module(self.py_func, self.__name__, self.signature, _rare)
+            from chaosdrill.engine.front_end import llvm_module
+
+            put_real()
+            module = llvm_module(self.py_func, self.__name__, self.signature.real, _rare)
             return optimised_object(module, loops=self._loops)
 
     @cached_property
@@ -102,9 +119,9 @@ class Compiled:
 
 
 class Layout:
-    """How named tuples of a numba type stand in memory, told once: to look a type up takes as long as a short run."""
+    """How named tuples of a type stand in memory, told once: to look a type up takes as long as a short run."""
 
-    def __init__(self, kind: Any) -> None:
+    def __init__(self, kind: Kind) -> None:
         self.write = _writer(kind)
         self.words = struct.Struct(_format(kind))
 
@@ -131,33 +148,29 @@ class Record:
         return self._address
 
 
-def _parts(kind: Any) -> Sequence[Any]:
-    return tuple(kind.types)
-
-
 @cache
-def _format(kind: Any) -> str:
+def _format(kind: Kind) -> str:
     """The words of a type, as `struct` names them."""
-    if isinstance(kind, types.BaseTuple):
-        return "".join(map(_format, _parts(kind)))
-    if isinstance(kind, types.Array):
+    if isinstance(kind, Tuple):
+        return "".join(map(_format, kind.parts))
+    if isinstance(kind, Array):
         return "q" * (5 + 2 * kind.ndim)
-    return "d" if kind == types.float64 else "q"
+    return "d" if kind is float64 else "q"
 
 
 @cache
-def _writer(kind: Any) -> _Writer:
+def _writer(kind: Kind) -> _Writer:
     """What appends the words of a value to a list."""
-    if isinstance(kind, types.BaseTuple):
-        writers = [_writer(part) for part in _parts(kind)]
+    if isinstance(kind, Tuple):
+        writers = [_writer(part) for part in kind.parts]
 
         def of_tuple(value: Any, flat: list[Any]) -> None:
             for write, part in zip(writers, value, strict=True):
                 write(part, flat)
 
         return of_tuple
-    if isinstance(kind, types.Array):
-        dtype, dimensions = np.dtype(as_dtype(kind.dtype)), kind.ndim
+    if isinstance(kind, Array):
+        dtype, dimensions = numpy_type(kind.dtype), kind.ndim
 
         def of_array(value: Any, flat: list[Any]) -> None:
             if value.ndim != dimensions or value.dtype != dtype or not value.flags.c_contiguous:
@@ -165,13 +178,13 @@ def _writer(kind: Any) -> _Writer:
             flat += (0, 0, value.size, dtype.itemsize, address_of(value), *value.shape, *value.strides)
 
         return of_array
-    if isinstance(kind, types.ExternalFunctionPointer):
+    if isinstance(kind, Pointer):
         return lambda value, flat: flat.append(value.address)
-    number = float if kind == types.float64 else int
+    number = float if kind is float64 else int
     return lambda value, flat: flat.append(number(value))
 
 
-def compiled(signature: Any, *, loops: bool = True) -> Callable[[Any], Any]:
+def compiled(signature: Signature, *, loops: bool = True) -> Callable[[Any], Any]:
     """Compile for one signature; see `Compiled`."""
 
     def wrap(function: Any) -> Any:
@@ -185,8 +198,61 @@ def compiled(signature: Any, *, loops: bool = True) -> Callable[[Any], Any]:
     return wrap
 
 
+class Part(Late):
+    """A function that becomes a part of compiled ones; see `inlined` and those below it."""
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        self.py_func = _heard_of(function)
+        self.__doc__ = function.__doc__
+        self._options = options
+
+    @cached_property
+    def real(self) -> Any:
+        import numba
+
+        from chaosdrill.engine.front_end import PLAIN
+
+        return numba.njit(**PLAIN, **self._options)(self.py_func)
+
+
+class _AtAddress(Late):
+    def __init__(self, kind: Kind) -> None:
+        self._kind = kind
+
+    @cached_property
+    def real(self) -> Any:
+        from chaosdrill.engine.front_end import at_address
+
+        return at_address(self._kind.real)
+
+
+def at_address(kind: Kind) -> Any:
+    """A compiled function that gives the value of a type whose words begin at an address."""
+    return (lambda record: visible(record.value)) if UNCOMPILED else _AtAddress(kind)
+
+
+def _heard_of(function: Callable[..., Any]) -> Callable[..., Any]:
+    _names[id(function.__globals__)] = function.__globals__
+    _cells.extend(function.__closure__ or ())
+    return function
+
+
+def put_real() -> None:
+    """Put what numba makes in the place of what stands for it, where compiled functions find it."""
+
+    def stands_for_it(value: Any) -> bool:
+        # of types compiled functions name the one of places in arrays
+        return isinstance(value, Part | lanes.Operation | _AtAddress) or value is uint64
+
+    for names in list(_names.values()):
+        names |= {name: value.real for name, value in list(names.items()) if stands_for_it(value)}
+    for cell in _cells:
+        if stands_for_it(cell.cell_contents):
+            cell.cell_contents = cell.cell_contents.real
+
+
 def _part(function: Any, **options: Any) -> Any:
-    return numbers_of_numpy(function) if UNCOMPILED else numba.njit(**PLAIN, **options)(function)
+    return numbers_of_numpy(function) if UNCOMPILED else Part(function, options)
 
 
 def inlined(function: Any) -> Any:

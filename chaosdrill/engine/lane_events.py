@@ -6,8 +6,7 @@ seen for all lanes at once. Whatever is less plain is left to ``engine.guards``,
 
 import math
 
-from numba import uint64
-
+from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import guards
 from chaosdrill.engine.jit import inlined, inner, series
 from chaosdrill.engine.lane_step import copy_lane

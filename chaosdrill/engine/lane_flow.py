@@ -7,8 +7,7 @@ one by the functions of a single run. No number of a run depends on which others
 
 import math
 
-from numba import int64, uint64, void
-
+from chaosdrill.codegen.kinds import int64, uint64, void
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine import lane_events, lane_step, taylor
 from chaosdrill.engine.checked import first_row, look_along_series, proven

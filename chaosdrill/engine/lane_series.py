@@ -1,7 +1,6 @@
 """Polynomials whose coefficients are lanes: as in ``engine.polynomial``, for eight trajectories at once."""
 
-from numba import uint64
-
+from chaosdrill.codegen.kinds import uint64
 from chaosdrill.codegen.signatures import WIDTH
 from chaosdrill.engine.jit import series
 from chaosdrill.engine.lanes import magnitude

@@ -6,8 +6,7 @@ arrays of lanes, in the order of ``engine.layout``.
 
 import math
 
-from numba import uint64
-
+from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import scales
 from chaosdrill.engine.checked import FEW
 from chaosdrill.engine.jit import inlined, inner

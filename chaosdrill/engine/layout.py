@@ -79,7 +79,7 @@ class Tables(NamedTuple):
     steep: Any
     """(modes, 1 + operations): number of steep operations, then the rows of what they are applied to, where such are"""
     shapes: Any
-    """(modes, operations, 7): `codegen.steep.Shape` of each"""
+    """(modes, operations, 7): `codegen.layout.Shape` of each"""
 
 
 class States(NamedTuple):

@@ -8,15 +8,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy
 
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.signatures import event_places
 from chaosdrill.errors import SettingsError
-from chaosdrill.model.derive import frozen_states
-from chaosdrill.model.exponents import differences
-from chaosdrill.model.places import parameter
-from chaosdrill.model.python import Called
+from chaosdrill.model import arithmetic
 
 if TYPE_CHECKING:
     from chaosdrill.model.system import HybridSystem
@@ -37,31 +33,30 @@ def forcing_periods(system: "HybridSystem", parameters: Mapping[str, np.ndarray]
     points : int
         Number of points.
     """
-    if "period" not in system.shared:
-        placed = system.placed
-        system.shared["period"] = sympy.lambdify(
-            [parameter(name) for name in placed.parameters], placed.period, modules="numpy"
-        )
-    values = (np.asarray(parameters.get(name, own), dtype=float) for name, own in system.parameters.items())
+    values = [np.asarray(parameters.get(name, own), dtype=float) for name, own in system.parameters.items()]
     with np.errstate(all="ignore"):
-        found = np.broadcast_to(system.shared["period"](*values), (points,))
+        found = np.broadcast_to(arithmetic.period(system, values, np), (points,))
     found = np.where(np.isreal(found), found.real, np.nan)
     return np.where((found > 0) & np.isfinite(found), found, np.nan)
 
 
 def repeats(system: "HybridSystem") -> bool:
     """Whether the system is proved to repeat after its period, whatever its parameters."""
-    if system.time is None:
-        return True
     if "repeats" not in system.shared:
+        from chaosdrill.model.exponents import differences
+
         placed = system.placed
-        system.shared["repeats"] = all(_repeats(placed, e) for e in differences(placed))
+        system.shared["repeats"] = placed.time is None or all(_repeats(placed, e) for e in differences(placed))
     return bool(system.shared["repeats"])
 
 
 def _repeats(system: "HybridSystem", expression: Any) -> bool:
     if system.time not in expression.free_symbols:
         return True
+    import sympy
+
+    from chaosdrill.model.python import Called
+
     if expression.has(Called):
         return False
     later = expression.xreplace({system.time: system.time + system.period})
@@ -75,6 +70,8 @@ def check_period(system: "HybridSystem", period: float) -> None:
     """Raise SettingsError if a field, a quadrature, a guard or a reset does not repeat after the period."""
     if repeats(system):
         return
+    from chaosdrill.model.derive import frozen_states
+
     kernels = kernels_of(system)
     n, q = len(system.states), len(system.quadratures)
     c = kernels.constants(system.parameters)

@@ -2,12 +2,9 @@
 
 import math
 
-import numba
-from numba import float64, int64, types, uint64
-
+from chaosdrill.codegen.kinds import Array, NamedTuple, Pointer, RecordOf, Tuple, float64, int64, uint64, void
 from chaosdrill.codegen.signatures import LANE_SIGNATURES, SIGNATURES, block, matrix, vector
-from chaosdrill.engine.front_end import at_address, function_pointer, named_tuple
-from chaosdrill.engine.jit import inlined, inner
+from chaosdrill.engine.jit import at_address, inlined, inner
 from chaosdrill.engine.layout import (
     DONE,
     ESCAPED,
@@ -37,55 +34,53 @@ LARGE_GROWTH = 1e4
 integers = int64[::1]
 integer_matrix = int64[:, ::1]
 cube = float64[:, :, ::1]
-settings_record = numba.from_dtype(SETTINGS)
-run_record = numba.from_dtype(RUN)
-settings_type = types.Array(settings_record, 1, "C")
+settings_record = RecordOf(SETTINGS)
+run_record = RecordOf(RUN)
+settings_type = Array(settings_record, 1)
 
-tables_type = named_tuple(
+tables_type = NamedTuple(
     (*[integer_matrix] * 8, matrix, matrix, integer_matrix, integers, vector, integer_matrix, cube), Tables
 )
-states_type = named_tuple(
+states_type = NamedTuple(
     (
-        *(types.Array(run_record, 1, "C"), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
+        *(Array(run_record, 1), matrix, matrix, matrix, cube, cube, integer_matrix, integer_matrix),
         *(matrix, matrix, matrix, cube, integer_matrix, integer_matrix, *[matrix] * 5),
     ),
     States,
 )
-implicit_type = named_tuple((matrix, cube, *[matrix] * 3, vector, matrix, *[integers] * 3), Implicit)
-scratch_type = named_tuple(
+implicit_type = NamedTuple((matrix, cube, *[matrix] * 3, vector, matrix, *[integers] * 3), Implicit)
+scratch_type = NamedTuple(
     (matrix, vector, vector, matrix, matrix, *[vector] * 13, matrix, matrix, implicit_type, vector, matrix), Scratch
 )
-block_type = named_tuple(
+block_type = NamedTuple(
     (
         *(vector, matrix, matrix, block, block, matrix, matrix, matrix, vector, vector, matrix, matrix, vector),
         *(block, *[matrix] * 3, vector, vector, *[matrix] * 6),
     ),
     Block,
 )
-results_type = named_tuple((integer_matrix, cube, cube, matrix, cube, integers), Results)
-lane_room_type = named_tuple((integer_matrix, integer_matrix, matrix, matrix, block_type), LaneRoom)
+results_type = NamedTuple((integer_matrix, cube, cube, matrix, cube, integers), Results)
+lane_room_type = NamedTuple((integer_matrix, integer_matrix, matrix, matrix, block_type), LaneRoom)
 
 STEPPER_SIGNATURES = {
     "expand": float64(int64, int64, float64),
-    "locate": types.Tuple((float64, int64, int64))(int64, int64, float64, float64, float64),
-    "evaluate": types.void(int64, int64, float64, float64),
-    "advance": types.void(int64, int64, float64, float64),
+    "locate": Tuple((float64, int64, int64))(int64, int64, float64, float64, float64),
+    "evaluate": void(int64, int64, float64, float64),
+    "advance": void(int64, int64, float64, float64),
 }
 """Signatures of a method's functions, see ``engine.stepper``."""
 
-SEARCH_SIGNATURE = types.Tuple((float64, int64, int64, float64))(int64, int64, float64, float64)
+SEARCH_SIGNATURE = Tuple((float64, int64, int64, float64))(int64, int64, float64, float64)
 """``first_event(place, p, h, t)``: time of it or -1, -2 for a start that is refused; guard; ties; length of the step"""
 
-functions_type = named_tuple((function_pointer(name, s) for name, s in SIGNATURES.items()), Functions)
-lane_functions_type = named_tuple(
-    (function_pointer(f"lane_{name}", s) for name, s in LANE_SIGNATURES.items()), LaneFunctions
-)
-stepper_type = named_tuple((function_pointer(name, s) for name, s in STEPPER_SIGNATURES.items()), Stepper)
-machine_type = named_tuple(
+functions_type = NamedTuple((Pointer(name, s) for name, s in SIGNATURES.items()), Functions)
+lane_functions_type = NamedTuple((Pointer(f"lane_{name}", s) for name, s in LANE_SIGNATURES.items()), LaneFunctions)
+stepper_type = NamedTuple((Pointer(name, s) for name, s in STEPPER_SIGNATURES.items()), Stepper)
+machine_type = NamedTuple(
     (
         functions_type,
         stepper_type,
-        function_pointer("search", SEARCH_SIGNATURE),
+        Pointer("search", SEARCH_SIGNATURE),
         settings_type,
         tables_type,
         states_type,

@@ -2,8 +2,7 @@
 
 import math
 
-from numba import int64, void
-
+from chaosdrill.codegen.kinds import int64, void
 from chaosdrill.codegen.signatures import matrix
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import CHECKED

@@ -6,8 +6,8 @@ so that two roots close together are found at any distance (compare Farouki 2012
 """
 
 import numpy as np
-from numba import uint64
 
+from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine.jit import rare, series
 from chaosdrill.engine.lanes import part, put, spread
 

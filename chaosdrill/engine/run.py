@@ -13,7 +13,6 @@ from chaosdrill.engine.ahead import ONE_RUN, await_part
 from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.period import check_period
 from chaosdrill.engine.setup import modes_of_starts, scratch_of, settings_of, states_of, tables_of
-from chaosdrill.model.places import places_of
 from chaosdrill.model.regions import own_mode
 
 if TYPE_CHECKING:
@@ -321,11 +320,15 @@ class Run:
     def stopped(self, outcome: Outcome) -> str:
         """What has ended the run, and where: a term of the equations, or modes that change without end; else empty."""
         k, system, mode = int(self.standing["blocked"]), self.system, int(self.standing["mode"])
+        if k < 0 and outcome != Outcome.STALLED:
+            return ""
+        from chaosdrill.model.places import places_of
+
         names = {place: symbol for symbol, place in places_of(system).items()}
         state = ", ".join(f"{name} = {x:.6g}" for name, x in zip(system.state_names, self.x.tolist(), strict=True))
         where = f"in mode {system.mode_names[mode]!r}, time {self.elapsed:.10g}, at {state}"
         if k >= 0:
-            one = kernels_of(system).steep[mode][k]
+            one = kernels_of(system).written.steep[mode][k]
             return f"{one.term.xreplace(names)} ends where {one.argument.xreplace(names)} = 0: {where}"
         if outcome == Outcome.STALLED and (found := self._facing(mode)) is not None:
             surface, other = found
@@ -351,7 +354,7 @@ class Run:
                 there = abs(value) <= NEAR * (np.abs(gradient[:n]) @ self.states.scale[0, :n])
                 if there and speed != 0 and event.direction * speed >= 0:
                     for k in event.outcomes:
-                        yield event.guard, int(kernels.transition_table[k, 0])
+                        yield kernels.written.events[mode][j].guard, int(kernels.transition_table[k, 0])
 
         for surface, other in ways(mode):
             if other != mode and any(back == mode for _, back in ways(other)):
@@ -365,7 +368,7 @@ class Run:
 
 def rate_names(system: "HybridSystem") -> tuple[str, ...]:
     """Names of the means that ``event_rates`` returns for a system."""
-    suffix = "period" if system.period is not None else "time"
+    suffix = "period" if system.forced else "time"
     of_quadratures = (names_of_rate(str(name))[0] for name in system.quadratures)
     return (*(f"{name}_per_{suffix}" for name in ("events", "impacts", "slips")), *of_quadratures, "closest_grazing")
 
@@ -379,7 +382,7 @@ def event_rates(run: Run) -> dict[str, float]:
     system = run.system
     changing = [i for i, t in enumerate(system.transitions) if not t.marks_only()]
     length = run.elapsed - run.forgotten
-    units = length / run.period if system.period is not None else length
+    units = length / run.period if system.forced else length
     counted = (
         sum(run.counts[i] for i in changing),
         sum(run.counts[i] for i in changing if system.transitions[i].kind == "impact"),

@@ -1,7 +1,6 @@
 """States at given times along orbits."""
 
-from numba import int64, void
-
+from chaosdrill.codegen.kinds import int64, void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine.jit import compiled
 from chaosdrill.engine.layout import Method

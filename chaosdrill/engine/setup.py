@@ -5,11 +5,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.layout import Shape
 from chaosdrill.codegen.signatures import event_places
-from chaosdrill.codegen.steep import Shape
 from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS
 from chaosdrill.engine import layout as at
@@ -19,9 +18,6 @@ from chaosdrill.engine.numerics import Numerics
 from chaosdrill.engine.radau_tables import MOST_STAGES
 from chaosdrill.engine.roots import DEPTH
 from chaosdrill.errors import SettingsError
-from chaosdrill.model.derive import pinned_states, pinned_values
-from chaosdrill.model.places import TIME, parameter
-from chaosdrill.model.python import sources
 from chaosdrill.model.regions import UNTOLD, modes_at
 
 if TYPE_CHECKING:
@@ -32,7 +28,7 @@ def settings_of(
     system: "HybridSystem", numerics: Numerics, order: int, *, samples: int = 1, orthonormalise: bool = True
 ) -> np.ndarray:
     """Settings of runs, one record; ``order`` is that of a guard's polynomial."""
-    if METHODS[numerics.method].series and (found := sources(system)):
+    if METHODS[numerics.method].series and (found := system.sources):
         place, one = next(iter(found.items()))
         others = [repr(name) for name, method in METHODS.items() if not method.series]
         raise SettingsError(
@@ -45,9 +41,9 @@ def settings_of(
     settings["quadratures"] = len(system.quadratures)
     settings["samples"] = samples
     settings["orthonormalise"] = int(orthonormalise)
-    settings["absolute_time"] = int(system.period is None)
+    settings["absolute_time"] = int(not system.forced)
     settings["own_jacobian"] = int(kernels_of(system).own_jacobian)
-    settings["max_events"] = numerics.max_events or (10_000 if system.period is not None else 10_000_000)
+    settings["max_events"] = numerics.max_events or (10_000 if system.forced else 10_000_000)
     settings["max_stalls"] = numerics.max_stalls
     settings["tolerance"] = numerics.tolerance
     settings["dense_noise"] = getattr(import_module(f"chaosdrill.engine.{numerics.method}"), "DENSE_NOISE", 0.0)
@@ -82,7 +78,7 @@ def tables_of(
         marks=_marks(system, deficient, through),
         transitions=transitions,
         moves=kernels.moves_table,
-        returns=np.array(kernels.written.returns, dtype=np.int64).reshape(-1, 2),
+        returns=np.array(kernels.layout.returns, dtype=np.int64).reshape(-1, 2),
         bounds=bounds_of(system),
         symmetries=np.array(symmetries, dtype=float),
         constrained=constrained_states(system),
@@ -100,9 +96,8 @@ def _steep(system: "HybridSystem") -> dict[str, np.ndarray]:
     shapes = np.zeros((len(kernels.steep), most, len(Shape._fields)))
     for mode, watched in enumerate(kernels.steep):
         rows[mode, 0] = len(watched)
-        shapes[mode, : len(watched)] = [one.shape for one in watched] or shapes[mode, :0]
-    for mode, one in enumerate(kernels.written.modes):
-        found = one.watched_rows()
+        shapes[mode, : len(watched)] = watched or shapes[mode, :0]
+    for mode, found in enumerate(kernels.layout.watched):
         rows[mode, 1 : 1 + len(found)] = found
     return {"steep": rows, "shapes": shapes}
 
@@ -135,14 +130,15 @@ def bounds_of(system: "HybridSystem") -> np.ndarray:
 
 def constrained_states(system: "HybridSystem") -> np.ndarray:
     """Which states each mode leaves no freedom, shape (modes, n)."""
-    table: np.ndarray | None = system.shared.get("pins")
-    if table is None:
-        table = np.zeros((len(system.modes), len(system.states)), dtype=np.int64)
+    if "pins" not in system.shared:
+        from chaosdrill.model.derive import pinned_states
+
         placed = system.placed
-        for row, mode in zip(table, placed.modes, strict=True):
-            row[list(pinned_states(placed, mode))] = 1
-        system.shared["pins"] = table
-    return table
+        system.shared["pins"] = [
+            [int(i in pinned) for i in range(len(placed.states))]
+            for pinned in (pinned_states(placed, mode) for mode in placed.modes)
+        ]
+    return np.array(system.shared["pins"], dtype=np.int64)
 
 
 def values_of_constrained(
@@ -151,6 +147,11 @@ def values_of_constrained(
     """What a mode pins its states to, by default at the strobe: index -> value, an array if a parameter is one."""
     known = system.shared.setdefault("values of constrained", {})
     if mode not in known:
+        import sympy
+
+        from chaosdrill.model.derive import pinned_values
+        from chaosdrill.model.places import TIME, parameter
+
         placed = system.placed
         symbols = [TIME, *(parameter(name) for name in placed.parameters)]
         known[mode] = {

@@ -12,8 +12,7 @@ Columns of reduced unknowns: d states of the first start, its phase, N durations
 
 import math
 
-from numba import float64, int64, types
-
+from chaosdrill.codegen.kinds import Tuple, float64, int64
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import FAR, normal_speed, saltation_jump
 from chaosdrill.engine.jit import compiled
@@ -38,14 +37,14 @@ SEGMENT_MODE, SEGMENT_END, SEGMENT_OUTCOME = range(3)
 # what shooting found beside the equations: the guard that a segment crosses before its end, the outcome of its event
 CROSSED, CAME = range(2)
 
-ROOM = types.Tuple((matrix, matrix, matrix, matrix, vector))
+ROOM = Tuple((matrix, matrix, matrix, matrix, vector))
 """scratch"""
 
-FOUND = types.Tuple((matrix, cube, matrix, vector, integer_matrix, vector))
+FOUND = Tuple((matrix, cube, matrix, vector, integer_matrix, vector))
 """equations, sensitivity of the starts, monodromy matrix, speeds at the events, crossings and outcomes, times of
 crossings since the start of the segment"""
 
-SIGNATURE = types.Tuple((int64, float64))(
+SIGNATURE = Tuple((int64, float64))(
     *(int64, int64, integers, vector, integer_matrix, matrix, matrix, float64, vector, int64, FOUND, ROOM)
 )
 

@@ -12,17 +12,15 @@ from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy
-from numba import float64, int64, void
 
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.kinds import float64, int64, void
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.engine.events import normal_speed, saltate, saltation_jump
 from chaosdrill.engine.jit import compiled, inner
 from chaosdrill.engine.layout import Functions
 from chaosdrill.engine.records import functions_type, integer_matrix
 from chaosdrill.engine.uncompiled import in_python
-from chaosdrill.model.derive import rate, shift_directions
 
 if TYPE_CHECKING:
     from chaosdrill.model.reading import Transition
@@ -217,6 +215,8 @@ def _goes_on(system: "HybridSystem", mode: str, transition: "Transition") -> boo
     """Whether an event changes neither its guard nor the rate of it."""
     if transition.target != mode:
         return False
+    from chaosdrill.model.derive import rate
+
     reset = {state for state, image in transition.reset.items() if image != state}
     return not (transition.guard.free_symbols | rate(system, mode, transition.guard).free_symbols) & reset
 
@@ -343,6 +343,8 @@ def symmetries_of(system: "HybridSystem") -> list[list[float]]:
     Where a Jacobian has an inverse there is none; else they are derived, once for all values of the parameters.
     """
     if "symmetries" not in system.shared:
+        from chaosdrill.model.derive import shift_directions
+
         regular = any(_is_regular(matrix) for matrix in _jacobians(system, 1))
         system.shared["symmetries"] = [] if regular else shift_directions(system.placed)
     found: list[list[float]] = system.shared["symmetries"]
@@ -358,11 +360,22 @@ def _deficient(system: "HybridSystem", jumps: list[tuple[int, np.ndarray]]) -> f
     """Transitions seen to lose rank somewhere, those never seen, and those whose reset has branches or whose target
     holds a surface.
     """
-    branching = (sympy.Piecewise, sympy.Max, sympy.Min)
-    found = {i for i, t in enumerate(system.transitions) if any(v.has(*branching) for v in t.reset.values())}
+    found = set(_branching(system))
     found |= {t for t, matrix in jumps if not _has_full_rank(matrix)}
     found |= {i for i, t in enumerate(system.transitions) if kernels_of(system).held[system.mode_names.index(t.target)]}
     return frozenset(found | (set(range(len(system.transitions))) - {t for t, _ in jumps}))
+
+
+def _branching(system: "HybridSystem") -> list[int]:
+    """Transitions whose reset has branches."""
+    if "branching" not in system.shared:
+        import sympy
+
+        kinds = (sympy.Piecewise, sympy.Max, sympy.Min)
+        resets = [list(t.reset.values()) for t in system.transitions]
+        system.shared["branching"] = [i for i, images in enumerate(resets) if any(v.has(*kinds) for v in images)]
+    found: list[int] = system.shared["branching"]
+    return found
 
 
 def _has_full_rank(matrix: np.ndarray) -> bool:

@@ -2,8 +2,7 @@
 
 import math
 
-from numba import uint64
-
+from chaosdrill.codegen.kinds import uint64
 from chaosdrill.engine import scales
 from chaosdrill.engine.checked import first_row, look_along_series, may_hide, proven
 from chaosdrill.engine.jit import RECIPROCAL, inlined, inner, rare

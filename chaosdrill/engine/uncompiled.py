@@ -4,17 +4,16 @@ A step takes ten thousand times as long. Functions of a system stay machine code
 LLVM code has a twin in Python each. Results agree up to rounding, since compiled series may fuse operations.
 """
 
+import os
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
-from numba.extending import intrinsic
 
 from chaosdrill.codegen.machine import NativeFunction
 from chaosdrill.codegen.signatures import LANES
 
-UNCOMPILED = bool(numba.config.DISABLE_JIT)
+UNCOMPILED = bool(int(os.environ.get("NUMBA_DISABLE_JIT") or 0))
 
 
 def numbers_of_numpy(function: Any) -> Any:
@@ -37,6 +36,8 @@ def machine_code(twin: Callable[..., Any]) -> Callable[[Any], Any]:
     def made(function: Any) -> Any:
         if UNCOMPILED:
             return twin
+        from numba.extending import intrinsic
+
         found = intrinsic(function)
         found.twin = twin
         return found

@@ -4,6 +4,7 @@ from importlib import import_module
 from pathlib import Path
 
 from chaosdrill.codegen import kept
+from chaosdrill.codegen.cache import put
 from chaosdrill.engine.jit import COMPILED
 from chaosdrill.package import modules
 
@@ -38,7 +39,7 @@ def warm(folder: Path | None = None, elsewhere: tuple[str, ...] = ()) -> list[Pa
         code, own = function.code, kept.engine_path(function.py_func.__module__, function.__name__)
         if folder is not None:
             own = folder / own.name
-            kept.put(own, code)
+            put(own, code)
             own.chmod(0o644)
         found.append(own)
     return found

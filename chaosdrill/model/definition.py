@@ -43,7 +43,7 @@ def write_definition(system: "HybridSystem") -> dict[str, Any]:
     """
     if "definition" not in system.shared:
         try:
-            system.shared["definition"] = _written(system)
+            system.shared["definition"] = _written(system.built)
         except ModelError as fault:
             system.shared["definition"] = str(fault)
     found = system.shared["definition"]

@@ -4,10 +4,9 @@ It may come from Python, from the table of a scene, or from an archive: names, e
 and tables and lists of these. The rules are the same, and stand here and in `chaosdrill.model.rules` alone.
 """
 
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from numbers import Integral
 from typing import Any, cast
 
@@ -22,13 +21,14 @@ from chaosdrill.model.grammar import ExpressionError
 from chaosdrill.model.python import Called, Source, called, fault_of, is_python, reads_time
 from chaosdrill.model.rules import folded, hidden, refused, wrong_completion, wrong_period
 from chaosdrill.model.special import CONDITION, FLOW, RESET
-from chaosdrill.model.tables import read_only
+from chaosdrill.model.tables import MOST, UNNAMED, finite
 from chaosdrill.model.text import (
     has_doubles,
     read_open_text,
     read_text,
     unknown_name,
 )
+from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy, shortened, shown
 
 Path = tuple[str | int, ...]
@@ -37,15 +37,12 @@ TIME = "t"
 """What time is called in a system that calls nothing else so and names no other time."""
 
 DEFAULT_BOUND = 1e9
-UNNAMED = "own-system"
 
 MOST_LETTERS = 200_000
 """Of all expressions together."""
 
 MOST_FAULTS = 200
 MOST_CODES = 127
-MOST = sys.float_info.max
-"""Largest double: whole numbers of any length may be given."""
 
 KEYS = (
     *("name", "description", "states", "time", "period", "modes", "transitions", "regions", "quadratures", "bounds"),
@@ -62,89 +59,8 @@ NAMES = (
 _UNDONE = (ExprWithLimits, sympy.Derivative, sympy.Subs, sympy.Limit, sympy.Order)
 
 
-@dataclass(frozen=True)
-class Transition:
-    """One outcome of one event.
-
-    Expressions are text, numbers or sympy, or Python functions as in `HybridSystem`.
-
-    Parameters
-    ----------
-    name : str
-        Name of the transition; archives count and label events by it.
-    source : str or sequence of str
-        Mode or modes in which the guard is watched.
-    target : str
-        Mode that holds after the event.
-    guard : expression
-        The event happens where this expression of states, time and parameters reaches zero.
-    direction : {+1, -1, 0}
-        Upward crossings, downward crossings, or both. +1 says that the mode holds while the guard is negative: if the
-        mode is entered beyond it, a transition to another mode is taken at once.
-    reset : mapping of state to expression, or a function of all states, optional
-        State after the event from the state before it; what is not named stays as it is.
-    condition : relation, or mapping of mode to relation, optional
-        Relation between pre-event quantities, one for each source if they differ; a function returns whether it holds.
-        Transitions that share source, guard and direction are the outcomes of one event: the first declared whose
-        condition holds is taken, and none if none holds.
-    priority : int, default 0
-        Of guards that reach zero together the one with the larger priority acts first.
-    completes : str, optional
-        Name of an outcome of the same event that throws the state back, such as the rebound of a ball. Where
-        rebounds follow each other ever faster and would all be over within a negligible time, this transition is taken
-        instead: its reset puts the state at rest on the guard, its target holds the contact.
-    kind : str, optional
-        Class under which the event is counted, e.g. ``"impact"``; default: the name.
-
-    Raises
-    ------
-    ModelError
-        With every fault that can be told without the system.
-    """
-
-    name: str
-    source: str | tuple[str, ...]
-    target: str
-    guard: Any
-    direction: int
-    reset: Mapping[Any, Any] = field(default_factory=dict)
-    condition: Any = None
-    priority: int = 0
-    completes: str | None = None
-    kind: str | None = None
-    given: Mapping[str, Any] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        given = {key: getattr(self, key) for key in OF_TRANSITION}
-        given = {key: value for key, value in given.items() if value is not None or key not in _MAY_BE_NONE}
-        reader = Reader()
-        read = reader.transition((), given)
-        if reader.faults:
-            raise ModelError(reader.told(f"transition {self.name!r:.60}"))
-        # a system reads it again, since it knows the names: pi may be one of them
-        for key, value in (*read.items(), ("given", given)):
-            object.__setattr__(self, key, read_only(value))
-
-    @property
-    def conditions(self) -> dict[str, Any]:
-        """The condition in every source mode; empty if there is none."""
-        if self.condition is None:
-            return {}
-        one = self.condition
-        return dict(one) if isinstance(one, Mapping) else dict.fromkeys(self.source, one)
-
-    def content(self) -> tuple[Any, ...]:
-        """All that makes this transition, to be compared and looked up by."""
-        return (*(self.name, self.source, self.target, self.guard, self.direction, tuple(self.reset.items())),
-                *(tuple(self.conditions.items()), self.priority, self.completes, self.kind))  # fmt: skip
-
-    def marks_only(self) -> bool:
-        """Whether the transition changes neither mode nor state: it marks a section."""
-        return not self.reset and self.source == (self.target,)
-
-
 OF_TRANSITION = tuple(one.name for one in fields(Transition) if one.init)
-_NEEDED, _MAY_BE_NONE = OF_TRANSITION[:5], ("condition", "completes", "kind")
+_NEEDED = OF_TRANSITION[:5]
 
 
 @dataclass(frozen=True)
@@ -714,21 +630,6 @@ def _alone(where: str, read: Callable[[Reader], Any]) -> Any:
 def is_name(name: str) -> bool:
     """Whether a state, a parameter or a quadrature may be called so."""
     return bool(name) and name == name.strip() and "/" not in name and name.isprintable()
-
-
-def finite(value: Any) -> float | None:
-    """A finite number as a double; None for anything else."""
-    try:
-        # an array of one number is none, though float takes it; a complex number loses a part there
-        number = float("nan") if isinstance(value, str | bytes | bool) or _is_more(value) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        return None
-    return number if abs(number) <= MOST else None
-
-
-def _is_more(value: Any) -> bool:
-    """Whether something of numpy or xarray is more than one real number."""
-    return bool(getattr(value, "ndim", 0)) or getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
 def _rated(modes: Any) -> Iterator[str]:

@@ -3,11 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-import sympy
-
 from chaosdrill.errors import SettingsError
-from chaosdrill.model.held import opaque
-from chaosdrill.model.places import parameter
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,6 +46,7 @@ def modes_at(
         Whether all that the regions ask of parameters alone, each of them the same, holds.
     """
     import numpy as np
+    import sympy
 
     regions, common, signs_at = _compiled(system)
     count = len(states)
@@ -76,6 +73,8 @@ def check_parameters(system: "HybridSystem") -> None:
 
 def _common(system: "HybridSystem") -> set[Any]:
     """What every region asks of parameters alone."""
+    import sympy
+
     parts = (set(sympy.And.make_args(region)) for region in system.regions.values())
     return {one for one in set.intersection(*parts) if one.free_symbols and not one.free_symbols & set(system.states)}
 
@@ -83,6 +82,11 @@ def _common(system: "HybridSystem") -> set[Any]:
 def _compiled(system: "HybridSystem") -> tuple[list[tuple[int, Any]], set[Any], Callable[..., Signs]]:
     """Regions by the numbers of their modes, what they have in common, and the signs of their relations."""
     if "regions" not in system.shared:
+        import sympy
+
+        from chaosdrill.model.held import opaque
+        from chaosdrill.model.places import parameter
+
         placed = system.placed
         regions = [(system.mode_names.index(mode), region) for mode, region in placed.regions.items()]
         relations = sorted(
@@ -118,6 +122,7 @@ def _signs(relations: list[Any], function: Callable[..., Any]) -> Callable[..., 
 def _holds(condition: Any, signs: Signs, count: int) -> "np.ndarray":
     """Where a condition holds; a relation without a value does so nowhere."""
     import numpy as np
+    import sympy
 
     if condition in (sympy.true, sympy.false):
         return np.full(count, condition == sympy.true)

@@ -1,25 +1,24 @@
 """A hybrid dynamical system as its user writes it: modes that flow, guards, resets."""
 
+import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import fields
-from threading import RLock
-from typing import Any, ClassVar, TypedDict, Unpack
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, Unpack
 
-import sympy
-
-from chaosdrill.declared import DISPLAYS
+from chaosdrill.declared import DISPLAYS, KEPT
 from chaosdrill.errors import ModelError, SettingsError
 from chaosdrill.limits import Limit
-from chaosdrill.model.exponents import exponent_parameters, motion
-from chaosdrill.model.places import in_places, parameter
-from chaosdrill.model.reading import UNNAMED, Definition, Reader, Transition, finite
-from chaosdrill.model.tables import ANOTHER, read_only
+from chaosdrill.model import arithmetic
+from chaosdrill.model.outline import EXPRESSIONS, Whole, attributes, deriving, outline
+from chaosdrill.model.tables import ANOTHER, UNNAMED, Symbols, finite, read_only
+from chaosdrill.model.transition import Transition
 from chaosdrill.names import remedy, shown
 
-# several threads may ask for the placed form of one system at once, and each would derive it
-_deriving = RLock()
+if TYPE_CHECKING:
+    from chaosdrill.model.reading import Definition
 
 _LATELY = 32
 """Systems of which what was derived is kept for others of the same equations."""
@@ -27,14 +26,34 @@ _LATELY = 32
 _derived: "OrderedDict[Any, Shared]" = OrderedDict()
 
 
+_listed: "OrderedDict[Any, HybridSystem]" = OrderedDict()
+"""Systems of the library of late, by their keys."""
+
+
 class Shared(dict[Any, Any]):
     """What systems of the same equations have in common: compiled kernels and what was derived from the equations.
 
     Another process, to which a system is sent, begins with an empty one, shared again by the copies sent together.
+
+    Parameters
+    ----------
+    key : tuple of str, optional
+        What a system of the library is made of, under which what was derived of it is kept on the disk.
     """
 
+    outline: Any = None
+    """Outline of the system of the library, as `chaosdrill.model.outline` has it."""
+    held: Mapping[Any, Any] = MappingProxyType({})
+    """Kernels that an earlier process has compiled, by the key under which they are to stand here."""
+    recalled: frozenset[Any] = frozenset()
+    """Names of what the disk holds already."""
+
+    def __init__(self, key: tuple[str, ...] | None = None) -> None:
+        super().__init__()
+        self.key = key
+
     def __reduce__(self) -> tuple[Any, ...]:
-        return Shared, ()
+        return Shared, (self.key,)
 
 
 class Words(TypedDict, total=False):
@@ -136,6 +155,8 @@ class HybridSystem:
             "name": name, "states": states, "time": time, "period": period, "modes": modes, "transitions": transitions,
             "regions": regions, "quadratures": quadratures, "bounds": bounds, **words,
         }  # fmt: skip
+        from chaosdrill.model.reading import Reader
+
         reader = Reader({} if parameters is None else parameters)
         found = reader.read(given)
         if found is None:
@@ -143,13 +164,46 @@ class HybridSystem:
         self._become(found, reader.parameters, initial)
 
     @classmethod
-    def of(cls, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> "HybridSystem":
+    def of(
+        cls, found: "Definition", parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None
+    ) -> "HybridSystem":
         """The system of a definition that was read with these parameters."""
         system = cls.__new__(cls)
         system._become(found, parameters, initial)
         return system
 
-    def _become(self, found: Definition, parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
+    @classmethod
+    def listed(
+        cls, key: tuple[str, ...], make: Callable[[], "HybridSystem"], limits: Mapping[str, Limit]
+    ) -> "HybridSystem":
+        """A system of the library with its defaults: from an outline that is known of it, or built.
+
+        Parameters
+        ----------
+        key : tuple of str
+            All that makes it, beside the code of the package.
+        make : callable
+            What builds it, which can be sent to another process.
+        limits : mapping of str to Limit
+            Those of its parameters.
+        """
+        with deriving:
+            found = _listed.get(key)
+            if found is None:
+                shared = Shared(key)
+                if "recall" in KEPT and KEPT["recall"](shared):
+                    found, whole = cls.__new__(cls), Whole(make)
+                    found._put(whole=whole, limits=limits, shared=shared, **attributes(shared.outline, whole))
+                else:
+                    found = make()
+                    found.shared.key, found.shared.outline = key, outline(found)
+                _listed[key] = found
+            _listed.move_to_end(key)
+            while len(_listed) > _LATELY:
+                _listed.popitem(last=False)
+        return found
+
+    def _become(self, found: "Definition", parameters: Mapping[Any, Any], initial: Mapping[Any, Any] | None) -> None:
         self._put(
             **{one.name: getattr(found, one.name) for one in fields(found)},
             parameters={str(key): _number(found.name, "parameter", key, value) for key, value in parameters.items()},
@@ -161,6 +215,8 @@ class HybridSystem:
             raise ModelError(
                 f"{self.name}: initial: expected a table of names (a dict in Python), received {shown(initial):.60}"
             )
+        from chaosdrill.model.exponents import exponent_parameters
+
         self._put(exponent_parameters=exponent_parameters(self), shared=self._shared_with_others())
         self._set_initial({str(key): value for key, value in (initial or {}).items()})
 
@@ -174,6 +230,16 @@ class HybridSystem:
         other._put(**values)
         return other
 
+    # else any name would be an attribute to who checks types
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            # what an outline leaves out
+            if "whole" not in vars(self) or name not in EXPRESSIONS:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            self._put(**{name: vars(self)["whole"].part(name)})
+            return vars(self)[name]
+
     def __setattr__(self, name: str, value: Any) -> None:
         raise SettingsError(f"{self.name}: a system is not changed, {name!r} stays as it is; {ANOTHER}")
 
@@ -183,7 +249,7 @@ class HybridSystem:
     def _shared_with_others(self) -> Shared:
         """What a system that differs in numbers alone, made not long ago, has derived; else an empty place for it."""
         key = (type(self), *self._content())
-        with _deriving:
+        with deriving:
             shared = _derived.setdefault(key, Shared())
             _derived.move_to_end(key)
             while len(_derived) > _LATELY:
@@ -202,9 +268,19 @@ class HybridSystem:
         )
 
     @property
+    def built(self) -> "HybridSystem":
+        """The same with all of its expressions at hand."""
+        if "whole" not in vars(self):
+            return self
+        whole: HybridSystem = vars(self)["whole"]()
+        return whole.changed(
+            **{name: vars(self)[name] for name in ("parameters", "initial", "names_mode", "limits", "shared")}
+        )
+
+    @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
-        return tuple(s.name for s in self.states)
+        return self.states.names if isinstance(self.states, Symbols) else tuple(s.name for s in self.states)
 
     @property
     def start(self) -> dict[str, Any]:
@@ -218,9 +294,26 @@ class HybridSystem:
         A symbol for time that nothing names says nothing, and quadratures feed back into nothing.
         """
         if "autonomous" not in self.shared:
+            from chaosdrill.model.exponents import motion
+
             parts = motion(self) if self.time is not None else ()
             self.shared["autonomous"] = not any(self.time in part.free_symbols for part in parts)
         return bool(self.shared["autonomous"])
+
+    @property
+    def forced(self) -> bool:
+        """Whether it has a period."""
+        return "period" not in vars(self) or self.period is not None
+
+    @property
+    def sources(self) -> Mapping[str, Any]:
+        """Its Python functions by where they stand."""
+        if "sources" not in self.shared:
+            from chaosdrill.model.python import sources
+
+            return sources(self)
+        found: Mapping[str, Any] = self.shared["sources"]
+        return found
 
     @property
     def mode_names(self) -> tuple[str, ...]:
@@ -234,7 +327,9 @@ class HybridSystem:
     @property
     def placed(self) -> "HybridSystem":
         """This system with its symbols named by their places, see `chaosdrill.model.places`."""
-        with _deriving:
+        from chaosdrill.model.places import in_places
+
+        with deriving:
             form = self.shared.get("placed")
             if form is None:
                 form = self.shared["placed"] = in_places(self)
@@ -257,15 +352,10 @@ class HybridSystem:
         SettingsError
             If it is not a positive number at these parameters.
         """
-        if self.period is None:
+        if not self.forced:
             return None
-        if "period of one" not in self.shared:
-            placed = self.placed
-            self.shared["period of one"] = sympy.lambdify(
-                [parameter(name) for name in placed.parameters], placed.period, modules="math"
-            )
         try:
-            number = float(self.shared["period of one"](*self.parameters.values()))
+            number = float(arithmetic.period(self, list(self.parameters.values()), math))
         except (ArithmeticError, ValueError, TypeError):
             number = float("nan")
         if not 0 < number < float("inf"):
@@ -382,6 +472,10 @@ class HybridSystem:
         SettingsError
             If the system has no such parameter.
         """
+        import sympy
+
+        from chaosdrill.model.places import parameter
+
         names = tuple(parameters)
         unknown = [key for key in names if key not in self.parameters]
         if unknown:

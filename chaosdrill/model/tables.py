@@ -1,6 +1,7 @@
-"""The tables of a system, which stay as they are: what was derived from a system belongs to them."""
+"""The tables and numbers of a system, which stay as they are: what was derived from a system belongs to them."""
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NoReturn
 
 from chaosdrill.errors import SettingsError
@@ -10,6 +11,12 @@ ANOTHER = (
     "elsewhere; for other equations build a new HybridSystem"
 )
 """How to get a system that differs from one at hand."""
+
+UNNAMED = "own-system"
+"""Name of a system that was given none."""
+
+MOST = sys.float_info.max
+"""Largest double: whole numbers of any length may be given."""
 
 
 class Table(dict[Any, Any]):
@@ -40,8 +47,69 @@ class Table(dict[Any, Any]):
         return dict(self)
 
 
+class Symbols(Sequence[Any]):
+    """Symbols of which the names are known."""
+
+    def __init__(self, names: Sequence[str], find: Callable[[], Sequence[Any]]) -> None:
+        self.names = tuple(names)
+        self._find = find
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._find()[index]
+
+    def __eq__(self, other: object) -> bool:
+        return tuple(self) == (tuple(other) if isinstance(other, Symbols) else other)
+
+    def __hash__(self) -> int:
+        return hash(tuple(self))
+
+    def __repr__(self) -> str:
+        return repr(tuple(self))
+
+
+class Entries(Mapping[str, Any]):
+    """A table of which the names are known."""
+
+    def __init__(self, names: Sequence[str], find: Callable[[], Mapping[str, Any]]) -> None:
+        self._names = dict.fromkeys(names)
+        self._find = find
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __getitem__(self, name: str) -> Any:
+        return self._find()[name]
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+
 def read_only(value: Any) -> Any:
     """Tables, and tables in tables, made read only; anything else as it is."""
-    if not isinstance(value, Mapping) or isinstance(value, Table):
+    if not isinstance(value, Mapping) or isinstance(value, Table | Entries):
         return value
     return Table({key: read_only(entry) for key, entry in value.items()})
+
+
+def finite(value: Any) -> float | None:
+    """A finite number as a double; None for anything else."""
+    try:
+        # an array of one number is none, though float takes it; a complex number loses a part there
+        number = float("nan") if isinstance(value, str | bytes | bool) or _is_more(value) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return number if abs(number) <= MOST else None
+
+
+def _is_more(value: Any) -> bool:
+    """Whether something of numpy or xarray is more than one real number."""
+    return bool(getattr(value, "ndim", 0)) or getattr(getattr(value, "dtype", None), "kind", "") == "c"

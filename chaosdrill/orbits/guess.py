@@ -40,7 +40,7 @@ class Place:
             state = run.x.copy()
             run.continue_from(self.came)
             run.x[:] = state
-        if self.system.period is not None:
+        if self.system.forced:
             run.begin_at(origin=self.phase)
         return run
 

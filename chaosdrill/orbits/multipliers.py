@@ -11,7 +11,6 @@ from chaosdrill.dataset import Outcome
 from chaosdrill.engine import shooting as at
 from chaosdrill.engine.setup import constrained_states
 from chaosdrill.engine.structure import Structure, examine, symmetries_of
-from chaosdrill.model.derive import conserved_combinations
 from chaosdrill.orbits.guess import run_from, standpoint
 from chaosdrill.orbits.orbit import segment_by_segment
 from chaosdrill.orbits.settings import SETTINGS
@@ -61,6 +60,8 @@ def neutral_of(system: "HybridSystem") -> Neutral:
     """What a system's structure leaves neutral; derived once for all values of its parameters."""
     known: Neutral | None = system.shared.get("neutral")
     if known is None:
+        from chaosdrill.model.derive import conserved_combinations
+
         n = len(system.states)
         known = system.shared["neutral"] = Neutral(
             flow=system.autonomous,

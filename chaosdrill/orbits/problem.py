@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import sympy
 from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgetrf, dgetrs
 
@@ -23,8 +22,6 @@ from chaosdrill.engine.setup import scratch_of, settings_of, states_of, tables_o
 from chaosdrill.engine.stepper import machine
 from chaosdrill.engine.structure import passes
 from chaosdrill.model import HybridSystem
-from chaosdrill.model.derive import differentiate
-from chaosdrill.model.places import parameter
 from chaosdrill.orbits.guess import Place, events_until_escape
 from chaosdrill.orbits.multipliers import Neutral, neutral_of
 from chaosdrill.orbits.orbit import Orbit, segment_by_segment
@@ -121,7 +118,7 @@ class Problem:
         self.system = _with_free(system, self.free) if self.free else system
         kernels = kernels_of(self.system)
         n = len(self.system.states)
-        self.forced = system.period is not None
+        self.forced = system.forced
         settings = settings_of(self.system, self.numerics, self.numerics.order)
         settings["target"] = 2**62
         tables = tables_of(self.system, (), np.zeros((0, n)), passes(self.system))
@@ -587,6 +584,11 @@ def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
     key = ("free", free)
     known = system.shared.get(key)
     if known is None:
+        import sympy
+
+        from chaosdrill.model.derive import differentiate
+        from chaosdrill.model.places import parameter
+
         symbols = {name: parameter(name) for name in free}
         plain = HybridSystem(
             name=system.name, states=system.states, time=system.time, parameters=system.parameters,
@@ -594,7 +596,7 @@ def _with_free(system: HybridSystem, free: tuple[str, ...]) -> HybridSystem:
             quadratures=system.quadratures, bounds=system.bounds, description=system.description, labels=system.labels,
         )  # fmt: skip
         known = plain.augmented(parameters=free)
-        if system.period is not None and system.period.free_symbols & set(symbols.values()):
+        if system.forced and system.period.free_symbols & set(symbols.values()):
             rates = [system.period, *(differentiate(system.period, symbols[name]) for name in free)]
             rates += [sympy.Integer(0)] * (len(known.states) - len(rates))
             modes = {**known.modes, CLOCK: dict(zip(known.states, rates, strict=True))}

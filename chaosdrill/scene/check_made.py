@@ -205,9 +205,9 @@ def _read(path: Path, value: Any, names: Mapping[str, Any], used: set[str]) -> F
 
 def driven_system(system: Any, drives: Mapping[str, Mapping[str, Any]]) -> Any:
     """The system with its drives; raises `DriveFault` with the name of the one that cannot be."""
-    from chaosdrill.model.drives import driven
-
     for name, drive in drives.items():
+        from chaosdrill.model.drives import driven
+
         try:
             system = driven(system, name, **drive)
         except ChaosdrillError as fault:

@@ -84,7 +84,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             for transition in system.transitions
         },
         "quadratures": {name: _texts(rates) for name, rates in system.quadratures.items()},
-        "period": None if system.period is None or system.discrete else str(system.period),
+        "period": None if not system.forced or system.discrete else str(system.period),
         "si": {
             name: {"label": QUANTITIES[name].label, "value": value, "units": QUANTITIES[name].units}
             for name, value in scene.si.values.items()

@@ -71,7 +71,7 @@ def new_scene(model: str) -> str:
     from chaosdrill.systems.drill.effects import PAPER
 
     system = build(model)
-    length = "duration = 200" if system.period is None else "periods = 100"
+    length = "periods = 100" if system.forced else "duration = 200"
     transient = "transient = 100"
 
     def lines(values: Mapping[str, Any]) -> list[str]:

@@ -93,11 +93,12 @@ class Scene:
             If it cannot be built, or if the scene names modes or events that it does not have.
         """
         from chaosdrill import systems
-        from chaosdrill.model.definition import build_defined
 
         initial = {name: value for name, value in self.initial.items() if name != "mode"}
         try:
             if self.definition is not None:
+                from chaosdrill.model.definition import build_defined
+
                 system = build_defined(self.definition, self.parameters, initial)
             else:
                 effects = self.effects if systems.REGISTRY[self.model].effects else None
@@ -126,10 +127,10 @@ class Scene:
         SceneError
             With the lines of the parameters that decide on the period.
         """
-        period = self.system.period
         try:
             self.system.forcing_period()
         except SettingsError as fault:
+            period = self.system.period
             names = sorted(p.name for p in period.free_symbols) if period is not None else []
             places: list[Path] = [place for name in names if (place := ("system", "parameters", name)) in self.lines]
             problems = [Problem(place, str(fault)) for place in places or [("system",)]]

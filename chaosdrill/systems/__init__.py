@@ -10,6 +10,7 @@ height of each as text, or ``bodies(known)`` if they depend on effects. None imp
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
@@ -171,7 +172,7 @@ def build(
     for key in parameters or {}:
         if key not in known:
             raise ModelError(f"{name}: {no_parameter(key, known, unused(name, key, effects))}")
-    system = module.system(effects) if entry.effects else _system(module)
+    system = module.system(effects) if entry.effects else _system(name, module)
     return system.with_parameters(**(parameters or {})).with_initial(**(initial or {}))
 
 
@@ -195,11 +196,18 @@ def _limits(module: Any) -> dict[str, Limit]:
     return {name: replace(one, quantity=words[name]) for name, one in own.items()}
 
 
-def _system(module: Any) -> "HybridSystem":
+def _system(name: str, module: Any) -> "HybridSystem":
     """A system that is not assembled from effects, with its defaults."""
+    from chaosdrill.model import HybridSystem
+
+    return HybridSystem.listed((name,), partial(_built, module.__name__), _limits(module))
+
+
+def _built(module_name: str) -> "HybridSystem":
     from chaosdrill.model import HybridSystem
     from chaosdrill.model.filippov import filippov
 
+    module = import_module(module_name)
     given = module.equations()
     labels = module.STATES | {name: label for name, (_, label) in module.PARAMETERS.items()} | given.pop("labels", {})
     about = {"name": module.NAME, "description": module.SUMMARY, "labels": labels, "parameters": _defaults(module)}

@@ -13,10 +13,10 @@ import types as python_types
 from statistics import median
 
 import numpy as np
-from numba import float64, int64
 
 import chaosdrill as cd
 from chaosdrill.codegen import kernels_of
+from chaosdrill.codegen.kinds import float64, int64
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import layout as at
 from chaosdrill.engine.jit import compiled, inner

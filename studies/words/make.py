@@ -57,7 +57,9 @@ def called(states, growth):
     points, length, n = states.shape
     averages, ends = averages_of(growth)
     jumps = SimpleNamespace(reset=True, marks_only=lambda: False)
-    forced = SimpleNamespace(period=1.0, autonomous=False, states=range(n), modes={"on": {}}, transitions=[jumps])
+    forced = SimpleNamespace(
+        forced=True, autonomous=False, states=range(n), modes={"on": {}}, transitions=[jumps], shared={}
+    )
     structure = Structure(frozenset(), np.eye(n), 0, False)
     windows = np.concatenate([states[:, -LENGTH:], np.zeros((points, min(length, LENGTH), 1))], axis=2)
     coarse = states[:, np.maximum(ends - 1, 0)]

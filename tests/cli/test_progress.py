@@ -10,6 +10,7 @@ import numba
 import pytest
 
 from chaosdrill import progress
+from chaosdrill.codegen.kinds import float64
 from chaosdrill.progress import Display, clock, compiling, teller, watched
 
 
@@ -182,7 +183,7 @@ def test_every_compiler_is_heard(monkeypatch, tmp_path):
         assert 0 < spent <= took
         assert "compiling" in stream.getvalue()
         stream.truncate(0)
-        assert compiled(numba.float64(numba.float64))(lambda x: x + 3.0)(1.0) == 4.0
+        assert compiled(float64(float64))(lambda x: x + 3.0)(1.0) == 4.0
         assert "compiling" in stream.getvalue()
         stream.truncate(0)
         object_code("define double @f(double %x) { ret double %x }")

@@ -239,7 +239,7 @@ def test_a_folder_around_it_of_another_user_is_not_used(folder, monkeypatch):
     folder.mkdir(parents=True)
     monkeypatch.setattr(cache, "is_trusted", lambda owner: False)
     with pytest.warns(UserWarning, match="in which it lies, belongs to another user"):
-        assert not keep(decay()).is_relative_to(folder)
+        assert not cache.cache_folder().is_relative_to(folder)
 
 
 @pytest.mark.parametrize("way", ["link", "mode", "owner"])
@@ -256,7 +256,7 @@ def test_code_that_another_user_may_have_written_is_not_used(folder, tmp_path, m
     elif os.getuid() == 0:
         os.chown(path, 65534, 65534)
     else:
-        monkeypatch.setattr(kept, "is_trusted", lambda owner: False)
+        monkeypatch.setattr(cache, "is_trusted", lambda owner: False)
     with pytest.warns(UserWarning, match="belongs to another user, or others can write it; it is compiled anew"):
         assert kept.read(path) is None
     if way == "mode":
@@ -293,7 +293,7 @@ def test_the_code_is_the_same_in_every_process():
 
 
 def test_code_that_nobody_uses_goes(tmp_path, monkeypatch):
-    monkeypatch.setattr(kept, "_swept", set())
+    monkeypatch.setattr(cache, "_swept", set())
     used, old, new = (tmp_path / f"{name}{kept.SUFFIX}" for name in ("used", "old", "new"))
     for path in (used, old):
         kept.keep(path, path.stem.encode())
@@ -301,7 +301,7 @@ def test_code_that_nobody_uses_goes(tmp_path, monkeypatch):
     (tmp_path / "mine.txt").touch()
     os.utime(tmp_path / "mine.txt", (0, 0))
     assert kept.read(used) == b"used"
-    monkeypatch.setattr(kept, "_swept", set())
+    monkeypatch.setattr(cache, "_swept", set())
     # what another process has removed since is no fault
     found = Path.glob
     monkeypatch.setattr(Path, "glob", lambda folder, pattern: [tmp_path / "gone.code", *found(folder, pattern)])

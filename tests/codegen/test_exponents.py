@@ -201,7 +201,7 @@ def test_every_parameter_is_read(sources, effects):
     for parameter in numbers:
         changed = np.flatnonzero(kernels.constants({**numbers, parameter: 0.77}) != before)
         assert set(changed) & read, parameter
-    assert not read - set(range(source.constants))
+    assert not read - set(range(source.layout.constants))
 
 
 def test_the_force_of_a_hit_is_computed_only_where_the_masses_are_pressed_together(sources):
@@ -216,5 +216,5 @@ def test_the_force_of_a_hit_is_computed_only_where_the_masses_are_pressed_togeth
 def test_the_plainest_drill_is_a_linear_oscillator():
     source = write(cd.drill(drive="none", friction="none", rock="fixed", contact="none"))
     assert not re.search(r"llvm\.(sin|cos|exp|log|pow|sqrt)", text_of(source))
-    assert source.rows == 2
+    assert source.layout.rows == 2
     assert source.events == ((),)

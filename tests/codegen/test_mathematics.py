@@ -8,11 +8,12 @@ import math
 
 import numpy as np
 import pytest
-from numba import float64, void
 
+from chaosdrill.codegen.addresses import called_back
 from chaosdrill.codegen.emitter import Function, Module, array
+from chaosdrill.codegen.kinds import float64, void
 from chaosdrill.codegen.machine import NativeFunction, compile_object, load
-from chaosdrill.codegen.mathematics import START, called_back, power, root
+from chaosdrill.codegen.mathematics import START, power, root
 from chaosdrill.codegen.signatures import LANES
 from chaosdrill.engine.lanes import aligned
 

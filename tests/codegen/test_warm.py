@@ -35,14 +35,14 @@ def none():
 
 def test_code_of_the_named_folder_is_used(named):
     path = kept.engine_path(FLOW, "one")
-    kept.put(named / path.name, b"code")
+    cache.put(named / path.name, b"code")
     assert kept.engine_code(FLOW, "one", none) == b"code"
     assert not path.exists()
 
 
 def test_a_folder_where_others_write_is_not(named):
     path = kept.engine_path(FLOW, "one")
-    kept.put(named / path.name, b"code")
+    cache.put(named / path.name, b"code")
     named.chmod(0o777)
     with pytest.warns(UserWarning, match="not used for compiled code"):
         assert kept.engine_code(FLOW, "one", lambda: b"own") == b"own"

@@ -10,9 +10,9 @@ import pytest
 import sympy
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from numba import float64, int64, types
 
 import chaosdrill as cd
+from chaosdrill.codegen.kinds import Tuple, float64, int64
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import roots
 from chaosdrill.engine.jit import compiled
@@ -31,7 +31,7 @@ def first_crossing(g, start, n, h, up, a, stack, ends):
     return roots.first_crossing(g, start, n, h, up == 1, a, stack, ends)
 
 
-@compiled(types.UniTuple(float64, 2)(vector, int64, int64, float64, int64, vector, vector, matrix, matrix))
+@compiled(Tuple((float64, float64))(vector, int64, int64, float64, int64, vector, vector, matrix, matrix))
 def recrossing(g, start, n, h, up, a, shifted, stack, ends):
     return roots.recrossing(g, start, n, h, up == 1, a, shifted, stack, ends)
 

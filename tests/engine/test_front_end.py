@@ -10,13 +10,13 @@ import llvmlite.binding as llvm
 import numba
 import numpy as np
 import pytest
-from numba import float64, int64, types
 from numba.core import codegen, cpu, registry
 from numba.np import arrayobj
 
+from chaosdrill.codegen.kinds import NamedTuple, Pointer, Tuple, float64, int64
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import front_end, inner_parts
-from chaosdrill.engine.jit import Layout, Record, compiled, inner, rare
+from chaosdrill.engine.jit import Layout, Record, at_address, compiled, inner, put_real, rare
 from chaosdrill.engine.layout import LaneFunctions
 
 # What the engine takes of numba's inner parts: a new numba that has changed one of them is named here.
@@ -65,11 +65,12 @@ def total(values, number, table):
     return result, number + values.size
 
 
-SIGNATURE = types.Tuple((float64, int64))(vector, int64, matrix)
+SIGNATURE = Tuple((float64, int64))(vector, int64, matrix)
 
 
 def test_one_module_holds_all_that_is_called_and_shows_two_functions():
-    module = front_end.llvm_module(total, "total", SIGNATURE, set())
+    put_real()
+    module = front_end.llvm_module(total, "total", SIGNATURE.real, set())
     module.verify()
     defined = [f for f in module.functions if not f.is_declaration]
     shown = {f.name for f in defined if f.linkage is not llvm.Linkage.internal}
@@ -103,7 +104,8 @@ def test_an_index_is_not_asked_whether_it_counts_from_the_end():
     def shifted(values, number, table):
         return values[number], number
 
-    module = front_end.llvm_module(shifted, "shifted", SIGNATURE, set())
+    put_real()
+    module = front_end.llvm_module(shifted, "shifted", SIGNATURE.real, set())
     assert "icmp slt" not in str(module)
 
 
@@ -114,9 +116,9 @@ def test_an_array_of_another_kind_is_refused(wrong):
 
 
 def test_a_record_in_memory_is_read_with_its_functions():
-    one = front_end.function_pointer("one", float64(float64))
-    kind = front_end.named_tuple((one, vector, float64), LaneFunctions)
-    at = front_end.at_address(kind)
+    one = Pointer("one", float64(float64))
+    kind = NamedTuple((one, vector, float64), LaneFunctions)
+    at = at_address(kind)
 
     def doubled(x):
         return 2.0 * x

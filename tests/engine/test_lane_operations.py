@@ -6,12 +6,13 @@ import numba
 import numpy as np
 import pytest
 from llvmlite import binding as llvm
-from numba import float64, void
 
 from chaosdrill.codegen import machine
+from chaosdrill.codegen.kinds import float64, void
 from chaosdrill.engine import polynomial
 from chaosdrill.engine.jit import compiled
-from chaosdrill.engine.lanes import LANES, aligned, chosen, larger, magnitude, row_of
+from chaosdrill.engine.lane_code import chosen, larger, magnitude, row_of
+from chaosdrill.engine.lanes import LANES, aligned
 from chaosdrill.engine.layout import COLUMNS, WIDTH
 
 matrix = float64[:, ::1]
@@ -29,7 +30,7 @@ def all_of_row(rows, s, out):
 def applied(function, x):
     """The compiled function of every row of lanes of x, shape (rows, 8)."""
 
-    @numba.njit(void(matrix, matrix), error_model="numpy")
+    @numba.njit(void(matrix, matrix).real, error_model="numpy")
     def over_rows(given, out):
         source, target = row_of(given), row_of(out)
         for i in range(given.shape[0]):

@@ -6,13 +6,13 @@ import pytest
 import sympy
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from numba import float64, int64, void
 from scipy.linalg import expm
 
 import chaosdrill as cd
 from chaosdrill import systems
 from chaosdrill.codegen import kernels_of
 from chaosdrill.codegen.events import mode_events
+from chaosdrill.codegen.kinds import float64, int64, void
 from chaosdrill.codegen.signatures import event_places, matrix, vector
 from chaosdrill.dataset import Outcome
 from chaosdrill.declared import METHODS

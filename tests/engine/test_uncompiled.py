@@ -7,14 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
-from numba import float64, int64
 from support.short_runs import RUNS
 
-from chaosdrill.engine import lanes
+from chaosdrill.codegen.kinds import float64, int64, void
+from chaosdrill.engine import lane_code as lanes
 from chaosdrill.engine.jit import compiled
+from chaosdrill.engine.lanes import aligned
 from chaosdrill.engine.uncompiled import UNCOMPILED, Row, Table, as_lanes
 
 matrix = float64[:, ::1]
@@ -27,7 +27,7 @@ larger, smaller = PAIRS
 magnitude, floor, exponent, mantissa = SINGLE
 
 
-@compiled(numba.void(matrix, matrix, matrix, int64[::1], int64[:, ::1]))
+@compiled(void(matrix, matrix, matrix, int64[::1], int64[:, ::1]))
 def machine(first, second, out, places, whole):
     """Every operation on lanes, as machine code: one a row."""
     a, b, target = lanes.row_of(first), lanes.row_of(second), lanes.row_of(out)
@@ -84,13 +84,13 @@ def in_python(first, second, places, whole):
 @pytest.mark.skipif(UNCOMPILED, reason="compares with machine code")
 def test_twins_give_the_bits_of_the_machine_code():
     rng = np.random.default_rng(3)
-    first, second = (lanes.aligned(12, 8) for _ in range(2))
+    first, second = (aligned(12, 8) for _ in range(2))
     first[:] = rng.normal(size=(12, 8)) * 10.0 ** rng.integers(-300, 300, (12, 8))
     second[:] = rng.normal(size=(12, 8))
     first[0] = 0.0, -0.0, np.inf, -np.inf, np.nan, 1.0, -2.0, 5e-324
     second[0] = -0.0, 0.0, np.inf, np.nan, 1.0, np.nan, 0.0, 1.0
     first[1] = second[1]
-    out, places = lanes.aligned(20 * 12, 8), np.array([3, 1, 4, 1, 5, 9, 2, 6])
+    out, places = aligned(20 * 12, 8), np.array([3, 1, 4, 1, 5, 9, 2, 6])
     whole = np.arange(-6, 6).reshape(12, 1)
     machine(first, second, out, places, whole)
     with np.errstate(all="ignore"):
@@ -101,7 +101,7 @@ def test_twins_give_the_bits_of_the_machine_code():
 
 
 def test_lanes_in_memory_are_copies_and_rows_are_not():
-    block = lanes.aligned(3, 4, 8)
+    block = aligned(3, 4, 8)
     table = Table(block)
     before = table[1][2]
     table[1][2] = 5.0

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numba import float64, int64, types
 
+from chaosdrill.codegen.kinds import Tuple, float64, int64, void
 from chaosdrill.codegen.signatures import matrix, vector
 from chaosdrill.engine import front_end
 from chaosdrill.engine.jit import compiled, inner, rare
@@ -41,7 +41,7 @@ def bounce(x, k, table, stride):
     return hits, height
 
 
-SIGNATURE = types.Tuple((int64, float64))(vector, float64, matrix, int64)
+SIGNATURE = Tuple((int64, float64))(vector, float64, matrix, int64)
 
 
 def halve(values):
@@ -72,7 +72,7 @@ def test_functions_do_the_same(parts, monkeypatch):
     assert found[0] > 3
     assert found == pytest.approx(run(in_python()), rel=1e-12)
     values = np.array([1.0, 3.0])
-    assert compiled(types.void(vector))(halve)(values) is None
+    assert compiled(void(vector))(halve)(values) is None
     assert values.tolist() == [0.5, 1.5]
 
 

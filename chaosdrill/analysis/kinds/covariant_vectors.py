@@ -64,7 +64,7 @@ class CovariantVectors(Record):
         """An interval that is neither whole forcing periods nor a whole part of one."""
         yield from super().misfits(table, system)
         interval = table.get("interval")
-        if interval and system.period is not None:
+        if interval and system.forced:
             whole = max(interval, 1 / interval)
             if abs(whole - round(whole)) > 1e-9 * whole:
                 yield ("interval",), told("expected whole forcing periods, or one over a whole number", interval)

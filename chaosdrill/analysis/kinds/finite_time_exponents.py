@@ -56,7 +56,7 @@ class FiniteTimeExponents(Record):
         yield from super().misfits(table, system)
         units = "iterates" if system.discrete else "forcing periods"
         for number, window in enumerate(table.get("windows") or ()):
-            if system.period is not None and window % 1:
+            if system.forced and window % 1:
                 yield ("windows", number), told(f"expected whole {units}", window)
 
 

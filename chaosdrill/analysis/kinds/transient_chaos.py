@@ -70,7 +70,7 @@ class TransientChaos(AnalysisSettings):
             yield ("until",), told("expected an event, or a comparison of states", until)
         elif until is not None and (fault := section_fault(system, until)):
             yield ("until",), told(fault, until)
-        if system.period is not None:
+        if system.forced:
             if "duration" in table:
                 words = f"{system.name} has a forcing period; give periods instead"
                 yield ("duration",), told(words, table["duration"])

@@ -11,6 +11,7 @@ and is a quadrature. Displacements are in units of mu_e F_N / K, time in units o
 """
 
 from collections.abc import Collection, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from chaosdrill.errors import ModelError
@@ -100,7 +101,7 @@ def drill(
     for key in numbers:
         if key not in used:
             raise ModelError(no_parameter(key, used, effects.unused(key, chosen)))
-    system = _assemble(effects.complete(chosen), name or NAME)
+    system = _listed(effects.complete(chosen), name or NAME)
     return system.with_parameters(**numbers).with_initial(**(initial or {}))
 
 
@@ -137,7 +138,14 @@ def bodies(known: Collection[str]) -> dict[str, str]:
 
 def system(chosen: Mapping[str, str] | None = None) -> "HybridSystem":
     """The drill with these effects and default parameters; an effect that is absent is not simulated."""
-    return _assemble(effects.complete(chosen), NAME)
+    return _listed(effects.complete(chosen), NAME)
+
+
+def _listed(chosen: dict[str, str], name: str) -> "HybridSystem":
+    from chaosdrill.model import HybridSystem
+
+    key = (NAME, name, *chosen.values())
+    return HybridSystem.listed(key, partial(_assemble, chosen, name), effects.limits(chosen))
 
 
 def _assemble(chosen: dict[str, str], name: str) -> "HybridSystem":

@@ -29,7 +29,7 @@ def system():
         transitions=(SimpleNamespace(name="hit"), SimpleNamespace(name="slip_forward")),
         states=("x", "v"),
         state_names=("x", "v"),
-        period=1,
+        forced=True,
         forcing_period=lambda: 1.0,
     )
 

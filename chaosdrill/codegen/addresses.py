@@ -1,0 +1,93 @@
+"""Where the code is of functions that the code of kernels calls and no library has."""
+
+import ctypes
+import math
+import os
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+from chaosdrill.codegen.kept import engine_code
+from chaosdrill.codegen.machine import Library, callback_object, load
+from chaosdrill.progress import compiling
+
+PREFIX = "chaosdrill_"
+EXPANDED = "_expanded"
+OF_PYTHON = "python_"
+
+_OF_GAMMA = "hunt_crossley_duration"
+"""Functions that call the gamma function of numba, which is there with numba alone."""
+
+_HOME = "chaosdrill.codegen.special"
+
+
+@cache
+def called_back(function: Callable[..., Any], result: Any, *arguments: Any) -> Any:
+    """What lets machine code call a function that Python runs, with NaN for what Python refuses to compute."""
+
+    def found(*given: Any) -> Any:
+        try:
+            return function(*given)
+        except (ArithmeticError, ValueError):
+            if result is None:
+                count, target, stride = given[-3:]
+                for m in range(count):
+                    target[m * stride] = math.nan
+            return math.nan
+
+    return ctypes.CFUNCTYPE(result, *arguments)(found)
+
+
+@cache
+def address(name: str) -> int:
+    """Where the code of a special function, or of one of Python, is."""
+    title = name.removeprefix(PREFIX)
+    if title.startswith(OF_PYTHON):
+        from chaosdrill.codegen import python
+
+        return python.address(name)
+    if int(os.environ.get("NUMBA_DISABLE_JIT") or 0):
+        return _called_back(title)
+    if title.startswith(_OF_GAMMA):
+        return int(_callback(title, cache=True).address)
+    library = load(engine_code(_HOME, title, partial(_compile, title)), {})
+    _libraries.append(library)
+    return library.address(title)
+
+
+_libraries: list[Library] = []
+"""Whose functions are called by their addresses for as long as the process lives."""
+
+
+def _found(title: str) -> tuple[Any, int, bool]:
+    """A special function, how many numbers it takes, and whether it is one that gives an expansion."""
+    from chaosdrill.codegen.special import CODE, EXPANSIONS
+
+    function = title.removesuffix(EXPANDED)
+    expands = function != title
+    plain = CODE[function]
+    return (EXPANSIONS if expands else CODE)[function], getattr(plain, "py_func", plain).__code__.co_argcount, expands
+
+
+def _called_back(title: str) -> int:
+    found, count, expands = _found(title)
+    double, whole = ctypes.c_double, ctypes.c_int64
+    more = (whole, whole, ctypes.POINTER(double), whole) if expands else ()
+    made = called_back(found, None if expands else double, *[double] * count, *more)
+    return ctypes.cast(made, ctypes.c_void_p).value or 0
+
+
+def _callback(title: str, **options: bool) -> Any:
+    import numba
+    from numba import types
+
+    found, count, expands = _found(title)
+    further = (types.int64, types.int64, types.CPointer(types.float64), types.int64) if expands else ()
+    signature = (types.void if expands else types.float64)(*[types.float64] * count, *further)
+    return numba.cfunc(signature, error_model="numpy", **options)(found.py_func)
+
+
+def _compile(title: str) -> bytes:
+    with compiling():
+        made = _callback(title, _nrt=False)
+        return callback_object(made.inspect_llvm(), made._wrapper_name, title)

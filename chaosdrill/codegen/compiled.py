@@ -1,0 +1,199 @@
+"""The compiled functions of a system and the tables that the engine reads with them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from threading import RLock
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaosdrill.codegen import record
+from chaosdrill.codegen.code import kept_functions
+from chaosdrill.codegen.layout import Layout, Shape, Watched
+from chaosdrill.codegen.machine import processor
+from chaosdrill.codegen.signatures import CONSTANTS, LANE_SIGNATURES, SIGNATURES
+
+if TYPE_CHECKING:
+    from chaosdrill.codegen.kernels import Written
+    from chaosdrill.model.system import HybridSystem
+
+_compiling, _loading = RLock(), RLock()
+_SINGLE = {**SIGNATURES, "constants": CONSTANTS}
+
+
+class NoFunction:
+    """A function that a system does not have, and no method calls that it has."""
+
+    address = 0
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Compiled functions of a system and the layout of what they fill.
+
+    Attributes
+    ----------
+    functions : tuple
+        The functions of ``codegen.signatures.SIGNATURES``, in order; a system of Python functions has no series.
+    layout : Layout
+    mode_table : ndarray of int64, shape (modes, 1 + guards)
+        Number of guards, then their directions.
+    key_table, surface_table : ndarray of int64, shape (modes, guards)
+        Number of each guard with its direction, and of the surface on which it is zero; -1 behind the last guard.
+    moves_table : ndarray of int64, shape (transitions, keys)
+        1 where the transition resets a state that the guard depends on.
+    transition_table : ndarray of int64, shape (transitions, 2)
+        Target mode; 1 if the transition only marks a section.
+    """
+
+    functions: tuple[Any, ...]
+    fill_constants: Any
+    layout: Layout
+    mode_table: np.ndarray
+    key_table: np.ndarray
+    surface_table: np.ndarray
+    moves_table: np.ndarray
+    transition_table: np.ndarray
+    write: "Callable[[], Written]"
+    """What writes their code."""
+    single: tuple[record.KeptCode, ...]
+    """Where the code of ``functions`` is."""
+    of_lanes: list[record.KeptCode]
+    """Where the code of ``lanes`` is; empty as long as that is not known."""
+
+    @property
+    def events(self) -> tuple[tuple[Watched, ...], ...]:
+        """Guards that each mode watches."""
+        return self.layout.events
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """How many surfaces each mode holds; ``guard`` numbers them behind the guards."""
+        return self.layout.held
+
+    @property
+    def steep(self) -> tuple[tuple[Shape, ...], ...]:
+        """Operations of each mode that are watched; ``watch`` gives what they are applied to."""
+        return self.layout.steep
+
+    @property
+    def rows(self) -> int:
+        """Workspace rows before those of the tangents."""
+        return self.layout.rows
+
+    @property
+    def own_jacobian(self) -> bool:
+        """Whether the Jacobian needs series that the jet does not hold."""
+        return self.layout.own_jacobian
+
+    @cached_property
+    def written(self) -> "Written":
+        """Their code, with the expressions that it is made of."""
+        return self.write()
+
+    @property
+    def holds(self) -> record.Held:
+        """What a record keeps of them."""
+        return record.Held(self.layout, self.single, self.of_lanes[0] if self.of_lanes else None, processor())
+
+    @cached_property
+    def lanes(self) -> tuple[Any, ...]:
+        """The functions of ``codegen.signatures.LANE_SIGNATURES``, compiled on first use."""
+        with _loading:
+            found = kept_functions(self.of_lanes[0], LANE_SIGNATURES) if self.of_lanes else None
+            if found is None:
+                code = self.written.lanes()
+                found = code.functions(LANE_SIGNATURES)
+                self.of_lanes[:] = [code.kept()]
+        return tuple(found[name] for name in LANE_SIGNATURES)
+
+    def constants(self, parameters: Mapping[str, float]) -> np.ndarray:
+        """Parameters and the derived constants that the kernels read."""
+        c = np.empty(max(self.layout.constants, 1))
+        self.fill_constants(np.array([*parameters.values(), 0.0], dtype=float), c)
+        return c
+
+
+def kernels_of(system: "HybridSystem") -> Kernels:
+    """The compiled functions of a system, compiled on first use.
+
+    Copies with other numbers share them, unless a number is a whole exponent here and another one there.
+
+    Raises
+    ------
+    ModelError
+        If an expression has no numerical code.
+    """
+    own = system.parameters
+    key = tuple((name, int(own[name])) for name in system.exponent_parameters if own[name].is_integer())
+    if key not in system.shared:
+        # several threads may ask for the kernels of one system at once, and each would compile them
+        with _compiling:
+            if key not in system.shared:
+                if system.shared.key is not None and not system.shared.held:
+                    record.recall(system.shared)
+                write = partial(_write, system, key)
+                system.shared[key] = _loaded(system.shared.held.get(key), write) or _compiled(write)
+    found: Kernels = system.shared[key]
+    return found
+
+
+def _write(system: "HybridSystem", key: tuple[tuple[str, int], ...]) -> "Written":
+    """The code of a system with these whole numbers in its exponents."""
+    from chaosdrill.codegen.kernels import write
+    from chaosdrill.model.exponents import specialise
+    from chaosdrill.model.places import parameter, places_of
+
+    places = places_of(system)
+    whole = {places[parameter(name)].name: value for name, value in key}
+    return write(specialise(system.placed, whole) if whole else system.placed)
+
+
+def _loaded(held: record.Held | None, write: "Callable[[], Written]") -> Kernels | None:
+    """Kernels that were compiled before; None if their code is there no more."""
+    if held is None or held.processor != processor():
+        return None
+    found = [kept_functions(code, _SINGLE) for code in held.single]
+    known = [one for one in found if one is not None]
+    return None if len(known) < len(found) else _kernels(known, held, write)
+
+
+def _compiled(write: "Callable[[], Written]") -> Kernels:
+    """Write, compile and load the kernels of a system."""
+    written = write()
+    found = [code.functions(_SINGLE) for code in written.single]
+    kernels = _kernels(
+        found, record.Held(written.layout, tuple(code.kept() for code in written.single), None, processor()), write
+    )
+    vars(kernels)["written"] = written
+    return kernels
+
+
+def _kernels(compiled: Sequence[Mapping[str, Any]], held: record.Held, write: "Callable[[], Written]") -> Kernels:
+    functions = {name: found for one in compiled for name, found in one.items()}
+    layout = held.layout
+    guards = max(map(len, layout.events), default=0)
+    mode_table = np.zeros((len(layout.events), 1 + guards), dtype=np.int64)
+    for row, events in zip(mode_table, layout.events, strict=True):
+        row[0] = len(events)
+        row[1 : 1 + len(events)] = [e.direction for e in events]
+    key_table = np.full((len(layout.events), guards), -1, dtype=np.int64)
+    surface_table = key_table.copy()
+    for keys, surfaces, events in zip(key_table, surface_table, layout.events, strict=True):
+        keys[: len(events)] = [e.key for e in events]
+        surfaces[: len(events)] = [e.surface for e in events]
+    moves, targets = layout.moves, layout.targets
+    return Kernels(
+        functions=tuple(functions.get(name, NoFunction) for name in SIGNATURES),
+        fill_constants=functions["constants"],
+        layout=layout,
+        mode_table=mode_table,
+        key_table=key_table,
+        surface_table=surface_table,
+        moves_table=np.array(moves, dtype=np.int64) if moves else np.zeros((1, 0), dtype=np.int64),
+        transition_table=np.array(targets, dtype=np.int64) if targets else np.zeros((1, 2), dtype=np.int64),
+        write=write,
+        single=held.single,
+        of_lanes=[] if held.lanes is None else [held.lanes],
+    )

@@ -1,0 +1,222 @@
+"""A second process reads what the first derived of a system: nothing of it is derived again, and no bit differs."""
+
+import json
+import math
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill import systems
+from chaosdrill.codegen import cache, kernels_of, record
+from chaosdrill.engine.period import forcing_periods
+from chaosdrill.errors import SettingsError
+from chaosdrill.model import system as model
+
+PACKAGE = Path(cd.__file__).parent
+CHOSEN = ("lorenz", "impact-oscillator", "percussive-drill")
+
+SPECTRUM = """
+import json, sys
+import chaosdrill as cd
+system = cd.build(sys.argv[1])
+length = {"periods": 20} if system.forced else {"duration": 20.0}
+ds = cd.lyapunov_spectrum(system, **length)
+text = {name: value for name, value in ds.attrs.items() if name not in ("history", "date_created")}
+bits = {name: ds[name].values.tobytes().hex() for name in ds.variables if ds[name].dtype.kind in "fiu"}
+print(json.dumps([[name for name in ("sympy", "numba") if name in sys.modules], text, bits]))
+"""
+
+
+def process(folder, name, package=PACKAGE):
+    """What a new process says of a spectrum: modules that it has loaded, attributes, bits; and its warnings."""
+    environment = {**os.environ, "CHAOSDRILL_CACHE_DIR": str(folder), "PYTHONPATH": str(package.parent)}
+    command = [sys.executable, "-P", "-c", SPECTRUM, name]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=300)
+    return (*json.loads(done.stdout), done.stderr)
+
+
+def file_of(folder):
+    (found,) = (folder / "kernels").glob(f"*{cache.RECORD}")
+    return found
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """The folder of each system's cache, and what the process says that filled it."""
+    folders = {name: tmp_path_factory.mktemp(name) for name in CHOSEN}
+    return {name: (folder, process(folder, name)) for name, folder in folders.items()}
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_the_second_process_needs_no_sympy_and_gives_the_same_bits(first, name):
+    folder, (loaded, *derived, _) = first[name]
+    assert "sympy" in loaded
+    again, *read, told = process(folder, name)
+    assert again == []
+    assert read == derived
+    assert told == ""
+
+
+@pytest.mark.parametrize("place", [0, -1])
+def test_a_damaged_record_changes_nothing(first, tmp_path, place):
+    folder, (_, *derived, _) = first["lorenz"]
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    content = bytearray(file_of(tmp_path).read_bytes())
+    content[place] ^= 1
+    file_of(tmp_path).write_bytes(content)
+    loaded, *found, told = process(tmp_path, "lorenz")
+    assert "sympy" in loaded
+    assert found == derived
+    assert "is damaged" in told
+    # it is kept anew
+    assert process(tmp_path, "lorenz")[0] == []
+
+
+@pytest.fixture
+def shared(first, monkeypatch):
+    """An empty place for what is known of Lorenz's model, and the file of its record."""
+    folder, _ = first["lorenz"]
+    monkeypatch.setattr(record, "cache_folder", lambda: folder)
+    return model.Shared(("lorenz",)), record.place(("lorenz",))
+
+
+def _elsewhere(key, held):
+    layout, single, *rest = held
+    return [key, [layout, [[*code[:2], "../another"] for code in single], *rest]]
+
+
+FOREIGN = {
+    "another system": lambda found: found | {"key": ["roessler"]},
+    "no table": lambda found: [1, 2],
+    "nothing in it": lambda found: {"key": found["key"]},
+    "a fact of no name": lambda found: found | {"facts": {"unheard of": 1}},
+    "transitions that are none": lambda found: found | {"outline": found["outline"] | {"transitions": 3}},
+    "kernels that are none": lambda found: found | {"kernels": [[[], [[], [], []]]]},
+    "code elsewhere": lambda found: found | {"kernels": [_elsewhere(*one) for one in found["kernels"]]},
+}
+
+
+@pytest.mark.parametrize("change", FOREIGN.values(), ids=FOREIGN)
+def test_a_record_of_another_form_is_as_good_as_none(shared, tmp_path, monkeypatch, change):
+    known, path = shared
+    assert record.recall(known)
+    found = json.loads(cache.read(path))
+    (tmp_path / "kernels").mkdir(mode=0o700)
+    monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
+    for text in (json.dumps(change(found)), json.dumps(found)[:-1]):
+        cache.put(record.place(("lorenz",)), text.encode())
+        assert not record.recall(model.Shared(("lorenz",)))
+    cache.put(record.place(("lorenz",)), json.dumps(found).encode())
+    assert record.recall(model.Shared(("lorenz",)))
+
+
+def test_a_record_that_others_can_write_is_not_read(shared):
+    known, path = shared
+    path.chmod(0o666)
+    try:
+        with pytest.warns(UserWarning, match="others can write it"):
+            assert not record.recall(known)
+    finally:
+        path.chmod(0o600)
+
+
+def test_a_record_without_its_code_is_compiled_anew(first, tmp_path):
+    folder, (_, *derived, _) = first["lorenz"]
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    for code in (tmp_path / "kernels").glob(f"*{cache.SUFFIX}"):
+        code.unlink()
+    assert process(tmp_path, "lorenz")[1:3] == tuple(derived)
+
+
+def test_no_record_is_larger_than_it_may_be(tmp_path, monkeypatch):
+    monkeypatch.setattr(record, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(model, "_listed", type(model._listed)())
+    for most, expected in ((10, 0), (record.MOST_BYTES, 1)):
+        monkeypatch.setattr(record, "MOST_BYTES", most)
+        system = cd.build("saddle-reset")
+        kernels_of(system)
+        record.remember(system)
+        assert len(list(tmp_path.rglob(f"*{cache.RECORD}"))) == expected
+
+
+def test_another_definition_is_never_answered_by_an_old_record(first, tmp_path):
+    """The exponents of Lorenz's model sum up to its divergence, -(sigma + 1 + beta), which the change makes greater."""
+    folder, _ = first["lorenz"]
+    shutil.copytree(folder, tmp_path / "cache", dirs_exist_ok=True)
+    package = tmp_path / "chaosdrill"
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("*.pyc"))
+    file = package / "systems" / "lorenz.py"
+    text = file.read_text()
+    assert "sigma*(y - x)" in text
+
+    def divergence(loaded):
+        found, told, _, _ = process(tmp_path / "cache", "lorenz", package)
+        assert found == loaded
+        return json.loads(told["definition"])["modes"]["flow"]["x"]
+
+    assert divergence([]) == "sigma*(-x + y)"
+    file.write_text(text.replace("sigma*(y - x)", "sigma*(y - 2*x)"))
+    assert divergence(["sympy"]) == "sigma*(-2*x + y)"
+
+
+@pytest.fixture
+def outlined(monkeypatch):
+    """Gives a system of the library by its outline alone, in a process that knows nothing of it."""
+
+    def system(name):
+        whole = systems.build(name)
+        kernels_of(whole)
+        record.remember(whole)
+        monkeypatch.setattr(model, "_listed", type(model._listed)())
+        found = systems.build(name)
+        assert "whole" in vars(found)
+        return whole, found
+
+    return system
+
+
+@pytest.mark.parametrize("name", [*CHOSEN, "relay-sliding", "print-hammer", "compass-gait", "boost-converter"])
+def test_the_outline_gives_the_whole_system(outlined, name):
+    whole, found = outlined(name)
+    assert repr(found) == repr(whole)
+    assert [t.marks_only() for t in found.transitions] == [t.marks_only() for t in whole.transitions]
+    for attribute in ("autonomous", "forced", "start", "limits", "bounds", "labels", "exponent_parameters"):
+        assert getattr(found, attribute) == getattr(whole, attribute)
+    assert found.forcing_period() == whole.forcing_period()
+    assert found._content() == whole._content()
+
+
+def test_a_system_by_its_outline_is_one_like_any_other(outlined):
+    _, drill = outlined("percussive-drill")
+    with pytest.raises(SettingsError, match="damping ratio"):
+        drill.with_parameters(xi=-0.1)
+    with pytest.raises(AttributeError, match="colour"):
+        _ = drill.colour
+    other = pickle.loads(pickle.dumps(drill.with_parameters(eta=0.45)))
+    assert other.parameters["eta"] == 0.45
+    assert not other.shared
+    assert other.with_initial(y=0.1).initial["y"] == 0.1
+    assert [*other.placed.modes] == [*drill.modes]
+    assert other.augmented(time=True).states == (*drill.states, drill.time)
+
+
+def test_a_period_is_the_number_that_its_expression_gives():
+    a, b = sympy.symbols("a b", real=True)
+    x, t = sympy.symbols("x t", real=True)
+    roots, powers = sympy.sqrt(a**2 + b / 3), sympy.Rational(2, 7) * sympy.exp(-b) / a**3
+    for period in (2 * sympy.pi / a, roots, powers, a * sympy.E):
+        numbers = {"a": 1.7, "b": 0.3}
+        system = cd.HybridSystem(
+            name="forced", states=(x,), time=t, parameters=numbers, period=period, modes={"on": {x: -x}}
+        )
+        expected = float(period.subs({a: 1.7, b: 0.3}).evalf(30))
+        assert math.isclose(system.forcing_period(), expected, rel_tol=4e-16)
+        assert forcing_periods(system, {"b": np.array([0.3, 0.3])}, 2) == pytest.approx([expected] * 2, rel=4e-16)
