@@ -5,9 +5,11 @@ its content is made anew; a disk that is full costs the keeping and nothing else
 proof of where a file comes from: that nobody else can write into the folder is.
 """
 
+import atexit
 import contextlib
 import hashlib
 import os
+import shutil
 import stat
 import tempfile
 import time
@@ -126,8 +128,12 @@ def write_private(path: Path, content: bytes) -> None:
 
 @cache
 def cache_folder() -> Path:
-    """A writable folder: the permanent one, otherwise a temporary one."""
-    return lasting_folder() or Path(tempfile.mkdtemp(prefix="chaosdrill-"))
+    """A writable folder: the permanent one, otherwise one that goes with the process."""
+    if lasting := lasting_folder():
+        return lasting
+    folder = Path(tempfile.mkdtemp(prefix="chaosdrill-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def read(path: Path) -> bytes | None:
