@@ -148,7 +148,7 @@ def test_no_record_is_larger_than_it_may_be(tmp_path, monkeypatch):
 
 
 def test_another_definition_is_never_answered_by_an_old_record(first, tmp_path):
-    """The exponents of Lorenz's model sum up to its divergence, -(sigma + 1 + beta), which the change makes greater."""
+    """The exponents of Lorenz's model sum up to its divergence, -(sigma + 1 + beta), which the change makes less."""
     folder, _ = first["lorenz"]
     shutil.copytree(folder, tmp_path / "cache", dirs_exist_ok=True)
     package = tmp_path / "chaosdrill"
@@ -158,13 +158,14 @@ def test_another_definition_is_never_answered_by_an_old_record(first, tmp_path):
     assert "sigma*(y - x)" in text
 
     def divergence(loaded):
-        found, told, _, _ = process(tmp_path / "cache", "lorenz", package)
+        found, _, bits, _ = process(tmp_path / "cache", "lorenz", package)
         assert found == loaded
-        return json.loads(told["definition"])["modes"]["flow"]["x"]
+        return float(np.frombuffer(bytes.fromhex(bits["lyapunov_exponent"])).sum())
 
-    assert divergence([]) == "sigma*(-x + y)"
+    sigma, beta = 10.0, 8.0 / 3.0
+    assert math.isclose(divergence([]), -(sigma + 1.0 + beta), rel_tol=1e-9)
     file.write_text(text.replace("sigma*(y - x)", "sigma*(y - 2*x)"))
-    assert divergence(["sympy"]) == "sigma*(-2*x + y)"
+    assert math.isclose(divergence(["sympy"]), -(2.0 * sigma + 1.0 + beta), rel_tol=1e-9)
 
 
 @pytest.fixture

@@ -58,8 +58,8 @@ def dimensions(system: "HybridSystem", given: Dimensions, job: "Job") -> "xr.Dat
     of the correlation dimension, order 2, where distances are neither so large that the extent of the attractor tells
     nor so small that few points are left (Grassberger and Procaccia 1983, doi:10.1103/PhysRevLett.50.346). Order q
     takes the (q - 1)-th power of the share of points near a point; order 1, the information dimension, its logarithm,
-    by the distances to neighbours (Badii and Politi 1985, doi:10.1007/BF01009897). Order 0 is left out: it hangs on the
-    parts of the attractor that a record hardly visits. Points that follow each other within ``window`` steps are no
+    by the distances to neighbours (Badii and Politi 1985, doi:10.1007/BF01009897). Order 0 is left out: it depends on
+    the parts of the attractor that a record hardly visits. Points that follow each other within ``window`` steps are no
     pair (Theiler 1986, doi:10.1103/PhysRevA.34.2427). A distance is the largest over the states, each in units of its
     standard deviation, so that units do not matter; dimensions are those in any smooth coordinates. At an event of a
     forced system the phase of the forcing is a coordinate, too. Write an angle by its cosine and sine: what only grows
