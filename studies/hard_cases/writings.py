@@ -211,12 +211,22 @@ def doubled(one: Written, rng: np.random.Generator) -> Written:
 
 
 def more(one: Written, rng: np.random.Generator) -> Written:
-    """A state that nothing depends on, and an event of it that changes nothing."""
+    """A state that nothing depends on, and an event of it that changes nothing.
+
+    Other modes do not see that event: one that leads back may put the state beyond its guard.
+    """
     z = sympy.Symbol("zz", real=True)
     modes = {mode: {**rates, z: sympy.cos(z) + 0.3} for mode, rates in one.modes.items()}
     mark = ("zz_mark", tuple(modes)[:1], next(iter(modes)), sympy.sin(z) - 0.5, 1, {})
     states = (z, *one.states) if rng.integers(2) else (*one.states, z)
-    return replace(one, states=states, modes=modes, transitions=(mark, *one.transitions), start={**one.start, z: 0.0})
+    return replace(
+        one,
+        states=states,
+        modes=modes,
+        transitions=(mark, *one.transitions),
+        start={**one.start, z: 0.0},
+        thrown=one.thrown or len(modes) > 1,
+    )
 
 
 def units(one: Written, rng: np.random.Generator) -> Written:
