@@ -92,7 +92,7 @@ def check_scene(text: str) -> None:
     """Complete a scene, and validate it."""
     import chaosdrill as cd
 
-    whole = text if re.search(r"^\[system(\.definition|\.filippov)?\]", text, re.MULTILINE) else DRILL + text
+    whole = text if re.search(r"^\[system(\.definition|\.filippov|\.map)?\]", text, re.MULTILINE) else DRILL + text
     cd.check(cd.parse_scene(whole if "[analysis." in whole else whole + ANY_ANALYSIS))
 
 
