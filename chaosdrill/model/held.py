@@ -144,14 +144,18 @@ class Trial:
             return _small(*(zip(*_rows(function, values), strict=True) for values in (on, off)))
 
     def _points(self, surfaces: tuple[Any, ...]) -> "tuple[np.ndarray, np.ndarray]":
-        """Values of the symbols, one column a point: at random, and where all surfaces are zero near there."""
+        """Values of the symbols, one column a point: off all surfaces, and where all of them are zero.
+
+        A state is off by a part of its value, so that expressions are as large there as its unit makes them on the
+        surfaces; from zero, which has no unit, it is where it was drawn.
+        """
         import numpy as np
 
         n, k = len(self.states), len(surfaces)
         rng = np.random.default_rng(20260107)
-        off = rng.uniform(0.1, 1.5, (len(self.symbols), _SAMPLES))
-        off[1 : n + 1] *= rng.choice([-1.0, 1.0], (n, _SAMPLES))
-        values = off.copy()
+        drawn = rng.uniform(0.1, 1.5, (len(self.symbols), _SAMPLES))
+        drawn[1 : n + 1] *= rng.choice([-1.0, 1.0], (n, _SAMPLES))
+        values = drawn.copy()
         x, on = values[1 : n + 1], np.full(_SAMPLES, not k)
         gradients = [differentiate(surface, x) for surface in surfaces for x in self.states]
         function = sympy.lambdify(self.symbols, [*surfaces, *gradients], modules="numpy", dummify=True)
@@ -164,6 +168,8 @@ class Trial:
                     break
                 known = np.isfinite(rows).all(axis=1)[:, np.newaxis, np.newaxis]
                 x -= (np.linalg.pinv(np.where(known, slopes, 0.0)) @ heights[:, :, np.newaxis])[:, :, 0].T
+        off = values.copy()
+        off[1 : n + 1] = np.where(x == 0.0, drawn[1 : n + 1], x * (1.0 + 0.5 * drawn[1 : n + 1]))
         return off[:, on], values[:, on]
 
 

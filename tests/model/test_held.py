@@ -1,6 +1,7 @@
 """Which surfaces a mode holds: its field does not leave them, and every way in ends on them."""
 
 import pytest
+import sympy
 
 import chaosdrill as cd
 from chaosdrill import systems
@@ -169,3 +170,33 @@ def test_parameters_among_the_states_add_none(free):
     system = systems.build("percussive-drill")
     wide = system.augmented(parameters=free)
     assert kernels_of(wide).held == kernels_of(system).held
+
+
+@pytest.mark.parametrize("unit", [2.0**k for k in (-80, -45, -25, 0, 25, 45, 80)])
+def test_in_any_unit_a_held_surface_is_one_and_another_is_none(unit):
+    """States in units of their own: a surface that the field of ``on`` keeps, and a thermostat, which stays on none."""
+    x, v, tau = sympy.symbols("x v tau", real=True)
+    drift, surface = {x: v / unit**2}, unit * x + tau * v / unit
+    belt = cd.HybridSystem(
+        name="belt",
+        states=(x, v),
+        parameters={"tau": 0.6},
+        modes={"above": drift | {v: -unit}, "below": drift | {v: unit}, "on": drift | {v: -v / tau}},
+        transitions=[
+            cd.Transition("down", "above", "on", guard=surface, direction=-1),
+            cd.Transition("up", "below", "on", guard=surface, direction=1),
+        ],
+    )
+    assert kernels_of(belt).held == (0, 0, 1)
+    on, off = {x: 2 / unit - x, v: unit * x - v}, {x: -x, v: unit * x - v}
+    thermostat = cd.HybridSystem(
+        name="thermostat",
+        states=(x, v),
+        parameters={},
+        modes={"on": on, "off": off},
+        transitions=[
+            cd.Transition("hot", "on", "off", guard=unit * x - 1.3, direction=1),
+            cd.Transition("cold", "off", "on", guard=(unit * x - 0.7) ** 3 * (v / 40 - 1), direction=1),
+        ],
+    )
+    assert kernels_of(thermostat).held == (0, 0)
