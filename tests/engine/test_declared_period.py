@@ -1,0 +1,55 @@
+"""A period that is declared is one of the system, in any unit, or the run is refused."""
+
+import pytest
+import sympy
+
+import chaosdrill as cd
+from chaosdrill.engine.period import check_period, repeats
+
+X, T, OMEGA = sympy.symbols("x t omega", real=True)
+
+UNITS = [1.0, 1e-10, 1e-15, 1e-30, 1e20]
+
+
+def driven(drive, period, unit=1.0):
+    """A decaying state with a drive, in a unit of its own, whose period cannot be proved: omega is 1 by its number."""
+    return cd.HybridSystem(
+        name="driven",
+        states=(X,),
+        parameters={"omega": 1.0},
+        modes={"on": {X: unit * drive - X}},
+        transitions=[cd.Transition("meets", "on", "on", guard=X / unit - drive, direction=1, reset={})],
+        time=T,
+        period=period,
+        initial={X: unit},
+    )
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize(
+    "drive",
+    [sympy.sin(OMEGA * T), sympy.sqrt(1 + sympy.cos(OMEGA * T) ** 2), sympy.sin(1000 * OMEGA * T)],
+    ids=str,
+)
+def test_a_period_at_the_numbers_of_the_run_is_accepted(unit, drive):
+    period = sympy.Float(float(2 * sympy.pi))
+    system = driven(drive, period, unit)
+    check_period(system, float(period))
+    assert not repeats(system)
+
+
+@pytest.mark.parametrize("unit", UNITS[1:4])
+@pytest.mark.parametrize("period", [1.0, 6.283, 6.2832])
+def test_what_is_no_period_is_refused_in_any_unit(unit, period):
+    """In a system in which nothing but a small drive names time."""
+    system = cd.HybridSystem(
+        name="driven",
+        states=(X,),
+        parameters={"omega": 1.0},
+        modes={"on": {X: unit * sympy.sin(OMEGA * T) - X}},
+        time=T,
+        period=sympy.Float(period),
+        initial={X: unit},
+    )
+    with pytest.raises(cd.SettingsError, match="driven does not repeat after its period"):
+        cd.poincare_section(system, transient=0, periods=2)
