@@ -101,6 +101,17 @@ def test_the_parameters_of_a_system_stay(change):
     assert SYSTEM.parameters == before
 
 
+def content(system):
+    """All that a system is made of, as text; how much of it has been asked for is no part of it."""
+    tables = ("parameters", "initial", "bounds", "regions", "quadratures", "labels", "limits")
+    return (
+        {name: str(dict(getattr(system, name))) for name in tables},
+        {mode: str(dict(rates)) for mode, rates in system.modes.items()},
+        [(t.name, t.source, t.target, str(t.guard), str(dict(t.reset))) for t in system.transitions],
+        (system.name, str(system.states), str(system.time), str(system.period)),
+    )
+
+
 @pytest.mark.parametrize(
     "change",
     [
@@ -120,11 +131,11 @@ def test_the_parameters_of_a_system_stay(change):
     ],
 )
 def test_a_system_stays_as_it_is(change):
-    before = pickle.dumps(SYSTEM)
-    for system in (SYSTEM, copy.copy(SYSTEM), copy.deepcopy(SYSTEM), pickle.loads(before), SYSTEM.placed):
+    before = content(SYSTEM)
+    for system in (SYSTEM, copy.copy(SYSTEM), copy.deepcopy(SYSTEM), pickle.loads(pickle.dumps(SYSTEM)), SYSTEM.placed):
         with pytest.raises(SettingsError, match=r"with_parameters\(name=value\) .* with_initial\(name=value\) "):
             change(system)
-    assert pickle.dumps(SYSTEM) == before
+    assert content(SYSTEM) == before
 
 
 def test_parameters_are_copied_and_pickled_as_they_are():
