@@ -19,7 +19,16 @@ MOST = sys.float_info.max
 """Largest double: whole numbers of any length may be given."""
 
 
-class Table(dict[Any, Any]):
+class _ReadOnly:
+    """What no table of a system lets anybody do."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise SettingsError(f"a system cannot be changed in place; {ANOTHER}; dict(table) is a copy that can")
+
+    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
+
+
+class Table(_ReadOnly, dict[Any, Any]):
     """A table that is read only: parameters, the initial state, rates of modes.
 
     Raises
@@ -27,11 +36,6 @@ class Table(dict[Any, Any]):
     SettingsError
         On any attempt to change, add or remove an entry.
     """
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise SettingsError(f"a system cannot be changed in place; {ANOTHER}; dict(table) is a copy that can")
-
-    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Table, (dict(self),)
@@ -48,7 +52,7 @@ class Table(dict[Any, Any]):
 
 
 class Symbols(Sequence[Any]):
-    """Symbols of which the names are known."""
+    """Symbols of which the names are known; they do what a tuple does."""
 
     def __init__(self, names: Sequence[str], find: Callable[[], Sequence[Any]]) -> None:
         self.names = tuple(names)
@@ -60,6 +64,12 @@ class Symbols(Sequence[Any]):
     def __getitem__(self, index: Any) -> Any:
         return self._find()[index]
 
+    def __add__(self, other: tuple[Any, ...]) -> tuple[Any, ...]:
+        return (*self, *other)
+
+    def __radd__(self, other: tuple[Any, ...]) -> tuple[Any, ...]:
+        return (*other, *self)
+
     def __eq__(self, other: object) -> bool:
         return tuple(self) == (tuple(other) if isinstance(other, Symbols) else other)
 
@@ -70,8 +80,8 @@ class Symbols(Sequence[Any]):
         return repr(tuple(self))
 
 
-class Entries(Mapping[str, Any]):
-    """A table of which the names are known."""
+class Entries(_ReadOnly, Mapping[str, Any]):
+    """A table of which the names are known; read only as `Table`, and else what it does."""
 
     def __init__(self, names: Sequence[str], find: Callable[[], Mapping[str, Any]]) -> None:
         self._names = dict.fromkeys(names)
@@ -89,8 +99,21 @@ class Entries(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         return self._find()[name]
 
+    def __reversed__(self) -> Iterator[str]:
+        return reversed(self._names)
+
+    def __or__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {**self, **other}
+
+    def __ror__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {**other, **self}
+
     def __repr__(self) -> str:
         return repr(dict(self))
+
+    def copy(self) -> dict[Any, Any]:
+        """A table of its own, which may be changed."""
+        return dict(self)
 
 
 def read_only(value: Any) -> Any:

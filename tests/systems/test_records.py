@@ -2,6 +2,7 @@
 
 import json
 import math
+import operator
 import os
 import pickle
 import shutil
@@ -207,6 +208,19 @@ def test_a_system_by_its_outline_is_one_like_any_other(outlined):
     assert other.with_initial(y=0.1).initial["y"] == 0.1
     assert [*other.placed.modes] == [*drill.modes]
     assert other.augmented(time=True).states == (*drill.states, drill.time)
+
+
+def test_tables_of_an_outline_do_what_those_of_a_system_do(outlined):
+    whole, found = outlined("percussive-drill")
+    assert found.modes | {"more": 1} == dict(whole.modes) | {"more": 1}
+    assert {"more": 1} | found.modes == {"more": 1} | dict(whole.modes)
+    assert [*reversed(found.modes)] == [*reversed(whole.modes)]
+    assert found.modes.copy() == whole.modes.copy()
+    assert operator.add(found.states, (1,)) == (*whole.states, 1)
+    assert operator.add((1,), found.states) == (1, *whole.states)
+    for table in (found.modes, found.quadratures, found.parameters):
+        with pytest.raises(SettingsError, match="cannot be changed in place"):
+            table.update(more=1)
 
 
 def test_a_period_is_the_number_that_its_expression_gives():
