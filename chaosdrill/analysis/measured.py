@@ -24,6 +24,10 @@ FOLLOWED = 20
 BLOCKS, PARTS = 256, 4
 """Parts of a series, in order, from which errors by chance are taken: of means, and of the largest exponent."""
 
+COARSE = 4
+"""Steps to which the values of a series are rounded below which no dimension is looked for; with two it is too small
+by 4 per cent."""
+
 
 def series_measures(
     values: "Sequence[float] | np.ndarray | xr.DataArray",
@@ -65,9 +69,10 @@ def series_measures(
     -------
     xarray.Dataset
         ``largest_exponent`` and ``largest_error``; ``lyapunov_exponent`` and ``lyapunov_error`` (exponent), descending;
-        all per unit of time. ``k`` and ``k_error``; ``dimension`` and ``dimension_error``, NaN without a scaling
-        region, with the attribute ``reason``. Errors are those by chance. What a method does not see, as noise, or
-        folds that vectors do not resolve, is in none of them, and of exponents is usually more.
+        all per unit of time, NaN where no neighbours are of use. ``k`` and ``k_error``; ``dimension`` and
+        ``dimension_error``, NaN without a scaling region, with the attribute ``reason``. Errors are those by chance.
+        What a method does not see, as noise, or folds that vectors do not resolve, is in none of them, and of
+        exponents is usually more.
 
     Raises
     ------
@@ -80,6 +85,7 @@ def series_measures(
     import xarray as xr
 
     from chaosdrill.analysis.evidence import growth
+    from chaosdrill.analysis.neighbours import SCALES
     from chaosdrill.analysis.scaling import refusal, scaling_region, sums_of
     from chaosdrill.analysis.statistics import in_blocks, standard_error
 
@@ -101,10 +107,16 @@ def series_measures(
     exponents, each = nolds.lyap_e(
         scaled, emb_dim=reach + 1, matrix_dim=embedding, min_tsep=window, tau=time, debug_data=True
     )
-    errors = standard_error(in_blocks(np.asarray(each), BLOCKS))
+    # nolds has infinities where no neighbours are of use
+    largest, exponents, each = (np.where(np.isfinite(one), one, np.nan) for one in (largest, exponents, each))
+    errors = standard_error(in_blocks(each, BLOCKS))
     order = np.argsort(-exponents, kind="stable")
     vectors = np.lib.stride_tricks.sliding_window_view(scaled, reach + 1)[:, ::lag]
     (sums,) = sums_of(np.ascontiguousarray(vectors), window, np.array([2]))
+    values_apart = np.unique(scaled)
+    if len(values_apart) < count:
+        # below the step to which values are rounded all distances are 0
+        sums = sums._replace(sound=sums.sound & (COARSE * np.diff(values_apart).min() < SCALES))
     region = scaling_region(sums)
     k, k_error, _ = growth(series)
     found = xr.Dataset(
@@ -152,6 +164,8 @@ def _series(values: Any) -> "np.ndarray":
     import numpy as np
 
     try:
+        if np.ma.is_masked(values) or np.asarray(values).dtype.kind not in "biuf":
+            raise TypeError
         series = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         raise SettingsError(f"values is {shown(values):.60}; it must be a series of numbers") from None
@@ -162,7 +176,8 @@ def _series(values: Any) -> "np.ndarray":
         )
     if not np.isfinite(series).all() or np.ptp(series) == 0:
         raise SettingsError("values holds a number that is not finite, or one number alone")
-    return series
+    # squares of values of any size are numbers then
+    return series / np.abs(series).max()
 
 
 def _step(values: Any) -> float:

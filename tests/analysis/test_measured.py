@@ -58,6 +58,49 @@ def test_regular_series():
     assert abs(float(found["dimension"]) - 1) <= 2 * float(found["dimension_error"])
 
 
+def henon(count):
+    values = [0.1, 0.1]
+    while len(values) < count + 100:
+        values.append(1 - 1.4 * values[-1] ** 2 + 0.3 * values[-2])
+    return np.array(values[100:])
+
+
+@pytest.mark.usefixtures("nolds")
+@pytest.mark.parametrize("digits", [2, 3])
+def test_rounded_values_have_no_dimension_of_their_steps(digits):
+    """Neighbours at one step coincide, and a flat stretch of the sum had the dimension 0 with the error 0."""
+    found = cd.series_measures(np.round(henon(2000), digits), embedding=2, followed=6)
+    if np.isnan(found["dimension"]):
+        assert found.attrs["reason"]
+    else:
+        assert abs(float(found["dimension"]) - 1.22) <= 3 * float(found["dimension_error"])
+
+
+@pytest.mark.usefixtures("nolds")
+@pytest.mark.parametrize("factor", [1e200, 1e-200])
+def test_series_of_any_size(factor):
+    plain, other = (cd.series_measures(henon(600) * by, embedding=2, followed=6) for by in (1.0, factor))
+    for name in ("largest_exponent", "k", "dimension"):
+        np.testing.assert_allclose(other[name], plain[name], rtol=1e-6)
+
+
+@pytest.mark.usefixtures("nolds")
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_cycle_has_no_infinite_exponent():
+    found = cd.series_measures(np.tile([0.0, 1.0], 400), embedding=2)
+    assert not np.isinf([found["largest_exponent"], *found["lyapunov_exponent"]]).any()
+
+
+@pytest.mark.parametrize(
+    "values",
+    [np.ma.masked_greater(henon(600), 0.9), henon(600) + 1j, henon(600).astype(str)],
+    ids=["mask", "i", "text"],
+)
+def test_what_is_no_real_number_is_refused(values):
+    with pytest.raises(cd.SettingsError, match="must be a series of numbers"):
+        cd.series_measures(values)
+
+
 def test_without_the_package_its_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "nolds", None)
     with pytest.raises(cd.SettingsError, match=r"pip install 'chaosdrill\[series\]'"):
