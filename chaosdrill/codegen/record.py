@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -65,7 +66,7 @@ class Held(NamedTuple):
 @cache
 def _deriving() -> str:
     """Digest of all that derives."""
-    digest = hashlib.sha256(repr(library_versions()).encode())
+    digest = hashlib.sha256(repr((library_versions(), version("llvmlite"))).encode())
     names = [f"{folder}.{name}" for folder in _FOLDERS for name in modules(folder.replace(".", "/"))]
     for name in (*names, *_FILES):
         digest.update(source(f"chaosdrill.{name}"))
@@ -110,10 +111,10 @@ def remember(system: "HybridSystem") -> None:
         return
     facts = {
         name: value
-        for name, value in shared.items()
+        for name, value in list(shared.items())
         if name in _FACTS and not callable(value) and (name != "sources" or not value)
     }
-    compiled = {key: getattr(one, "holds", None) for key, one in shared.items()}
+    compiled = {key: getattr(one, "holds", None) for key, one in list(shared.items())}
     kernels = {**shared.held, **{key: held for key, held in compiled.items() if isinstance(held, Held)}}
     if _names(facts, kernels) <= shared.recalled:
         return
@@ -135,7 +136,7 @@ def _nothing() -> Any:
 
 def _names(facts: Mapping[str, Any], kernels: Mapping[Any, Held]) -> frozenset[Any]:
     """What a record holds, by name."""
-    return frozenset({*facts, *((key, held.lanes is not None) for key, held in kernels.items())})
+    return frozenset({*facts, *((key, held.lanes is not None, held.processor) for key, held in kernels.items())})
 
 
 def _code(plain: Any) -> KeptCode:

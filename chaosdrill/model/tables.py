@@ -70,6 +70,16 @@ class Symbols(Sequence[Any]):
     def __radd__(self, other: tuple[Any, ...]) -> tuple[Any, ...]:
         return (*other, *self)
 
+    def __mul__(self, times: int) -> tuple[Any, ...]:
+        return tuple(self) * times
+
+    __rmul__ = __mul__
+
+    def _sympy_(self) -> Any:
+        from sympy import Tuple
+
+        return Tuple(*self)
+
     def __eq__(self, other: object) -> bool:
         return tuple(self) == (tuple(other) if isinstance(other, Symbols) else other)
 
