@@ -11,7 +11,7 @@ import xarray as xr
 
 from chaosdrill.analysis.neighbours import SCALES, Counted, Shares, neighbours, shares
 from chaosdrill.analysis.recurrence import CLOSE, sizes
-from chaosdrill.analysis.sections import Taken, find_section, section_points
+from chaosdrill.analysis.sections import Taken, find_section, phases_of, section_points
 from chaosdrill.analysis.statistics import in_blocks, standard_error
 from chaosdrill.dataset import Outcome
 from chaosdrill.errors import SettingsError
@@ -103,7 +103,7 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
             "spread": ("state", spread),
             "period": ((), np.int32(taken.period)),
             "outcome": ((), np.int8(outcome)),
-            **({"forcing_period": ((), taken.where.unit)} if system.period is not None else {}),
+            **({"forcing_period": ((), taken.where.unit)} if system.forced else {}),
         },
         coords={"order": orders, "scale": SCALES, "state": list(system.state_names)},
         attrs={name: text for name, text in told.items() if text},
@@ -113,17 +113,14 @@ def dimensions_of(system: HybridSystem, given: Any, job: "Job") -> xr.Dataset:
 def in_spreads(taken: Taken) -> tuple[np.ndarray, np.ndarray]:
     """Points in units of the states' standard deviations, shape (N, d), and these, shape (n,), 0 of what rests.
 
-    At events of a system with a clock of its own the phase of this is a coordinate too, on a circle.
+    The phase of the forcing is a coordinate too where `phases_of` says so.
     """
-    states, system = taken.states, taken.run.system
+    states = taken.states
     floor = sizes(states[np.newaxis], taken.run.sizes[np.newaxis])[0]
     spread = np.where(np.ptp(states, axis=0) > CLOSE * floor, states.std(axis=0), 0.0)
     moving = spread > 0
     points = (states[:, moving] - states[:, moving].mean(axis=0)) / spread[moving]
-    if taken.where.transitions is not None and system.period is not None and not system.autonomous:
-        angle = 2 * np.pi * (taken.times / taken.run.period % 1)
-        points = np.column_stack([points, np.cos(angle), np.sin(angle)])
-    return points, spread
+    return np.column_stack([points, phases_of(taken.where, taken.times / taken.run.period)]), spread
 
 
 def sums_of(points: np.ndarray, window: int, orders: np.ndarray) -> list[Sums]:

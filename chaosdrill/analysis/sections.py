@@ -333,6 +333,17 @@ class Taken:
         return self.points[:, : len(self.run.x)]
 
 
+def phases_of(where: Section, periods: np.ndarray) -> np.ndarray:
+    """Phases of the forcing at times in periods, shape (N, 2), as points of a circle; (N, 0) where none is.
+
+    At events of a forced system they are one: what comes back at another phase goes on otherwise.
+    """
+    if where.transitions is None or not where.system.forced or where.system.autonomous:
+        return np.zeros((len(periods), 0))
+    angle = 2 * np.pi * (periods % 1)
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
 def section_points(where: Section, given: Any, max_period: int, job: "Job") -> Taken:
     """States at every strobe, or before every event of a section, by the settings of an analysis."""
     system = where.system
@@ -345,11 +356,9 @@ def section_points(where: Section, given: Any, max_period: int, job: "Job") -> T
         points, modes, times = crossings.states_before(), crossings.events[:, layout.EVENT_MODE], crossings.times
     if outcome == Outcome.OK and where.grazed(times):
         outcome = Outcome.NO_RETURN
-    compared, known = points[:, : len(system.states)], run.sizes
-    if where.transitions is not None and system.forced and not system.autonomous:
-        # what comes back at another phase of the forcing goes on otherwise
-        angle = 2 * np.pi * (times / run.period % 1)
-        compared, known = np.column_stack([compared, np.cos(angle), np.sin(angle)]), np.append(known, [1.0, 1.0])
+    phases = phases_of(where, times / run.period)
+    compared = np.column_stack([points[:, : len(system.states)], phases])
+    known = np.append(run.sizes, np.ones(phases.shape[1]))
     period = find_period(compared, known, max_period) if outcome == Outcome.OK else 0
     return Taken(where, run, outcome, points, modes, times, period, blocks)
 
