@@ -2,12 +2,12 @@
 
 import ctypes
 import math
-import os
 from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
 from chaosdrill.codegen.kept import engine_code
+from chaosdrill.codegen.kinds import UNCOMPILED
 from chaosdrill.codegen.machine import Library, callback_object, load
 from chaosdrill.progress import compiling
 
@@ -46,7 +46,7 @@ def address(name: str) -> int:
         from chaosdrill.codegen import python
 
         return python.address(name)
-    if int(os.environ.get("NUMBA_DISABLE_JIT") or 0):
+    if UNCOMPILED:
         return _called_back(title)
     if title.startswith(_OF_GAMMA):
         return int(_callback(title, cache=True).address)

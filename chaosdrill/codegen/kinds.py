@@ -1,10 +1,14 @@
 """Types of compiled code by name: numba's own are made where something is compiled, and not where it only runs."""
 
+import os
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+
+UNCOMPILED = bool(int(os.environ.get("NUMBA_DISABLE_JIT") or 0))
+"""Whether Python runs what else is compiled."""
 
 
 class Late:

@@ -16,6 +16,7 @@ import numpy as np
 
 from chaosdrill.codegen import kept
 from chaosdrill.codegen.kinds import (
+    UNCOMPILED,
     Array,
     Kind,
     Late,
@@ -29,7 +30,7 @@ from chaosdrill.codegen.kinds import (
 )
 from chaosdrill.codegen.machine import FROM_WORDS, address_of, load, optimised_object
 from chaosdrill.engine import lanes
-from chaosdrill.engine.uncompiled import UNCOMPILED, Uncompiled, numbers_of_numpy, visible
+from chaosdrill.engine.uncompiled import Uncompiled, numbers_of_numpy, visible
 from chaosdrill.progress import compiling
 
 RECIPROCAL = np.concatenate([[np.inf], 1.0 / np.arange(1, 64)])

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from chaosdrill.codegen.kinds import Late
+from chaosdrill.codegen.kinds import UNCOMPILED, Late
 from chaosdrill.codegen.signatures import LANES
-from chaosdrill.engine.uncompiled import UNCOMPILED
 
 
 def aligned(*shape: int) -> np.ndarray:

@@ -4,16 +4,14 @@ A step takes ten thousand times as long. Functions of a system stay machine code
 LLVM code has a twin in Python each. Results agree up to rounding, since compiled series may fuse operations.
 """
 
-import os
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from chaosdrill.codegen.kinds import UNCOMPILED
 from chaosdrill.codegen.machine import NativeFunction
 from chaosdrill.codegen.signatures import LANES
-
-UNCOMPILED = bool(int(os.environ.get("NUMBA_DISABLE_JIT") or 0))
 
 
 def numbers_of_numpy(function: Any) -> Any:
