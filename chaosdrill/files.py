@@ -92,12 +92,17 @@ def draft_of(target: Path) -> Path:
     return target.with_name(f"{_stem(target)}.{owner}-{uuid4().hex[:8]}.part")
 
 
+def drafts_of(target: Path) -> Iterator[Path]:
+    """What was begun beside ``target`` and did not take its place, by whomever."""
+    return target.parent.glob(f"{escape(_stem(target))}.*.part")
+
+
 def remove_drafts(target: Path) -> None:
     """Remove what processes that were killed while writing or removing ``target`` have left beside it.
 
     What another process is at work on stays, and what a process of another machine has left, until it is a month old.
     """
-    for draft in target.parent.glob(f"{escape(_stem(target))}.*.part"):
+    for draft in drafts_of(target):
         # another process may be about it
         with suppress(OSError):
             if _is_left(draft):
@@ -115,7 +120,7 @@ def _is_left(draft: Path) -> bool:
             return True
         except (OSError, OverflowError):
             pass
-        if owner[1] != _started(number) and "" not in (owner[1], _started(number)):
+        if _has_ended(number) or (owner[1] != _started(number) and "" not in (owner[1], _started(number))):
             return True
     return time.time() - draft.lstat().st_mtime > OLD_S
 
@@ -131,9 +136,19 @@ def _machine() -> str:
 
 def _started(number: int) -> str:
     """When a process has begun, as its system counts, since numbers are reused; empty where it is unknown."""
-    with suppress(OSError, IndexError):
-        return Path(f"/proc/{number}/stat").read_text(errors="replace").rpartition(")")[2].split()[19]
-    return ""
+    return "".join(_told(number)[19:20])
+
+
+def _has_ended(number: int) -> bool:
+    """Whether a process has ended and only keeps its number, until the one that started it asks how it ended."""
+    return _told(number)[:1] in (["Z"], ["X"])
+
+
+def _told(number: int) -> list[str]:
+    """What the system tells of a process, from its state on; nothing where it tells nothing."""
+    with suppress(OSError):
+        return Path(f"/proc/{number}/stat").read_text(errors="replace").rpartition(")")[2].split()
+    return []
 
 
 @contextmanager

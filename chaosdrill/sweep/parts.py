@@ -18,6 +18,7 @@ from chaosdrill.archive.trial import DamagedError, borrowed
 from chaosdrill.errors import ArchiveError, SceneError, SettingsError
 from chaosdrill.files import (
     draft_of,
+    drafts_of,
     flush,
     netcdf_name,
     open_ordinary,
@@ -182,15 +183,15 @@ class Parts:
                 draft.write_text(json.dumps(self.scene), encoding="utf-8")
 
     def _read(self) -> dict[str, Any]:
-        """What the folder says that it holds; nothing if it is empty."""
+        """What the folder says that it holds; nothing if it is empty, but for what a kill has left of saying it."""
         path = self.folder / _SCENE
-        remove_drafts(path)
         try:
             read: dict[str, Any] = read_json(path)
             if not isinstance(read["analysis"], dict):
                 raise ValueError(path)
         except (FileNotFoundError, ValueError, KeyError, TypeError):
-            if not path.exists() and os.listdir(self.folder) == [_LOCK]:
+            drafts = {draft.name for draft in drafts_of(path)}
+            if not path.exists() and set(os.listdir(self.folder)) - drafts == {_LOCK}:
                 return {}
             raise ArchiveError(
                 f"{path}: missing or damaged, so that it is unknown what {self.folder} holds; move it away or remove it"

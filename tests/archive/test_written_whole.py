@@ -202,6 +202,17 @@ def test_what_a_kill_left_is_removed_by_the_next_save_and_what_is_at_work_stays(
     assert {path.name for path in tmp_path.iterdir()} == {"a.nc", alive.name, elsewhere.name}
 
 
+def test_a_process_that_has_ended_but_keeps_its_number_is_at_no_work(tmp_path):
+    target = tmp_path / "a.nc"
+    script = "import sys; from pathlib import Path; from chaosdrill import files; print(files.draft_of(Path('a.nc')))"
+    with subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as ended:
+        draft = tmp_path / ended.stdout.read().removesuffix("\n")
+        os.waitid(os.P_PID, ended.pid, os.WEXITED | os.WNOWAIT)
+        draft.touch()
+        remove_drafts(target)
+        assert not draft.exists()
+
+
 def test_a_read_only_archive_is_not_replaced(tree, tmp_path):
     target = save(tree, tmp_path / "a.nc")
     target.chmod(0o444)

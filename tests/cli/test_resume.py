@@ -189,6 +189,19 @@ def test_a_folder_of_something_else_is_left_alone(call, scene, tmp_path):
     assert (folder / "precious").exists()
 
 
+@pytest.mark.parametrize("left", [(), ("_lock",), ("_lock", "draft"), ("_lock", "draft of another machine")])
+def test_a_kill_before_anything_was_kept_is_gone_on_from(call, scene, tmp_path, left):
+    folder = tmp_path / "out.nc.parts"
+    folder.mkdir()
+    draft = draft_of(folder / "_scene.json").name
+    machine = draft.split(".")[-2].partition("-")[0]
+    names = {"draft": draft, "draft of another machine": draft.replace(machine, "0" * 12)}
+    for name in left:
+        (folder / names.get(name, name)).write_text("")
+    assert call("run", scene, "-o", tmp_path / "out.nc", "--resume").code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"out.nc", "scene.toml"}
+
+
 def test_two_runs_do_not_use_one_folder(call, scene, tmp_path, unfinished):
     import fcntl
 
